@@ -1,0 +1,1 @@
+"""What is deployed: robots, bus configurations, and the table of processes."""

@@ -1,0 +1,1 @@
+"""Pure mathematics of movement: arrays in, arrays out; no clock, bus, file or MuJoCo."""

@@ -1,0 +1,1 @@
+"""The processes. Each package composes `motion` and `protocol`; none imports another."""
