@@ -1,0 +1,259 @@
+"""Zenoh: sessions with the project's defaults, and the topic table put to work on one of them."""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from queue import Empty as QueueEmpty
+from queue import SimpleQueue
+from typing import Generic, Self, TypeVar
+
+import zenoh
+
+from protocol import messages as m
+from protocol.codec import ENCODING, bad_message, decode, encode
+from protocol.errors import NoAnswer, Refusal
+from protocol.topics import (
+    QUEUE_LENGTH,
+    Answered,
+    Asked,
+    Publication,
+    Query,
+    Said,
+    alive_key,
+)
+
+Item = TypeVar("Item")
+
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+
+
+def open_session(
+    connect: Sequence[str] = (), listen: Sequence[str] = (), config_file: Path | None = None
+) -> zenoh.Session:
+    """Open a session: the router of the bus where `listen` is given, otherwise a client of `connect`.
+
+    A client waits and retries while no hub is there, and comes back by itself after one restarts. Multicast
+    scouting and shared memory are off. `config_file` (json5) is laid under these settings.
+
+    Raises:
+        zenoh.ZError: the configuration is invalid, or an endpoint to listen on is taken.
+    """
+    config = zenoh.Config.from_file(config_file) if config_file else zenoh.Config()
+    config.insert_json5("scouting/multicast/enabled", "false")
+    config.insert_json5("transport/shared_memory/enabled", "false")
+    retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
+    config.insert_json5("connect/retry", json.dumps(retry))
+    config.insert_json5("connect/timeout_ms", "-1")
+    config.insert_json5("connect/exit_on_failure", "false")
+    if listen:
+        config.insert_json5("mode", '"router"')
+        config.insert_json5("listen/endpoints", json.dumps(list(listen)))
+        config.insert_json5("listen/exit_on_failure", "true")
+    elif not config_file or connect:
+        config.insert_json5("mode", '"client"')
+        config.insert_json5("listen/endpoints", "[]")
+    if connect:
+        config.insert_json5("connect/endpoints", json.dumps(list(connect)))
+    return zenoh.open(config)
+
+
+class Inbox(Generic[Item]):
+    """A bounded queue between Zenoh's threads and the loop that owns the state."""
+
+    def __init__(self, length: int = QUEUE_LENGTH) -> None:
+        self._queue: SimpleQueue[Item] = SimpleQueue()
+        self._length = length
+
+    def offer(self, item: Item) -> bool:
+        """Append `item`, or return False where the queue is full."""
+        if self._queue.qsize() >= self._length:
+            return False
+        self._queue.put(item)
+        return True
+
+    def take(self, timeout: float | None = 0.0) -> Item | None:
+        """Return the oldest item, after waiting up to `timeout` s for one (None: for ever), or None."""
+        try:
+            return self._queue.get(block=timeout != 0.0, timeout=timeout)
+        except QueueEmpty:
+            return None
+
+
+class Stream:
+    """The newest bodies of a stream, each with its arrival time (`perf_counter_ns`); the oldest are dropped first."""
+
+    def __init__(self, length: int = QUEUE_LENGTH) -> None:
+        self._queue: SimpleQueue[tuple[bytes, int]] = SimpleQueue()
+        self._length = length
+
+    def push(self, data: bytes) -> None:
+        """Append `data`; called from Zenoh's thread."""
+        if self._queue.qsize() >= self._length:
+            self.take()
+        self._queue.put((data, time.perf_counter_ns()))
+
+    def take(self, timeout: float = 0.0) -> tuple[bytes, int] | None:
+        """Return the oldest body and its arrival time, after waiting up to `timeout` s for one, or None."""
+        try:
+            return self._queue.get(block=timeout > 0.0, timeout=timeout)
+        except QueueEmpty:
+            return None
+
+
+class Asking(Generic[Asked, Answered]):
+    """One request on its way to an answer. Answer it exactly once: `reply` or `refuse`."""
+
+    def __init__(self, topic: Query[Asked, Answered], key: str, query: zenoh.Query) -> None:
+        self.topic = topic
+        self._key = key
+        self._query = query
+
+    def decode(self) -> Asked:
+        """Return the request.
+
+        Raises:
+            Refusal: `bad_message`.
+        """
+        payload = self._query.payload
+        data = payload.to_bytes() if payload else b"\x80"
+        return decode(data, self.topic.request, self.topic.max_bytes)
+
+    def reply(self, answer: Answered) -> None:
+        """Answer the request."""
+        with self._query as query:
+            query.reply(self._key, encode(answer), encoding=ENCODING)
+
+    def refuse(self, refusal: Refusal) -> None:
+        """Answer with `reply_err`."""
+        body = m.ErrorBody(code=refusal.code, message=refusal.message, detail=refusal.detail)
+        with self._query as query:
+            query.reply_err(encode(body), encoding=ENCODING)
+
+
+class Publisher(Generic[Said]):
+    """Publishes the messages of one topic."""
+
+    def __init__(self, publisher: zenoh.Publisher) -> None:
+        self._publisher = publisher
+
+    def put(self, message: Said) -> None:
+        """Publish `message`; a session that is closing drops it."""
+        self._publisher.put(encode(message))
+
+
+class Bus:
+    """The keys of one robot on one session."""
+
+    def __init__(self, session: zenoh.Session, robot: str = "arm") -> None:
+        self.session = session
+        self.robot = robot
+        self._kept: list[object] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.session.close()
+
+    def key(self, name: str) -> str:
+        """Return the full key of a topic's `name`."""
+        return f"volley/{self.robot}/{name}"
+
+    def publisher(self, topic: Publication[Said], blocking: bool = False) -> Publisher[Said]:
+        """Declare a publisher; a stream drops what it cannot send at once unless `blocking`."""
+        drop = topic.stream and not blocking
+        return Publisher(
+            self.session.declare_publisher(
+                self.key(topic.key),
+                encoding=ENCODING,
+                priority=zenoh.Priority.REAL_TIME if topic.stream else zenoh.Priority.DATA,
+                congestion_control=zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK,
+                express=topic.stream,
+            )
+        )
+
+    def listen(self, topic: Publication, callback: Callable[[bytes], object]) -> None:
+        """Hand the body of every sample to `callback`, which runs in Zenoh's thread: queue it, do not work."""
+        self._keep(
+            self.session.declare_subscriber(
+                self.key(topic.key), lambda sample: callback(sample.payload.to_bytes())
+            )
+        )
+
+    def serve(self, topic: Query[Asked, Answered], inbox: Inbox[Asking]) -> None:
+        """Answer requests on `topic` through `inbox`; wildcards that would write, and a full inbox, are refused."""
+        key = self.key(topic.key)
+
+        def receive(query: zenoh.Query) -> None:
+            asking = Asking(topic, key, query)
+            if not topic.reads and "*" in str(query.key_expr):
+                asking.refuse(
+                    bad_message("key", f"{query.key_expr} has a wildcard; send this request to {key}")
+                )
+            elif not inbox.offer(asking):
+                sentence = f"{topic.owner} has {QUEUE_LENGTH} requests waiting; send this one again later"
+                asking.refuse(Refusal("busy", sentence, goal_id=None))
+
+        self._keep(self.session.declare_queryable(key, receive, complete=True))
+
+    def ask_later(
+        self, topic: Query[Asked, Answered], request: Asked, callback: Callable[[bytes], None]
+    ) -> None:
+        """Send `request` without waiting; the body of a reply goes to `callback` in Zenoh's thread."""
+
+        def receive(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                callback(reply.ok.payload.to_bytes())
+
+        self.session.get(
+            self.key(topic.key), receive, payload=encode(request), encoding=ENCODING, timeout=topic.timeout_s
+        )
+
+    def ask(self, topic: Query[Asked, Answered], request: Asked, timeout: float | None = None) -> Answered:
+        """Send `request` and return the reply, waiting up to `timeout` s (the topic's own by default).
+
+        Raises:
+            Refusal: the owner refused.
+            NoAnswer: there is no owner, or it is silent.
+        """
+        wait = timeout if timeout is not None else topic.timeout_s
+        replies = self.session.get(
+            self.key(topic.key), payload=encode(request), encoding=ENCODING, timeout=wait
+        )
+        for reply in replies:
+            if reply.ok is not None:
+                return decode(reply.ok.payload.to_bytes(), topic.reply, max_bytes=1 << 26)
+            if reply.err is not None:
+                raise self._refusal(topic, reply.err)
+        raise NoAnswer(topic.owner, self.key(topic.key))
+
+    def announce(self, service: str) -> None:
+        """Hold the liveliness token of `service` while the session lives."""
+        self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
+
+    def is_alive(self, service: str, timeout: float = 1.0) -> bool:
+        """Return whether somebody on the bus holds the token of `service`."""
+        replies = self.session.liveliness().get(self.key(alive_key(service)), timeout=timeout)
+        return any(reply.ok is not None for reply in replies)
+
+    def watch_alive(self, key: str, callback: Callable[[bool], None]) -> None:
+        """Tell `callback` whenever the token on `key` (without prefix) appears (True) or is lost (False)."""
+        self._keep(
+            self.session.liveliness().declare_subscriber(
+                self.key(key),
+                lambda sample: callback(sample.kind == zenoh.SampleKind.PUT),
+                history=True,
+            )
+        )
+
+    def _keep(self, declared: Item) -> Item:
+        self._kept.append(declared)
+        return declared
+
+    def _refusal(self, topic: Query, error: zenoh.ReplyError) -> Exception:
+        try:
+            body = decode(error.payload.to_bytes(), m.ErrorBody)
+            return Refusal(body.code, body.message, **body.detail)
+        except (Refusal, KeyError, TypeError):
+            return NoAnswer(topic.owner, self.key(topic.key))

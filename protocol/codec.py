@@ -1,0 +1,115 @@
+"""Between bytes and messages: `msgpack` for the bytes, `msgspec` for the types."""
+
+import math
+import re
+from typing import Any, TypeVar
+
+import msgpack
+import msgspec
+import numpy as np
+
+from protocol.errors import Refusal
+
+Kind = TypeVar("Kind", bound=msgspec.Struct)
+
+ENCODING = "application/msgpack"
+MAX_DEPTH = 8
+_WHERE = re.compile(r"^(?P<what>.*?)(?: - at `\$\.?(?P<path>.*?)`)?$", re.DOTALL)
+_NAMED = re.compile(r"(unknown|required) field `(.*?)`")
+
+
+def encode(message: msgspec.Struct) -> bytes:
+    """Return the msgpack map of `message`, null fields included."""
+    return msgpack.packb(msgspec.to_builtins(message, builtin_types=(bytes,)))
+
+
+def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 20) -> Kind:
+    """Return the message of type `kind` in `data`.
+
+    Raises:
+        Refusal: `bad_message`, naming the field, for more than `max_bytes`, broken or trailing bytes, a body that is
+            not a map, unknown or missing fields, wrong types, and numbers that are not finite.
+    """
+    if len(data) > max_bytes:
+        raise bad_message("", f"the body has {len(data)} bytes; at most {max_bytes} are taken here")
+    body = _unpack(data)
+    if not isinstance(body, dict):
+        raise bad_message("", f"the body is {_describe(body)}; send a msgpack map with string keys")
+    _check_finite(body, "", MAX_DEPTH)
+    try:
+        return msgspec.convert(body, kind)
+    except msgspec.ValidationError as error:
+        raise _explain(error, kind) from None
+
+
+def bad_message(field: str, sentence: str) -> Refusal:
+    """Return the refusal of a malformed body; `field` is empty where the whole body is meant."""
+    return Refusal("bad_message", sentence, field=field)
+
+
+def matrix(data: bytes, rows: int, columns: int, field: str) -> np.ndarray:
+    """Return the (rows, columns) float64 array in `data`, read-only.
+
+    Raises:
+        Refusal: `bad_message` where the size does not fit or a number is not finite.
+    """
+    if rows < 0 or columns < 1 or len(data) != 8 * rows * columns:
+        wanted = f"{rows} × {columns} little-endian float64 = {8 * rows * columns} bytes"
+        raise bad_message(field, f"{field} has {len(data)} bytes; it must be {wanted}, row-major")
+    values = np.frombuffer(data, "<f8").reshape(rows, columns)
+    if not np.isfinite(values).all():
+        row, column = np.argwhere(~np.isfinite(values))[0]
+        raise bad_message(
+            field, f"{field}[{row}][{column}] is {values[row, column]}; only finite numbers are taken"
+        )
+    return values
+
+
+def matrix_bytes(values: np.ndarray) -> bytes:
+    """Return `values` (rows, columns) as the wire has it: little-endian float64, row-major."""
+    return np.ascontiguousarray(values, "<f8").tobytes()
+
+
+def _unpack(data: bytes) -> Any:
+    try:
+        return msgpack.unpackb(data)
+    except msgpack.ExtraData as extra:
+        raise bad_message("", f"{len(extra.extra)} bytes follow the message; send exactly one map") from None
+    except (ValueError, msgpack.UnpackException, RecursionError) as error:
+        detail = str(error) or type(error).__name__
+        raise bad_message("", f"the body is not msgpack: {detail}") from None
+
+
+def _describe(body: Any) -> str:
+    return f"the msgpack {type(body).__name__} {body!r:.40}"
+
+
+def _check_finite(value: Any, path: str, depth: int) -> None:
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise bad_message(path, f"{path} is {value}; only finite numbers are taken")
+    elif isinstance(value, dict | list):
+        if not depth:
+            raise bad_message(path, f"{path:.80} is nested more than {MAX_DEPTH} deep")
+        if isinstance(value, dict):
+            for key, item in value.items():
+                _check_finite(item, f"{path}.{key}" if path else str(key), depth - 1)
+        else:
+            for index, item in enumerate(value):
+                if type(item) is not float or not math.isfinite(item):
+                    _check_finite(item, f"{path}[{index}]", depth - 1)
+
+
+def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct]) -> Refusal:
+    """Turn msgspec's sentence and JSON path into the refusal that names the field."""
+    matched = _WHERE.match(str(error))
+    what, path = (matched["what"], matched["path"] or "") if matched else (str(error), "")
+    named = _NAMED.search(what)
+    field = ".".join(part for part in (path, named[2] if named else "") if part)
+    if named and named[1] == "required":
+        return bad_message(field, f"{field} is missing")
+    if named:
+        known = "" if path else f"; a {kind.__name__} has {', '.join(kind.__struct_fields__)}"
+        return bad_message(field, f"{field} is not a known field{known}")
+    sentence = what.replace("`", "")
+    return bad_message(field, f"{field}: {sentence[0].lower()}{sentence[1:]}" if field else sentence)

@@ -1,0 +1,51 @@
+"""Refusals: the codes of the wire contract and the exception that carries one."""
+
+from collections.abc import Mapping
+from typing import Any
+
+CODES: Mapping[str, tuple[str, ...]] = {
+    "bad_message": ("field",),
+    "invalid_goal": ("field",),
+    "unknown_primitive": ("name",),
+    "unknown_goal": ("goal_id",),
+    "exists": ("name",),
+    "duplicate": ("goal_id",),
+    "limit": ("joint", "quantity", "value", "bound"),
+    "infeasible": ("joint", "quantity", "time_from_start", "min_duration", "waypoint_times"),
+    "cannot_stop": ("joint", "max_velocity"),
+    "solver_failed": ("joint", "status"),
+    "late": ("goal_id",),
+    "superseded": ("goal_id",),
+    "busy": ("goal_id",),
+    "not_holder": ("client_id",),
+    "unavailable": ("service",),
+    "fault": ("fault",),
+    "wrong_clock": (),
+}
+"""Every code with the fields of its `detail`; `unavailable` adds `goal_id` where a goal may have started."""
+
+
+class Refusal(Exception):
+    """A request that is answered with `reply_err`.
+
+    `code` is one of `CODES`, `message` a sentence that a person can act on, `detail` holds at least the
+    fields that `CODES` lists for the code.
+    """
+
+    def __init__(self, code: str, message: str, **detail: Any) -> None:
+        missing = set(CODES[code]) - detail.keys()
+        if missing:
+            raise TypeError(f"a refusal with code {code!r} lacks the detail {sorted(missing)}")
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.detail = detail
+
+
+class NoAnswer(Exception):
+    """A request that nobody answered: no owner, no bus, or an owner that is silent."""
+
+    def __init__(self, service: str, key: str) -> None:
+        super().__init__(f"no answer on {key}: the {service} is not running, or not on this bus")
+        self.service = service
+        self.key = key

@@ -1,0 +1,124 @@
+"""The table of every key on the bus. Topics, queues, recording and the reference page derive from it."""
+
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from msgspec import Struct
+
+from protocol import messages as m
+
+Asked = TypeVar("Asked", bound=Struct)
+Answered = TypeVar("Answered", bound=Struct)
+Said = TypeVar("Said", bound=Struct)
+
+MIB = 1 << 20
+QUEUE_LENGTH = 16
+MAX_PLAN_S = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Query(Generic[Asked, Answered]):
+    """A request and its reply on `key`, answered by `owner`.
+
+    `reads`: changes nothing, and may therefore be asked with a wildcard key. `timeout_s`: how long a client waits.
+    """
+
+    key: str
+    owner: str
+    request: type[Asked]
+    reply: type[Answered]
+    about: str
+    reads: bool = False
+    max_bytes: int = MIB
+    timeout_s: float = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Publication(Generic[Said]):
+    """What `owner` publishes on `key`, at `rate_hz` or, where that is None, when it happens.
+
+    `max_age_s`: older than this it no longer counts as news, None where it never ages. `stream`: real-time priority,
+    and where time is real the latest wins.
+    """
+
+    key: str
+    owner: str
+    message: type[Said]
+    about: str
+    rate_hz: float | None = None
+    max_age_s: float | None = None
+    recorded: bool = True
+    stream: bool = False
+
+
+GOAL = Query("goal", "planner", m.Goal, m.GoalReply, "plan a motion and play it", timeout_s=15.0)
+PRIMITIVES = Query("primitives", "planner", m.Empty, m.Primitives, "list the library", reads=True)
+LEARN = Query("learn", "planner", m.Learn, m.Learned, "learn a primitive", max_bytes=16 * MIB, timeout_s=30.0)
+FORGET = Query("forget", "planner", m.Forget, m.Forgotten, "remove a primitive")
+EXECUTE = Query(
+    "execute", "controller", m.Trajectory, m.Accepted, "play a trajectory", max_bytes=4 * MIB, timeout_s=1.0
+)
+REFERENCE = Query(
+    "reference",
+    "controller",
+    m.ReferenceRequest,
+    m.Reference,
+    "where the arm will be",
+    reads=True,
+    timeout_s=1.0,
+)
+CANCEL = Query("cancel", "controller", m.Cancel, m.Canceled, "stop the motion")
+RESET = Query("reset", "controller", m.Empty, m.ModeReply, "leave a latched fault, at rest only")
+RESULT = Query("result", "controller", m.ResultRequest, m.Result, "how a goal went", reads=True)
+STATUS_QUERY = Query("status", "controller", m.Empty, m.Status, "the latest status", reads=True)
+STATE_QUERY = Query("state", "sim", m.Empty, m.State, "the latest state", reads=True)
+DESCRIPTION = Query("description", "sim", m.Empty, m.Description, "what the arm is", reads=True)
+SIM_STEP = Query("sim/step", "sim", m.Step, m.Stepped, "advance the stepped clock", timeout_s=120.0)
+SIM_RESET = Query("sim/reset", "sim", m.Reset, m.ResetDone, "begin a new run")
+SIM_DISTURB = Query(
+    "sim/disturb", "sim", m.Disturb, m.Disturbed, "push the arm, blur its sensors, lose messages"
+)
+
+STATE = Publication(
+    "state", "sim", m.State, "what the arm measures", rate_hz=1000.0, max_age_s=0.02, stream=True
+)
+COMMAND = Publication(
+    "command", "controller", m.Command, "what the arm shall do", rate_hz=1000.0, max_age_s=0.02, stream=True
+)
+PLAN = Publication("plan", "planner", m.Plan, "an accepted motion, whole")
+STATUS = Publication(
+    "status", "controller", m.Status, "the controller at a glance", rate_hz=50.0, max_age_s=0.5
+)
+ENDED = Publication("ended", "controller", m.Result, "how a goal went")
+CONTACT = Publication("contact", "sim", m.Contact, "two bodies touched")
+BALL = Publication("ball", "sim", m.BallState, "the ball", rate_hz=100.0, max_age_s=0.5)
+DISTURBANCE = Publication("disturbance", "sim", m.Disturbance, "what disturbs the arm now")
+
+QUERIES: tuple[Query, ...] = (
+    GOAL,
+    PRIMITIVES,
+    LEARN,
+    FORGET,
+    EXECUTE,
+    REFERENCE,
+    CANCEL,
+    RESET,
+    RESULT,
+    STATUS_QUERY,
+    STATE_QUERY,
+    DESCRIPTION,
+    SIM_STEP,
+    SIM_RESET,
+    SIM_DISTURB,
+)
+PUBLICATIONS: tuple[Publication, ...] = (STATE, COMMAND, PLAN, STATUS, ENDED, CONTACT, BALL, DISTURBANCE)
+
+
+def alive_key(service: str) -> str:
+    """Return the key of a service's liveliness token, without the robot's prefix."""
+    return f"alive/{service}"
+
+
+def client_alive_key(client_id: str) -> str:
+    """Return the key of the liveliness token that a client with a lease holds, without the robot's prefix."""
+    return f"alive/client/{client_id}"

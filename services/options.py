@@ -1,0 +1,46 @@
+"""The command-line flags that every service shares."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from protocol.bus import DEFAULT_ENDPOINT, Bus, open_session
+
+DEFAULT_ROBOT_CONFIG = Path(__file__).resolve().parent.parent / "deploy" / "robots" / "arm.toml"
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Flags of one service.
+
+    Attributes:
+        robot: Name of the robot on the bus, the second part of every key; by default the one in the robot config.
+        robot_config: TOML file beside an MJCF file that describes the robot.
+        connect: Endpoints of the bus to join, as tcp/HOST:PORT. Default tcp/127.0.0.1:7447 unless this service hosts the bus.
+        listen: Endpoints on which this service hosts the bus.
+        zenoh_config: Further Zenoh settings, a json5 file.
+    """
+
+    robot: str | None = None
+    robot_config: Path = DEFAULT_ROBOT_CONFIG
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+    zenoh_config: Path | None = None
+
+
+Common = Annotated[Options, tyro.conf.arg(name="")]
+"""`Options` whose flags carry no prefix, for use as a field of a service's own flags."""
+
+
+def open_bus(options: Options, robot: str, hosts_by_default: bool = False) -> Bus:
+    """Open the bus of `robot` as `options` say; without endpoints the service hosts or joins the default one.
+
+    Raises:
+        zenoh.ZError: the configuration is invalid, or an endpoint to listen on is taken.
+    """
+    listen, connect = options.listen, options.connect
+    if not listen and not connect and not options.zenoh_config:
+        listen, connect = ((DEFAULT_ENDPOINT,), ()) if hosts_by_default else ((), (DEFAULT_ENDPOINT,))
+    return Bus(open_session(connect, listen, options.zenoh_config), options.robot or robot)

@@ -1,0 +1,88 @@
+"""What a process asks of the operating system: real-time scheduling, deadlines, a clean end."""
+
+import contextlib
+import ctypes
+import gc
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+from dataclasses import dataclass, field
+
+EXIT_TAKEN = 3
+"""Exit status of a service that finds its place on the bus taken."""
+
+SPIN_NS = 100_000
+PR_SET_TIMERSLACK = 29
+MCL_CURRENT_AND_FUTURE = 3
+
+
+def start_logging(service: str) -> logging.Logger:
+    """Log to stderr as `time service level: sentence`, and return the service's logger."""
+    logging.basicConfig(
+        level=logging.INFO, format=f"%(asctime)s {service} %(levelname)s: %(message)s", stream=sys.stderr
+    )
+    return logging.getLogger(service)
+
+
+def stop_on_signals() -> threading.Event:
+    """Return an event that SIGTERM and SIGINT set, in place of killing the process."""
+    stopping = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: stopping.set())
+    return stopping
+
+
+def become_real_time(priority: int) -> list[str]:
+    """Ask for what a 1 kHz loop needs and return what was not obtained, as sentences; never fail for want of it.
+
+    SCHED_FIFO holds for threads made later, so call this before the Zenoh session is opened.
+    """
+    libc = ctypes.CDLL(None, use_errno=True)
+    missing = []
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except (OSError, AttributeError) as error:
+        missing.append(f"SCHED_FIFO {priority}: {error}")
+    if libc.mlockall(MCL_CURRENT_AND_FUTURE) != 0:
+        missing.append(f"mlockall: {os.strerror(ctypes.get_errno())}")
+    if libc.prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0) != 0:
+        missing.append(f"timer slack of 1 ns: {os.strerror(ctypes.get_errno())}")
+    return missing
+
+
+def become_polite(niceness: int = 5) -> None:
+    """Leave the cores to the real-time loops when both want them."""
+    with contextlib.suppress(OSError):
+        os.nice(niceness)
+
+
+def freeze_garbage() -> None:
+    """Collect once, then never again: after warm-up, so that no collection interrupts the loop."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+
+
+@dataclass(slots=True)
+class Deadlines:
+    """Absolute deadlines `period_ns` apart; after a stall they are anchored anew instead of run back to back."""
+
+    period_ns: int
+    next_ns: int = field(default_factory=time.monotonic_ns)
+    stalls: int = 0
+
+    def wait(self) -> None:
+        """Sleep until the next deadline, spinning for the last 100 µs."""
+        self.next_ns += self.period_ns
+        left = self.next_ns - time.monotonic_ns()
+        if left < -self.period_ns:
+            self.stalls += 1
+            self.next_ns -= left
+            return
+        if left > SPIN_NS:
+            time.sleep((left - SPIN_NS) * 1e-9)
+        while time.monotonic_ns() < self.next_ns:
+            pass
