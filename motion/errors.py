@@ -1,0 +1,82 @@
+"""What can be wrong with a requested motion. Every error carries its evidence as attributes."""
+
+
+class MotionError(Exception):
+    """Base of all errors of this package; `str()` is a sentence a person can act on, joints by index."""
+
+
+class InvalidMotion(MotionError, ValueError):
+    """A malformed request or demonstration: `field` names what is wrong."""
+
+    def __init__(self, field: str, message: str) -> None:
+        super().__init__(f"{field}: {message}")
+        self.field = field
+        self.message = message
+
+
+class LimitExceeded(MotionError):
+    """A value that the request itself fixes lies outside the limits; `bound` is the limit it passes."""
+
+    def __init__(self, joint: int, quantity: str, value: float, bound: float) -> None:
+        word = "at most" if value > bound else "at least"
+        super().__init__(
+            f"joint {joint}: the requested {quantity} {value:.6g} lies outside the limits; "
+            f"it has to be {word} {bound:.6g}"
+        )
+        self.joint = joint
+        self.quantity = quantity
+        self.value = value
+        self.bound = bound
+
+
+class Infeasible(MotionError):
+    """No motion of the requested duration keeps the limits.
+
+    `quantity` and `time` (s from the start) say which limit is hardest pressed and when. `min_duration` (s)
+    is the shortest duration above the request found and verified to work, `waypoint_times` (s) the
+    way-points' times in it; both are None where none was found.
+    """
+
+    def __init__(
+        self,
+        joint: int,
+        quantity: str,
+        time: float,
+        min_duration: float | None,
+        waypoint_times: list[float] | None,
+    ) -> None:
+        if min_duration is None:
+            remedy = "no longer duration was found to work; loosen that limit or move the goal"
+        else:
+            remedy = f"a duration of {min_duration:.6g} s works"
+            if waypoint_times:
+                remedy += " with way-points at " + ", ".join(f"{t:.6g}" for t in waypoint_times) + " s"
+        super().__init__(f"joint {joint}: the {quantity} limit cannot be kept near {time:.3f} s; {remedy}")
+        self.joint = joint
+        self.quantity = quantity
+        self.time = time
+        self.min_duration = min_duration
+        self.waypoint_times = waypoint_times
+
+
+class CannotStop(MotionError):
+    """No stop after the hit keeps the limits; `max_velocity` (rad/s, signed) is the fastest that could."""
+
+    def __init__(self, joint: int, max_velocity: float) -> None:
+        super().__init__(
+            f"joint {joint}: the arm could not come to rest inside its limits after this goal; "
+            f"a final velocity of {max_velocity:.6g} or slower could be stopped"
+        )
+        self.joint = joint
+        self.max_velocity = max_velocity
+
+
+class SolverFailed(MotionError):
+    """The quadratic program met numerical trouble twice; `status` is the solver's word for it."""
+
+    def __init__(self, joint: int, status: str) -> None:
+        super().__init__(
+            f"joint {joint}: the solver gave up ({status}); change the goal or duration a little"
+        )
+        self.joint = joint
+        self.status = status

@@ -1,0 +1,62 @@
+"""Limits on position, velocity, acceleration and jerk, per joint."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motion.errors import InvalidMotion
+
+QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Limits:
+    """Limits of J joints; ±inf stands for no limit.
+
+    positions: (J, 2), rad, lowest and highest; velocities (rad/s), accelerations (rad/s²) and jerks
+    (rad/s³): (J,), symmetric, > 0. Raises InvalidMotion for wrong shapes, NaN, or an empty range.
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    accelerations: np.ndarray
+    jerks: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name in ("positions", "velocities", "accelerations", "jerks"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+        joints = len(self.velocities)
+        if self.positions.shape != (joints, 2) or not np.all(self.positions[:, 0] < self.positions[:, 1]):
+            raise InvalidMotion("limits.positions", f"needs {joints} pairs, the lower value first")
+        for name in ("velocities", "accelerations", "jerks"):
+            values = getattr(self, name)
+            if values.shape != (joints,) or not np.all(values > 0):
+                raise InvalidMotion(f"limits.{name}", f"needs {joints} numbers greater than 0")
+
+    @staticmethod
+    def unlimited(joint_count: int) -> "Limits":
+        """No limits at all."""
+        free = np.full(joint_count, np.inf)
+        return Limits(np.stack([-free, free], axis=1), free, free, free)
+
+    @property
+    def joint_count(self) -> int:
+        """Number of joints J."""
+        return len(self.velocities)
+
+    def tightened(self, other: "Limits") -> "Limits":
+        """The tighter of both everywhere. Raises InvalidMotion where the position ranges do not meet."""
+        low = np.maximum(self.positions[:, 0], other.positions[:, 0])
+        high = np.minimum(self.positions[:, 1], other.positions[:, 1])
+        return Limits(
+            np.stack([low, high], axis=1),
+            np.minimum(self.velocities, other.velocities),
+            np.minimum(self.accelerations, other.accelerations),
+            np.minimum(self.jerks, other.jerks),
+        )
+
+    def joint(self, index: int) -> np.ndarray:
+        """Ranges (4, 2) of one joint in the order of QUANTITIES: lowest and highest."""
+        low, high = self.positions[index]
+        v, a, j = self.velocities[index], self.accelerations[index], self.jerks[index]
+        return np.array([[low, high], [-v, v], [-a, a], [-j, j]])

@@ -1,0 +1,121 @@
+"""What a motion is asked to do: start, goal, duration, way-points, limits."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from motion.errors import InvalidMotion
+from motion.limits import Limits
+
+MIN_SEPARATION = 0.01
+"""Way-points closer than this part of the duration to each other or to an end are refused (design 1.1)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boundary:
+    """State of J joints at an end of the motion: (J,) each, rad, rad/s, rad/s²; a NaN acceleration is free."""
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    accelerations: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name in ("positions", "velocities", "accelerations"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Waypoint:
+    """A state to pass exactly at `time_from_start` (s): (J,) rad and rad/s; NaN entries are free."""
+
+    time_from_start: float
+    positions: np.ndarray
+    velocities: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name in ("positions", "velocities"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionRequest:
+    """A motion of J joints from `start` to `goal` in `duration` seconds inside `limits`.
+
+    A NaN acceleration of the goal is free where the final velocity is not 0 and zero where it is (design
+    1.9). `rest_fraction` is the final part of the duration with exactly zero acceleration. `tail` "stop"
+    ends in a jerk-limited stop after the hit, "coast" moves on at the final velocity (the paper's way).
+    Raises InvalidMotion naming the field for anything malformed.
+    """
+
+    start: Boundary
+    goal: Boundary
+    duration: float
+    limits: Limits
+    waypoints: tuple[Waypoint, ...] = ()
+    rest_fraction: float = 0.0
+    tail: Literal["stop", "coast"] = "stop"
+
+    def __post_init__(self) -> None:
+        joints = len(self.limits.velocities)
+        for name, boundary in (("start", self.start), ("goal", self.goal)):
+            _check_vector(f"{name}.positions", boundary.positions, joints)
+            _check_vector(f"{name}.velocities", boundary.velocities, joints)
+            _check_vector(f"{name}.accelerations", boundary.accelerations, joints, nan="free")
+        if not (np.isfinite(self.duration) and self.duration > 0):
+            raise InvalidMotion("duration", f"is {self.duration}; it has to be finite and greater than 0 s")
+        if not 0 <= self.rest_fraction < 1:
+            raise InvalidMotion("rest_fraction", f"is {self.rest_fraction}; it has to be in 0 ≤ ρ < 1")
+        if self.rest_fraction > 0 and np.any(np.nan_to_num(self.goal.accelerations) != 0):
+            raise InvalidMotion("goal.accelerations", "has to be null or 0 with a rest_fraction")
+        if self.tail not in ("stop", "coast"):
+            raise InvalidMotion("tail", f"is {self.tail!r}; it has to be 'stop' or 'coast'")
+        self._check_waypoints(joints)
+
+    @property
+    def joint_count(self) -> int:
+        """Number of joints J."""
+        return self.limits.joint_count
+
+    @property
+    def moving_duration(self) -> float:
+        """Duration (s) without the final part at rest: (1−ρ)·T."""
+        return (1 - self.rest_fraction) * self.duration
+
+    def final_accelerations(self) -> np.ndarray:
+        """Accelerations (J,) at the end of the moving part; NaN where they stay free (design 1.9)."""
+        at_rest = np.isnan(self.goal.accelerations) & (self.goal.velocities == 0)
+        return np.where(at_rest | (self.rest_fraction > 0), 0.0, self.goal.accelerations)
+
+    def _check_waypoints(self, joints: int) -> None:
+        times = np.array([w.time_from_start for w in self.waypoints], dtype=float)
+        for k, waypoint in enumerate(self.waypoints):
+            _check_vector(f"waypoints[{k}].positions", waypoint.positions, joints, nan="free")
+            _check_vector(f"waypoints[{k}].velocities", waypoint.velocities, joints, nan="free")
+            end = self.moving_duration
+            if not 0 < times[k] < end:
+                raise InvalidMotion(
+                    f"waypoints[{k}].time_from_start",
+                    f"is {times[k]:.6g} s; it has to lie between 0 and {end:.6g} s, where the motion runs",
+                )
+        # The end of the moving part counts beside the goal: both fix the motion there.
+        marks = np.concatenate([[0.0], times, [self.moving_duration]])
+        order = np.argsort(marks, kind="stable")
+        gaps = np.diff(marks[order])
+        if gaps.size and self.waypoints and gaps.min() < MIN_SEPARATION * self.duration * (1 - 1e-9):
+            i = int(gaps.argmin())
+            k = int(min(max(order[i], order[i + 1]), len(times))) - 1
+            if order[i + 1] == len(times) + 1:
+                k = int(order[i]) - 1
+            raise InvalidMotion(
+                f"waypoints[{k}].time_from_start",
+                f"is {times[k]:.6g} s, closer than {MIN_SEPARATION * self.duration:.6g} s "
+                "(0.01 of the duration) to another way-point or to an end",
+            )
+
+
+def _check_vector(field: str, values: np.ndarray, joints: int, nan: str = "refused") -> None:
+    if values.shape != (joints,):
+        raise InvalidMotion(field, f"needs {joints} numbers, one a joint; it has shape {values.shape}")
+    if not np.all(np.isfinite(values) | (np.isnan(values) if nan == "free" else False)):
+        raise InvalidMotion(field, f"has to be finite; it is {values.tolist()}")
