@@ -176,9 +176,7 @@ class Bus:
     def listen(self, topic: Publication, callback: Callable[[bytes], object]) -> None:
         """Hand the body of every sample to `callback`, which runs in Zenoh's thread: queue it, do not work."""
         self._keep(
-            self.session.declare_subscriber(
-                self.key(topic.key), lambda sample: callback(sample.payload.to_bytes())
-            )
+            self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
         )
 
     def serve(self, topic: Query[Asked, Answered], inbox: Inbox[Asking]) -> None:
@@ -188,18 +186,14 @@ class Bus:
         def receive(query: zenoh.Query) -> None:
             asking = Asking(topic, key, query)
             if not topic.reads and "*" in str(query.key_expr):
-                asking.refuse(
-                    bad_message("key", f"{query.key_expr} has a wildcard; send this request to {key}")
-                )
+                asking.refuse(bad_message("key", f"{query.key_expr} has a wildcard; send this request to {key}"))
             elif not inbox.offer(asking):
                 sentence = f"{topic.owner} has {QUEUE_LENGTH} requests waiting; send this one again later"
                 asking.refuse(Refusal("busy", sentence, goal_id=None))
 
         self._keep(self.session.declare_queryable(key, receive, complete=True))
 
-    def ask_later(
-        self, topic: Query[Asked, Answered], request: Asked, callback: Callable[[bytes], None]
-    ) -> None:
+    def ask_later(self, topic: Query[Asked, Answered], request: Asked, callback: Callable[[bytes], None]) -> None:
         """Send `request` without waiting; the body of a reply goes to `callback` in Zenoh's thread."""
 
         def receive(reply: zenoh.Reply) -> None:
@@ -218,9 +212,7 @@ class Bus:
             NoAnswer: there is no owner, or it is silent.
         """
         wait = timeout if timeout is not None else topic.timeout_s
-        replies = self.session.get(
-            self.key(topic.key), payload=encode(request), encoding=ENCODING, timeout=wait
-        )
+        replies = self.session.get(self.key(topic.key), payload=encode(request), encoding=ENCODING, timeout=wait)
         for reply in replies:
             if reply.ok is not None:
                 return decode(reply.ok.payload.to_bytes(), topic.reply, max_bytes=1 << 26)

@@ -2,7 +2,7 @@
 
 import math
 import re
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import msgpack
 import msgspec
@@ -20,7 +20,7 @@ _NAMED = re.compile(r"(unknown|required) field `(.*?)`")
 
 def encode(message: msgspec.Struct) -> bytes:
     """Return the msgpack map of `message`, null fields included."""
-    return msgpack.packb(msgspec.to_builtins(message, builtin_types=(bytes,)))
+    return cast(bytes, msgpack.packb(msgspec.to_builtins(message, builtin_types=(bytes,))))
 
 
 def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 20) -> Kind:
@@ -59,9 +59,7 @@ def matrix(data: bytes, rows: int, columns: int, field: str) -> np.ndarray:
     values = np.frombuffer(data, "<f8").reshape(rows, columns)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
-        raise bad_message(
-            field, f"{field}[{row}][{column}] is {values[row, column]}; only finite numbers are taken"
-        )
+        raise bad_message(field, f"{field}[{row}][{column}] is {values[row, column]}; only finite numbers are taken")
     return values
 
 

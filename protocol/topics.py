@@ -75,20 +75,14 @@ STATE_QUERY = Query("state", "sim", m.Empty, m.State, "the latest state", reads=
 DESCRIPTION = Query("description", "sim", m.Empty, m.Description, "what the arm is", reads=True)
 SIM_STEP = Query("sim/step", "sim", m.Step, m.Stepped, "advance the stepped clock", timeout_s=120.0)
 SIM_RESET = Query("sim/reset", "sim", m.Reset, m.ResetDone, "begin a new run")
-SIM_DISTURB = Query(
-    "sim/disturb", "sim", m.Disturb, m.Disturbed, "push the arm, blur its sensors, lose messages"
-)
+SIM_DISTURB = Query("sim/disturb", "sim", m.Disturb, m.Disturbed, "push the arm, blur its sensors, lose messages")
 
-STATE = Publication(
-    "state", "sim", m.State, "what the arm measures", rate_hz=1000.0, max_age_s=0.02, stream=True
-)
+STATE = Publication("state", "sim", m.State, "what the arm measures", rate_hz=1000.0, max_age_s=0.02, stream=True)
 COMMAND = Publication(
     "command", "controller", m.Command, "what the arm shall do", rate_hz=1000.0, max_age_s=0.02, stream=True
 )
 PLAN = Publication("plan", "planner", m.Plan, "an accepted motion, whole")
-STATUS = Publication(
-    "status", "controller", m.Status, "the controller at a glance", rate_hz=50.0, max_age_s=0.5
-)
+STATUS = Publication("status", "controller", m.Status, "the controller at a glance", rate_hz=50.0, max_age_s=0.5)
 ENDED = Publication("ended", "controller", m.Result, "how a goal went")
 CONTACT = Publication("contact", "sim", m.Contact, "two bodies touched")
 BALL = Publication("ball", "sim", m.BallState, "the ball", rate_hz=100.0, max_age_s=0.5)
