@@ -220,21 +220,24 @@ class Bus:
                 raise self._refusal(topic, reply.err)
         raise NoAnswer(topic.owner, self.key(topic.key))
 
-    def announce(self, service: str) -> None:
-        """Hold the liveliness token of `service` while the session lives."""
+    def claim(self, service: str) -> bool:
+        """Take the liveliness token of `service` for as long as the session lives; False where somebody has it."""
+        if self.is_alive(service):
+            return False
         self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
+        return True
 
     def is_alive(self, service: str, timeout: float = 1.0) -> bool:
         """Return whether somebody on the bus holds the token of `service`."""
         replies = self.session.liveliness().get(self.key(alive_key(service)), timeout=timeout)
         return any(reply.ok is not None for reply in replies)
 
-    def watch_alive(self, key: str, callback: Callable[[bool], None]) -> None:
-        """Tell `callback` whenever the token on `key` (without prefix) appears (True) or is lost (False)."""
+    def watch_alive(self, key: str, callback: Callable[[str, bool], object]) -> None:
+        """Tell `callback` the key of every token on `key` that appears (True) or is lost (False), now and later."""
         self._keep(
             self.session.liveliness().declare_subscriber(
                 self.key(key),
-                lambda sample: callback(sample.kind == zenoh.SampleKind.PUT),
+                lambda sample: callback(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT),
                 history=True,
             )
         )

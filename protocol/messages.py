@@ -131,7 +131,7 @@ class Report(Struct, kw_only=True):
     rows: int
 
 
-class Stamps(Struct, frozen=True, kw_only=True):
+class Stamps(Struct, frozen=True):
     """When a goal reached each stage, Unix ns; null where it has not."""
 
     requested: int | None = None

@@ -1,0 +1,1 @@
+"""The 1 kHz controller: answers every state of the arm with a command."""

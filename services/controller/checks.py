@@ -1,0 +1,126 @@
+"""What a trajectory must satisfy before the loop sees it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motion.limits import Limits
+from motion.samples import Samples
+from protocol import messages as m
+from protocol.codec import bad_message, matrix
+from protocol.errors import Refusal
+from protocol.topics import MAX_PLAN_S
+from services.controller.timeline import Segment
+from services.robot import RobotConfig
+
+TIGHT = 1e-6
+LED_BACK = 0.02
+"""A plan may begin this far (rad) outside a position limit, where an arm was pushed, and lead back inside."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """A trajectory that is finite, smooth, inside the limits and ends at rest."""
+
+    message: m.Trajectory
+    segment: Segment
+
+
+def check_trajectory(trajectory: m.Trajectory, config: RobotConfig) -> Checked:
+    """Return the trajectory ready to be spliced.
+
+    Raises:
+        Refusal: `bad_message` where it is malformed, does not match this robot, jumps, or does not end at rest;
+            `limit` where a sample lies outside the robot's limits.
+    """
+    _check_frame(trajectory, config)
+    shape = trajectory.count, config.joint_count
+    samples = Samples(
+        *(matrix(getattr(trajectory, name), *shape, name) for name in ("positions", "velocities", "accelerations"))
+    )
+    _check_limits(samples, config)
+    _check_smooth(samples, config)
+    return Checked(trajectory, Segment(round(trajectory.start_time * config.rate_hz), samples))
+
+
+def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
+    if trajectory.joint_names != list(config.joint_names):
+        raise bad_message("joint_names", f"joint_names must be {list(config.joint_names)}")
+    if abs(trajectory.dt * config.rate_hz - 1.0) > TIGHT:
+        raise bad_message("dt", f"dt is {trajectory.dt} s; this robot ticks every {config.tick} s")
+    longest = round(MAX_PLAN_S * config.rate_hz) + 1
+    if not 1 <= trajectory.count <= longest:
+        raise bad_message("count", f"count is {trajectory.count}; 1 to {longest} samples ({MAX_PLAN_S} s) are taken")
+    if not 0 <= trajectory.hit_index < trajectory.count:
+        raise bad_message("hit_index", f"hit_index is {trajectory.hit_index}; it must lie below count")
+    if not 0 <= trajectory.start_time < 1e9:
+        raise bad_message(
+            "start_time", f"start_time is {trajectory.start_time} s; it must lie ahead on the arm's clock"
+        )
+    if not 0 < len(trajectory.goal_id) <= 128:
+        raise bad_message("goal_id", "goal_id must have 1 to 128 characters")
+
+
+def _check_limits(samples: Samples, config: RobotConfig) -> None:
+    limits: Limits = config.limits
+    low, high = limits.positions.T
+    first = samples.positions[0]
+    low = np.minimum(low, np.maximum(first, low - LED_BACK))
+    high = np.maximum(high, np.minimum(first, high + LED_BACK))
+    jerks = np.diff(samples.accelerations, axis=0) * config.rate_hz
+    _check_range("position", samples.positions, low, high, config)
+    _check_range("velocity", samples.velocities, -limits.velocities, limits.velocities, config)
+    _check_range("acceleration", samples.accelerations, -limits.accelerations, limits.accelerations, config)
+    _check_range("jerk", jerks, -limits.jerks, limits.jerks, config)
+
+
+def _check_range(quantity: str, values: np.ndarray, low: np.ndarray, high: np.ndarray, config: RobotConfig) -> None:
+    slack = TIGHT * np.where(np.isfinite(high - low), high - low, 0.0)
+    outside = (values < low - slack) | (values > high + slack)
+    if not outside.any():
+        return
+    row, joint = np.argwhere(outside)[0]
+    value, name = float(values[row, joint]), config.joint_names[joint]
+    bound = float(low[joint] if value < low[joint] else high[joint])
+    sentence = (
+        f"the {quantity} of joint {name} is {value:.6g} at sample {row}, beyond its limit of {bound:.6g}; "
+        "plan inside the limits of `description`"
+    )
+    raise Refusal("limit", sentence, joint=name, quantity=quantity, value=value, bound=bound)
+
+
+def _check_smooth(samples: Samples, config: RobotConfig) -> None:
+    """Positions, velocities and accelerations belong together: a trapezium a tick, within what the jerk can bend."""
+    dt, jerks = config.tick, config.limits.jerks
+    for name, values, rates, bend in (
+        ("positions", samples.positions, samples.velocities, dt**3 / 4 * jerks),
+        ("velocities", samples.velocities, samples.accelerations, dt**2 / 2 * jerks),
+    ):
+        step = np.diff(values, axis=0) - dt / 2 * (rates[1:] + rates[:-1])
+        jumps = np.argwhere(np.abs(step) > bend + 1e-9)
+        if len(jumps):
+            row, joint = jumps[0]
+            sentence = f"{name} of joint {config.joint_names[joint]} jump by {step[row, joint]:.3g} after sample {row}"
+            raise bad_message(name, f"{sentence}; they must be the integral of what follows them in the message")
+    if np.any(samples.velocities[-1]) or np.any(samples.accelerations[-1]):
+        raise bad_message("velocities", "the last sample must be exactly at rest: zero velocity and acceleration")
+
+
+def check_continuity(reference: tuple[np.ndarray, ...], segment: Segment, config: RobotConfig) -> None:
+    """Compare the first sample with the `reference` (positions, velocities, accelerations) it is to continue.
+
+    Raises:
+        Refusal: `invalid_goal`, naming the joint that would jump.
+    """
+    samples = segment.samples
+    first = samples.positions[0], samples.velocities[0], samples.accelerations[0]
+    fields = ("positions", TIGHT), ("velocities", TIGHT * 1e2), ("accelerations", TIGHT * 1e4)
+    for (field, tolerance), ours, theirs in zip(fields, reference, first, strict=True):
+        gap = np.abs(ours - theirs)
+        joint = int(np.argmax(gap))
+        if gap[joint] > tolerance:
+            sentence = (
+                f"{field} of joint {config.joint_names[joint]} begin at {theirs[joint]:.6g}, the reference is at "
+                f"{ours[joint]:.6g} then; ask `reference` where to begin"
+            )
+            raise Refusal("invalid_goal", sentence, field=field)

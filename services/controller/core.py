@@ -1,0 +1,307 @@
+"""The controller without its bus: states in, commands out, requests between two ticks."""
+
+import math
+
+import numpy as np
+
+from motion.tail import first_stop, stop
+from motion.tracking import tracking_acceleration
+from protocol import messages as m
+from protocol.codec import bad_message
+from protocol.errors import Refusal
+from protocol.topics import MAX_PLAN_S
+from services.controller.checks import TIGHT, Checked, check_continuity
+from services.controller.cycle import CycleStatistics
+from services.controller.ledger import Ledger, Running, note_hit
+from services.controller.modes import Event, Mode, next_mode
+from services.controller.timeline import Segment, Timeline
+from services.robot import RobotConfig
+
+AT_REST = 0.05
+"""Measured speed (rad/s) below which the arm counts as resting."""
+
+
+class Controller:
+    """Tracks a timeline by eq. 11 and keeps the books of the goals on it.
+
+    Time is the tick of the newest state; Unix times are passed in as `now_ns`. `source` names this controller's
+    life in its commands.
+    """
+
+    def __init__(self, config: RobotConfig, source: str = "controller") -> None:
+        self.config = config
+        self.cycle = CycleStatistics()
+        self.ledger = Ledger()
+        self.mode = Mode.HOLDING
+        self.epoch = 0
+        self.fault: str | None = None
+        self.changed = False
+        self._source = source
+        self._state: m.State | None = None
+        self._timeline = Timeline(config.home)
+        self._braked = False
+        self._acceleration = np.zeros(config.joint_count)
+
+    @property
+    def awake(self) -> bool:
+        """Whether the arm has been heard of."""
+        return self._state is not None
+
+    # --- every tick -----------------------------------------------------------------------------------
+
+    def answer(self, state: m.State, now_ns: int) -> m.Command | None:
+        """Return the command that answers `state`, or None where the state is old, doubled or malformed."""
+        if not self._fits(state):
+            self.cycle.refused += 1
+            return None
+        if self._opens_run(state):
+            self._begin_run(state)
+        else:
+            self.cycle.note_state(state.tick, state.applied_tick)
+        self._state = state
+        if state.brake and not self._braked:
+            self.raise_fault("the arm braked by itself for want of commands", hold=True)
+        self._braked = state.brake
+        self._timeline.forget_before(state.tick)
+        reference = self._timeline.at(state.tick)
+        self._follow_goals(state, reference, now_ns)
+        tracking_acceleration(
+            self.config.alpha,
+            (reference[0], reference[1], self._mean_acceleration(state.tick, reference[1])),
+            np.array(state.positions),
+            np.array(state.velocities),
+            out=self._acceleration,
+        )
+        goal = self.ledger.current(state.tick)
+        return m.Command(
+            run=state.run,
+            tick=state.tick,
+            source=self._source,
+            accelerations=self._acceleration.tolist(),
+            positions=reference[0].tolist(),
+            velocities=reference[1].tolist(),
+            goal_id=goal.result.goal_id if goal else None,
+        )
+
+    def raise_fault(self, reason: str, hold: bool = False) -> None:
+        """Latch a fault: stop under control, or where `hold` stay at the measured pose, and end all goals."""
+        self._switch(Event.FAULT)
+        self.epoch += 1
+        self.fault = reason
+        self.ledger.close_all("aborted", reason)
+        if hold and self._state is not None:
+            self._timeline.hold(np.array(self._state.positions), self._state.tick)
+        else:
+            self._stop_soon()
+
+    # --- requests -------------------------------------------------------------------------------------
+
+    def execute(self, checked: Checked, now_ns: int) -> m.Accepted:
+        """Splice a checked trajectory in.
+
+        Raises:
+            Refusal: `unavailable`, `fault`, `duplicate`, `not_holder`, `busy`, `superseded`, `late`, or `invalid_goal`
+                where it does not continue the reference.
+        """
+        trajectory, segment = checked.message, checked.segment
+        goal_id = trajectory.goal_id
+        state = self._require_state()
+        self._refuse_strangers(trajectory)
+        if trajectory.epoch != self.epoch:
+            sentence = f"goal {goal_id} was planned in epoch {trajectory.epoch}, it is {self.epoch} now; plan again"
+            raise Refusal("superseded", sentence, goal_id=goal_id)
+        if segment.start <= state.tick:
+            late = (state.tick + 1 - segment.start) * self.config.tick
+            sentence = f"goal {goal_id} starts at {trajectory.start_time} s, {late:.3f} s too late; use a longer lead"
+            raise Refusal("late", sentence, goal_id=goal_id)
+        check_continuity(self._timeline.at(segment.start), segment, self.config)
+        self._timeline.splice(segment)
+        self._switch(Event.ACCEPT)
+        self.epoch += 1
+        stamps = m.Stamps(requested=trajectory.stamps.requested, planned=trajectory.stamps.planned, accepted=now_ns)
+        self.ledger.open(
+            Running(
+                result=m.Result(goal_id=goal_id, outcome="running", stamps=stamps),
+                client_id=trajectory.client_id,
+                lease=trajectory.lease,
+                start=segment.start,
+                hit=segment.start + trajectory.hit_index,
+                end=segment.end,
+            )
+        )
+        return m.Accepted(goal_id=goal_id, start_time=segment.start * self.config.tick)
+
+    def reference(self, request: m.ReferenceRequest) -> m.Reference:
+        """Return where everything accepted so far will have the arm.
+
+        Raises:
+            Refusal: `unavailable` before the first state; `bad_message` for a lead outside 0 … 20 s.
+        """
+        state = self._require_state()
+        if not 0.0 <= request.lead <= MAX_PLAN_S:
+            raise bad_message("lead", f"lead is {request.lead} s; it must lie between 0 and {MAX_PLAN_S} s")
+        tick = state.tick + max(1, math.ceil(request.lead * self.config.rate_hz - TIGHT))
+        positions, velocities, accelerations = self._timeline.at(tick)
+        return m.Reference(
+            time=tick * self.config.tick,
+            epoch=self.epoch,
+            positions=positions.tolist(),
+            velocities=velocities.tolist(),
+            accelerations=accelerations.tolist(),
+        )
+
+    def cancel(self, request: m.Cancel) -> m.Canceled:
+        """Stop at the first tick from which a jerk-limited stop stays inside all limits.
+
+        Raises:
+            Refusal: `unavailable` before the first state; `unknown_goal`.
+        """
+        state = self._require_state()
+        newest = self.ledger.active[-1] if self.ledger.active else None
+        if request.goal_id is not None and (newest is None or request.goal_id != newest.result.goal_id):
+            self.ledger.result(request.goal_id)
+            return m.Canceled(goal_id=None, stop_time=state.time)
+        self.epoch += 1
+        self.changed = True
+        if newest is None:
+            return m.Canceled(goal_id=None, stop_time=max(state.tick, self._timeline.end) * self.config.tick)
+        self._switch(Event.CANCEL)
+        stopped = self._stop_soon()
+        self.ledger.close_later(stopped, "canceled", "canceled on request")
+        return m.Canceled(goal_id=newest.result.goal_id, stop_time=stopped * self.config.tick)
+
+    def reset(self) -> m.ModeReply:
+        """Leave a latched fault and hold the measured pose.
+
+        Raises:
+            Refusal: `unavailable` before the first state; `busy` while the arm or its reference moves.
+        """
+        state = self._require_state()
+        fastest = max(abs(velocity) for velocity in (state.truth or state).velocities)
+        if state.tick < self._timeline.end or (self.fault is not None and fastest > AT_REST):
+            goal = self.ledger.current(state.tick)
+            sentence = f"the arm moves ({fastest:.3f} rad/s); reset is for an arm at rest: cancel first, or wait"
+            raise Refusal("busy", sentence, goal_id=goal.result.goal_id if goal else None)
+        if self.fault is not None:
+            self._timeline.hold(np.array(state.positions), state.tick)
+            self.fault = None
+        self.epoch += 1
+        self._switch(Event.RESET)
+        return m.ModeReply(mode=self.mode.value)
+
+    def lose_client(self, client_id: str) -> None:
+        """Cancel the motion whose lease `client_id` held."""
+        newest = self.ledger.active[-1] if self.ledger.active else None
+        if newest is not None and newest.lease and newest.client_id == client_id:
+            self.epoch += 1
+            self._switch(Event.CANCEL)
+            reason = f"client {client_id} lost its lease"
+            self.ledger.close_later(self._stop_soon(), "canceled", reason)
+
+    def status(self) -> m.Status:
+        """Return the controller at a glance.
+
+        Raises:
+            Refusal: `unavailable` before the first state.
+        """
+        state = self._require_state()
+        reference = self._timeline.at(state.tick)
+        goal = self.ledger.current(state.tick)
+        errors = np.array(state.positions) - reference[0], np.array(state.velocities) - reference[1]
+        return m.Status(
+            time=state.time,
+            mode=self.mode.value,
+            epoch=self.epoch,
+            goal_id=goal.result.goal_id if goal else None,
+            time_from_start=(state.tick - goal.start) * self.config.tick if goal else None,
+            reference=m.Point(positions=reference[0].tolist(), velocities=reference[1].tolist()),
+            feedback=m.Point(positions=state.positions, velocities=state.velocities),
+            error=m.Point(positions=errors[0].tolist(), velocities=errors[1].tolist()),
+            cycle=self.cycle.message(),
+            fault=self.fault,
+        )
+
+    # --- inside ---------------------------------------------------------------------------------------
+
+    def _fits(self, state: m.State) -> bool:
+        lengths = {len(state.positions), len(state.velocities)}
+        old = self._state is not None and state.run == self._state.run and 0 < state.tick <= self._state.tick
+        return lengths == {self.config.joint_count} and not old
+
+    def _opens_run(self, state: m.State) -> bool:
+        return self._state is None or state.run != self._state.run or state.tick <= self._state.tick
+
+    def _begin_run(self, state: m.State) -> None:
+        """A new life of the arm: what was under way is over, the reference is where the arm is."""
+        self.ledger.close_all("aborted", "the arm began a new run")
+        self._timeline.hold(np.array(state.positions), state.tick)
+        self.cycle.begin(state.tick)
+        self.epoch += 1
+        self.fault = None
+        self._switch(Event.RUN)
+
+    def _follow_goals(self, state: m.State, reference: tuple[np.ndarray, ...], now_ns: int) -> None:
+        """Note the tracking error, first command and hit of the goal under way, and what is over."""
+        error = float(np.abs(np.array(state.positions) - reference[0]).max())
+        goal = self.ledger.current(state.tick)
+        if goal is not None:
+            result = goal.result
+            result.peak_tracking_error = max(result.peak_tracking_error, error)
+            if result.stamps.first_command is None:
+                stamps = result.stamps
+                result.stamps = m.Stamps(stamps.requested, stamps.planned, stamps.accepted, now_ns)
+            if result.hit is None and goal.hit <= state.tick and goal.closing == "succeeded":
+                note_hit(result, state.time, reference, state)
+        self.changed |= self.ledger.close_due(state.tick)
+        if not self.ledger.active and state.tick >= self._timeline.end:
+            self._switch(Event.REST)
+        if error > self.config.max_tracking_error and self.fault is None:
+            worst = int(np.argmax(np.abs(np.array(state.positions) - reference[0])))
+            self.raise_fault(
+                f"joint {self.config.joint_names[worst]} is {error:.3f} rad from its reference, more than "
+                f"max_tracking_error = {self.config.max_tracking_error} rad"
+            )
+
+    def _mean_acceleration(self, tick: int, velocities: np.ndarray) -> np.ndarray:
+        """The reference's mean acceleration over the coming tick: the arm holds a command for that long."""
+        return (self._timeline.at(tick + 1)[1] - velocities) * self.config.rate_hz
+
+    def _stop_soon(self) -> int:
+        """Splice in the earliest stop inside the limits and return the tick at which the arm rests."""
+        tick = self._require_state().tick + 1
+        coming = self._timeline.coming(tick)
+        index = first_stop(coming, self.config.limits)
+        if index is None or index >= len(coming) - 1:
+            return max(tick, self._timeline.end)
+        at = coming.positions[index], coming.velocities[index], coming.accelerations[index]
+        halt = stop(*at, self.config.limits)
+        count = math.ceil(halt.duration * self.config.rate_hz - TIGHT) + 1
+        segment = Segment(tick + index, halt.sample(np.arange(count) * self.config.tick))
+        self._timeline.splice(segment)
+        return segment.end
+
+    def _refuse_strangers(self, trajectory: m.Trajectory) -> None:
+        """Refuse what may not move the arm now, whatever it says."""
+        goal_id = trajectory.goal_id
+        if self.fault is not None:
+            sentence = f"the controller is in fault: {self.fault}; send `reset` once the arm is at rest"
+            raise Refusal("fault", sentence, fault=self.fault)
+        if self.ledger.knows(goal_id):
+            raise Refusal("duplicate", f"goal_id {goal_id!r} was executed before; make a new one", goal_id=goal_id)
+        holder = next((goal.client_id for goal in self.ledger.active if goal.lease), trajectory.client_id)
+        if holder != trajectory.client_id:
+            sentence = f"client {holder!r} holds the arm until its motion ends; cancel is open to all"
+            raise Refusal("not_holder", sentence, client_id=holder)
+        if self.ledger.active and not trajectory.preempt:
+            running = self.ledger.active[-1].result.goal_id
+            raise Refusal("busy", f"goal {running} is under way and preempt is false; wait for it", goal_id=running)
+
+    def _require_state(self) -> m.State:
+        if self._state is None:
+            raise Refusal("unavailable", "the arm has not said anything yet; start the sim", service="sim")
+        return self._state
+
+    def _switch(self, event: Event) -> None:
+        mode = next_mode(self.mode, event)
+        self.changed |= mode != self.mode
+        self.mode = mode

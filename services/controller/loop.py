@@ -1,0 +1,180 @@
+"""The controller on its bus: receive a state, answer it, attend to one request."""
+
+import contextlib
+import logging
+import threading
+import time
+from collections.abc import Callable
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Asking, Bus, Inbox, Stream
+from protocol.codec import decode
+from protocol.errors import Refusal
+from services.controller.checks import Checked, check_trajectory
+from services.controller.core import Controller
+from services.controller.modes import Mode
+from services.robot import RobotConfig
+
+WAIT_S = 0.001
+STATUS_PERIOD_NS = 20_000_000
+FAREWELL_S = 3.0
+
+
+class WrongRobot(Exception):
+    """The arm on the bus is not the one in the robot config."""
+
+
+class ControllerLoop:
+    """Owns the controller; everything from outside comes through its stream and its queues."""
+
+    def __init__(self, bus: Bus, config: RobotConfig, log: logging.Logger) -> None:
+        self._bus = bus
+        self._config = config
+        self._log = log
+        self._core = Controller(config)
+        self._states = Stream()
+        self._requests: Inbox[Asking] = Inbox()
+        self._trajectories: Inbox[Asking] = Inbox()
+        self._events: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._silent_waits = 0
+        self._stepped = False
+        self._next_status_ns = 0
+        self._closed = threading.Event()
+        self._checker = threading.Thread(target=self._check_trajectories, name="checker", daemon=True)
+        self._handlers: dict[str, Callable[[Any], Any]] = {
+            topics.REFERENCE.key: self._core.reference,
+            topics.CANCEL.key: self._core.cancel,
+            topics.RESET.key: lambda _: self._core.reset(),
+            topics.RESULT.key: lambda request: self._core.ledger.result(request.goal_id),
+            topics.STATUS_QUERY.key: lambda _: self._core.status(),
+        }
+        self._commands = bus.publisher(topics.COMMAND)
+        self._status = bus.publisher(topics.STATUS)
+        self._ended = bus.publisher(topics.ENDED)
+
+    def open(self) -> None:
+        """Declare everything on the bus; the arm introduces itself as soon as it is there."""
+        self._bus.listen(topics.STATE, self._states.push)
+        for query in topics.QUERIES:
+            if query.owner == "controller" and query.key in self._handlers:
+                self._bus.serve(query, self._requests)
+        self._bus.serve(topics.EXECUTE, self._trajectories)
+        self._bus.watch_alive(topics.alive_key("sim"), self._see_arm)
+        self._bus.watch_alive(topics.client_alive_key("*"), self._see_client)
+        self._checker.start()
+
+    def run(self, stopping: threading.Event) -> None:
+        """Answer states until `stopping` is set.
+
+        Raises:
+            WrongRobot: the arm on the bus is another one.
+        """
+        while not stopping.is_set():
+            self._answer(self._receive())
+            self._attend()
+
+    def close(self) -> None:
+        """Stop the arm under control while states still come, and end the checker."""
+        with contextlib.suppress(Refusal):
+            self._core.cancel(m.Cancel())
+        deadline = time.monotonic() + FAREWELL_S
+        while self._core.mode is Mode.STOPPING and self._silent_waits < 20 and time.monotonic() < deadline:
+            self._answer(self._receive())
+        self._closed.set()
+        self._checker.join(1.0)
+
+    # --- the three verbs ------------------------------------------------------------------------------
+
+    def _receive(self) -> tuple[bytes, int] | None:
+        """Return the newest state (in stepped time the next one), after waiting up to 1 ms for it."""
+        taken = self._states.take(WAIT_S)
+        while taken and not self._stepped and (newer := self._states.take()):
+            taken = newer
+        return taken
+
+    def _answer(self, received: tuple[bytes, int] | None) -> None:
+        """Publish the command that answers a state; count the silence where there is none."""
+        if received is None:
+            self._silent_waits += 1
+            if self._silent_waits == self._config.silence_ticks and not self._stepped and self._core.awake:
+                self._core.raise_fault(f"no state for {self._silent_waits} waits of 1 ms")
+                self._log.error("the arm fell silent; any motion is aborted")
+            return
+        data, arrival_ns = received
+        try:
+            command = self._core.answer(decode(data, m.State), time.time_ns())
+        except Refusal as refusal:
+            self._core.cycle.refused += 1
+            self._log.warning("a state was refused: %s", refusal)
+            return
+        if command is not None:
+            self._silent_waits = 0
+            self._commands.put(command)
+            self._core.cycle.note_response(time.perf_counter_ns() - arrival_ns)
+
+    def _attend(self) -> None:
+        """Apply at most one event or request, then tell what changed."""
+        try:
+            self._events.get_nowait()()
+        except Empty:
+            asking = self._requests.take()
+            if asking is not None:
+                self._reply(asking, lambda: self._handlers[asking.topic.key](asking.decode()))
+        for result in self._core.ledger.take_ended():
+            self._ended.put(result)
+            self._log.info("goal %s %s %s", result.goal_id, result.outcome, result.reason)
+        now_ns = time.monotonic_ns()
+        if self._core.awake and (self._core.changed or now_ns >= self._next_status_ns):
+            self._core.changed = False
+            self._next_status_ns = now_ns + STATUS_PERIOD_NS
+            self._status.put(self._core.status())
+
+    # --- requests and events --------------------------------------------------------------------------
+
+    def _reply(self, asking: Asking, act: Callable[[], Any]) -> None:
+        try:
+            asking.reply(act())
+        except Refusal as refusal:
+            asking.refuse(refusal)
+
+    def _check_trajectories(self) -> None:
+        """Decode and check the bodies of `execute` beside the loop, which then only has to splice them."""
+        while not self._closed.is_set():
+            asking = self._trajectories.take(0.2)
+            if asking is None:
+                continue
+            try:
+                checked = check_trajectory(asking.decode(), self._config)
+            except Refusal as refusal:
+                asking.refuse(refusal)
+                continue
+            self._events.put(lambda asking=asking, checked=checked: self._execute(asking, checked))
+
+    def _execute(self, asking: Asking, checked: Checked) -> None:
+        self._reply(asking, lambda: self._core.execute(checked, time.time_ns()))
+
+    def _see_arm(self, _: str, alive: bool) -> None:
+        if alive:
+            self._events.put(self._greet_arm)
+
+    def _greet_arm(self) -> None:
+        """Ask the arm what it is and where: what it published before we listened is lost."""
+        self._bus.ask_later(topics.DESCRIPTION, m.Empty(), lambda data: self._events.put(lambda: self._meet_arm(data)))
+
+    def _meet_arm(self, data: bytes) -> None:
+        arm = decode(data, m.Description)
+        ours = list(self._config.joint_names), self._config.rate_hz
+        if (arm.joint_names, arm.rate_hz) != ours:
+            raise WrongRobot(f"the arm has joints {arm.joint_names} at {arm.rate_hz} Hz, the robot config {ours}")
+        self._stepped = arm.clock == "stepped"
+        self._commands = self._bus.publisher(topics.COMMAND, blocking=self._stepped)
+        self._log.info("the arm is there: %d joints, %s clock, run %d", len(arm.joint_names), arm.clock, arm.run)
+        self._bus.ask_later(topics.STATE_QUERY, m.Empty(), self._states.push)
+
+    def _see_client(self, key: str, alive: bool) -> None:
+        if not alive:
+            client_id = key.rpartition("/")[2]
+            self._events.put(lambda: self._core.lose_client(client_id))
