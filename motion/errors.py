@@ -75,8 +75,6 @@ class SolverFailed(MotionError):
     """The quadratic program met numerical trouble twice; `status` is the solver's word for it."""
 
     def __init__(self, joint: int, status: str) -> None:
-        super().__init__(
-            f"joint {joint}: the solver gave up ({status}); change the goal or duration a little"
-        )
+        super().__init__(f"joint {joint}: the solver gave up ({status}); change the goal a little")
         self.joint = joint
         self.status = status

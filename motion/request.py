@@ -14,7 +14,7 @@ MIN_SEPARATION = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Boundary:
-    """State of J joints at an end of the motion: (J,) each, rad, rad/s, rad/s²; a NaN acceleration is free."""
+    """State of J joints at an end of the motion: (J,) rad, rad/s, rad/s²; a NaN acceleration is free."""
 
     positions: np.ndarray
     velocities: np.ndarray

@@ -1,27 +1,93 @@
-"""The jerk-limited stop after a hit or a cancel."""
+"""The jerk-limited stop after a hit or a cancel (design 1.9).
+
+Ruckig plans the stop that is played. The closed form beside it tells where a stop would lead, for many
+states at once and without allocating a trajectory; both are held against each other in the tests.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
+import ruckig
 
 from motion.limits import Limits
 from motion.samples import Samples
 
+UNLIMITED = 1e9
+"""What an acceleration (rad/s²) or jerk (rad/s³) without limit counts as, so that a stop takes some time."""
+
+TOUCH = 1e-9
+"""A stop may end beyond a limit by this much (rad, rad/s): rounding, not motion."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stop:
-    """A stop of J joints, each as fast as its own limits allow."""
+    """A stop of J joints, each as fast as its own limits allow.
+
+    Each joint runs through K pieces of constant jerk: `knots` (J, K+1) are their times, `states` (3, J, K+1)
+    position, velocity and acceleration there, `jerks` (J, K+1) the jerk from there on; at the last knot the
+    joint is at rest.
+    """
 
     duration: float
+    knots: np.ndarray
+    states: np.ndarray
+    jerks: np.ndarray
 
     def sample(self, times: np.ndarray) -> Samples:
         """States at `times` (n,), s from the start of the stop; exactly at rest from `duration` on."""
-        raise NotImplementedError
+        times = np.asarray(times, dtype=float)
+        out = np.empty((3, len(times), len(self.knots)))
+        for joint, knots in enumerate(self.knots):
+            piece = np.maximum(np.searchsorted(knots, times, side="right") - 1, 0)
+            p, v, a = self.states[:, joint, piece]
+            j = self.jerks[joint, piece]
+            t = times - knots[piece]
+            out[0, :, joint] = p + t * (v + t * (a / 2 + t * j / 6))
+            out[1, :, joint] = v + t * (a + t * j / 2)
+            out[2, :, joint] = a + t * j
+        return Samples(*out)
+
+    @property
+    def final_positions(self) -> np.ndarray:
+        """Positions (J,) at rest, rad."""
+        return self.states[0, :, -1]
 
 
 def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, limits: Limits) -> Stop:
-    """The fastest stop from a state (J,) inside the acceleration and jerk limits."""
-    raise NotImplementedError
+    """The fastest stop from a state (J,) inside the acceleration and jerk limits.
+
+    Position and velocity limits are not looked at: see `stop_extremes`. States in rad, rad/s, rad/s².
+    """
+    count = len(velocities)
+    wanted = ruckig.InputParameter(count)
+    wanted.control_interface = ruckig.ControlInterface.Velocity
+    wanted.synchronization = ruckig.Synchronization.No
+    wanted.current_velocity = np.asarray(velocities).tolist()
+    wanted.current_acceleration = np.asarray(accelerations).tolist()
+    wanted.max_acceleration = np.minimum(limits.accelerations, UNLIMITED).tolist()
+    wanted.max_jerk = np.minimum(limits.jerks, UNLIMITED).tolist()
+    trajectory = ruckig.Trajectory(count)
+    ruckig.Ruckig(count).calculate(wanted, trajectory)
+    profiles = trajectory.profiles[0]
+    lengths = np.array([[*p.brake.t, *p.t] for p in profiles])
+    jerks = np.array([[*p.brake.j, *p.j, 0.0] for p in profiles])
+    states = _integrate(np.stack([positions, velocities, accelerations]), lengths, jerks)
+    states[1:, :, -1] = 0.0
+    knots = np.concatenate([np.zeros((count, 1)), np.cumsum(lengths, axis=1)], axis=1)
+    return Stop(float(knots[:, -1].max()), knots, states, jerks)
+
+
+def _integrate(state: np.ndarray, lengths: np.ndarray, jerks: np.ndarray) -> np.ndarray:
+    """States (3, J, K+1) at the knots of K pieces of constant jerk from `state` (3, J)."""
+    states = np.empty((*state.shape, lengths.shape[1] + 1))
+    states[:, :, 0] = p, v, a = state
+    for k in range(lengths.shape[1]):
+        t, j = lengths[:, k], jerks[:, k]
+        p = p + t * (v + t * (a / 2 + t * j / 6))
+        v = v + t * (a + t * j / 2)
+        a = a + t * j
+        states[:, :, k + 1] = p, v, a
+    return states
 
 
 def stop_extremes(
@@ -31,10 +97,55 @@ def stop_extremes(
     max_accelerations: np.ndarray,
     max_jerks: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Lowest and highest position and velocity (p_min, p_max, v_min, v_max) of the stop from each state."""
-    raise NotImplementedError
+    """Lowest and highest position and velocity (p_min, p_max, v_min, v_max) of the stop from each state.
+
+    Any shapes that broadcast, for instance (n, J) states with (J,) limits. Closed form: seen in the direction
+    in which v + a|a|/2J is positive, the stop is jerk −J down to the acceleration −a_p, a hold, and jerk +J
+    back to zero, with a_p = min(√(Jv + a²/2), A). The velocity turns where a crosses 0, the position where v
+    does, which can only happen while a is still positive.
+    """
+    limit = np.minimum(max_accelerations, UNLIMITED)
+    jerk = np.minimum(max_jerks, UNLIMITED)
+    sign = np.where(velocities + accelerations * np.abs(accelerations) / (2 * jerk) >= 0, 1.0, -1.0)
+    v, a = sign * velocities, sign * accelerations
+    rising = np.maximum(a, 0.0)
+    # An acceleration already beyond the limit is held, not passed.
+    peak = np.maximum(np.minimum(np.sqrt(np.maximum(jerk * v + a * a / 2, 0.0)), limit), -a)
+    t1 = (a + peak) / jerk
+    v1 = v + t1 * (a - jerk * t1 / 2)
+    held = np.maximum(v1 - peak * peak / (2 * jerk), 0.0) / np.maximum(peak, 1e-300)
+    travel = t1 * (v + t1 * (a / 2 - t1 * jerk / 6)) + held * (v1 - peak * held / 2) + peak**3 / (6 * jerk**2)
+    back = np.minimum(v, 0.0)
+    root = np.sqrt(np.maximum(rising * rising + 2 * jerk * back, 0.0))
+    t0 = -2 * back / np.maximum(rising + root, 1e-300)
+    dip = t0 * (back + t0 * (rising / 2 - t0 * jerk / 6))
+    low, high = np.minimum(dip, travel), np.maximum(travel, 0.0)
+    slow, fast = back, np.maximum(v + rising * rising / (2 * jerk), 0.0)
+    return (
+        positions + np.where(sign > 0, low, -high),
+        positions + np.where(sign > 0, high, -low),
+        np.where(sign > 0, slow, -fast),
+        np.where(sign > 0, fast, -slow),
+    )
+
+
+def stops_inside(
+    positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, limits: Limits
+) -> np.ndarray:
+    """Whether the stop from each state (…, J) stays inside the position and velocity limits: bool (…, J)."""
+    p_min, p_max, v_min, v_max = stop_extremes(positions, velocities, accelerations, limits.accelerations, limits.jerks)
+    return (
+        (p_min >= limits.positions[:, 0] - TOUCH)
+        & (p_max <= limits.positions[:, 1] + TOUCH)
+        & (v_min >= -limits.velocities - TOUCH)
+        & (v_max <= limits.velocities + TOUCH)
+    )
 
 
 def first_stop(samples: Samples, limits: Limits) -> int | None:
-    """Index of the first sample from which the stop stays inside the position and velocity limits."""
-    raise NotImplementedError
+    """Index of the first sample from which the stop stays inside the position and velocity limits.
+
+    None where there is no such sample.
+    """
+    inside = stops_inside(samples.positions, samples.velocities, samples.accelerations, limits).all(axis=1)
+    return int(inside.argmax()) if inside.any() else None

@@ -1,0 +1,114 @@
+"""The Gaussian basis of eq. 8 in normalised time, its integrals, derivatives and Gram matrix (design 1.1, 1.2).
+
+Order −2 is the double integral from 0 (position), −1 the integral (velocity), 0 the function (acceleration),
+1 its derivative (jerk), and so on.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.polynomial import hermite_e
+from scipy.linalg import cholesky, solve_triangular
+from scipy.special import erf
+
+INTERVALS = 1000
+"""Intervals of the grid on which limits are looked at."""
+
+WIDTH = 0.7
+"""Standard deviation in units of the spacing: fits a strike to 0.6 %, condition number of the Gram matrix 62."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Basis:
+    """N Gaussians with centres equally spaced over [0, 1], ends included."""
+
+    centres: np.ndarray
+    sigma: float
+
+    def rows(self, s: np.ndarray, order: int) -> np.ndarray:
+        """Values (n, N) at s (n,) of the derivative of the given order (≥ −2) of all basis functions."""
+        x = (np.asarray(s, dtype=float)[:, None] - self.centres) / self.sigma
+        if order >= 0:
+            return _hermite_gaussian(x, order) / self.sigma**order
+        # ∫ψ = σ√(π/2) erf(x/√2), once more with ∫erf(y)dy = y erf(y) + exp(−y²)/√π, both from s = 0.
+        y, y0 = x / np.sqrt(2), -self.centres / (self.sigma * np.sqrt(2))
+        factor = self.sigma * np.sqrt(np.pi / 2)
+        if order == -1:
+            return factor * (erf(y) - erf(y0))
+        twice = np.sqrt(2) * self.sigma * (_integral_of_erf(y) - _integral_of_erf(y0))
+        return factor * (twice - np.asarray(s)[:, None] * erf(y0))
+
+    def gram(self) -> np.ndarray:
+        """Ψ_ij = ∫ψ_iψ_j over [0, 1] (eq. 13): (N, N)."""
+        middle = (self.centres[:, None] + self.centres) / 2
+        apart = self.centres[:, None] - self.centres
+        window = erf((1 - middle) / self.sigma) + erf(middle / self.sigma)
+        return np.exp(-((apart / (2 * self.sigma)) ** 2)) * self.sigma * np.sqrt(np.pi) / 2 * window
+
+    def peak(self, order: int) -> float:
+        """The largest |ψ⁽ⁿ⁾(s)| of any basis function over all s, for order n ≥ 0."""
+        turning = hermite_e.hermeroots([0] * (order + 1) + [1])
+        return float(np.abs(_hermite_gaussian(turning, order)).max() / self.sigma**order)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """A basis on the grid s (M,), M = INTERVALS + 1, in whitened weights.
+
+    With Ψ = LLᵀ and z = Lᵀw the cost of eq. 12 is |z − z_d|² + const, z_d = L⁻¹θ. `rows` (6, M, N) act on z and
+    hold the orders −2 … 3; `spread` (4, M−1, N) acts on |w| and bounds |ψ⁽ⁿ⁾| on each interval for the
+    orders 2 … 5, the fourth derivatives of position, velocity, acceleration and jerk.
+    """
+
+    basis: Basis
+    s: np.ndarray
+    factor: np.ndarray
+    rows: np.ndarray
+    spread: np.ndarray
+    norms: np.ndarray
+
+    def whiten(self, theta: np.ndarray) -> np.ndarray:
+        """L⁻¹θ for columns θ (N, J)."""
+        return solve_triangular(self.factor, theta, lower=True)
+
+    def weights(self, z: np.ndarray) -> np.ndarray:
+        """w = L⁻ᵀz for columns z (N, …)."""
+        return solve_triangular(self.factor, z, lower=True, trans=1)
+
+    def rows_at(self, s: np.ndarray, order: int) -> np.ndarray:
+        """Rows (n, N) acting on z at any s (n,)."""
+        return self.whiten(self.basis.rows(s, order).T).T
+
+
+@cache
+def make_basis(count: int) -> Basis:
+    """The basis of `count` ≥ 5 functions."""
+    centres = np.linspace(0, 1, count)
+    return Basis(centres, WIDTH / (count - 1))
+
+
+@cache
+def make_grid(count: int) -> Grid:
+    """The grid of the basis of `count` functions; it is a constant of the count, built once."""
+    basis = make_basis(count)
+    s = np.linspace(0, 1, INTERVALS + 1)
+    factor = cholesky(basis.gram(), lower=True)
+    rows = np.stack([solve_triangular(factor, basis.rows(s, order).T, lower=True).T for order in range(-2, 4)])
+    h = s[1]
+    # |f| between two points ≤ the larger end + h²/8·max|f″|.
+    ends = [np.abs(basis.rows(s, order)) for order in range(2, 6)]
+    spread = [
+        np.maximum(e[:-1], e[1:]) + h**2 / 8 * basis.peak(order + 2) for e, order in zip(ends, range(2, 6), strict=True)
+    ]
+    norms = np.linalg.norm(rows[:4], axis=2).max(axis=1)
+    return Grid(basis, s, factor, np.ascontiguousarray(rows), np.stack(spread), norms)
+
+
+def _hermite_gaussian(x: np.ndarray, order: int) -> np.ndarray:
+    """The derivative of the given order of exp(−x²/2): (−1)ⁿ Heₙ(x) exp(−x²/2)."""
+    return (-1) ** order * hermite_e.hermeval(x, [0] * order + [1]) * np.exp(-x * x / 2)
+
+
+def _integral_of_erf(y: np.ndarray) -> np.ndarray:
+    return y * erf(y) + np.exp(-y * y) / np.sqrt(np.pi)
