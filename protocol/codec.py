@@ -2,7 +2,7 @@
 
 import math
 import re
-from typing import Any, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import msgpack
 import msgspec
@@ -14,6 +14,8 @@ Kind = TypeVar("Kind", bound=msgspec.Struct)
 
 ENCODING = "application/msgpack"
 MAX_DEPTH = 8
+MAX_FIELD = 120
+MAX_SENTENCE = 400
 _WHERE = re.compile(r"^(?P<what>.*?)(?: - at `\$\.?(?P<path>.*?)`)?$", re.DOTALL)
 _NAMED = re.compile(r"(unknown|required) field `(.*?)`")
 
@@ -37,14 +39,14 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 20) -> Kind:
         raise bad_message("", f"the body is {_describe(body)}; send a msgpack map with string keys")
     _check_finite(body, "", MAX_DEPTH)
     try:
-        return msgspec.convert(body, kind)
+        return msgspec.convert(body, kind, builtin_types=(bytes,))  # else a string would pass as base64
     except msgspec.ValidationError as error:
         raise _explain(error, kind) from None
 
 
 def bad_message(field: str, sentence: str) -> Refusal:
     """Return the refusal of a malformed body; `field` is empty where the whole body is meant."""
-    return Refusal("bad_message", sentence, field=field)
+    return Refusal("bad_message", _short(sentence, MAX_SENTENCE), field=_short(field, MAX_FIELD))
 
 
 def matrix(data: bytes, rows: int, columns: int, field: str) -> np.ndarray:
@@ -73,9 +75,16 @@ def _unpack(data: bytes) -> Any:
         return msgpack.unpackb(data)
     except msgpack.ExtraData as extra:
         raise bad_message("", f"{len(extra.extra)} bytes follow the message; send exactly one map") from None
-    except (ValueError, msgpack.UnpackException, RecursionError) as error:
+    except (msgpack.StackError, RecursionError):
+        raise bad_message("", f"the body is nested too deep; at most {MAX_DEPTH} levels are taken") from None
+    except (ValueError, msgpack.UnpackException) as error:
         detail = str(error) or type(error).__name__
         raise bad_message("", f"the body is not msgpack: {detail}") from None
+
+
+def _short(text: str, length: int) -> str:
+    """Cut what a sender made long: a refusal is small whatever it refuses."""
+    return text if len(text) <= length else f"{text[: length - 1]}…"
 
 
 def _describe(body: Any) -> str:
@@ -88,9 +97,11 @@ def _check_finite(value: Any, path: str, depth: int) -> None:
             raise bad_message(path, f"{path} is {value}; only finite numbers are taken")
     elif isinstance(value, dict | list):
         if not depth:
-            raise bad_message(path, f"{path:.80} is nested more than {MAX_DEPTH} deep")
+            raise bad_message(path, f"{_short(path, MAX_FIELD)} is nested more than {MAX_DEPTH} deep")
         if isinstance(value, dict):
             for key, item in value.items():
+                if not isinstance(key, str):
+                    raise bad_message(path, f"{path or 'the body'} has the key {key!r:.40}; keys are strings")
                 _check_finite(item, f"{path}.{key}" if path else str(key), depth - 1)
         else:
             for index, item in enumerate(value):
@@ -108,6 +119,16 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct]) -> Refu
         return bad_message(field, f"{field} is missing")
     if named:
         known = "" if path else f"; a {kind.__name__} has {', '.join(kind.__struct_fields__)}"
-        return bad_message(field, f"{field} is not a known field{known}")
-    sentence = what.replace("`", "")
+        return bad_message(field, f"{_short(field, MAX_FIELD)} is not a known field{known}")
+    sentence = what.replace("`object", "`map").replace("`", "")
+    if sentence.startswith("Invalid enum value"):
+        choices = _choices(get_type_hints(kind).get(field))
+        sentence += f"; choose from {', '.join(repr(choice) for choice in choices)}" if choices else ""
     return bad_message(field, f"{field}: {sentence[0].lower()}{sentence[1:]}" if field else sentence)
+
+
+def _choices(hint: Any) -> list[Any]:
+    """Return the values that the `Literal`s in a type annotation allow."""
+    if get_origin(hint) is Literal:
+        return list(get_args(hint))
+    return [choice for part in get_args(hint) for choice in _choices(part)]
