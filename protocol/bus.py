@@ -26,25 +26,31 @@ from protocol.topics import (
 Item = TypeVar("Item")
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+NO_HUB = "Unable to connect"
+"""What Zenoh's error says where no endpoint to connect to answers."""
 
 
 def open_session(
-    connect: Sequence[str] = (), listen: Sequence[str] = (), config_file: Path | None = None
+    connect: Sequence[str] = (),
+    listen: Sequence[str] = (),
+    config_file: Path | None = None,
+    give_up: Callable[[], bool] = lambda: False,
 ) -> zenoh.Session:
     """Open a session: the router of the bus where `listen` is given, otherwise a client of `connect`.
 
-    A client waits and retries while no hub is there, and comes back by itself after one restarts. Multicast
-    scouting and shared memory are off. `config_file` (json5) is laid under these settings.
+    A client waits and retries while no hub is there, asking `give_up` twice a second, and comes back by itself after
+    one restarts. Multicast scouting and shared memory are off. `config_file` (json5) is laid under these settings.
 
     Raises:
-        zenoh.ZError: the configuration is invalid, or an endpoint to listen on is taken.
+        zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
     """
     config = zenoh.Config.from_file(config_file) if config_file else zenoh.Config()
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("transport/shared_memory/enabled", "false")
     retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
     config.insert_json5("connect/retry", json.dumps(retry))
-    config.insert_json5("connect/timeout_ms", "-1")
+    attempt_ms = -1 if listen else 500  # a client's own wait for ever would ignore signals
+    config.insert_json5("connect/timeout_ms", str(attempt_ms))
     config.insert_json5("connect/exit_on_failure", "false")
     if listen:
         config.insert_json5("mode", '"router"')
@@ -55,7 +61,12 @@ def open_session(
         config.insert_json5("listen/endpoints", "[]")
     if connect:
         config.insert_json5("connect/endpoints", json.dumps(list(connect)))
-    return zenoh.open(config)
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError as error:
+            if listen or NO_HUB not in str(error) or give_up():
+                raise
 
 
 class Inbox(Generic[Item]):

@@ -1,5 +1,6 @@
 """The command-line flags that every service shares."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -18,7 +19,8 @@ class Options:
     Attributes:
         robot: Name of the robot on the bus, the second part of every key; by default the one in the robot config.
         robot_config: TOML file beside an MJCF file that describes the robot.
-        connect: Endpoints of the bus to join, as tcp/HOST:PORT. Default tcp/127.0.0.1:7447 unless this service hosts the bus.
+        connect: Endpoints of the bus to join, as tcp/HOST:PORT. By default tcp/127.0.0.1:7447, unless this
+            service hosts the bus.
         listen: Endpoints on which this service hosts the bus.
         zenoh_config: Further Zenoh settings, a json5 file.
     """
@@ -34,13 +36,17 @@ Common = Annotated[Options, tyro.conf.arg(name="")]
 """`Options` whose flags carry no prefix, for use as a field of a service's own flags."""
 
 
-def open_bus(options: Options, robot: str, hosts_by_default: bool = False) -> Bus:
+def open_bus(
+    options: Options, robot: str, hosts_by_default: bool = False, give_up: Callable[[], bool] = lambda: False
+) -> Bus:
     """Open the bus of `robot` as `options` say; without endpoints the service hosts or joins the default one.
 
+    While the hub to join is not there, `give_up` is asked twice a second: a service passes its stop event's `is_set`.
+
     Raises:
-        zenoh.ZError: the configuration is invalid, or an endpoint to listen on is taken.
+        zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
     """
     listen, connect = options.listen, options.connect
     if not listen and not connect and not options.zenoh_config:
         listen, connect = ((DEFAULT_ENDPOINT,), ()) if hosts_by_default else ((), (DEFAULT_ENDPOINT,))
-    return Bus(open_session(connect, listen, options.zenoh_config), options.robot or robot)
+    return Bus(open_session(connect, listen, options.zenoh_config, give_up), options.robot or robot)
