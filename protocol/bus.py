@@ -113,10 +113,11 @@ class Stream:
 
 
 class Asking(Generic[Asked, Answered]):
-    """One request on its way to an answer. Answer it exactly once: `reply` or `refuse`."""
+    """One request on its way to an answer, exactly one: `reply` or `refuse`. `arrival_ns` is Unix time."""
 
     def __init__(self, topic: Query[Asked, Answered], key: str, query: zenoh.Query) -> None:
         self.topic = topic
+        self.arrival_ns = time.time_ns()
         self._key = key
         self._query = query
 

@@ -1,0 +1,1 @@
+"""The planner: learns primitives and turns goals into motions."""

@@ -1,0 +1,107 @@
+"""`python -m services.planner`: learn primitives and plan goals."""
+
+import logging
+import sys
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import tyro
+
+from motion.errors import InvalidMotion
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Asking, Bus, Inbox
+from protocol.errors import NoAnswer, Refusal
+from services import runtime
+from services.options import Common, Options, open_bus
+from services.planner.core import Lead, Planner
+from services.planner.learning import learn_from_csv
+from services.planner.library import Library
+from services.robot import RobotConfig, load_robot
+
+DEFAULT_LIBRARY = Path.home() / ".local" / "share" / "volley" / "library"
+SHIPPED = Path(__file__).resolve().parents[2] / "deploy" / "demonstrations"
+
+
+@dataclass(frozen=True, slots=True)
+class Flags:
+    """Learn primitives and plan goals.
+
+    Attributes:
+        library: Directory of the learned primitives; made on first start, with the shipped demonstrations learned.
+        lead: Fixed time ahead of now at which a plan begins, s; by default it follows the time that planning takes.
+    """
+
+    common: Common = field(default_factory=Options)
+    library: Path = DEFAULT_LIBRARY
+    lead: float | None = None
+
+
+def main() -> int:
+    """Run until SIGTERM or Ctrl-C; return the exit status."""
+    flags = tyro.cli(Flags)
+    log = runtime.start_logging("planner")
+    stopping = runtime.stop_on_signals()
+    runtime.become_polite()
+    config = load_robot(flags.common.robot_config)
+    library = Library(flags.library, log)
+    if library.is_new:
+        learn_shipped(library, config, log)
+    with open_bus(flags.common, config.name) as bus:
+        if not bus.claim("planner"):
+            log.error("another planner serves robot %s on this bus", bus.robot)
+            return runtime.EXIT_TAKEN
+        serve(bus, Planner(bus, config, library, lead := Lead(config.tick, flags.lead), log), lead, stopping)
+    return 0
+
+
+def learn_shipped(library: Library, config: RobotConfig, log: logging.Logger) -> None:
+    """Learn every shipped demonstration of this arm."""
+    for path in sorted(SHIPPED.glob("*.csv")):
+        try:
+            primitive = learn_from_csv(path, config.joint_names)
+        except InvalidMotion as error:
+            log.warning("%s: %s", path.name, error)
+            continue
+        if primitive is not None:
+            library.put(path.stem, primitive)
+            log.info("learned %s from the demonstration that ships with Volley", path.stem)
+
+
+def serve(bus: Bus, planner: Planner, lead: Lead, stopping: threading.Event) -> None:
+    """Answer requests one at a time until `stopping` is set."""
+    inbox: Inbox[Asking] = Inbox()
+    arm_appeared = threading.Event()
+    handlers = {
+        topics.GOAL.key: lambda asking: planner.goal(asking.decode(), asking.arrival_ns),
+        topics.LEARN.key: lambda asking: planner.learn(asking.decode()),
+        topics.FORGET.key: lambda asking: planner.forget(asking.decode()),
+        topics.PRIMITIVES.key: lambda asking: planner.primitives(asking.decode()),
+    }
+    for query in topics.QUERIES:
+        if query.owner == "planner":
+            bus.serve(query, inbox)
+    bus.watch_alive(topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else None)
+    while not stopping.is_set():
+        asking = inbox.take(0.1)
+        if arm_appeared.is_set():
+            arm_appeared.clear()
+            lead.stepped = is_stepped(bus)
+        if asking is not None:
+            try:
+                asking.reply(handlers[asking.topic.key](asking))
+            except Refusal as refusal:
+                asking.refuse(refusal)
+
+
+def is_stepped(bus: Bus) -> bool:
+    """Return whether the arm's clock advances on request only."""
+    try:
+        return bus.ask(topics.DESCRIPTION, m.Empty(), timeout=1.0).clock == "stepped"
+    except (NoAnswer, Refusal):
+        return False
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,169 @@
+"""The planner's requests: learn, primitives, forget, goal."""
+
+import logging
+import time
+import uuid
+from collections import OrderedDict, deque
+
+import numpy as np
+
+from motion.errors import MotionError
+from motion.plan import Plan, Warm, plan
+from motion.primitive import Primitive
+from motion.request import Boundary
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Bus, Publisher
+from protocol.errors import NoAnswer, Refusal
+from services.planner.goals import Origin, check_goal, motion_request, refusal_of, start_boundary
+from services.planner.learning import learn_from_request, learned_message
+from services.planner.library import Library
+from services.planner.replies import goal_reply, plan_message, trajectory_message
+from services.robot import RobotConfig
+
+KEPT_ANSWERS = 1000
+STEPPED_LEAD_TICKS = 20
+
+
+class Lead:
+    """How far ahead a plan begins: what the slowest of the last plans took, and half as much again.
+
+    `fixed` (s) overrides. In stepped time nothing is late, and the lead is 20 ticks.
+    """
+
+    def __init__(self, tick: float, fixed: float | None = None) -> None:
+        self.stepped = False
+        self._stepped_lead = STEPPED_LEAD_TICKS * tick
+        self._fixed = fixed
+        self._took: deque[float] = deque([0.05], maxlen=50)
+
+    def seconds(self) -> float:
+        """Return the lead of the next plan."""
+        if self.stepped:
+            return self._stepped_lead
+        return self._fixed if self._fixed is not None else 0.01 + 1.5 * max(self._took)
+
+    def note(self, seconds: float) -> None:
+        """Note what a plan took from its reference to its acceptance."""
+        self._took.append(seconds)
+
+
+class Planner:
+    """Answers the planner's requests, one at a time; asks the controller where to begin and to play the result."""
+
+    def __init__(self, bus: Bus, config: RobotConfig, library: Library, lead: Lead, log: logging.Logger) -> None:
+        self._bus = bus
+        self._config = config
+        self._library = library
+        self._lead = lead
+        self._log = log
+        self._plans: Publisher[m.Plan] = bus.publisher(topics.PLAN)
+        self._warm: dict[str, Warm] = {}
+        self._answers: OrderedDict[str, tuple[m.Goal, m.GoalReply]] = OrderedDict()
+
+    def primitives(self, _: m.Empty) -> m.Primitives:
+        """List the library."""
+        return m.Primitives(primitives=list(self._library))
+
+    def learn(self, request: m.Learn) -> m.Learned:
+        """Learn a primitive; it is on disk before this returns."""
+        self._library.check_name(request.name, request.replace)
+        primitive = learn_from_request(request)
+        self._library.put(request.name, primitive)
+        self._warm.pop(request.name, None)
+        self._log.info("learned %s: %.3f s, %d joints", request.name, primitive.duration, primitive.joint_count)
+        return learned_message(request.name, primitive)
+
+    def forget(self, request: m.Forget) -> m.Forgotten:
+        """Remove a primitive; a motion made from it goes on."""
+        self._library.remove(request.name)
+        self._warm.pop(request.name, None)
+        return m.Forgotten(name=request.name)
+
+    def goal(self, goal: m.Goal, requested_ns: int) -> m.GoalReply:
+        """Plan `goal` and, unless it is plan-only, have it played.
+
+        Raises:
+            Refusal: whatever stands in its way; then nothing moves, except that `unavailable` with a goal_id leaves
+                open whether it does.
+        """
+        known = self._answers.get(goal.goal_id or "")
+        if known is not None:
+            if known[0] != goal:
+                sentence = f"goal_id {goal.goal_id!r} was used for another goal; make a new one"
+                raise Refusal("duplicate", sentence, goal_id=goal.goal_id)
+            return known[1]
+        primitive = self._library.get(goal.primitive)
+        check_goal(goal, primitive, self._config)
+        goal_id = goal.goal_id or uuid.uuid4().hex
+        reply = self._play(goal, goal_id, primitive, requested_ns)
+        self._answers[goal_id] = goal, reply
+        while len(self._answers) > KEPT_ANSWERS:
+            self._answers.popitem(last=False)
+        return reply
+
+    def _play(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> m.GoalReply:
+        """Plan and execute; once more where the plan came late or another plan came between."""
+        for last in (False, True):
+            began = time.monotonic()
+            origin = self._origin(goal)
+            made, solve_ms = self._solve(goal, primitive, origin)
+            stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
+            trajectory = trajectory_message(made, goal, goal_id, origin, self._config, stamps)
+            if not goal.plan_only:
+                try:
+                    self._execute(trajectory)
+                except Refusal as refusal:
+                    self._lead.note(time.monotonic() - began)
+                    if last or refusal.code != "late":
+                        raise
+                    self._log.warning("goal %s: %s", goal_id, refusal)
+                    continue
+                self._lead.note(time.monotonic() - began)
+                self._plans.put(plan_message(made, trajectory, goal, primitive))
+                self._log.info(
+                    "goal %s: %s in %.3f s, solved in %.1f ms", goal_id, goal.primitive, made.duration, solve_ms
+                )
+            return goal_reply(made, trajectory, goal.include_trajectory, solve_ms, self._config)
+        raise AssertionError("unreachable: the last round returns or raises")
+
+    def _solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> tuple[Plan, float]:
+        request = motion_request(goal, primitive, self._config, origin)
+        began = time.perf_counter()
+        try:
+            made = plan(primitive, request, self._config.tick, self._warm.get(goal.primitive))
+        except MotionError as error:
+            raise refusal_of(error, self._config) from None
+        self._warm[goal.primitive] = made.warm
+        return made, (time.perf_counter() - began) * 1e3
+
+    def _origin(self, goal: m.Goal) -> Origin:
+        """Where the motion begins: the goal's own start, the reference's future, or the home pose at rest."""
+        reference = self._reference(optional=goal.plan_only)
+        at, epoch = (reference.time, reference.epoch) if reference else (0.0, 0)
+        if goal.start is not None:
+            return Origin(at, epoch, start_boundary(goal.start, self._config))
+        if reference is None:
+            rest = np.zeros(self._config.joint_count)
+            return Origin(at, epoch, Boundary(self._config.home, rest, rest))
+        vectors = (np.array(v) for v in (reference.positions, reference.velocities, reference.accelerations))
+        return Origin(at, epoch, Boundary(*vectors))
+
+    def _reference(self, optional: bool) -> m.Reference | None:
+        try:
+            return self._bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds()))
+        except NoAnswer as silence:
+            if optional:
+                return None
+            raise Refusal("unavailable", f"{silence}; start it first", service="controller") from None
+        except Refusal as refusal:
+            if optional and refusal.code == "unavailable":
+                return None
+            raise
+
+    def _execute(self, trajectory: m.Trajectory) -> None:
+        try:
+            self._bus.ask(topics.EXECUTE, trajectory)
+        except NoAnswer as silence:
+            sentence = f"{silence}; goal {trajectory.goal_id} may have started, ask `result`"
+            raise Refusal("unavailable", sentence, service="controller", goal_id=trajectory.goal_id) from None

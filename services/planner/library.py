@@ -1,0 +1,106 @@
+"""The primitives on disk: one .npz file each, written whole or not at all."""
+
+import logging
+import os
+import re
+import time
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from motion.errors import InvalidMotion
+from motion.primitive import Primitive
+from protocol import messages as m
+from protocol.codec import bad_message
+from protocol.errors import Refusal
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+
+
+class Library:
+    """All primitives of a directory, kept in memory.
+
+    `is_new` tells whether the directory was made just now. Files that cannot be read are left alone and reported.
+    """
+
+    def __init__(self, directory: Path, log: logging.Logger) -> None:
+        self.is_new = not directory.exists()
+        directory.mkdir(parents=True, exist_ok=True)
+        self._directory = directory
+        self._primitives: dict[str, tuple[Primitive, float]] = {}
+        for leftover in directory.glob(".*.tmp"):
+            leftover.unlink()
+        for path in sorted(directory.glob("*.npz")):
+            try:
+                self._primitives[path.stem] = _read(path)
+            except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, InvalidMotion) as error:
+                log.warning("%s is not a primitive and is left alone: %s", path, error)
+
+    def __iter__(self) -> Iterator[m.PrimitiveEntry]:
+        for name, (primitive, created) in sorted(self._primitives.items()):
+            yield m.PrimitiveEntry(
+                name=name,
+                joint_count=primitive.joint_count,
+                duration=primitive.duration,
+                samples=primitive.samples,
+                created=created,
+            )
+
+    def get(self, name: str) -> Primitive:
+        """Return the primitive called `name`.
+
+        Raises:
+            Refusal: `unknown_primitive`, listing what there is.
+        """
+        try:
+            return self._primitives[name][0]
+        except KeyError:
+            there = ", ".join(sorted(self._primitives)) or "none yet; send one to `learn`"
+            raise Refusal("unknown_primitive", f"there is no primitive {name!r}; there is {there}", name=name) from None
+
+    def check_name(self, name: str, replace: bool) -> None:
+        """Raise a Refusal unless `name` may be written: `bad_message` for a bad name, `exists` for a taken one."""
+        if not _NAME.fullmatch(name):
+            raise bad_message(
+                "name", f"name {name[:80]!r} must be 1 to 64 letters, digits, - or _, not starting with - or _"
+            )
+        if name in self._primitives and not replace:
+            raise Refusal("exists", f"there is a primitive {name!r}; send replace: true to learn it anew", name=name)
+
+    def put(self, name: str, primitive: Primitive) -> None:
+        """Keep `primitive` as `name`, on disk before this returns."""
+        created = time.time()
+        temporary = self._directory / f".{name}.tmp"
+        with temporary.open("wb") as file:
+            np.savez(file, created=created, **primitive.to_arrays())  # type: ignore[arg-type]
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(self._directory / f"{name}.npz")
+        self._sync_directory()
+        self._primitives[name] = primitive, created
+
+    def remove(self, name: str) -> None:
+        """Forget the primitive called `name`.
+
+        Raises:
+            Refusal: `unknown_primitive`.
+        """
+        self.get(name)
+        (self._directory / f"{name}.npz").unlink(missing_ok=True)
+        self._sync_directory()
+        del self._primitives[name]
+
+    def _sync_directory(self) -> None:
+        """Make a new or removed name survive a power cut."""
+        descriptor = os.open(self._directory, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _read(path: Path) -> tuple[Primitive, float]:
+    with np.load(path, allow_pickle=False) as arrays:
+        return Primitive.from_arrays({key: arrays[key] for key in arrays if key != "created"}), float(arrays["created"])
