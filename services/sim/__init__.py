@@ -1,0 +1,1 @@
+"""The simulated arm and its place on the bus."""

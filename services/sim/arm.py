@@ -1,0 +1,204 @@
+"""The simulated arm: what a real one would offer, behind the same few methods, and its ball.
+
+A real arm's backend has `reset`, `step` and `observe` alike.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from protocol.errors import Refusal
+from protocol.messages import ActiveDisturbance, Ball, Contact, Disturb
+from services.robot import RobotConfig
+from services.sim.contact import ContactLog
+from services.sim.disturbances import Disturbances
+from services.sim.model import Scene, build_scene
+from services.sim.torque import InverseDynamics
+
+TEE_STORE = (0.0, 0.0, -10.0)
+"""Where the tee is kept while the ball needs none, m."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """What the arm says at a tick; arrays (J,), rad, rad/s, N·m.
+
+    positions, velocities: measured, with noise. torques: applied over the tick before; saturated where
+    they were clipped. true_positions, true_velocities: without noise.
+    """
+
+    tick: int
+    time: float
+    positions: np.ndarray
+    velocities: np.ndarray
+    torques: np.ndarray
+    saturated: np.ndarray
+    true_positions: np.ndarray
+    true_velocities: np.ndarray
+
+
+class SimulatedArm:
+    """A torque-driven arm in MuJoCo. The same seed and the same calls give the same bits."""
+
+    def __init__(self, config: RobotConfig, seed: int = 0) -> None:
+        self.config = config
+        self._scene: Scene = build_scene(config)
+        self._dynamics = InverseDynamics(self._scene)
+        self._contact_log = ContactLog(self._scene)
+        self._disturbances = Disturbances(config.joint_names, config.rate_hz)
+        self.reset(seed=seed)
+
+    def reset(self, positions: list[float] | None = None, ball: Ball | None = None, seed: int = 0) -> None:
+        """Tick 0, at rest at `positions` (J,), rad (None: home), undisturbed, the ball where given (None: on its tee).
+
+        A ball given at rest gets the tee under it. Raises Refusal `bad_message` for a wrong length or numbers that
+        are not finite, `limit` for a joint outside its range; nothing has changed then.
+        """
+        pose = self.config.home if positions is None else self._checked_pose(positions)
+        self._check_ball(ball)
+        scene = self._scene
+        mujoco.mj_resetData(scene.model, scene.data)
+        scene.data.qpos[scene.qpos] = pose
+        if ball is not None:
+            self._place_ball(ball)
+        self._disturbances.clear()
+        self._contact_log.clear()
+        self._noise = np.random.default_rng(seed)
+        self._tick = 0
+        self._torques = np.zeros(self.config.joint_count)
+        self._saturated = np.zeros(self.config.joint_count, dtype=bool)
+        self._contacts: list[Contact] = []
+        self._observation = self._measure()
+
+    def step(self, accelerations: np.ndarray) -> None:
+        """One tick with commanded `accelerations` (J,), rad/s²: torque by inverse dynamics, held for the tick.
+
+        Raises ValueError, before anything moves, where they are not J finite numbers.
+        """
+        scene = self._scene
+        model, data = scene.model, scene.data
+        mujoco.mj_step1(model, data)
+        demanded = self._dynamics.torques(accelerations)
+        if not np.isfinite(demanded).all():
+            raise ValueError(f"accelerations: {accelerations} cannot be turned into torques; they have to be finite")
+        limits = self.config.torques
+        self._torques = np.clip(demanded, -limits, limits)
+        self._saturated = np.abs(demanded) > limits
+        data.qfrc_applied[scene.dofs] = self._torques + self._pushes()
+        self._contacts = []
+        for substep in range(scene.substeps):
+            if substep:
+                mujoco.mj_step1(model, data)
+            self._advance()
+        self._tick += 1
+        self._observation = self._measure()
+
+    def observe(self) -> Observation:
+        """The arm at the present tick; the same object until the next step."""
+        return self._observation
+
+    def disturb(self, request: Disturb) -> float:
+        """Begin a disturbance of any kind but `loss`; returns when it begins, s.
+
+        Raises Refusal `bad_message` for fields that are missing, of another kind, or out of range.
+        """
+        kind = request.kind
+        if kind == "loss":
+            raise Refusal("bad_message", "kind: the arm itself loses no messages", field="kind")
+        if kind == "sensor_noise":
+            self._disturbances.set_sensor_noise(request.position_std or 0.0, request.velocity_std or 0.0)
+            return self._tick / self.config.rate_hz
+        for field in ("values", "duration"):
+            if getattr(request, field) is None:
+                raise Refusal("bad_message", f"{field} is missing; kind {kind!r} needs it", field=field)
+        assert request.values is not None
+        assert request.duration is not None
+        return self._disturbances.push(kind, request.values, request.start_time, request.duration, self._tick)
+
+    def disturbances(self) -> list[ActiveDisturbance]:
+        """What acts on the arm in the coming tick."""
+        return self._disturbances.describe(self._tick)
+
+    def contacts(self) -> list[Contact]:
+        """The contacts that ended in the tick before."""
+        return self._contacts
+
+    def ball(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Position and velocity of the ball, (3,) each, m and m/s; None in a scene without one."""
+        ball, data = self._scene.ball, self._scene.data
+        if ball is None:
+            return None
+        return data.qpos[ball.qpos : ball.qpos + 3].copy(), data.qvel[ball.dof : ball.dof + 3].copy()
+
+    def _advance(self) -> None:
+        """Finish one physics step.
+
+        MuJoCo moves positions with the velocities after the step, which leads an acceleration held over the
+        step by h/2·a·h; with the mean of the velocities before and after, the arm's positions are exact.
+        """
+        scene = self._scene
+        data = scene.data
+        start_time = data.time
+        before = data.qvel[scene.dofs]
+        mujoco.mj_step2(scene.model, data)
+        data.qpos[scene.qpos] -= scene.model.opt.timestep / 2 * (data.qvel[scene.dofs] - before)
+        self._contacts += self._contact_log.update(start_time)
+
+    def _pushes(self) -> np.ndarray:
+        """Generalised forces (J,), N·m, of the pushes that act now."""
+        total = np.zeros(self.config.joint_count)
+        for push in self._disturbances.acting(self._tick):
+            total += self._dynamics.inertial(push.values) if push.kind == "acceleration" else push.values
+        return total
+
+    def _measure(self) -> Observation:
+        scene, noise = self._scene, self._disturbances
+        true_positions, true_velocities = scene.data.qpos[scene.qpos], scene.data.qvel[scene.dofs]
+        positions, velocities = true_positions, true_velocities
+        if noise.position_std or noise.velocity_std:
+            draws = self._noise.standard_normal((2, self.config.joint_count))
+            positions = positions + noise.position_std * draws[0]
+            velocities = velocities + noise.velocity_std * draws[1]
+        return Observation(
+            tick=self._tick,
+            time=self._tick / self.config.rate_hz,
+            positions=positions,
+            velocities=velocities,
+            torques=self._torques,
+            saturated=self._saturated,
+            true_positions=true_positions,
+            true_velocities=true_velocities,
+        )
+
+    def _checked_pose(self, positions: list[float]) -> np.ndarray:
+        config = self.config
+        if len(positions) != config.joint_count:
+            message = f"positions has {len(positions)} numbers; the arm has {config.joint_count} joints"
+            raise Refusal("bad_message", message, field="positions")
+        for name, value, (low, high) in zip(config.joint_names, positions, config.limits.positions, strict=True):
+            if not np.isfinite(value):
+                raise Refusal("bad_message", f"positions: {name} is {value}; it has to be finite", field="positions")
+            if not low <= value <= high:
+                message = f"positions: {name} at {value:.6g} rad lies outside its range {low:.6g} to {high:.6g}"
+                bound = float(low if value < low else high)
+                raise Refusal("limit", message, joint=name, quantity="position", value=value, bound=bound)
+        return np.array(positions, dtype=float)
+
+    def _check_ball(self, ball: Ball | None) -> None:
+        if ball is None:
+            return
+        if self._scene.ball is None:
+            raise Refusal("bad_message", "ball: this robot's scene has none; leave it null", field="ball")
+        if not np.isfinite([*ball.position, *ball.velocity]).all():
+            raise Refusal("bad_message", "ball: position and velocity have to be finite", field="ball")
+
+    def _place_ball(self, ball: Ball) -> None:
+        scene = self._scene
+        free = scene.ball
+        assert free is not None
+        scene.data.qpos[free.qpos : free.qpos + 3] = ball.position
+        scene.data.qvel[free.dof : free.dof + 3] = ball.velocity
+        if scene.tee is not None:
+            x, y, z = ball.position
+            scene.data.mocap_pos[scene.tee] = TEE_STORE if any(ball.velocity) else (x, y, z - free.radius)

@@ -1,0 +1,67 @@
+"""Contacts of the ball and of the arm, each reported once, when it has ended."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from protocol.messages import Contact
+from services.sim.model import BALL, TEE, Scene
+
+
+@dataclass(slots=True)
+class _Episode:
+    """A contact that lasts: since when (s), what it has given so far (N·s)."""
+
+    start_time: float
+    impulse: float = 0.0
+
+
+class ContactLog:
+    """Follows contacts from touch to parting. A ball that rests on its tee is none."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._open: dict[tuple[str, str], _Episode] = {}
+        self._force = np.zeros(6)
+        self._names = [self._geom_owner(geom) for geom in range(scene.model.ngeom)]
+
+    def clear(self) -> None:
+        """Forget every contact that lasts."""
+        self._open.clear()
+
+    def update(self, time: float) -> list[Contact]:
+        """Add the physics step that began at `time` (s) and has just been taken; returns the contacts that ended.
+
+        The `time` of a contact is its first touch, its velocity the ball's after it.
+        """
+        scene = self._scene
+        touching = set()
+        for index in range(scene.data.ncon):
+            bodies = self._bodies(scene.data.contact[index])
+            if bodies == (TEE, BALL):
+                continue
+            mujoco.mj_contactForce(scene.model, scene.data, index, self._force)
+            episode = self._open.setdefault(bodies, _Episode(time))
+            episode.impulse += float(np.linalg.norm(self._force[:3])) * scene.model.opt.timestep
+            touching.add(bodies)
+        ended = [bodies for bodies in self._open if bodies not in touching]
+        return [self._report(bodies, self._open.pop(bodies)) for bodies in ended]
+
+    def _report(self, bodies: tuple[str, str], episode: _Episode) -> Contact:
+        ball = self._scene.ball
+        velocity = None
+        if ball is not None and BALL in bodies:
+            velocity = self._scene.data.qvel[ball.dof : ball.dof + 3].tolist()
+        return Contact(time=episode.start_time, bodies=list(bodies), impulse=episode.impulse, ball_velocity=velocity)
+
+    def _bodies(self, contact: mujoco.MjContact) -> tuple[str, str]:
+        """Names of both sides, the ball last, else in alphabetical order."""
+        first, second = sorted(self._names[geom] for geom in contact.geom)
+        return (second, first) if first == BALL else (first, second)
+
+    def _geom_owner(self, geom: int) -> str:
+        """The geom's body; of what belongs to the world, the geom's own name."""
+        model = self._scene.model
+        body = model.geom_bodyid[geom]
+        return model.body(body).name if body else model.geom(geom).name or "world"

@@ -1,0 +1,78 @@
+"""The MuJoCo model the simulation runs: where the arm, the ball and the tee lie in its arrays."""
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from services.robot import RobotConfig, joint_ids
+
+BALL = "ball"
+TEE = "tee"
+"""Bodies known by name, both optional: a ball with a free joint, and a mocap body whose origin is its top."""
+
+
+@dataclass(frozen=True, slots=True)
+class FreeBall:
+    """Where the ball lies in `qpos` and `qvel`: position (3) then quaternion, linear (3) then angular."""
+
+    body: int
+    qpos: int
+    dof: int
+    radius: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A model prepared for one tick of 1/rate_hz at a time, with its data.
+
+    qpos, dofs: addresses (J,) of the arm's joints. substeps: physics steps a tick. tee: mocap index.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    qpos: np.ndarray
+    dofs: np.ndarray
+    substeps: int
+    ball: FreeBall | None
+    tee: int | None
+
+
+def build_scene(config: RobotConfig) -> Scene:
+    """The robot's scene.
+
+    The arm is moved by generalised forces and the model's own actuators are off, so that a model whose
+    actuators are position servos serves as well. Damping is explicit, so that inverse dynamics, which
+    compensates it, does so exactly. A state that diverges is not silently reset.
+    """
+    model = config.load_model()
+    substeps = max(1, math.ceil(config.tick / model.opt.timestep - 1e-9))
+    model.opt.timestep = config.tick / substeps
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    for flag in ("ACTUATION", "EULERDAMP", "AUTORESET"):
+        model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}"))
+    ids = joint_ids(model, config.joint_names)
+    return Scene(
+        model=model,
+        data=mujoco.MjData(model),
+        qpos=model.jnt_qposadr[ids],
+        dofs=model.jnt_dofadr[ids],
+        substeps=substeps,
+        ball=_find_ball(model),
+        tee=_find_tee(model),
+    )
+
+
+def _find_ball(model: mujoco.MjModel) -> FreeBall | None:
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, BALL)
+    joint = model.body_jntadr[body] if body >= 0 else -1
+    if joint < 0 or model.jnt_type[joint] != int(mujoco.mjtJoint.mjJNT_FREE):
+        return None
+    radius = float(model.geom_size[model.body_geomadr[body], 0])
+    return FreeBall(body, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), radius)
+
+
+def _find_tee(model: mujoco.MjModel) -> int | None:
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, TEE)
+    return int(model.body_mocapid[body]) if body >= 0 and model.body_mocapid[body] >= 0 else None
