@@ -1,0 +1,263 @@
+"""One realistic message of every type of the wire contract; where fields exclude each other, several."""
+
+import numpy as np
+from msgspec import Struct
+
+from protocol import messages as m
+from protocol.codec import matrix_bytes
+
+JOINTS = ["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6"]
+HOME = [0.0, 0.52, 0.82, -0.2, 0.0, 0.09]
+PREPARE = [-0.14, 0.52, 0.82, 0.1645, 0.0, -0.0353]
+HIT = [0.17, 0.47, 0.86, -0.0822, 0.0, 0.1058]
+SWING = [1.5, -0.25, 0.5, -2.0, 0.0, 0.125]
+STILL = [0.0] * 6
+SMALL = [0.0005, -0.00025, 0.000125, 0.0, 0.001, -0.002]
+RUN = 1_760_000_000_123_456_789
+"""A run's name in real time: Unix ns, more than 53 bits."""
+
+SAMPLES = np.array([PREPARE, HOME, HIT, HIT])
+STAMPS = m.Stamps(requested=RUN, planned=RUN + 5_000_000, accepted=RUN + 6_000_000, first_command=RUN + 26_000_000)
+
+REPORT = m.Report(
+    imitation_rms=[0.25, 0.125, 0.5, 0.75, 0.0, 0.0625],
+    final_error=m.FinalError(positions=[1e-13, 0.0, -2e-13, 0.0, 0.0, 3e-14], velocities=[0.0] * 6),
+    extremes=m.PerQuantity(
+        positions=[[-0.14, 0.21]] * 6,
+        velocities=[[-2.5, 1.5]] * 6,
+        accelerations=[[-41.0, 38.5]] * 6,
+        jerks=[[-900.0, 850.0]] * 6,
+    ),
+    margin=m.PerQuantity(
+        positions=[1.79, None, 1.5, 1.25, None, 2.0],
+        velocities=[12.5] * 6,
+        accelerations=[0.0, 120.0, 250.0, 400.0, 500.0, 480.0],
+        jerks=[14100.0] * 6,
+    ),
+    active=[m.ActiveLimit(joint="joint_1", quantity="accelerations", time_from_start=0.375)],
+    certified=True,
+    solve_ms=3.75,
+    rounds=2,
+    rows=17,
+)
+
+TRAJECTORY = m.Trajectory(
+    goal_id="forehand-7",
+    client_id="shell-1",
+    lease=True,
+    preempt=False,
+    epoch=12,
+    joint_names=JOINTS,
+    start_time=4.25,
+    dt=0.001,
+    count=4,
+    hit_index=2,
+    positions=matrix_bytes(SAMPLES),
+    velocities=matrix_bytes(np.outer([0.0, 0.5, 1.0, 0.25], SWING)),
+    accelerations=matrix_bytes(np.outer([0.0, 1.5, -1.5, 0.0], SWING)),
+    stamps=m.Stamps(requested=RUN, planned=RUN + 5_000_000),
+)
+
+STATUS = m.Status(
+    time=4.5,
+    mode="tracking",
+    epoch=13,
+    goal_id="forehand-7",
+    time_from_start=0.25,
+    reference=m.Point(positions=PREPARE, velocities=SWING),
+    feedback=m.Point(positions=HOME, velocities=STILL),
+    error=m.Point(positions=SMALL, velocities=SMALL),
+    cycle=m.Cycle(
+        count=4498, missed=2, on_time_ratio=0.9995, late_us=m.Lateness(p50=61.5, p99=240.0, max=1830.0), refused=1
+    ),
+    fault="tracking error of joint_1 above 0.3 rad",
+)
+
+RESULT = m.Result(
+    goal_id="forehand-7",
+    outcome="succeeded",
+    reason="played to rest",
+    hit=m.Hit(
+        time=5.05,
+        position_error=SMALL,
+        velocity_error=SMALL,
+        truth_error=m.Point(positions=SMALL, velocities=SMALL),
+    ),
+    peak_tracking_error=0.0125,
+    stamps=STAMPS,
+)
+
+GOALS: dict[str, Struct] = {
+    "Goal": m.Goal(
+        primitive="forehand",
+        positions=HIT,
+        velocities=SWING,
+        accelerations=[0.0, None, 1.5, None, -2.5, None],
+        duration=0.8,
+        goal_id="forehand-7",
+        client_id="shell-1",
+        lease=True,
+        waypoints=[
+            m.Waypoint(time_from_start=0.25, positions=[0.1, None, None, None, None, None]),
+            m.Waypoint(time_from_start=0.5, velocities=[None, 0.5, None, None, None, None]),
+        ],
+        limits=m.GoalLimits(
+            positions=[(-1.0, 1.5), None, None, None, None, None],
+            velocities=[8.0, None, None, None, None, None],
+            accelerations=[None, 100.0, None, None, None, None],
+            jerks=[None, None, 5000.0, None, None, None],
+        ),
+        preempt=False,
+    ),
+    "Goal-plan-only": m.Goal(
+        primitive="forehand",
+        positions=HIT,
+        arrival_time=12.5,
+        start=m.Start(positions=PREPARE, velocities=STILL, accelerations=[None, 0.0, 0.5, None, None, None]),
+        rest_fraction=0.125,
+        tail="coast",
+        method="dmp",
+        plan_only=True,
+        include_trajectory=True,
+    ),
+    "GoalReply": m.GoalReply(
+        goal_id="forehand-7",
+        start_time=4.25,
+        duration=0.8,
+        total_duration=0.95,
+        trajectory=TRAJECTORY,
+        report=REPORT,
+    ),
+    "Trajectory": TRAJECTORY,
+    "Accepted": m.Accepted(goal_id="forehand-7", start_time=4.25),
+    "Plan": m.Plan(
+        goal_id="forehand-7",
+        client_id="shell-1",
+        lease=True,
+        preempt=False,
+        epoch=12,
+        joint_names=JOINTS,
+        start_time=4.25,
+        dt=0.001,
+        count=4,
+        hit_index=2,
+        positions=TRAJECTORY.positions,
+        velocities=TRAJECTORY.velocities,
+        accelerations=TRAJECTORY.accelerations,
+        stamps=STAMPS,
+        primitive="forehand",
+        limits=m.PlanLimits(
+            positions=[[-2.0, 2.0], None, [-2.5, 2.5], [-3.0, 3.0], [-2.0, 2.0], None],
+            velocities=[8.0, 10.0, 12.0, 20.0, 20.0, None],
+            accelerations=[300.0] * 6,
+            jerks=[15000.0] * 6,
+        ),
+        waypoints=[m.Waypoint(time_from_start=0.25, positions=[0.1, None, None, None, None, None])],
+        demonstration=matrix_bytes(SAMPLES[:3]),
+    ),
+}
+
+LIBRARY: dict[str, Struct] = {
+    "Learn": m.Learn(
+        name="wipe",
+        positions=[[0.0, 0.5], [0.125, 0.5], [0.25, 0.375]],
+        times=[0.0, 0.0125, 0.025],
+        smoothing=m.SavitzkyGolay(window_s=0.2, order=5),
+        replace=True,
+    ),
+    "Learn-matrix": m.Learn(
+        name="forehand", positions=matrix_bytes(SAMPLES), joint_count=6, rate=200.0, smoothing="none"
+    ),
+    "Learned": m.Learned(
+        name="wipe",
+        duration=0.025,
+        basis_count=50,
+        fit_rms=[0.5, 0.25],
+        noise_estimate=[0.0001, 0.0002],
+        smoothing=m.SavitzkyGolay(window_s=0.2, order=5),
+    ),
+    "Primitives": m.Primitives(
+        primitives=[
+            m.PrimitiveEntry(name="forehand", joint_count=6, duration=1.0, samples=1001, created=1_760_000_000.5)
+        ]
+    ),
+    "Forget": m.Forget(name="wipe"),
+    "Forgotten": m.Forgotten(name="wipe"),
+}
+
+CONTROLLER: dict[str, Struct] = {
+    "Empty": m.Empty(),
+    "ReferenceRequest": m.ReferenceRequest(lead=0.05),
+    "Reference": m.Reference(time=4.5, epoch=13, positions=PREPARE, velocities=SWING, accelerations=STILL),
+    "Cancel": m.Cancel(goal_id="forehand-7"),
+    "Canceled": m.Canceled(goal_id="forehand-7", stop_time=4.75),
+    "ModeReply": m.ModeReply(mode="holding"),
+    "ResultRequest": m.ResultRequest(goal_id="forehand-7"),
+    "Result": RESULT,
+    "Status": STATUS,
+    "Command": m.Command(
+        run=RUN,
+        tick=4500,
+        source="controller",
+        accelerations=SWING,
+        positions=PREPARE,
+        velocities=SMALL,
+        goal_id="forehand-7",
+    ),
+}
+
+ARM: dict[str, Struct] = {
+    "State": m.State(
+        run=RUN,
+        tick=4500,
+        time=4.5,
+        positions=PREPARE,
+        velocities=SWING,
+        torques=[12.5, -40.0, 8.25, 0.5, 0.0, 0.125],
+        saturated=[False, True, False, False, False, False],
+        brake=True,
+        applied_tick=4499,
+        truth=m.Point(positions=HOME, velocities=STILL),
+    ),
+    "Description": m.Description(
+        joint_names=JOINTS,
+        home=HOME,
+        limits=m.RobotLimits(
+            positions=[(-2.0, 2.0), None, (-2.5, 2.5), (-3.0, 3.0), (-2.0, 2.0), None],
+            velocities=[15.0, 10.0, 12.0, 20.0, 20.0, None],
+            accelerations=[300.0, 200.0, 300.0, 500.0, 500.0, None],
+            jerks=[15000.0, 10000.0, 15000.0, 25000.0, 25000.0, None],
+            torques=[150.0, 150.0, 100.0, 28.0, 28.0, None],
+        ),
+        rate_hz=1000.0,
+        clock="stepped",
+        run=7,
+    ),
+    "Step": m.Step(ticks=250),
+    "Stepped": m.Stepped(tick=4750, time=4.75),
+    "Reset": m.Reset(positions=PREPARE, ball=m.Ball(position=(0.75, 0.0, 1.125), velocity=(-3.0, 0.0, 1.5)), seed=7),
+    "ResetDone": m.ResetDone(tick=0, time=0.0, run=7),
+    "Disturb-acceleration": m.Disturb(
+        kind="acceleration", values=[100.0, 0.0, 0.0, 0.0, 0.0, 0.0], start_time=4.5, duration=0.2
+    ),
+    "Disturb-noise": m.Disturb(kind="sensor_noise", position_std=0.001, velocity_std=0.01),
+    "Disturb-loss": m.Disturb(kind="loss", stream="command", duration=0.05),
+    "Disturbed": m.Disturbed(start_time=4.5),
+    "Disturbance": m.Disturbance(
+        time=4.5,
+        active=[
+            m.ActiveDisturbance(kind="acceleration", values=SWING, end_time=4.7),
+            m.ActiveDisturbance(kind="sensor_noise", position_std=0.001, velocity_std=0.01),
+        ],
+    ),
+    "Contact": m.Contact(time=5.05, bodies=["racket", "ball"], impulse=0.375, ball_velocity=[6.5, 0.25, 1.0]),
+    "BallState": m.BallState(time=5.05, position=[0.75, 0.0, 1.125], velocity=[6.5, 0.25, 1.0]),
+    "ErrorBody": m.ErrorBody(
+        code="limit",
+        message="joint_1 shall end at 2.5 rad, but its largest position is 2 rad; choose a goal inside its range",
+        detail={"joint": "joint_1", "quantity": "positions", "value": 2.5, "bound": 2.0},
+    ),
+}
+
+EXAMPLES: dict[str, Struct] = GOALS | LIBRARY | CONTROLLER | ARM
+"""File stem, the message's type before any hyphen, and the message."""
