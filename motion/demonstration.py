@@ -82,14 +82,16 @@ def smooth(demonstration: Demonstration, smoothing: Smoothing = "auto") -> Smoot
     noise = estimate_noise(positions)
     if smoothing == "none":
         spline = make_interp_spline(times, positions, k=5)
-        derived = [spline(times, nu) for nu in range(3)]
-        return SmoothDemonstration(times, *derived, noise, None)
+        return SmoothDemonstration(times, spline(times), spline(times, 1), spline(times, 2), noise, None)
     if smoothing == "auto":
         window, order = _auto_window(positions, noise), AUTO_ORDER
     else:
         window, order = _checked_window(smoothing, step, len(times)), smoothing.order
-    derived = [savgol_filter(positions, window, order, deriv=n, delta=step, axis=0) for n in range(3)]
-    return SmoothDemonstration(times, *derived, noise, SavitzkyGolay(float(window * step), order))
+    smoothed, velocities, accelerations = (
+        savgol_filter(positions, window, order, deriv=n, delta=step, axis=0) for n in range(3)
+    )
+    used = SavitzkyGolay(float(window * step), order)
+    return SmoothDemonstration(times, smoothed, velocities, accelerations, noise, used)
 
 
 def estimate_noise(positions: np.ndarray) -> np.ndarray:

@@ -126,7 +126,7 @@ def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_cou
     accelerations = make_interp_spline(smoothed.times, smoothed.accelerations, k=3)(at)
     psi = grid.basis.rows(grid.s, 0)
     target = duration**2 * accelerations
-    theta = simpson(psi[:, :, None] * target[:, None, :], x=grid.s, axis=0)
+    theta = np.asarray(simpson(psi[:, :, None] * target[:, None, :], x=grid.s, axis=0))
     fitted = psi @ cho_solve((grid.factor, True), theta)
     residual = (fitted - target) / duration**2
     first, last = (Boundary(smoothed.positions[i], smoothed.velocities[i], smoothed.accelerations[i]) for i in (0, -1))
@@ -138,7 +138,7 @@ def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_cou
         start=first,
         goal=last,
         samples=len(demonstration.times),
-        fit_rms=np.sqrt(simpson(residual**2, x=grid.s, axis=0)),
+        fit_rms=np.sqrt(np.asarray(simpson(residual**2, x=grid.s, axis=0))),
         noise_estimate=smoothed.noise_estimate,
         smoothing=smoothed.smoothing,
     )

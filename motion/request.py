@@ -1,10 +1,12 @@
 """What a motion is asked to do: start, goal, duration, way-points, limits."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from motion.basis import INTERVALS
 from motion.errors import InvalidMotion
 from motion.limits import Limits
 
@@ -43,7 +45,8 @@ class MotionRequest:
     """A motion of J joints from `start` to `goal` in `duration` seconds inside `limits`.
 
     A NaN acceleration of the goal is free where the final velocity is not 0 and zero where it is (design
-    1.9). `rest_fraction` is the final part of the duration with exactly zero acceleration. `tail` "stop"
+    1.9). `rest_fraction` is the final part of the duration with exactly zero acceleration (rounded up to
+    0.001). `tail` "stop"
     ends in a jerk-limited stop after the hit, "coast" moves on at the final velocity (the paper's way).
     Raises InvalidMotion naming the field for anything malformed.
     """
@@ -64,8 +67,10 @@ class MotionRequest:
             _check_vector(f"{name}.accelerations", boundary.accelerations, joints, nan="free")
         if not (np.isfinite(self.duration) and self.duration > 0):
             raise InvalidMotion("duration", f"is {self.duration}; it has to be finite and greater than 0 s")
-        if not 0 <= self.rest_fraction < 1:
-            raise InvalidMotion("rest_fraction", f"is {self.rest_fraction}; it has to be in 0 ≤ ρ < 1")
+        if not (0 <= self.rest_fraction < 1 and self.moving_fraction >= MIN_SEPARATION):
+            raise InvalidMotion(
+                "rest_fraction", f"is {self.rest_fraction}; it has to be from 0 to {1 - MIN_SEPARATION}"
+            )
         if self.rest_fraction > 0 and np.any(np.nan_to_num(self.goal.accelerations) != 0):
             raise InvalidMotion("goal.accelerations", "has to be null or 0 with a rest_fraction")
         if self.tail not in ("stop", "coast"):
@@ -78,9 +83,14 @@ class MotionRequest:
         return self.limits.joint_count
 
     @property
+    def moving_fraction(self) -> float:
+        """1−ρ, rounded down to the grid on which limits are looked at: where the moving part ends in s."""
+        return math.floor((1 - self.rest_fraction) * INTERVALS + 1e-9) / INTERVALS
+
+    @property
     def moving_duration(self) -> float:
-        """Duration (s) without the final part at rest: (1−ρ)·T."""
-        return (1 - self.rest_fraction) * self.duration
+        """Duration (s) without the final part of zero acceleration."""
+        return self.moving_fraction * self.duration
 
     def final_accelerations(self) -> np.ndarray:
         """Accelerations (J,) at the end of the moving part; NaN where they stay free (design 1.9)."""
@@ -88,30 +98,25 @@ class MotionRequest:
         return np.where(at_rest | (self.rest_fraction > 0), 0.0, self.goal.accelerations)
 
     def _check_waypoints(self, joints: int) -> None:
-        times = np.array([w.time_from_start for w in self.waypoints], dtype=float)
+        apart = MIN_SEPARATION * self.duration * (1 - 1e-9)
+        times = [w.time_from_start for w in self.waypoints]
         for k, waypoint in enumerate(self.waypoints):
-            _check_vector(f"waypoints[{k}].positions", waypoint.positions, joints, nan="free")
-            _check_vector(f"waypoints[{k}].velocities", waypoint.velocities, joints, nan="free")
-            end = self.moving_duration
-            if not 0 < times[k] < end:
+            field = f"waypoints[{k}]"
+            _check_vector(f"{field}.positions", waypoint.positions, joints, nan="free")
+            _check_vector(f"{field}.velocities", waypoint.velocities, joints, nan="free")
+            time, end = times[k], self.moving_duration
+            if not 0 < time < end:
                 raise InvalidMotion(
-                    f"waypoints[{k}].time_from_start",
-                    f"is {times[k]:.6g} s; it has to lie between 0 and {end:.6g} s, where the motion runs",
+                    f"{field}.time_from_start",
+                    f"is {time:.6g} s; it has to lie between 0 and {end:.6g} s, where the motion is shaped",
                 )
-        # The end of the moving part counts beside the goal: both fix the motion there.
-        marks = np.concatenate([[0.0], times, [self.moving_duration]])
-        order = np.argsort(marks, kind="stable")
-        gaps = np.diff(marks[order])
-        if gaps.size and self.waypoints and gaps.min() < MIN_SEPARATION * self.duration * (1 - 1e-9):
-            i = int(gaps.argmin())
-            k = int(min(max(order[i], order[i + 1]), len(times))) - 1
-            if order[i + 1] == len(times) + 1:
-                k = int(order[i]) - 1
-            raise InvalidMotion(
-                f"waypoints[{k}].time_from_start",
-                f"is {times[k]:.6g} s, closer than {MIN_SEPARATION * self.duration:.6g} s "
-                "(0.01 of the duration) to another way-point or to an end",
-            )
+            others = [0.0, end, *times[:k], *times[k + 1 :]]
+            if min(abs(time - other) for other in others) < apart:
+                raise InvalidMotion(
+                    f"{field}.time_from_start",
+                    f"of {time:.6g} s is closer than {apart:.6g} s (0.01 of the duration) to another "
+                    "way-point or to an end",
+                )
 
 
 def _check_vector(field: str, values: np.ndarray, joints: int, nan: str = "refused") -> None:
