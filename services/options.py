@@ -1,13 +1,18 @@
 """The command-line flags that every service shares."""
 
-from collections.abc import Callable
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
+import zenoh
 
 from protocol.bus import DEFAULT_ENDPOINT, Bus, open_session
+from services.runtime import EXIT_TAKEN
 
 DEFAULT_ROBOT_CONFIG = Path(__file__).resolve().parent.parent / "deploy" / "robots" / "arm.toml"
 
@@ -50,3 +55,38 @@ def open_bus(
     if not listen and not connect and not options.zenoh_config:
         listen, connect = ((DEFAULT_ENDPOINT,), ()) if hosts_by_default else ((), (DEFAULT_ENDPOINT,))
     return Bus(open_session(connect, listen, options.zenoh_config, give_up), options.robot or robot)
+
+
+@contextmanager
+def service_bus(
+    service: str, options: Options, robot: str, stopping: threading.Event, log: logging.Logger, hosts: bool = False
+) -> Iterator[Bus]:
+    """Open the bus as `service`, which only one process at a time may be; the bus is closed at the end.
+
+    Raises:
+        SystemExit: 3 where another process is `service` already, 1 where the bus cannot be hosted, 0 where `stopping`
+            was set before there was a hub to join.
+    """
+    try:
+        bus = open_bus(options, robot, hosts, stopping.is_set)
+    except zenoh.ZError as error:
+        if stopping.is_set():
+            raise SystemExit(0) from None
+        log.error("cannot open the bus: %s", error)
+        raise SystemExit(EXIT_TAKEN if hosts and _is_served(service, options, robot) else 1) from None
+    with bus:
+        if not bus.claim(service):
+            log.error("another %s serves robot %s on this bus", service, bus.robot)
+            raise SystemExit(EXIT_TAKEN)
+        yield bus
+
+
+def _is_served(service: str, options: Options, robot: str) -> bool:
+    """Whether `service` lives on the bus that could not be hosted because somebody hosts it already."""
+    tries = iter((False, True))
+    endpoints = options.listen or (DEFAULT_ENDPOINT,)
+    try:
+        with Bus(open_session(endpoints, give_up=lambda: next(tries)), options.robot or robot) as bus:
+            return bus.is_alive(service)
+    except zenoh.ZError:
+        return False

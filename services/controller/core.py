@@ -34,6 +34,7 @@ class Controller:
         self.ledger = Ledger()
         self.mode = Mode.HOLDING
         self.epoch = 0
+        self._broken_epoch = 0
         self.fault: str | None = None
         self.changed = False
         self._source = source
@@ -86,7 +87,7 @@ class Controller:
     def raise_fault(self, reason: str, hold: bool = False) -> None:
         """Latch a fault: stop under control, or where `hold` stay at the measured pose, and end all goals."""
         self._switch(Event.FAULT)
-        self.epoch += 1
+        self._break_epoch()
         self.fault = reason
         self.ledger.close_all("aborted", reason)
         if hold and self._state is not None:
@@ -109,7 +110,8 @@ class Controller:
         self._refuse_strangers(trajectory)
         if trajectory.epoch != self.epoch:
             sentence = f"goal {goal_id} was planned in epoch {trajectory.epoch}, it is {self.epoch} now; plan again"
-            raise Refusal("superseded", sentence, goal_id=goal_id)
+            cause = "plan" if self._broken_epoch <= trajectory.epoch < self.epoch else "break"
+            raise Refusal("superseded", sentence, goal_id=goal_id, cause=cause)
         if segment.start <= state.tick:
             late = (state.tick + 1 - segment.start) * self.config.tick
             sentence = f"goal {goal_id} starts at {trajectory.start_time} s, {late:.3f} s too late; use a longer lead"
@@ -161,7 +163,7 @@ class Controller:
         if request.goal_id is not None and (newest is None or request.goal_id != newest.result.goal_id):
             self.ledger.result(request.goal_id)
             return m.Canceled(goal_id=None, stop_time=state.time)
-        self.epoch += 1
+        self._break_epoch()
         self.changed = True
         if newest is None:
             return m.Canceled(goal_id=None, stop_time=max(state.tick, self._timeline.end) * self.config.tick)
@@ -185,7 +187,7 @@ class Controller:
         if self.fault is not None:
             self._timeline.hold(np.array(state.positions), state.tick)
             self.fault = None
-        self.epoch += 1
+        self._break_epoch()
         self._switch(Event.RESET)
         return m.ModeReply(mode=self.mode.value)
 
@@ -193,7 +195,7 @@ class Controller:
         """Cancel the motion whose lease `client_id` held."""
         newest = self.ledger.active[-1] if self.ledger.active else None
         if newest is not None and newest.lease and newest.client_id == client_id:
-            self.epoch += 1
+            self._break_epoch()
             self._switch(Event.CANCEL)
             reason = f"client {client_id} lost its lease"
             self.ledger.close_later(self._stop_soon(), "canceled", reason)
@@ -236,7 +238,7 @@ class Controller:
         self.ledger.close_all("aborted", "the arm began a new run")
         self._timeline.hold(np.array(state.positions), state.tick)
         self.cycle.begin(state.tick)
-        self.epoch += 1
+        self._break_epoch()
         self.fault = None
         self._switch(Event.RUN)
 
@@ -295,6 +297,11 @@ class Controller:
         if self.ledger.active and not trajectory.preempt:
             running = self.ledger.active[-1].result.goal_id
             raise Refusal("busy", f"goal {running} is under way and preempt is false; wait for it", goal_id=running)
+
+    def _break_epoch(self) -> None:
+        """Make every plan in flight obsolete, and not for another plan's sake."""
+        self.epoch += 1
+        self._broken_epoch = self.epoch
 
     def _require_state(self) -> m.State:
         if self._state is None:

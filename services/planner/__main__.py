@@ -1,7 +1,6 @@
 """`python -m services.planner`: learn primitives and plan goals."""
 
 import logging
-import sys
 import threading
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,7 @@ from protocol import topics
 from protocol.bus import Asking, Bus, Inbox
 from protocol.errors import NoAnswer, Refusal
 from services import runtime
-from services.options import Common, Options, open_bus
+from services.options import Common, Options, service_bus
 from services.planner.core import Lead, Planner
 from services.planner.learning import learn_from_csv
 from services.planner.library import Library
@@ -38,8 +37,8 @@ class Flags:
     lead: float | None = None
 
 
-def main() -> int:
-    """Run until SIGTERM or Ctrl-C; return the exit status."""
+def main() -> None:
+    """Run until SIGTERM or Ctrl-C."""
     flags = tyro.cli(Flags)
     log = runtime.start_logging("planner")
     stopping = runtime.stop_on_signals()
@@ -48,12 +47,9 @@ def main() -> int:
     library = Library(flags.library, log)
     if library.is_new:
         learn_shipped(library, config, log)
-    with open_bus(flags.common, config.name) as bus:
-        if not bus.claim("planner"):
-            log.error("another planner serves robot %s on this bus", bus.robot)
-            return runtime.EXIT_TAKEN
-        serve(bus, Planner(bus, config, library, lead := Lead(config.tick, flags.lead), log), lead, stopping)
-    return 0
+    lead = Lead(config.tick, flags.lead)
+    with service_bus("planner", flags.common, config.name, stopping, log) as bus:
+        serve(bus, Planner(bus, config, library, lead, log), lead, stopping)
 
 
 def learn_shipped(library: Library, config: RobotConfig, log: logging.Logger) -> None:
@@ -104,4 +100,4 @@ def is_stepped(bus: Bus) -> bool:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -115,14 +115,15 @@ class Planner:
                     self._execute(trajectory)
                 except Refusal as refusal:
                     self._lead.note(time.monotonic() - began)
-                    if last or refusal.code != "late":
+                    overtaken = refusal.code == "superseded" and refusal.detail.get("cause") == "plan"
+                    if last or not (refusal.code == "late" or overtaken):
                         raise
                     self._log.warning("goal %s: %s", goal_id, refusal)
                     continue
                 self._lead.note(time.monotonic() - began)
                 self._plans.put(plan_message(made, trajectory, goal, primitive))
                 self._log.info(
-                    "goal %s: %s in %.3f s, solved in %.1f ms", goal_id, goal.primitive, made.duration, solve_ms
+                    "goal %s: %s, %.3f s, solved in %.1f ms", goal_id, goal.primitive, made.duration, solve_ms
                 )
             return goal_reply(made, trajectory, goal.include_trajectory, solve_ms, self._config)
         raise AssertionError("unreachable: the last round returns or raises")

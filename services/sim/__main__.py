@@ -1,0 +1,46 @@
+"""`python -m services.sim`: the simulated arm, which hosts the bus unless told otherwise."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import tyro
+
+from services import runtime
+from services.options import Common, Options, service_bus
+from services.robot import load_robot
+from services.sim.loop import SimLoop
+
+
+@dataclass(frozen=True, slots=True)
+class Flags:
+    """Simulate the arm and host the bus.
+
+    Attributes:
+        clock: realtime follows the wall clock; stepped advances on `sim/step` requests only.
+        seed: Seed of the sensor noise; in stepped time it also names the first run.
+    """
+
+    common: Common = field(default_factory=Options)
+    clock: Literal["realtime", "stepped"] = "realtime"
+    seed: int = 0
+
+
+def main() -> None:
+    """Run until SIGTERM or Ctrl-C."""
+    flags = tyro.cli(Flags)
+    log = runtime.start_logging("sim")
+    stopping = runtime.stop_on_signals()
+    config = load_robot(flags.common.robot_config)
+    if flags.clock == "realtime":
+        for missing in runtime.become_real_time(priority=50):
+            log.warning("without %s: ticks may come late", missing)
+    with service_bus("sim", flags.common, config.name, stopping, log, hosts=True) as bus:
+        loop = SimLoop(bus, config, flags.clock, flags.seed, log)
+        loop.open()
+        log.info("robot %s, %s clock", bus.robot, flags.clock)
+        runtime.freeze_garbage()
+        loop.run(stopping)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,261 @@
+"""The simulated arm on its bus, by the wall clock or step by step."""
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Asking, Bus, Inbox, Stream
+from protocol.codec import bad_message, decode
+from protocol.errors import Refusal
+from services.robot import RobotConfig
+from services.runtime import Deadlines
+from services.sim.arm import SimulatedArm
+from services.sim.drive import Drive, Loss
+
+PATIENCE_S = 2.0
+IDLE_S = 0.02
+MAX_STEPS = 10_000
+BALL_EVERY = 10
+
+
+@dataclass(slots=True)
+class Debt:
+    """A step or reset to be answered once `ticks` more are done and the controller has answered the last of them."""
+
+    asking: Asking
+    answer: Callable[[], Any]
+    ticks: int
+    deadline: float
+    strict: bool
+
+
+class SimLoop:
+    """Owns the arm; requests and commands come through queues."""
+
+    def __init__(self, bus: Bus, config: RobotConfig, clock: m.Clock, seed: int, log: logging.Logger) -> None:
+        self._config = config
+        self._clock: m.Clock = clock
+        self._stepped = clock == "stepped"
+        self._log = log
+        self._bus = bus
+        self._arm = SimulatedArm(config, seed)
+        self._drive = Drive(config)
+        self._loss = Loss(config.rate_hz)
+        self._commands = Stream()
+        self._requests: Inbox[Asking] = Inbox()
+        self._debt: Debt | None = None
+        self._acting: list[m.ActiveDisturbance] = []
+        self._state = bus.publisher(topics.STATE, blocking=self._stepped)
+        self._ball = bus.publisher(topics.BALL)
+        self._contact = bus.publisher(topics.CONTACT)
+        self._disturbance = bus.publisher(topics.DISTURBANCE)
+        self._handlers: dict[str, Callable[[Any], Any]] = {
+            topics.STATE_QUERY.key: lambda _: self._state_message(),
+            topics.DESCRIPTION.key: lambda _: self._description(),
+            topics.SIM_DISTURB.key: self._disturb,
+        }
+        self._drive.begin(seed if self._stepped else time.time_ns(), self._arm.observe().true_positions)
+
+    def open(self) -> None:
+        """Declare everything on the bus and publish tick 0."""
+        self._bus.listen(topics.COMMAND, self._commands.push)
+        for query in topics.QUERIES:
+            if query.owner == "sim":
+                self._bus.serve(query, self._requests)
+        self._publish()
+
+    def run(self, stopping: threading.Event) -> None:
+        """Let time pass until `stopping` is set."""
+        if self._stepped:
+            self._run_stepped(stopping)
+        else:
+            self._run_realtime(stopping)
+
+    def _run_realtime(self, stopping: threading.Event) -> None:
+        """At each deadline take the newest command, step, publish."""
+        deadlines = Deadlines(round(1e9 / self._config.rate_hz))
+        while not stopping.is_set():
+            deadlines.wait()
+            while taken := self._commands.take():
+                self._hear(taken[0])
+            self._step()
+            self._publish()
+            self._attend(self._requests.take())
+            self._pay()
+
+    def _run_stepped(self, stopping: threading.Event) -> None:
+        """Step only while a request asks for it, and only once the present tick is answered."""
+        while not stopping.is_set():
+            debt = self._debt
+            if debt and debt.ticks and self._is_answered():
+                self._step()
+                self._publish()
+                debt.ticks -= 1
+                debt.deadline = time.monotonic() + PATIENCE_S
+            elif taken := self._commands.take(IDLE_S if debt else 0.0):
+                self._hear(taken[0])
+            self._attend(self._requests.take(0.0 if debt else IDLE_S))
+            self._pay()
+
+    # --- the three verbs ------------------------------------------------------------------------------
+
+    def _hear(self, data: bytes) -> None:
+        """Take a command in, unless it is malformed, old, or lost by request."""
+        tick = self._arm.observe().tick
+        try:
+            command = decode(data, m.Command)
+        except Refusal as refusal:
+            self._drive.refused += 1
+            self._log.warning("a command was refused: %s", refusal)
+            return
+        if self._drive.take(command, tick) and self._loss.has("command", command.tick):
+            self._drive.lose()
+
+    def _step(self) -> None:
+        now = self._arm.observe()
+        self._arm.step(self._drive.acceleration(now.positions, now.velocities))
+
+    def _publish(self) -> None:
+        """Say what the tick brought."""
+        now = self._arm.observe()
+        if not self._loss.has("state", now.tick):
+            self._state.put(self._state_message())
+        for contact in self._arm.contacts():
+            self._contact.put(contact)
+        ball = self._arm.ball() if now.tick % BALL_EVERY == 0 else None
+        if ball is not None:
+            self._ball.put(m.BallState(time=now.time, position=ball[0].tolist(), velocity=ball[1].tolist()))
+        acting = self._arm.disturbances() + self._loss.describe(now.tick)
+        if acting != self._acting:
+            self._acting = acting
+            self._disturbance.put(m.Disturbance(time=now.time, active=acting))
+
+    # --- requests -------------------------------------------------------------------------------------
+
+    def _attend(self, asking: Asking | None) -> None:
+        """Answer a request, or take on the debt of answering it later."""
+        if asking is None:
+            return
+        try:
+            if asking.topic is topics.SIM_STEP:
+                self._owe_steps(asking)
+            elif asking.topic is topics.SIM_RESET:
+                self._owe_reset(asking)
+            else:
+                asking.reply(self._handlers[asking.topic.key](asking.decode()))
+        except Refusal as refusal:
+            asking.refuse(refusal)
+
+    def _pay(self) -> None:
+        """Answer the step or reset that was owed, once it is done or patience is over."""
+        debt = self._debt
+        if debt is None:
+            return
+        if not debt.ticks and self._is_answered():
+            debt.asking.reply(debt.answer())
+        elif time.monotonic() > debt.deadline:
+            now = self._arm.observe()
+            if debt.strict:
+                sentence = (
+                    f"the controller did not answer tick {now.tick} within {PATIENCE_S} s; {debt.ticks} ticks are left"
+                )
+                debt.asking.refuse(Refusal("unavailable", sentence, service="controller", tick=now.tick))
+            else:
+                debt.asking.reply(debt.answer())
+        else:
+            return
+        self._debt = None
+
+    def _is_answered(self) -> bool:
+        """Whether the controller has answered the present tick, or cannot have seen it."""
+        tick = self._arm.observe().tick
+        return self._drive.answered_tick >= tick or self._loss.has("state", tick)
+
+    def _owe_steps(self, asking: Asking) -> None:
+        request = asking.decode()
+        if not self._stepped:
+            raise Refusal("wrong_clock", "sim/step needs the stepped clock; this arm runs in real time")
+        if not 1 <= request.ticks <= MAX_STEPS:
+            raise bad_message("ticks", f"ticks is {request.ticks}; 1 to {MAX_STEPS} can be stepped at once")
+        self._refuse_while_owing()
+        deadline = time.monotonic() + PATIENCE_S
+        self._debt = Debt(asking, self._stepped_message, request.ticks, deadline, strict=True)
+
+    def _stepped_message(self) -> m.Stepped:
+        now = self._arm.observe()
+        return m.Stepped(tick=now.tick, time=now.time)
+
+    def _owe_reset(self, asking: Asking) -> None:
+        request = asking.decode()
+        self._refuse_while_owing()
+        self._arm.reset(request.positions, request.ball, request.seed)
+        controlled = self._drive.answered_tick >= 0
+        self._drive.begin(request.seed if self._stepped else time.time_ns(), self._arm.observe().true_positions)
+        self._loss.clear()
+        self._publish()
+        done = m.ResetDone(tick=0, time=0.0, run=self._drive.run)
+        patience = PATIENCE_S if controlled else 0.0
+        self._debt = Debt(asking, lambda: done, 0, time.monotonic() + patience, strict=False)
+
+    def _refuse_while_owing(self) -> None:
+        if self._debt is not None:
+            raise Refusal("busy", "a step or reset is under way; wait for its answer", goal_id=None)
+
+    def _disturb(self, request: m.Disturb) -> m.Disturbed:
+        if request.kind != "loss":
+            return m.Disturbed(start_time=self._arm.disturb(request))
+        if request.stream is None:
+            raise bad_message("stream", "stream is missing; say whether 'state' or 'command' messages are lost")
+        if request.duration is None or not 0 < request.duration <= 3600:
+            raise bad_message("duration", f"duration is {request.duration}; a loss lasts between 0 and 3600 s")
+        if request.start_time is not None:
+            raise bad_message("start_time", "a loss begins at once; leave start_time null")
+        tick = self._arm.observe().tick + 1
+        self._loss.begin(request.stream, request.duration, tick)
+        return m.Disturbed(start_time=tick / self._config.rate_hz)
+
+    # --- messages -------------------------------------------------------------------------------------
+
+    def _state_message(self) -> m.State:
+        now = self._arm.observe()
+        return m.State(
+            run=self._drive.run,
+            tick=now.tick,
+            time=now.time,
+            positions=now.positions.tolist(),
+            velocities=now.velocities.tolist(),
+            torques=now.torques.tolist(),
+            saturated=now.saturated.tolist(),
+            brake=self._drive.brake,
+            applied_tick=self._drive.applied_tick,
+            truth=m.Point(positions=now.true_positions.tolist(), velocities=now.true_velocities.tolist()),
+        )
+
+    def _description(self) -> m.Description:
+        limits = self._config.limits
+        return m.Description(
+            joint_names=list(self._config.joint_names),
+            home=self._config.home.tolist(),
+            limits=m.RobotLimits(
+                positions=[tuple(pair) if np.isfinite(pair).all() else None for pair in limits.positions.tolist()],
+                velocities=_finite(limits.velocities),
+                accelerations=_finite(limits.accelerations),
+                jerks=_finite(limits.jerks),
+                torques=_finite(self._config.torques),
+            ),
+            rate_hz=self._config.rate_hz,
+            clock=self._clock,
+            run=self._drive.run,
+        )
+
+
+def _finite(values: np.ndarray) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values.tolist()]
