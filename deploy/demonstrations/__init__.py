@@ -1,0 +1,1 @@
+"""Demonstrations that ship with the project, and the scripts that made them."""
