@@ -36,7 +36,13 @@ class Empty(Request, kw_only=True):
 
 
 class Start(Struct, forbid_unknown_fields=True, kw_only=True):
-    """Where a planned motion begins: rad, rad/s, rad/s²; an acceleration of null is free."""
+    """Where a planned motion begins.
+
+    Attributes:
+        positions: of each joint
+        velocities: null: zero
+        accelerations: null, whole or for one joint: free
+    """
 
     positions: Vector
     velocities: Vector | None = None
@@ -44,7 +50,13 @@ class Start(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class Waypoint(Struct, forbid_unknown_fields=True, kw_only=True):
-    """Met exactly `time_from_start` seconds after the start, 0 < time < duration; null entries are free."""
+    """A place or velocity on the way, met exactly, on a tick or not.
+
+    Attributes:
+        time_from_start: 0 < time < duration
+        positions: null, whole or for one joint: free
+        velocities: null, whole or for one joint: free
+    """
 
     time_from_start: float
     positions: PartialVector | None = None
@@ -52,7 +64,14 @@ class Waypoint(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class GoalLimits(Struct, forbid_unknown_fields=True, kw_only=True):
-    """Tighter limits for one goal, symmetric but for positions; null means the robot's own."""
+    """Tighter limits for one goal; null, whole or for one joint, means the robot's own.
+
+    Attributes:
+        positions: [low, high] of each joint
+        velocities: largest of either sign, > 0
+        accelerations: largest of either sign, > 0
+        jerks: largest of either sign, > 0
+    """
 
     positions: list[Range | None] | None = None
     velocities: PartialVector | None = None
@@ -63,9 +82,29 @@ class GoalLimits(Struct, forbid_unknown_fields=True, kw_only=True):
 class Goal(Request, kw_only=True):
     """Play `primitive` to `positions`.
 
-    `velocities` are zero unless given. `accelerations` of null are free where the final velocity is not zero and
-    zero where it is. `duration` counts from the start, `arrival_time` is on the robot's clock; without either the
-    motion takes as long as its demonstration. `start` of null continues the reference as it moves.
+    Attributes:
+        primitive: what to imitate
+        positions: where each joint ends
+        velocities: with which velocity, null: zero
+        accelerations: with which acceleration; null, whole or for one joint: free where the final velocity is not zero,
+            zero where it is
+        duration: from the start, rounded up to a tick; without it and `arrival_time` as long as the demonstration
+        arrival_time: on the robot's clock, to the nearest tick; not together with `duration`
+        goal_id: names the motion in everything that follows, null: made by the planner; the same one with the same body
+            answers as the first did and moves nothing, with another body it is `duplicate`
+        client_id: whose goal it is
+        lease: the client holds the liveliness token `alive/client/CLIENT_ID`, its loss cancels the motion, and until
+            the end other clients' goals get `not_holder`
+        start: null: go on from where everything accepted so far will have the arm; given only with `plan_only`
+        waypoints: places to meet on the way, 0.01 of the duration or more from each other and from the ends
+        limits: tighter than the robot's own; where both say something the tighter holds
+        rest_fraction: final part of the duration with exactly zero acceleration, 0 ≤ ρ < 1; `accelerations` must then
+            be null or 0
+        tail: after the goal: stop inside the limits, or coast on with the final velocity (only with `plan_only`)
+        method: the quadratic program, or the movement primitive that it is compared with
+        plan_only: reply without moving
+        include_trajectory: reply with the samples
+        preempt: take the place of a motion that runs; false: `busy` while there is one
     """
 
     primitive: str
@@ -105,7 +144,13 @@ class FinalError(Struct, kw_only=True):
 
 
 class ActiveLimit(Struct, kw_only=True):
-    """A limit that shapes the plan, and when (s from the start)."""
+    """A limit that shapes the plan.
+
+    Attributes:
+        joint: its name
+        quantity: positions, velocities, accelerations or jerks
+        time_from_start: when
+    """
 
     joint: str
     quantity: str
@@ -113,11 +158,18 @@ class ActiveLimit(Struct, kw_only=True):
 
 
 class Report(Struct, kw_only=True):
-    """What the planner knows of its plan.
+    """What the planner knows of its plan, recomputed from the solution.
 
-    `imitation_rms`: rms of g̈ − τ²d̈ over the motion, rad/s² a joint. `extremes`: [min, max] of each quantity over
-    all time, tail included. `margin`: the smallest distance to each limit, null where there is none. `certified`:
-    no limit is passed at any time, between samples included. `rounds` and `rows`: of the row generation.
+    Attributes:
+        imitation_rms: root mean square of g̈ − τ²d̈ over the motion, rad/s² a joint
+        final_error: how far the plan ends from what was asked
+        extremes: [min, max] of each quantity over all time, tail included
+        margin: smallest distance to each limit, null where there is none
+        active: the limits that shape the plan
+        certified: no limit is passed at any time, between samples included
+        solve_ms: time spent on the quadratic programs of all joints
+        rounds: of row generation, the most of any joint
+        rows: limit rows in the last programs, all joints together
     """
 
     imitation_rms: Vector
@@ -132,7 +184,14 @@ class Report(Struct, kw_only=True):
 
 
 class Stamps(Struct, frozen=True):
-    """When a goal reached each stage, Unix ns; null where it has not."""
+    """When a goal reached each stage, Unix ns; null where it has not.
+
+    Attributes:
+        requested: the planner received it
+        planned: the plan was ready
+        accepted: the controller took the plan
+        first_command: the controller sent the plan's first command
+    """
 
     requested: int | None = None
     planned: int | None = None
@@ -141,10 +200,23 @@ class Stamps(Struct, frozen=True):
 
 
 class Trajectory(Request, kw_only=True):
-    """A sampled motion: sample 0 lies at `start_time`, sample `hit_index` at the goal, the last at rest.
+    """A sampled motion from `start_time` through the goal to rest.
 
-    `positions`, `velocities` and `accelerations` are matrices of `count` × joints. `epoch` is the controller's at
-    planning time: a plan made under an older one is `superseded`.
+    Attributes:
+        goal_id: the goal it serves
+        client_id: whose goal it is
+        lease: as in the [Goal](#goal)
+        preempt: as in the [Goal](#goal)
+        epoch: the controller's when the plan was made: a plan made under an older one is `superseded`
+        joint_names: in the controller's order
+        start_time: of sample 0
+        dt: 1 / `rate_hz`
+        count: number of samples
+        hit_index: the sample at the goal
+        positions: matrix of `count` × joints
+        velocities: matrix of `count` × joints
+        accelerations: matrix of `count` × joints
+        stamps: so far
     """
 
     goal_id: str
@@ -164,7 +236,16 @@ class Trajectory(Request, kw_only=True):
 
 
 class GoalReply(Message, kw_only=True):
-    """The answer to a goal: `duration` to the goal, `total_duration` with the tail to rest, s."""
+    """The plan: accepted and about to be played, unless the goal said `plan_only`.
+
+    Attributes:
+        goal_id: names the motion
+        start_time: on the robot's clock
+        duration: to the goal
+        total_duration: to rest
+        trajectory: with `include_trajectory`
+        report: what the planner knows of its plan
+    """
 
     goal_id: str
     start_time: float
@@ -175,13 +256,38 @@ class GoalReply(Message, kw_only=True):
 
 
 class PlanLimits(PerQuantity, kw_only=True):
-    """The limits a plan was made under: positions [lo, hi], the rest symmetric; null where there is none."""
+    """The limits a plan was made under, the robot's and the goal's together.
+
+    Attributes:
+        positions: [low, high] of each joint, null where there is none
+        velocities: largest of either sign, null where there is none
+        accelerations: largest of either sign, null where there is none
+        jerks: largest of either sign, null where there is none
+    """
 
 
 class Plan(Message, kw_only=True):
     """A trajectory that was accepted, with what it was made of.
 
-    `demonstration` is the demonstrated position, warped to the duration: a matrix of (`hit_index` + 1) × joints.
+    Attributes:
+        goal_id: the goal it serves
+        client_id: whose goal it is
+        lease: as in the [Goal](#goal)
+        preempt: as in the [Goal](#goal)
+        epoch: the controller's when the plan was made: a plan made under an older one is `superseded`
+        joint_names: in the controller's order
+        start_time: of sample 0
+        dt: 1 / `rate_hz`
+        count: number of samples
+        hit_index: the sample at the goal
+        positions: matrix of `count` × joints
+        velocities: matrix of `count` × joints
+        accelerations: matrix of `count` × joints
+        stamps: so far
+        primitive: what it imitates
+        limits: it was made under
+        waypoints: as asked for
+        demonstration: the demonstrated positions, warped to the duration: matrix of (`hit_index` + 1) × joints
     """
 
     goal_id: str
@@ -208,16 +314,28 @@ class Plan(Message, kw_only=True):
 
 
 class SavitzkyGolay(Struct, forbid_unknown_fields=True, kw_only=True):
-    """The smoothing filter: a polynomial of `order` over `window_s` seconds."""
+    """The smoothing filter.
+
+    Attributes:
+        window_s: its length, s
+        order: of its polynomial
+    """
 
     window_s: float
     order: int
 
 
 class Learn(Request, kw_only=True):
-    """Learn a primitive from `positions`: [[…joints]…samples], or a matrix together with `joint_count`.
+    """Learn a primitive from a demonstration.
 
-    Sampled at `rate` Hz, or at `times` (s).
+    Attributes:
+        name: of the primitive
+        positions: an array of samples, each an array of joints; or a matrix, with `joint_count`
+        joint_count: columns of the matrix
+        rate: samples per second; this or `times`
+        times: of the samples, s, rising
+        smoothing: chosen from the noise found, none, or as given
+        replace: overwrite a primitive of this name
     """
 
     name: str
@@ -230,7 +348,16 @@ class Learn(Request, kw_only=True):
 
 
 class Learned(Message, kw_only=True):
-    """What was learned: `fit_rms` rad/s² and `noise_estimate` rad a joint; `smoothing` null where none was used."""
+    """What was learned.
+
+    Attributes:
+        name: of the primitive
+        duration: of the demonstration
+        basis_count: Gaussians a joint
+        fit_rms: of the learned accelerations against the demonstration's, rad/s² a joint
+        noise_estimate: of the positions, rad a joint
+        smoothing: as used, null for none
+    """
 
     name: str
     duration: float
@@ -241,7 +368,15 @@ class Learned(Message, kw_only=True):
 
 
 class PrimitiveEntry(Struct, kw_only=True):
-    """One primitive of the library; `created` in Unix s."""
+    """One primitive of the library.
+
+    Attributes:
+        name: to ask for it
+        joint_count: its joints
+        duration: of the demonstration
+        samples: of the demonstration
+        created: Unix s
+    """
 
     name: str
     joint_count: int
@@ -279,13 +414,25 @@ class Accepted(Message, kw_only=True):
 
 
 class ReferenceRequest(Request, kw_only=True):
-    """Ask where the arm will be `lead` seconds from now."""
+    """Ask where the arm will be.
+
+    Attributes:
+        lead: from now, s
+    """
 
     lead: float
 
 
 class Reference(Message, kw_only=True):
-    """Where everything accepted so far will have the arm at `time`, the first tick ≥ now + lead."""
+    """Where everything accepted so far will have the arm.
+
+    Attributes:
+        time: the first tick ≥ now + lead
+        epoch: raised by every accept, cancel, fault and reset
+        positions: of the reference
+        velocities: of the reference
+        accelerations: of the reference
+    """
 
     time: float
     epoch: int
@@ -295,13 +442,22 @@ class Reference(Message, kw_only=True):
 
 
 class Cancel(Request, kw_only=True):
-    """Stop the motion of `goal_id`, or whatever moves."""
+    """Stop the motion.
+
+    Attributes:
+        goal_id: stop only this one, null: whatever moves
+    """
 
     goal_id: str | None = None
 
 
 class Canceled(Message, kw_only=True):
-    """The arm will be at rest at `stop_time`; `goal_id` is null where nothing moved."""
+    """The arm is on its way to rest.
+
+    Attributes:
+        goal_id: what was stopped, null where nothing moved
+        stop_time: when the arm is at rest
+    """
 
     goal_id: str | None
     stop_time: float
@@ -327,7 +483,14 @@ class Point(Struct, kw_only=True):
 
 
 class Hit(Struct, kw_only=True):
-    """The errors at exactly the hit time: measured less reference (rad, rad/s), and true less reference where known."""
+    """The errors at exactly the hit time.
+
+    Attributes:
+        time: of the hit
+        position_error: measured less reference
+        velocity_error: measured less reference
+        truth_error: true less reference, null where the truth is not known
+    """
 
     time: float
     position_error: Vector
@@ -336,9 +499,15 @@ class Hit(Struct, kw_only=True):
 
 
 class Result(Message, kw_only=True):
-    """How a goal went. `succeeded` means played to rest; errors are reported, not judged.
+    """How a goal went; errors are reported, not judged.
 
-    `hit` is null where the hit was not reached; `peak_tracking_error` in rad.
+    Attributes:
+        goal_id: which goal
+        outcome: `succeeded` means played to rest
+        reason: in words
+        hit: null where the hit was not reached
+        peak_tracking_error: largest of any joint at any time, rad
+        stamps: when it reached each stage
     """
 
     goal_id: str
@@ -350,7 +519,13 @@ class Result(Message, kw_only=True):
 
 
 class Lateness(Struct, kw_only=True):
-    """From the arrival of a state to the departure of its command, µs."""
+    """From the arrival of a state to the departure of its command.
+
+    Attributes:
+        p50: median, µs
+        p99: 99th percentile, µs
+        max: largest, µs
+    """
 
     p50: float
     p99: float
@@ -360,7 +535,12 @@ class Lateness(Struct, kw_only=True):
 class Cycle(Struct, kw_only=True):
     """The controller's loop since the run began.
 
-    `count` states answered, `missed` ticks never seen or answered too late, `refused` messages that were malformed.
+    Attributes:
+        count: states answered
+        missed: ticks never seen or answered too late
+        on_time_ratio: share of the ticks answered in time
+        late_us: the time an answer took
+        refused: malformed messages
     """
 
     count: int
@@ -371,7 +551,20 @@ class Cycle(Struct, kw_only=True):
 
 
 class Status(Message, kw_only=True):
-    """The controller at a glance."""
+    """The controller at a glance.
+
+    Attributes:
+        time: on the robot's clock
+        mode: holding a pose, tracking a plan, stopping, or in a fault that only `reset` leaves
+        epoch: raised by every accept, cancel, fault and reset
+        goal_id: what is played, null for nothing
+        time_from_start: of what is played
+        reference: where the arm should be
+        feedback: where it was measured
+        error: measured less reference
+        cycle: the controller's loop
+        fault: in words, null for none
+    """
 
     time: float
     mode: Mode
@@ -386,7 +579,17 @@ class Status(Message, kw_only=True):
 
 
 class Command(Message, kw_only=True):
-    """The controller's answer to state `tick`: accelerations (rad/s²) to apply, and the reference behind them."""
+    """The controller's answer to a state.
+
+    Attributes:
+        run: of the state
+        tick: of the state
+        source: who commands
+        accelerations: to apply
+        positions: of the reference behind them
+        velocities: of the reference behind them
+        goal_id: what is played, null for nothing
+    """
 
     run: int
     tick: int
@@ -401,11 +604,19 @@ class Command(Message, kw_only=True):
 
 
 class State(Message, kw_only=True):
-    """What the arm measures at `tick` of life `run`; `time` = tick / rate.
+    """What the arm measures.
 
-    `torques` were applied over the tick before; `saturated` marks those that were clipped. `brake`: the arm stops
-    itself for want of commands. `applied_tick`: the state that the newest applied command answered, −1 before the
-    first. `truth` is free of sensor noise, null on a real arm.
+    Attributes:
+        run: names one life of the arm: Unix ns of its start, in stepped time the seed
+        tick: counted from the start of the run
+        time: tick / rate
+        positions: measured
+        velocities: measured
+        torques: applied over the tick before
+        saturated: where the torque was clipped
+        brake: the arm stops itself for want of commands
+        applied_tick: of the state that the newest applied command answered, −1 before the first
+        truth: free of sensor noise, null on a real arm
     """
 
     run: int
@@ -421,7 +632,15 @@ class State(Message, kw_only=True):
 
 
 class RobotLimits(Struct, kw_only=True):
-    """The robot's own limits: positions [lo, hi], the rest symmetric; null where there is none."""
+    """The robot's own limits; null where there is none.
+
+    Attributes:
+        positions: [low, high] of each joint
+        velocities: largest of either sign
+        accelerations: largest of either sign
+        jerks: largest of either sign
+        torques: largest of either sign, N·m
+    """
 
     positions: list[Range | None]
     velocities: PartialVector
@@ -431,7 +650,16 @@ class RobotLimits(Struct, kw_only=True):
 
 
 class Description(Message, kw_only=True):
-    """What the arm is."""
+    """What the arm is.
+
+    Attributes:
+        joint_names: in the order of every vector
+        home: the pose at the start, rad
+        limits: the robot's own
+        rate_hz: ticks per second
+        clock: real time, or advanced by `sim/step`
+        run: names this life of the arm
+    """
 
     joint_names: list[str]
     home: Vector
@@ -442,7 +670,11 @@ class Description(Message, kw_only=True):
 
 
 class Step(Request, kw_only=True):
-    """Advance the stepped clock by `ticks`, 1 to 10000."""
+    """Advance the stepped clock.
+
+    Attributes:
+        ticks: 1 to 10000
+    """
 
     ticks: int
 
@@ -462,9 +694,12 @@ class Ball(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class Reset(Request, kw_only=True):
-    """Begin a new run at `positions` (null: home), with the ball where given (null: on its tee).
+    """Begin a new run.
 
-    `seed` of the sensor noise; it also names the run where the clock is stepped.
+    Attributes:
+        positions: of the arm at rest, null: home
+        ball: null: on its tee
+        seed: of the sensor noise; names the run where the clock is stepped
     """
 
     positions: Vector | None = None
@@ -481,11 +716,16 @@ class ResetDone(Message, kw_only=True):
 
 
 class Disturb(Request, kw_only=True):
-    """Disturb the arm.
+    """Disturb the arm: push it, blur its sensors, or lose messages.
 
-    `acceleration` (rad/s²) and `torque` (N·m): `values` a joint, from `start_time` (null: now) for `duration` s.
-    `sensor_noise`: standard deviations of the measured positions and velocities, until told otherwise.
-    `loss`: the messages of `stream` are lost for `duration` s.
+    Attributes:
+        kind: what; the fields below that belong to another kind stay null
+        values: of `acceleration` (rad/s²) or `torque` (N·m) on each joint
+        start_time: of `acceleration` or `torque`, null: now
+        duration: of `acceleration`, `torque` or `loss`
+        position_std: of `sensor_noise`: standard deviation of measured positions, rad, until told otherwise
+        velocity_std: of `sensor_noise`: standard deviation of measured velocities, rad/s, until told otherwise
+        stream: of `loss`: whose messages are lost
     """
 
     kind: Literal["acceleration", "torque", "sensor_noise", "loss"]
@@ -504,7 +744,14 @@ class Disturbed(Message, kw_only=True):
 
 
 class Contact(Message, kw_only=True):
-    """Two bodies touched: the impulse in N·s over the contact, the ball's velocity after it in m/s."""
+    """Two bodies touched.
+
+    Attributes:
+        time: of the contact
+        bodies: their names
+        impulse: over the contact, N·s
+        ball_velocity: after the contact, null where the ball took no part
+    """
 
     time: float
     bodies: list[str]
@@ -521,7 +768,16 @@ class BallState(Message, kw_only=True):
 
 
 class ActiveDisturbance(Struct, kw_only=True):
-    """One disturbance that acts now; `end_time` null where it lasts until told otherwise."""
+    """One disturbance that acts now; fields as in the request that made it.
+
+    Attributes:
+        kind: as in the request
+        values: on each joint
+        position_std: rad
+        velocity_std: rad/s
+        stream: whose messages are lost
+        end_time: null where it lasts until told otherwise
+    """
 
     kind: str
     values: Vector | None = None
@@ -539,7 +795,13 @@ class Disturbance(Message, kw_only=True):
 
 
 class ErrorBody(Struct, kw_only=True):
-    """The body of every refusal."""
+    """The body of every refusal.
+
+    Attributes:
+        code: see [codes](#codes)
+        message: a sentence that a person can act on
+        detail: what the sentence is about; its fields depend on the code
+    """
 
     code: str
     message: str

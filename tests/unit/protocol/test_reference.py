@@ -1,0 +1,49 @@
+"""The reference page is what the code generates, complete, and its links lead somewhere."""
+
+import re
+from pathlib import Path
+
+import msgspec
+
+from protocol import messages as m
+from protocol.errors import CODES
+from protocol.reference import MEANINGS, page
+from protocol.topics import PUBLICATIONS, QUERIES
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "protocol.md"
+
+
+def test_page_is_up_to_date():
+    assert PAGE.read_text() == page(), "run: python -m protocol.reference > docs/protocol.md"
+
+
+def test_every_message_has_one_table():
+    headings = re.findall(r"^#### (\w+)$", page(), re.MULTILINE)
+    bases = {m.Message, m.Request}
+    messages = {kind for kind in vars(m).values() if isinstance(kind, type) and issubclass(kind, msgspec.Struct)}
+    assert sorted(headings) == sorted(kind.__name__ for kind in messages - bases - {msgspec.Struct})
+
+
+def test_every_key_has_its_section():
+    text = page()
+    assert all(f"### Ask `{query.key}`\n" in text for query in QUERIES)
+    assert all(f"### Hear `{publication.key}`\n" in text for publication in PUBLICATIONS)
+
+
+def test_links_lead_to_headings():
+    text = page()
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    anchors = [re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings]
+    assert set(re.findall(r"\(#([^)]*)\)", text)) <= set(anchors)
+    assert len(anchors) == len(set(anchors)), "two headings with one anchor"
+
+
+def test_described_fields_exist_and_are_all_described():
+    for kind in vars(m).values():
+        if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and "Attributes:" in (kind.__doc__ or ""):
+            described = re.findall(r"^ {8}(\w+): ", kind.__doc__ or "", re.MULTILINE)
+            assert set(described) == set(kind.__struct_fields__) - {"version"}, kind.__name__
+
+
+def test_every_code_is_explained():
+    assert MEANINGS.keys() == CODES.keys()
