@@ -232,12 +232,9 @@ class Bus:
                 raise self._refusal(topic, reply.err)
         raise NoAnswer(topic.owner, self.key(topic.key))
 
-    def claim(self, service: str) -> bool:
-        """Take the liveliness token of `service` for as long as the session lives; False where somebody has it."""
-        if self.is_alive(service):
-            return False
+    def announce(self, service: str) -> None:
+        """Hold the liveliness token of `service` while the session lives: it is ready for requests."""
         self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
-        return True
 
     def is_alive(self, service: str, timeout: float = 1.0) -> bool:
         """Return whether somebody on the bus holds the token of `service`."""

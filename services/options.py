@@ -63,6 +63,8 @@ def service_bus(
 ) -> Iterator[Bus]:
     """Open the bus as `service`, which only one process at a time may be; the bus is closed at the end.
 
+    The service announces itself once it is ready.
+
     Raises:
         SystemExit: 3 where another process is `service` already, 1 where the bus cannot be hosted, 0 where `stopping`
             was set before there was a hub to join.
@@ -75,7 +77,7 @@ def service_bus(
         log.error("cannot open the bus: %s", error)
         raise SystemExit(EXIT_TAKEN if hosts and _is_served(service, options, robot) else 1) from None
     with bus:
-        if not bus.claim(service):
+        if bus.is_alive(service):
             log.error("another %s serves robot %s on this bus", service, bus.robot)
             raise SystemExit(EXIT_TAKEN)
         yield bus

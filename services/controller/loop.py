@@ -40,7 +40,7 @@ class ControllerLoop:
         self._trajectories: Inbox[Asking] = Inbox()
         self._events: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._silent_waits = 0
-        self._stepped = False
+        self._clock: m.Clock | None = None
         self._next_status_ns = 0
         self._closed = threading.Event()
         self._checker = threading.Thread(target=self._check_trajectories, name="checker", daemon=True)
@@ -65,6 +65,7 @@ class ControllerLoop:
         self._bus.watch_alive(topics.alive_key("sim"), self._see_arm)
         self._bus.watch_alive(topics.client_alive_key("*"), self._see_client)
         self._checker.start()
+        self._bus.announce("controller")
 
     def run(self, stopping: threading.Event) -> None:
         """Answer states until `stopping` is set.
@@ -91,7 +92,7 @@ class ControllerLoop:
     def _receive(self) -> tuple[bytes, int] | None:
         """Return the newest state (in stepped time the next one), after waiting up to 1 ms for it."""
         taken = self._states.take(WAIT_S)
-        while taken and not self._stepped and (newer := self._states.take()):
+        while taken and self._clock == "realtime" and (newer := self._states.take()):
             taken = newer
         return taken
 
@@ -99,7 +100,7 @@ class ControllerLoop:
         """Publish the command that answers a state; count the silence where there is none."""
         if received is None:
             self._silent_waits += 1
-            if self._silent_waits == self._config.silence_ticks and not self._stepped and self._core.awake:
+            if self._silent_waits == self._config.silence_ticks and self._clock == "realtime":
                 self._core.raise_fault(f"no state for {self._silent_waits} waits of 1 ms")
                 self._log.error("the arm fell silent; any motion is aborted")
             return
@@ -169,8 +170,8 @@ class ControllerLoop:
         ours = list(self._config.joint_names), self._config.rate_hz
         if (arm.joint_names, arm.rate_hz) != ours:
             raise WrongRobot(f"the arm has joints {arm.joint_names} at {arm.rate_hz} Hz, the robot config {ours}")
-        self._stepped = arm.clock == "stepped"
-        self._commands = self._bus.publisher(topics.COMMAND, blocking=self._stepped)
+        self._clock = arm.clock
+        self._commands = self._bus.publisher(topics.COMMAND, blocking=arm.clock == "stepped")
         self._log.info("the arm is there: %d joints, %s clock, run %d", len(arm.joint_names), arm.clock, arm.run)
         self._bus.ask_later(topics.STATE_QUERY, m.Empty(), self._states.push)
 

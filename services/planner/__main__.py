@@ -4,6 +4,7 @@ import logging
 import threading
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 
@@ -13,28 +14,22 @@ from protocol import topics
 from protocol.bus import Asking, Bus, Inbox
 from protocol.errors import NoAnswer, Refusal
 from services import runtime
+from services.flags import PlannerFlags
 from services.options import Common, Options, service_bus
 from services.planner.core import Lead, Planner
 from services.planner.learning import learn_from_csv
 from services.planner.library import Library
 from services.robot import RobotConfig, load_robot
 
-DEFAULT_LIBRARY = Path.home() / ".local" / "share" / "volley" / "library"
 SHIPPED = Path(__file__).resolve().parents[2] / "deploy" / "demonstrations"
 
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Learn primitives and plan goals.
-
-    Attributes:
-        library: Directory of the learned primitives; made on first start, with the shipped demonstrations learned.
-        lead: Fixed time ahead of now at which a plan begins, s; by default it follows the time that planning takes.
-    """
+    """Learn primitives and plan goals."""
 
     common: Common = field(default_factory=Options)
-    library: Path = DEFAULT_LIBRARY
-    lead: float | None = None
+    own: Annotated[PlannerFlags, tyro.conf.arg(name="")] = field(default_factory=PlannerFlags)
 
 
 def main() -> None:
@@ -44,10 +39,10 @@ def main() -> None:
     stopping = runtime.stop_on_signals()
     runtime.become_polite()
     config = load_robot(flags.common.robot_config)
-    library = Library(flags.library, log)
+    library = Library(flags.own.library, log)
     if library.is_new:
         learn_shipped(library, config, log)
-    lead = Lead(config.tick, flags.lead)
+    lead = Lead(config.tick, flags.own.lead)
     with service_bus("planner", flags.common, config.name, stopping, log) as bus:
         serve(bus, Planner(bus, config, library, lead, log), lead, stopping)
 
@@ -78,6 +73,7 @@ def serve(bus: Bus, planner: Planner, lead: Lead, stopping: threading.Event) -> 
     for query in topics.QUERIES:
         if query.owner == "planner":
             bus.serve(query, inbox)
+    bus.announce("planner")
     bus.watch_alive(topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else None)
     while not stopping.is_set():
         asking = inbox.take(0.1)

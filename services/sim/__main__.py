@@ -1,11 +1,12 @@
 """`python -m services.sim`: the simulated arm, which hosts the bus unless told otherwise."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated
 
 import tyro
 
 from services import runtime
+from services.flags import SimFlags
 from services.options import Common, Options, service_bus
 from services.robot import load_robot
 from services.sim.loop import SimLoop
@@ -13,16 +14,10 @@ from services.sim.loop import SimLoop
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Simulate the arm and host the bus.
-
-    Attributes:
-        clock: realtime follows the wall clock; stepped advances on `sim/step` requests only.
-        seed: Seed of the sensor noise; in stepped time it also names the first run.
-    """
+    """Simulate the arm and host the bus."""
 
     common: Common = field(default_factory=Options)
-    clock: Literal["realtime", "stepped"] = "realtime"
-    seed: int = 0
+    own: Annotated[SimFlags, tyro.conf.arg(name="")] = field(default_factory=SimFlags)
 
 
 def main() -> None:
@@ -31,13 +26,13 @@ def main() -> None:
     log = runtime.start_logging("sim")
     stopping = runtime.stop_on_signals()
     config = load_robot(flags.common.robot_config)
-    if flags.clock == "realtime":
+    if flags.own.clock == "realtime":
         for missing in runtime.become_real_time(priority=50):
             log.warning("without %s: ticks may come late", missing)
     with service_bus("sim", flags.common, config.name, stopping, log, hosts=True) as bus:
-        loop = SimLoop(bus, config, flags.clock, flags.seed, log)
+        loop = SimLoop(bus, config, flags.own.clock, flags.own.seed, log)
         loop.open()
-        log.info("robot %s, %s clock", bus.robot, flags.clock)
+        log.info("robot %s, %s clock", bus.robot, flags.own.clock)
         runtime.freeze_garbage()
         loop.run(stopping)
 

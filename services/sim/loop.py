@@ -71,6 +71,7 @@ class SimLoop:
             if query.owner == "sim":
                 self._bus.serve(query, self._requests)
         self._publish()
+        self._bus.announce("sim")
 
     def run(self, stopping: threading.Event) -> None:
         """Let time pass until `stopping` is set."""

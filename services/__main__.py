@@ -1,0 +1,60 @@
+"""`python -m services`: everything with one robot, until Ctrl-C."""
+
+from dataclasses import asdict, dataclass, field
+from typing import Annotated
+
+import tyro
+from rich.console import Console
+
+from services import runtime
+from services.flags import PlannerFlags, RecorderFlags, SimFlags
+from services.options import Common, Options, open_bus
+from services.robot import load_robot
+from services.supervisor import NotReady, Supervisor, command_lines
+
+Unprefixed = tyro.conf.arg(name="")
+
+
+@dataclass(frozen=True, slots=True)
+class Flags:
+    """Start every service with one robot and keep them until Ctrl-C."""
+
+    common: Common = field(default_factory=Options)
+    sim: Annotated[SimFlags, Unprefixed] = field(default_factory=SimFlags)
+    planner: Annotated[PlannerFlags, Unprefixed] = field(default_factory=PlannerFlags)
+    recorder: Annotated[RecorderFlags, Unprefixed] = field(default_factory=RecorderFlags)
+
+
+def main() -> None:
+    """Start all, say how to reach them, wait, end all."""
+    flags = tyro.cli(Flags)
+    console = Console()
+    stopping = runtime.stop_on_signals()
+    options = flags.common
+    robot = options.robot or load_robot(options.robot_config).name
+    commands = command_lines(options, {**asdict(flags.sim), **asdict(flags.planner), **asdict(flags.recorder)})
+    reach = Options(options.robot, options.robot_config, options.connect or options.listen, (), options.zenoh_config)
+    with Supervisor(commands) as services, open_bus(reach, robot, give_up=stopping.is_set) as bus:
+        try:
+            services.wait_ready(bus)
+        except NotReady as error:
+            raise SystemExit(f"volley: {error}") from None
+        greet(console, robot, reach)
+        while not stopping.wait(0.5):
+            for name, status in services.ended().items():
+                del services.running[name]
+                console.print(f"[red]{name} ended with status {status}[/red]; the others go on")
+        console.print("stopping")
+
+
+def greet(console: Console, robot: str, reach: Options) -> None:
+    """Say how to reach the services."""
+    where = " ".join(reach.connect) or "tcp/127.0.0.1:7447"
+    flag = f" --connect {where}" if reach.connect else ""
+    console.print(f"[bold]volley is ready[/bold]: robot {robot} on {where}, keys volley/{robot}/…; Ctrl-C ends it")
+    console.print(f"  python -m services.client{flag} primitives", highlight=False)
+    console.print(f"  python -m services.client{flag} watch", highlight=False)
+
+
+if __name__ == "__main__":
+    main()

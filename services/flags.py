@@ -1,0 +1,46 @@
+"""The flags that one service has for itself and `python -m services` hands on."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+DEFAULT_LIBRARY = Path.home() / ".local" / "share" / "volley" / "library"
+
+
+@dataclass(frozen=True, slots=True)
+class SimFlags:
+    """Flags of the sim.
+
+    Attributes:
+        clock: realtime follows the wall clock; stepped advances on `sim/step` requests only.
+        seed: Seed of the sensor noise; in stepped time it also names the first run.
+    """
+
+    clock: Literal["realtime", "stepped"] = "realtime"
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerFlags:
+    """Flags of the planner.
+
+    Attributes:
+        library: Directory of the learned primitives; made on first start, with the shipped demonstrations learned.
+        lead: Fixed time ahead of now at which a plan begins, s; by default it follows the time that planning takes.
+    """
+
+    library: Path = DEFAULT_LIBRARY
+    lead: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderFlags:
+    """Flags of the recorder.
+
+    Attributes:
+        record: The trace to write, an .rrd file; by default volley-DATE-TIME.rrd unless --live is given.
+        live: Serve a viewer on loopback.
+    """
+
+    record: Path | None = None
+    live: bool = False
