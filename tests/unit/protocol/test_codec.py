@@ -1,0 +1,102 @@
+"""The codec's sentences: each names the field and what would work."""
+
+from typing import Any, cast
+
+import msgpack
+import numpy as np
+import pytest
+
+from protocol import messages as m
+from protocol.codec import decode, encode, matrix, matrix_bytes
+from protocol.errors import CODES, Refusal
+
+GOAL = {"primitive": "forehand", "positions": [0.5, 1.0]}
+
+
+def refusal(body: Any, kind: type = m.Goal) -> Refusal:
+    with pytest.raises(Refusal) as refused:
+        decode(cast(bytes, msgpack.packb(body)), kind)
+    assert refused.value.code == "bad_message"
+    return refused.value
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "sentence"),
+    [
+        ({"positions": [0.5, "one"]}, "positions[1]", "positions[1]: expected float, got str"),
+        ({"lease": 1}, "lease", "lease: expected bool, got int"),
+        ({"duration": True}, "duration", "duration: expected float | null, got bool"),
+        ({"start": [1.0]}, "start", "start: expected map | null, got array"),
+        ({"tail": "fly"}, "tail", "tail: invalid enum value 'fly'; choose from 'stop', 'coast'"),
+        ({"version": 2}, "version", "version: invalid enum value 2; choose from 1"),
+        ({"start": {}}, "start.positions", "start.positions is missing"),
+        ({"limits": {"colour": 1}}, "limits.colour", "limits.colour is not a known field"),
+        ({b"lease": True}, "", "the body has the key b'lease'; keys are strings"),
+        (
+            {"limits": {"positions": [[0.0, 1.0, 2.0]]}},
+            "limits.positions[0]",
+            "limits.positions[0]: expected array of length 2, got 3",
+        ),
+    ],
+)
+def test_sentences(change, field, sentence):
+    refused = refusal(GOAL | change)
+    assert (refused.message, refused.detail) == (sentence, {"field": field})
+
+
+def test_unknown_field_lists_the_known_ones():
+    assert "a Step has version, ticks" in refusal({"ticks": 1, "tocks": 2}, m.Step).message
+
+
+@pytest.mark.parametrize("body", [123, [GOAL], "goal", None, 1.5])
+def test_body_that_is_not_a_map(body):
+    assert refusal(body).message.endswith("send a msgpack map with string keys")
+
+
+def test_text_is_not_taken_for_a_matrix():
+    refused = refusal({"name": "wipe", "positions": "AAAAAAAA8D8=", "joint_count": 1, "rate": 1.0}, m.Learn)
+    assert refused.message == "positions: expected bytes | array, got str"
+
+
+def test_refusal_stays_short_whatever_was_sent():
+    refused = refusal(GOAL | {"x" * 500_000: 1})
+    assert len(refused.message) <= 400
+    assert len(refused.detail["field"]) <= 120
+
+
+def test_version_may_be_left_out_and_integers_stand_for_numbers():
+    goal = decode(cast(bytes, msgpack.packb({"primitive": "forehand", "positions": [1, 2]})), m.Goal)
+    assert goal == m.Goal(primitive="forehand", positions=[1.0, 2.0])
+
+
+def test_null_fields_are_sent():
+    assert msgpack.unpackb(encode(m.Cancel())) == {"version": 1, "goal_id": None}
+
+
+def test_matrix_round_trip():
+    values = np.arange(6.0).reshape(3, 2)
+    assert np.array_equal(matrix(matrix_bytes(values), 3, 2, "positions"), values)
+    assert np.array_equal(matrix(matrix_bytes(np.asfortranarray(values)), 3, 2, "positions"), values)
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(3, 3), (2, 2), (-1, -6), (6, 0), (0, 0)])
+def test_matrix_of_another_size(rows, columns):
+    with pytest.raises(Refusal, match="positions has 48 bytes; it must be"):
+        matrix(bytes(48), rows, columns, "positions")
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+def test_matrix_with_a_number_that_is_not_finite(number):
+    values = np.zeros((3, 2))
+    values[1, 0] = number
+    with pytest.raises(Refusal) as refused:
+        matrix(matrix_bytes(values), 3, 2, "velocities")
+    assert refused.value.message == f"velocities[1][0] is {number}; only finite numbers are taken"
+
+
+def test_refusals_carry_what_their_code_promises():
+    with pytest.raises(TypeError, match=r"\['bound', 'value'\]"):
+        Refusal("limit", "too far", joint="joint_1", quantity="positions")
+    with pytest.raises(KeyError):
+        Refusal("no_such_code", "?")
+    assert all(Refusal(code, "…", **dict.fromkeys(CODES[code])).code == code for code in CODES)
