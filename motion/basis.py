@@ -56,29 +56,31 @@ class Basis:
 class Grid:
     """A basis on the grid s (M,), M = INTERVALS + 1, in whitened weights.
 
-    With Ψ = LLᵀ and z = Lᵀw the cost of eq. 12 is |z − z_d|² + const, z_d = L⁻¹θ. `rows` (6, M, N) act on z and
-    hold the orders −2 … 3; `spread` (4, M−1, N) acts on |w| and bounds |ψ⁽ⁿ⁾| on each interval for the
-    orders 2 … 5, the fourth derivatives of position, velocity, acceleration and jerk.
+    With Ψ = LLᵀ and z = Lᵀw the cost of eq. 12 is |z − z_d|² + const, z_d = L⁻¹θ; `whitening` is L⁻¹.
+    `rows` (6, M, N) act on z and hold the orders −2 … 3, `norms` (4,) the largest norm among the rows of each
+    limited quantity. The fourth derivatives of position, velocity, acceleration and jerk are the orders
+    2 … 5: `spread` (4, M−1, N) bounds |ψ⁽ⁿ⁾| of each function on each interval, `peaks` (4,) anywhere.
     """
 
     basis: Basis
     s: np.ndarray
-    factor: np.ndarray
+    whitening: np.ndarray
     rows: np.ndarray
-    spread: np.ndarray
     norms: np.ndarray
+    spread: np.ndarray
+    peaks: np.ndarray
 
     def whiten(self, theta: np.ndarray) -> np.ndarray:
         """L⁻¹θ for columns θ (N, J)."""
-        return solve_triangular(self.factor, theta, lower=True)
+        return self.whitening @ theta
 
     def weights(self, z: np.ndarray) -> np.ndarray:
         """w = L⁻ᵀz for columns z (N, …)."""
-        return solve_triangular(self.factor, z, lower=True, trans=1)
+        return self.whitening.T @ z
 
     def rows_at(self, s: np.ndarray, order: int) -> np.ndarray:
         """Rows (n, N) acting on z at any s (n,)."""
-        return self.whiten(self.basis.rows(s, order).T).T
+        return self.basis.rows(s, order) @ self.whitening.T
 
 
 @cache
@@ -94,15 +96,24 @@ def make_grid(count: int) -> Grid:
     basis = make_basis(count)
     s = np.linspace(0, 1, INTERVALS + 1)
     factor = cholesky(basis.gram(), lower=True)
-    rows = np.stack([solve_triangular(factor, basis.rows(s, order).T, lower=True).T for order in range(-2, 4)])
-    h = s[1]
+    # The factor's condition number is 8, so its inverse loses nothing.
+    whitening = solve_triangular(factor, np.eye(count), lower=True)
+    rows = np.stack([basis.rows(s, order) @ whitening.T for order in range(-2, 4)])
+    orders = range(2, 6)
     # |f| between two points ≤ the larger end + h²/8·max|f″|.
-    ends = [np.abs(basis.rows(s, order)) for order in range(2, 6)]
+    ends = [np.abs(basis.rows(s, order)) for order in orders]
     spread = [
-        np.maximum(e[:-1], e[1:]) + h**2 / 8 * basis.peak(order + 2) for e, order in zip(ends, range(2, 6), strict=True)
+        np.maximum(e[:-1], e[1:]) + s[1] ** 2 / 8 * basis.peak(order + 2) for e, order in zip(ends, orders, strict=True)
     ]
-    norms = np.linalg.norm(rows[:4], axis=2).max(axis=1)
-    return Grid(basis, s, factor, np.ascontiguousarray(rows), np.stack(spread), norms)
+    return Grid(
+        basis=basis,
+        s=s,
+        whitening=whitening,
+        rows=rows,
+        norms=np.linalg.norm(rows[:4], axis=2).max(axis=1),
+        spread=np.stack(spread),
+        peaks=np.array([basis.peak(order) for order in orders]),
+    )
 
 
 def _hermite_gaussian(x: np.ndarray, order: int) -> np.ndarray:

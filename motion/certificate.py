@@ -19,55 +19,53 @@ class Certificate:
     failures: tuple[tuple[int, float], ...]
 
 
-def certify(grid: Grid, problem: JointProblem, z: np.ndarray) -> Certificate:
-    """Bound all four quantities of the weights z (N,) on every grid interval.
+def certify(grid: Grid, problem: JointProblem, z: np.ndarray, values: np.ndarray) -> Certificate:
+    """Bound all four quantities of the weights z (N,), of which `values` (4, M) were evaluated on the grid.
 
     On an interval |f| stays below the larger end plus h²/8·max|f″|, and max|f″| below its larger end plus
     h²/8·max|f⁗|. Where that does not decide, f is the cubic Hermite polynomial through its ends and slopes
     within h⁴/384·max|f⁗|, and max|f⁗| ≤ Σ|w_i|·max|ψ_i⁽⁴⁾ of f|.
     """
     end = problem.last + 1
-    values = (grid.rows[:, :end].reshape(-1, len(z)) @ z).reshape(6, end) / problem.scale(6)
-    values[:4] += problem.offsets[:, :end]
-    weights = np.abs(grid.weights(z))
-    extremes = np.empty((4, 2))
-    failures = []
-    for quantity in range(4):
-        f = values[quantity]
-        slope = values[quantity + 1] * problem.duration * _H
-        curvature = np.abs(values[quantity + 2]) * (problem.duration * _H) ** 2
-        fourth = grid.spread[quantity, : end - 1] @ weights / problem.duration**quantity * _H**4
-        bulge = (np.maximum(curvature[:-1], curvature[1:]) + fourth / 8) / 8
-        for side, sign in enumerate((-1.0, 1.0)):
-            limit = sign * (problem.lower, problem.upper)[side][quantity, : end - 1]
-            band = (problem.lower_band, problem.upper_band)[side][quantity, : end - 1]
-            allowed = limit + np.where(
-                band < 10 * TOUCH * problem.half_range[quantity], 2 * TOUCH * problem.half_range[quantity], 0.0
-            )
-            peak, places = _side(sign * f, sign * slope, bulge, fourth / 384, allowed)
-            extremes[quantity, side] = sign * peak
-            failures += [(quantity, s) for s in places]
-    return Certificate(extremes, tuple(failures))
+    higher = (grid.rows[4:].reshape(-1, len(z)) @ z).reshape(2, -1) / problem.scale(6)[4:]
+    values = np.concatenate([values, higher])[:, :end]
+    # Derivatives with respect to the place within an interval, from 0 to 1.
+    step = problem.duration * _H
+    slope, curvature = values[1:5] * step, np.abs(values[2:6]) * step**2
+    weights, to_step = np.abs(grid.weights(z)), _H**4 / problem.scale()[:, 0]
+    anywhere = (grid.peaks * weights.sum() * to_step)[:, None]
+    bulge = (np.maximum(curvature[:, :-1], curvature[:, 1:]) + anywhere / 8) / 8
+    # Lower limits are upper ones seen upside down: (2, 4, …).
+    sign = np.array([-1.0, 1.0])[:, None, None]
+    f, slope = sign * values[:4], sign * slope
+    bound = np.maximum(f[..., :-1], f[..., 1:]) + bulge
+    allowed = _allowed(problem, end - 1)
+    highest = f.max(axis=2)
+    side, quantity, near = np.nonzero((bound > highest[:, :, None]) | (bound > allowed))
+    at, after = (side, quantity, near), (side, quantity, near + 1)
+    x, top = _hermite_peak(f[at], f[after], slope[at], slope[after])
+    np.maximum.at(highest, (side, quantity), top)
+    fourth = grid.spread[quantity, near] @ weights * to_step[quantity]
+    passed = (top + fourth / 384 > allowed[at]) & (bound[at] > allowed[at])
+    failures = _highest_of_stretches(quantity[passed], near[passed] + x[passed], top[passed])
+    return Certificate((highest * sign[:, :, 0]).T, failures)
 
 
-def _side(
-    f: np.ndarray, slope: np.ndarray, bulge: np.ndarray, remainder: np.ndarray, allowed: np.ndarray
-) -> tuple[float, list[float]]:
-    """The highest value over all s, and the places where it could pass `allowed`.
+def _allowed(problem: JointProblem, count: int) -> np.ndarray:
+    """What the lower (upside down) and upper limits are on each of `count` intervals, (2, 4, count)."""
+    slack = 2 * TOUCH * problem.half_range
+    touching = 5 * slack
+    lower = np.where(problem.lower_band < touching, slack, 0.0) - problem.lower
+    upper = np.where(problem.upper_band < touching, slack, 0.0) + problem.upper
+    return np.stack([lower[:, :count], upper[:, :count]])
 
-    f, slope: (n+1,) values and slopes per interval at the samples; the rest (n,) per interval.
-    """
-    highest = f.max()
-    bound = np.maximum(f[:-1], f[1:]) + bulge
-    near = np.flatnonzero((bound > highest) | (bound > allowed))
-    if not near.size:
-        return float(highest), []
-    x, top = _hermite_peak(f[near], f[near + 1], slope[near], slope[near + 1])
-    passed = (top + remainder[near] > allowed[near]) & (bound[near] > allowed[near])
-    # One row for each stretch of neighbouring intervals, at its highest place.
-    stretches = np.split(np.flatnonzero(passed), np.flatnonzero(np.diff(near[passed]) > 1) + 1)
-    worst = [k[top[k].argmax()] for k in stretches if k.size]
-    return float(max(highest, top.max())), [float((near[k] + x[k]) * _H) for k in worst]
+
+def _highest_of_stretches(quantity: np.ndarray, place: np.ndarray, top: np.ndarray) -> tuple[tuple[int, float], ...]:
+    """(quantity, s) of the highest place of each stretch of neighbouring intervals."""
+    starts = np.flatnonzero((np.diff(place) > 2) | (np.diff(place) < 0) | (np.diff(quantity) != 0)) + 1
+    stretches = [k for k in np.split(np.arange(len(place)), starts) if k.size]
+    worst = [k[top[k].argmax()] for k in stretches]
+    return tuple((int(quantity[k]), float(place[k] * _H)) for k in worst)
 
 
 def _hermite_peak(f0: np.ndarray, f1: np.ndarray, d0: np.ndarray, d1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

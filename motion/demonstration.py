@@ -88,7 +88,7 @@ def smooth(demonstration: Demonstration, smoothing: Smoothing = "auto") -> Smoot
     else:
         window, order = _checked_window(smoothing, step, len(times)), smoothing.order
     smoothed, velocities, accelerations = (
-        savgol_filter(positions, window, order, deriv=n, delta=step, axis=0) for n in range(3)
+        np.asarray(savgol_filter(positions, window, order, deriv=n, delta=step, axis=0)) for n in range(3)
     )
     used = SavitzkyGolay(float(window * step), order)
     return SmoothDemonstration(times, smoothed, velocities, accelerations, noise, used)

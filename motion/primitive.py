@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import simpson
 from scipy.interpolate import make_interp_spline
-from scipy.linalg import cho_solve
 
 from motion.basis import INTERVALS, make_grid
 from motion.demonstration import Demonstration, SavitzkyGolay, Smoothing, smooth
@@ -127,7 +126,7 @@ def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_cou
     psi = grid.basis.rows(grid.s, 0)
     target = duration**2 * accelerations
     theta = np.asarray(simpson(psi[:, :, None] * target[:, None, :], x=grid.s, axis=0))
-    fitted = psi @ cho_solve((grid.factor, True), theta)
+    fitted = psi @ grid.weights(grid.whiten(theta))
     residual = (fitted - target) / duration**2
     first, last = (Boundary(smoothed.positions[i], smoothed.velocities[i], smoothed.accelerations[i]) for i in (0, -1))
     return Primitive(

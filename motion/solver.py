@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import piqp
-from scipy.linalg import solve_triangular
 
 from motion.basis import INTERVALS, Grid
 from motion.certificate import Certificate, certify
@@ -77,7 +76,7 @@ def solve(grid: Grid, problem: JointProblem, target: np.ndarray, warm: np.ndarra
             else:
                 raise SolverFailed(problem.joint, "rows already demanded stay violated")
             continue
-        certificate = certify(grid, problem, work.z)
+        certificate = certify(grid, problem, work.z, work.values)
         if not certificate.failures or extra_rounds == MAX_CERTIFICATE_ROUNDS:
             return Solution(work.z, work.rows, work.multipliers, work.rounds, work.row_count, certificate)
         extra_rounds += 1
@@ -101,12 +100,12 @@ class _WorkingSet:
         self.rounds = self.row_count = 0
         self.precision = "loose"
         norms = np.linalg.norm(problem.equalities, axis=1)
-        self.q1, self.r1 = np.linalg.qr((problem.equalities / norms[:, None]).T)
-        if np.abs(np.diag(self.r1)).min() < 1e-10:
+        self.q1, r1 = np.linalg.qr((problem.equalities / norms[:, None]).T)
+        if np.abs(np.diag(r1)).min() < 1e-10:
             raise SolverFailed(problem.joint, "the fixed values depend on each other")
-        self.targets = problem.targets / norms
+        self.coordinates = np.linalg.solve(r1.T, problem.targets / norms)
         self.z0 = self.z = self._onto_equalities(target)
-        self.base = problem.values(grid, self.z0)
+        self.base = self.values = problem.values(grid, self.z0)
         self.demand_lower = problem.lower + problem.lower_band
         self.demand_upper = problem.upper - problem.upper_band
         self.ignored = np.zeros(self.base.size, dtype=bool)
@@ -114,7 +113,7 @@ class _WorkingSet:
     def _onto_equalities(self, z: np.ndarray) -> np.ndarray:
         """The nearest point that meets the equalities; twice, so that they hold to rounding."""
         for _ in range(2):
-            residual = solve_triangular(self.r1, self.targets, trans=1) - self.q1.T @ z
+            residual = self.coordinates - self.q1.T @ z
             z = z + self.q1 @ residual
         return z
 
@@ -122,8 +121,8 @@ class _WorkingSet:
         """Grid rows to add: none if every sample is accepted, else the peaks and their neighbours, and every
         `stride`th violated sample."""
         problem = self.problem
-        values = self.base if self.z is self.z0 else problem.values(self.grid, self.z)
-        over, under = values - self.demand_upper, self.demand_lower - values
+        self.values = self.base if self.z is self.z0 else problem.values(self.grid, self.z)
+        over, under = self.values - self.demand_upper, self.demand_lower - self.values
         passed = np.maximum(over - _ACCEPTED * problem.upper_band, under - _ACCEPTED * problem.lower_band)
         passed -= _ROUNDING * problem.half_range
         passed.reshape(-1)[self.ignored] = -np.inf
