@@ -56,8 +56,9 @@ def build_scene(config: RobotConfig) -> Scene:
     return Scene(
         model=model,
         data=mujoco.MjData(model),
-        qpos=model.jnt_qposadr[ids],
-        dofs=model.jnt_dofadr[ids],
+        # numpy picks by intp several times as fast as by MuJoCo's int32.
+        qpos=model.jnt_qposadr[ids].astype(np.intp),
+        dofs=model.jnt_dofadr[ids].astype(np.intp),
         substeps=substeps,
         ball=_find_ball(model),
         tee=_find_tee(model),

@@ -17,7 +17,7 @@ MJCF = """
   <option timestep="{timestep}" integrator="implicitfast"/>
   <worldbody>
     <body>
-      <joint name="base" axis="0 0 1" damping="0.5" armature="0.1"/>
+      <joint name="base" axis="0 0 1" damping="20" armature="0.1"/>
       <geom type="capsule" size="0.05" fromto="0 0 0 0.4 0 0" mass="3"/>
       <body pos="0.4 0 0">
         <joint name="elbow" axis="0 1 0" damping="0.5" armature="0.1"/>
@@ -69,8 +69,8 @@ def test_a_tick_is_a_whole_number_of_steps(tmp_path: Path, timestep: float, subs
     assert scene.model.opt.timestep == pytest.approx(step)
 
 
-@pytest.mark.parametrize("timestep", [0.002, 0.0005])
-def test_it_tracks_joints_in_the_order_of_the_toml(tmp_path: Path, timestep: float):
+@pytest.mark.parametrize(("timestep", "bound"), [(0.002, 5e-6), (0.0005, 2e-4)])
+def test_it_tracks_joints_in_the_order_of_the_toml(tmp_path: Path, timestep: float, bound: float):
     """Servos are off, damping is compensated, a joint that is not the arm's follows as it will."""
     config = other_robot(tmp_path, timestep)
     arm = SimulatedArm(config)
@@ -84,7 +84,7 @@ def test_it_tracks_joints_in_the_order_of_the_toml(tmp_path: Path, timestep: flo
     for _ in range(500):
         seen = arm.observe()
         positions, velocities = reference(seen.time)
-        assert np.abs(seen.positions - positions).max() < 1e-3
+        assert np.abs(seen.positions - positions).max() < bound
         mean_acceleration = (reference(seen.time + config.tick)[1] - velocities) / config.tick
         target = (positions, velocities, mean_acceleration)
         arm.step(tracking_acceleration(config.alpha, target, seen.positions, seen.velocities))
