@@ -1,0 +1,262 @@
+"""The bus on real Zenoh sessions: a hub and a client on a free loopback port."""
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import msgpack
+import pytest
+import zenoh
+
+from protocol import messages as m
+from protocol.bus import Asking, Bus, Inbox, Stream, open_session
+from protocol.codec import ENCODING, encode
+from protocol.errors import NoAnswer, Refusal
+from protocol.topics import CANCEL, CONTACT, PRIMITIVES, QUEUE_LENGTH, STATE, STATUS_QUERY, alive_key
+from tests.golden.examples import EXAMPLES, STATUS
+
+PATIENCE_S = 10.0
+
+
+@pytest.fixture
+def endpoint() -> str:
+    """An endpoint on loopback that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+@pytest.fixture
+def hub(endpoint: str) -> Iterator[Bus]:
+    with Bus(open_session(listen=[endpoint])) as bus:
+        yield bus
+
+
+@pytest.fixture
+def client(hub: Bus, endpoint: str) -> Iterator[Bus]:
+    with Bus(open_session(connect=[endpoint])) as bus:
+        yield bus
+
+
+@pytest.fixture
+def inbox() -> Inbox[Asking]:
+    return Inbox()
+
+
+def eventually(condition: Callable[[], object]) -> bool:
+    """Wait until something holds; routes and tokens take a moment to get around."""
+    end = time.monotonic() + PATIENCE_S
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def answering(inbox: Inbox[Asking], answer: Callable[[Asking], None]) -> threading.Thread:
+    """A thread that answers the next request of `inbox`."""
+
+    def serve() -> None:
+        asking = inbox.take(PATIENCE_S)
+        assert asking is not None
+        answer(asking)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    return thread
+
+
+def refuse_by_code(asking: Asking) -> None:
+    asking.refuse(Refusal("unknown_goal", "no goal is called wipe-3; ask for one of forehand-7", goal_id="wipe-3"))
+
+
+def test_request_and_reply(hub, client, inbox):
+    hub.serve(STATUS_QUERY, inbox)
+    thread = answering(inbox, lambda asking: asking.reply(STATUS))
+    assert client.ask(STATUS_QUERY, m.Empty()) == STATUS
+    thread.join()
+
+
+def test_request_arrives_as_it_was_sent(hub, client, inbox):
+    hub.serve(CANCEL, inbox)
+    seen = []
+
+    def answer(asking: Asking) -> None:
+        seen.append(asking.decode())
+        asking.reply(m.Canceled(goal_id="forehand-7", stop_time=1.0))
+
+    thread = answering(inbox, answer)
+    client.ask(CANCEL, m.Cancel(goal_id="forehand-7"))
+    thread.join()
+    assert seen == [m.Cancel(goal_id="forehand-7")]
+
+
+def test_refusal_reaches_the_client_whole(hub, client, inbox):
+    hub.serve(CANCEL, inbox)
+    thread = answering(inbox, refuse_by_code)
+    with pytest.raises(Refusal, match="ask for one of forehand-7") as refused:
+        client.ask(CANCEL, m.Cancel(goal_id="wipe-3"))
+    thread.join()
+    assert (refused.value.code, refused.value.detail) == ("unknown_goal", {"goal_id": "wipe-3"})
+
+
+def test_bare_clients_are_understood(hub, client, inbox):
+    """A request without payload and encoding, as zenoh-cli sends it; the answer says that it is msgpack."""
+    hub.serve(CANCEL, inbox)
+    thread = answering(inbox, lambda asking: asking.reply(m.Canceled(goal_id=asking.decode().goal_id, stop_time=0.5)))
+    (reply,) = client.session.get("volley/arm/cancel", timeout=PATIENCE_S)
+    thread.join()
+    assert str(reply.ok.encoding) == ENCODING
+    assert msgpack.unpackb(reply.ok.payload.to_bytes()) == {"version": 1, "goal_id": None, "stop_time": 0.5}
+
+
+def test_malformed_request_is_refused_when_decoded(hub, client, inbox):
+    hub.serve(CANCEL, inbox)
+
+    def answer(asking: Asking) -> None:
+        try:
+            asking.decode()
+        except Refusal as refusal:
+            asking.refuse(refusal)
+
+    thread = answering(inbox, answer)
+    (reply,) = client.session.get("volley/arm/cancel", payload=b"{", timeout=PATIENCE_S)
+    thread.join()
+    body = msgpack.unpackb(reply.err.payload.to_bytes())
+    assert (body["code"], body["detail"]) == ("bad_message", {"field": ""})
+    assert "int 123" in body["message"]
+
+
+def test_wildcards_may_read_but_not_write(hub, client, inbox):
+    hub.serve(CANCEL, inbox)
+    (reply,) = client.session.get("volley/*/cancel", timeout=PATIENCE_S)
+    body = msgpack.unpackb(reply.err.payload.to_bytes())
+    assert (body["code"], body["detail"]) == ("bad_message", {"field": "key"})
+    assert "send this request to volley/arm/cancel" in body["message"]
+    assert inbox.take() is None
+
+    hub.serve(STATUS_QUERY, inbox)
+    thread = answering(inbox, lambda asking: asking.reply(STATUS))
+    replies = client.session.get("volley/*/status", timeout=PATIENCE_S)
+    assert [str(reply.ok.key_expr) for reply in replies] == ["volley/arm/status"]
+    thread.join()
+
+
+def test_robots_do_not_hear_each_other(hub, endpoint, inbox):
+    hub.serve(STATUS_QUERY, inbox)
+    with Bus(open_session(connect=[endpoint]), "leg") as other, pytest.raises(NoAnswer, match="volley/leg/status"):
+        other.ask(STATUS_QUERY, m.Empty())
+    assert inbox.take() is None
+
+
+def test_full_inbox_is_refused_at_once(hub, client):
+    taken: list[bool] = []
+
+    class Counted(Inbox[Asking]):
+        def offer(self, item: Asking) -> bool:
+            taken.append(super().offer(item))
+            return taken[-1]
+
+    hub.serve(PRIMITIVES, Counted())
+    for _ in range(QUEUE_LENGTH):
+        client.ask_later(PRIMITIVES, m.Empty(), lambda body: None)
+    assert eventually(lambda: taken == [True] * QUEUE_LENGTH)
+    with pytest.raises(Refusal, match=f"planner has {QUEUE_LENGTH} requests waiting") as refused:
+        client.ask(PRIMITIVES, m.Empty())
+    assert refused.value.code == "busy"
+
+
+def test_no_owner_is_no_answer(client):
+    with pytest.raises(NoAnswer, match="volley/arm/status: the controller is not running") as unanswered:
+        client.ask(STATUS_QUERY, m.Empty())
+    assert unanswered.value.service == "controller"
+
+
+def test_silent_owner_is_no_answer(hub, client, inbox):
+    hub.serve(STATUS_QUERY, inbox)
+    with pytest.raises(NoAnswer):
+        client.ask(STATUS_QUERY, m.Empty(), timeout=0.2)
+    assert inbox.take() is not None
+
+
+def test_ask_later_hands_the_body_over(hub, client, inbox):
+    hub.serve(STATUS_QUERY, inbox)
+    bodies = []
+    client.ask_later(STATUS_QUERY, m.Empty(), bodies.append)
+    asking = inbox.take(PATIENCE_S)
+    assert asking is not None
+    asking.reply(STATUS)
+    assert eventually(lambda: bodies)
+    assert msgpack.unpackb(bodies[0])["mode"] == "tracking"
+
+
+@pytest.mark.parametrize(("topic", "message"), [(STATE, EXAMPLES["State"]), (CONTACT, EXAMPLES["Contact"])])
+def test_publications_arrive(hub, client, topic, message):
+    stream = Stream()
+    client.listen(topic, stream.push)
+    publisher = hub.publisher(topic, blocking=True)
+    received = []
+
+    def arrived() -> bool:
+        publisher.put(message)
+        received.append(stream.take(0.05))
+        return received[-1] is not None
+
+    assert eventually(arrived)
+    data, _ = received[-1]
+    assert data == encode(message)
+
+
+def test_liveliness(hub, client, endpoint):
+    seen = []
+    hub.watch_alive(alive_key("client/shell"), lambda key, alive: seen.append((key, alive)))
+    assert not client.is_alive("sim")
+    hub.announce("sim")
+    assert eventually(lambda: client.is_alive("sim"))
+    with Bus(open_session(connect=[endpoint])) as other:
+        other.announce("client/shell")
+        assert eventually(lambda: seen == [("volley/arm/alive/client/shell", True)])
+    assert eventually(lambda: [alive for _, alive in seen] == [True, False])
+
+
+def test_client_waits_for_a_hub_and_outlives_one(endpoint, inbox):
+    patience = iter(range(3))
+    with pytest.raises(zenoh.ZError, match="Unable to connect"):
+        open_session(connect=[endpoint], give_up=lambda: next(patience) == 1)
+    assert next(patience) == 2
+
+    with Bus(open_session(listen=[endpoint])):
+        client = Bus(open_session(connect=[endpoint]))
+    with client, Bus(open_session(listen=[endpoint])) as hub:
+        hub.serve(STATUS_QUERY, inbox)
+        answers: list[m.Status] = []
+
+        def asked() -> bool:
+            client.ask_later(STATUS_QUERY, m.Empty(), lambda body: answers.append(msgpack.unpackb(body)))
+            asking = inbox.take(0.1)
+            if asking is not None:
+                asking.reply(STATUS)
+            return asking is not None
+
+        assert eventually(asked)
+        assert eventually(lambda: answers)
+
+
+def test_taken_endpoint_is_an_error(hub, endpoint):
+    with pytest.raises(zenoh.ZError):
+        open_session(listen=[endpoint])
+
+
+def test_inbox_is_bounded_and_in_order():
+    inbox = Inbox[int](length=2)
+    assert [inbox.offer(item) for item in (1, 2, 3)] == [True, True, False]
+    assert [inbox.take(), inbox.take(0.001), inbox.take(), inbox.take(0.001)] == [1, 2, None, None]
+
+
+def test_stream_drops_the_oldest():
+    stream = Stream(length=2)
+    for body in (b"1", b"2", b"3"):
+        stream.push(body)
+    taken = [stream.take(), stream.take(0.001), stream.take(), stream.take(0.001)]
+    assert [entry and entry[0] for entry in taken] == [b"2", b"3", None, None]
