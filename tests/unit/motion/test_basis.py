@@ -1,0 +1,70 @@
+"""Closed forms against quadrature and finite differences."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, simpson
+
+from motion.basis import make_basis, make_grid
+
+
+@pytest.mark.parametrize("count", [10, 50])
+def test_integrals_agree_with_quadrature(count: int) -> None:
+    basis = make_basis(count)
+    for s in (0.013, 0.5, 1.0):
+        for order in (-1, -2):
+            row = basis.rows(np.array([s]), order)[0]
+            for i in (0, count // 3, count - 1):
+                centre = float(basis.centres[i])
+
+                def below(u: float, i: int = i, order: int = order) -> float:
+                    return float(basis.rows(np.array([u]), order + 1)[0, i])
+
+                near = [p for p in (centre - 0.05, centre, centre + 0.05) if 0 < p < s]
+                assert row[i] == pytest.approx(quad(below, 0, s, points=near or None)[0], rel=1e-9, abs=1e-13)
+
+
+@pytest.mark.parametrize("order", range(6))
+def test_derivatives_agree_with_finite_differences(order: int) -> None:
+    basis = make_basis(20)
+    s, h = np.linspace(0.1, 0.9, 37), 1e-5
+    slope = (basis.rows(s + h, order) - basis.rows(s - h, order)) / (2 * h)
+    exact = basis.rows(s, order + 1)
+    assert np.abs(slope - exact).max() < 1e-5 * np.abs(exact).max()
+
+
+def test_gram_agrees_with_quadrature_and_is_well_conditioned() -> None:
+    basis = make_basis(50)
+    s = np.linspace(0, 1, 20001)
+    psi = basis.rows(s, 0)
+    products = psi[:, :, None] * psi[:, None, :5]
+    assert np.abs(simpson(products, x=s, axis=0) - basis.gram()[:, :5]).max() < 1e-12
+    assert np.linalg.cond(basis.gram()) == pytest.approx(62, abs=1)
+
+
+@pytest.mark.parametrize("order", range(8))
+def test_peak_is_the_largest_value_anywhere(order: int) -> None:
+    basis = make_basis(20)
+    sampled = np.abs(basis.rows(np.linspace(0, 1, 50001), order)).max()
+    assert sampled <= basis.peak(order) * (1 + 1e-12)
+    assert sampled > 0.9999 * basis.peak(order)
+
+
+def test_spread_bounds_every_function_on_every_interval() -> None:
+    grid = make_grid(12)
+    fine = np.linspace(0, 1, 10 * (len(grid.s) - 1) + 1)
+    for k, order in enumerate(range(2, 6)):
+        inside = np.abs(grid.basis.rows(fine[:-1], order)).reshape(len(grid.s) - 1, 10, 12).max(axis=1)
+        assert np.all(inside <= grid.spread[k] * (1 + 1e-12))
+
+
+def test_grid_rows_act_on_whitened_weights() -> None:
+    grid = make_grid(30)
+    w = np.random.default_rng(1).normal(size=30)
+    gram = grid.basis.gram()
+    z = np.linalg.cholesky(gram).T @ w
+    assert grid.weights(z) == pytest.approx(w, abs=1e-11)
+    assert z @ z == pytest.approx(w @ gram @ w)
+    for order in range(-2, 4):
+        expected = grid.basis.rows(grid.s, order) @ w
+        assert np.abs(grid.rows[order + 2] @ z - expected).max() < 1e-11 * np.abs(expected).max()
+    assert grid.rows_at(np.array([0.1234]), 1) @ z == pytest.approx(grid.basis.rows(np.array([0.1234]), 1) @ w)

@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+
+from motion.limits import Limits
+from motion.samples import Samples
+from motion.tail import first_stop, stop, stop_extremes
+
+
+def test_a_stop_worked_out_by_hand() -> None:
+    """From 1 rad/s with A = 10 and J = 100: 0.1 s down to −10, nothing to hold, 0.1 s back; 0.1 rad."""
+    limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([10.0]), np.array([100.0]))
+    planned = stop(np.zeros(1), np.ones(1), np.zeros(1), limits)
+    assert planned.duration == pytest.approx(0.2)
+    assert planned.final_positions == pytest.approx([0.1])
+    middle = planned.sample(np.array([0.1]))
+    assert middle.accelerations[0, 0] == pytest.approx(-10)
+    assert middle.velocities[0, 0] == pytest.approx(0.5)
+
+
+def test_joints_stop_each_as_fast_as_they_can() -> None:
+    limits = Limits(np.array([[-9.0, 9.0]] * 3), np.full(3, 9.0), np.array([5, 50, 50.0]), np.full(3, 1000.0))
+    planned = stop(np.zeros(3), np.array([2.0, 2.0, 0.0]), np.zeros(3), limits)
+    ends = planned.knots[:, -1]
+    assert ends[0] > 4 * ends[1] > 0
+    assert ends[2] == 0
+    assert planned.duration == ends[0]
+
+
+@pytest.mark.parametrize(("a", "j"), [(np.inf, 100.0), (10.0, np.inf), (np.inf, np.inf)])
+def test_without_limits_a_stop_is_short(a: float, j: float) -> None:
+    limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([a]), np.array([j]))
+    planned = stop(np.zeros(1), np.ones(1), np.zeros(1), limits)
+    p_min, p_max, _, _ = stop_extremes(np.zeros(1), np.ones(1), np.zeros(1), limits.accelerations, limits.jerks)
+    assert planned.final_positions == pytest.approx(p_max, abs=1e-9)
+    assert p_min == 0
+    assert planned.duration <= 0.2 + 1e-6
+
+
+def test_turning_back_before_stopping_shows_in_the_extremes() -> None:
+    """Moving at −1 with +20 rad/s²: the arm dips by about 0.022 rad before it comes back."""
+    state = np.zeros(1), np.array([-1.0]), np.array([20.0])
+    p_min, p_max, v_min, v_max = stop_extremes(*state, np.array([50.0]), np.array([100.0]))
+    assert p_min[0] == pytest.approx(-0.0267, abs=2e-3)
+    assert p_max[0] > 0
+    assert v_min[0] == -1
+    assert v_max[0] == pytest.approx(-1 + 400 / 200)
+
+
+def test_broadcasts_over_leading_shapes() -> None:
+    rng = np.random.default_rng(0)
+    p, v, a = rng.normal(size=(3, 4, 5, 2))
+    limits = np.array([3.0, 4.0]), np.array([50.0, 60.0])
+    whole = stop_extremes(p, v, a, *limits)
+    assert whole[0].shape == (4, 5, 2)
+    for each, total in zip(stop_extremes(p[2, 3], v[2, 3], a[2, 3], *limits), whole, strict=True):
+        assert np.array_equal(each, total[2, 3])
+
+
+def test_no_first_stop_where_every_stop_leaves() -> None:
+    limits = Limits(np.array([[-0.1, 0.1]]), np.array([9.0]), np.array([10.0]), np.array([100.0]))
+    fast = Samples(np.zeros((3, 1)), np.full((3, 1), 5.0), np.zeros((3, 1)))
+    assert first_stop(fast, limits) is None
+    slowing = Samples(np.zeros((3, 1)), np.array([[5.0], [0.5], [0.1]]), np.zeros((3, 1)))
+    assert first_stop(slowing, limits) == 1
