@@ -90,7 +90,7 @@ class SimulatedArm:
         for substep in range(scene.substeps):
             if substep:
                 mujoco.mj_step1(model, data)
-            self._advance()
+            self._advance(self._observation.time + substep * model.opt.timestep)
         self._tick += 1
         self._observation = self._measure()
 
@@ -131,15 +131,14 @@ class SimulatedArm:
             return None
         return data.qpos[ball.qpos : ball.qpos + 3].copy(), data.qvel[ball.dof : ball.dof + 3].copy()
 
-    def _advance(self) -> None:
-        """Finish one physics step.
+    def _advance(self, start_time: float) -> None:
+        """Finish the physics step that begins at `start_time`, s.
 
         MuJoCo moves positions with the velocities after the step, which leads an acceleration held over the
         step by h/2·a·h; with the mean of the velocities before and after, the arm's positions are exact.
         """
         scene = self._scene
         data = scene.data
-        start_time = data.time
         before = data.qvel[scene.dofs]
         mujoco.mj_step2(scene.model, data)
         data.qpos[scene.qpos] -= scene.model.opt.timestep / 2 * (data.qvel[scene.dofs] - before)

@@ -83,3 +83,16 @@ def test_a_bounce_is_one_contact():
     assert contact.ball_velocity is not None
     assert 0.7 * fall < contact.ball_velocity[2] < 0.9 * fall, "lively"
     assert contact.impulse == pytest.approx(0.057 * (fall + contact.ball_velocity[2]), rel=0.05)
+
+
+def test_a_ball_that_comes_to_rest_is_not_reported_for_ever():
+    arm = SimulatedArm(ROBOT)
+    arm.reset(ball=Ball(position=(2.0, 2.0, 0.1), velocity=(1.0, 0.0, 0.0)))
+    contacts = []
+    for _ in range(3000):
+        arm.step(np.zeros(6))
+        contacts += arm.contacts()
+    assert 5 < len(contacts) < 20
+    assert contacts[-1].time < 1.5
+    impulses = [contact.impulse for contact in contacts]
+    assert impulses == sorted(impulses, reverse=True)
