@@ -64,8 +64,8 @@ class Plan:
         out[1, ~moving] = goal.velocities
         out[2, ~moving] = 0.0
         if self.tail is not None:
-            stopping = times > self.duration
-            states = self.tail.sample(times[stopping] - self.duration)
+            stopping = times > self.duration - 1e-9  # at the goal itself too: there an arm at rest is exactly at rest
+            states = self.tail.sample(np.maximum(times[stopping] - self.duration, 0.0))
             out[:, stopping] = states.positions, states.velocities, states.accelerations
         return Samples(*out)
 
@@ -178,9 +178,9 @@ def _assemble(
 def _tail(grid: Grid, request: MotionRequest, weights: np.ndarray) -> Stop:
     """The stop from the goal. Raises SolverFailed should it leave the limits after all."""
     end = request.moving_fraction
-    accelerations = weights @ grid.basis.rows(np.array([end]), 0)[0] / request.duration**2
-    if end < 1:
-        accelerations = np.zeros_like(accelerations)
+    given = request.final_accelerations()
+    free = weights @ grid.basis.rows(np.array([end]), 0)[0] / request.duration**2
+    accelerations = np.where(np.isnan(given), free, given)
     goal = request.goal
     inside = stops_inside(goal.positions, goal.velocities, accelerations, request.limits)
     if not inside.all():

@@ -1,6 +1,7 @@
 """The command-line flags that every service shares."""
 
 import logging
+import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -35,6 +36,13 @@ class Options:
     connect: tuple[str, ...] = ()
     listen: tuple[str, ...] = ()
     zenoh_config: Path | None = None
+
+
+def free_endpoint() -> str:
+    """Return an endpoint on loopback that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 Common = Annotated[Options, tyro.conf.arg(name="")]

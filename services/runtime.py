@@ -35,6 +35,11 @@ def stop_on_signals() -> threading.Event:
     return stopping
 
 
+def end_like_ctrl_c() -> None:
+    """Let SIGTERM raise KeyboardInterrupt, so that whatever was begun is ended in order."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+
 def become_real_time(priority: int) -> list[str]:
     """Ask for what a 1 kHz loop needs and return what was not obtained, as sentences; never fail for want of it.
 

@@ -1,0 +1,1 @@
+"""Five strikes from one demonstration, in real time, reported and recorded."""

@@ -1,0 +1,65 @@
+"""The five strikes of the demo, and what each promises."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
+from protocol import messages as m
+
+ANOTHER_START = (-0.35, 0.45, 0.95, -0.1, 0.1, 0.0)  # rad
+FASTER = tuple(1.15 * velocity for velocity in HIT_VELOCITIES)  # rad/s
+TIGHT = m.GoalLimits(
+    positions=[(-0.90, 0.60), None, (0.60, 0.97), None, None, None],
+    velocities=[6.0, None, None, None, None, None],
+    accelerations=[110.0, None, None, None, None, None],
+    jerks=[8000.0, None, None, None, None, None],
+)
+WAYPOINT = m.Waypoint(
+    time_from_start=0.35, positions=[-0.60, 0.50, None, None, None, None], velocities=[-3.0] + 5 * [None]
+)
+NOISE = 0.01  # of the demonstration's largest excursion and speed, as in fig. 5 of the paper
+PUSH = (100.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # rad/s², fig. 5
+PUSH_FROM, PUSH_FOR = 0.1, 0.2  # s from the start of the motion
+EXCURSION, SPEED = 1.22, 4.6  # rad, rad/s: of joint_1 in the demonstration
+
+
+@dataclass(frozen=True, slots=True)
+class Strike:
+    """A goal, where the arm stands before it, what disturbs it, and the errors at the hit that it promises.
+
+    `start`: rad, None for home. `position_bound`, `velocity_bound`: the largest error of the true arm on any joint at
+    the hit, rad and rad/s.
+    """
+
+    title: str
+    goal: m.Goal
+    start: tuple[float, ...] | None = None
+    noise: float = 0.0
+    push: tuple[float, ...] | None = None
+    position_bound: float = 5e-3
+    velocity_bound: float = 5e-2
+
+
+def goal(velocities: tuple[float, ...] = HIT_VELOCITIES, **fields: object) -> m.Goal:
+    """Return a forehand to where the ball stands."""
+    return m.Goal(primitive="forehand", positions=list(HIT), velocities=list(velocities), **fields)  # type: ignore[arg-type]
+
+
+STRIKES = (
+    Strike("as demonstrated", goal()),
+    Strike("other start, faster, 0.8 s", goal(FASTER, duration=0.8), ANOTHER_START),
+    Strike("the same, tighter limits", goal(FASTER, duration=0.8, limits=TIGHT), ANOTHER_START),
+    Strike("by way of a point", goal(waypoints=[WAYPOINT])),
+    Strike("noise of 1 % and a push", goal(), None, NOISE, PUSH, 2e-2, 5e-1),
+)
+
+
+def noise_request(strike: Strike) -> m.Disturb:
+    """Return the sensor noise of a strike."""
+    return m.Disturb(kind="sensor_noise", position_std=strike.noise * EXCURSION, velocity_std=strike.noise * SPEED)
+
+
+def largest(errors: list[float]) -> float:
+    """Return the largest error of any joint."""
+    return float(np.abs(errors).max())
