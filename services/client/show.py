@@ -1,0 +1,242 @@
+"""Replies as tables and sentences for a person; units stand in the headers."""
+
+import time
+from collections.abc import Sequence
+from functools import singledispatch
+from itertools import pairwise
+
+from msgspec import Struct
+from rich import box
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from protocol import messages as m
+
+OUTCOME_STYLES = {
+    "succeeded": "green",
+    "running": "cyan",
+    "preempted": "yellow",
+    "canceled": "yellow",
+    "aborted": "red",
+}
+MODE_STYLES = {"holding": "green", "tracking": "cyan", "stopping": "yellow", "fault": "bold red"}
+UNITS = {"positions": "rad", "velocities": "rad/s", "accelerations": "rad/s²", "jerks": "rad/s³"}
+
+
+@singledispatch
+def show(reply: Struct, names: Sequence[str]) -> RenderableType:
+    """Return what to print for a reply; `names` of the joints, empty where they are not known."""
+    fields = [(name, getattr(reply, name)) for name in reply.__struct_fields__ if name != "version"]
+    return sentence(*(f"{name} {value}" for name, value in fields))
+
+
+def joint_table(names: Sequence[str], columns: Sequence[tuple[str, Sequence[object]]], title: str = "") -> Table:
+    """Return a table with one row a joint; numbers with six significant digits, None as a dash."""
+    made = table(("joint", *(header for header, _ in columns)), title)
+    count = len(columns[0][1])
+    for index in range(count):
+        name = names[index] if len(names) == count else str(index + 1)
+        made.add_row(name, *(cell(values[index]) for _, values in columns))
+    return made
+
+
+def table(headers: Sequence[str], title: str = "") -> Table:
+    """Return an empty table: the first column to the left, the others to the right."""
+    made = Table(box=box.SIMPLE_HEAD, title=title or None, title_justify="left", title_style="bold", pad_edge=False)
+    for index, header in enumerate(headers):
+        made.add_column(header, justify="right" if index else "left", no_wrap=not index)
+    return made
+
+
+def cell(value: object) -> str:
+    """Return a value as one cell: numbers short, ranges as low … high, None as a dash."""
+    match value:
+        case None:
+            return "–"
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return f"{value + 0.0:.4g}" if abs(value) < 1e-3 else f"{value:.6g}"
+        case [low, high]:
+            return f"{cell(low)} … {cell(high)}"
+    return str(value)
+
+
+def sentence(*parts: str) -> Text:
+    """Return parts of a line, set apart by dots; empty ones are left out."""
+    return Text(" · ".join(part for part in parts if part))
+
+
+@show.register
+def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
+    report = reply.report
+    head = sentence(
+        f"goal {reply.goal_id}",
+        f"starts at {reply.start_time:.3f} s",
+        f"hits at {reply.start_time + reply.duration:.3f} s ({reply.duration:.3f} s later)",
+        f"rests at {reply.start_time + reply.total_duration:.3f} s",
+    )
+    solved = sentence(
+        f"planned in {report.solve_ms:.1f} ms",
+        f"{report.rounds} rounds, {report.rows} rows",
+        "inside all limits at all times" if report.certified else "limits are NOT certified between samples",
+    )
+    quantities = [(f"{name} [{unit}]", getattr(report.extremes, name)) for name, unit in UNITS.items()]
+    joints = [("imitation rms [rad/s²]", report.imitation_rms), *quantities]
+    margins = [(f"{name} [{unit}]", getattr(report.margin, name)) for name, unit in UNITS.items()]
+    active = [f"{a.quantity} of {a.joint} at {a.time_from_start:.3f} s" for a in report.active]
+    shaped = sentence(f"shaped by the limits on {', '.join(active)}" if active else "no limit is active")
+    return Group(
+        head, solved, joint_table(names, joints, "extremes"), joint_table(names, margins, "distance to limits"), shaped
+    )
+
+
+@show.register
+def _(reply: m.Result, names: Sequence[str]) -> RenderableType:
+    head = sentence(f"goal {reply.goal_id}", reply.outcome, reply.reason)
+    head.highlight_words([reply.outcome], OUTCOME_STYLES[reply.outcome])
+    lines: list[RenderableType] = [head]
+    if reply.hit:
+        columns = [
+            ("position error [rad]", reply.hit.position_error),
+            ("velocity error [rad/s]", reply.hit.velocity_error),
+        ]
+        if reply.hit.truth_error:
+            columns.append(("true position error [rad]", reply.hit.truth_error.positions))
+            columns.append(("true velocity error [rad/s]", reply.hit.truth_error.velocities))
+        lines.append(joint_table(names, columns, f"at the hit, {reply.hit.time:.3f} s"))
+    elif reply.outcome != "running":
+        lines.append(sentence("the hit was not reached"))
+    lines.append(sentence(f"largest tracking error {cell(reply.peak_tracking_error)} rad", _stages(reply.stamps)))
+    return Group(*lines)
+
+
+def _stages(stamps: m.Stamps) -> str:
+    """How long each stage took, of those that were reached."""
+    reached = [(name, getattr(stamps, name)) for name in stamps.__struct_fields__ if getattr(stamps, name) is not None]
+    steps = [f"{name.replace('_', ' ')} {(at - before) / 1e6:.1f} ms" for (_, before), (name, at) in pairwise(reached)]
+    return f"after the request: {', then '.join(steps)}" if steps and stamps.requested is not None else ""
+
+
+@show.register
+def _(reply: m.Status, names: Sequence[str]) -> RenderableType:
+    cycle = reply.cycle
+    mode = sentence(reply.mode, f"goal {reply.goal_id}" if reply.goal_id else "", clock(reply), reply.fault or "")
+    mode.stylize(MODE_STYLES[reply.mode], 0, len(reply.mode))
+    columns = [
+        ("reference [rad]", reply.reference.positions),
+        ("measured [rad]", reply.feedback.positions),
+        ("error [rad]", reply.error.positions),
+        ("reference [rad/s]", reply.reference.velocities),
+        ("measured [rad/s]", reply.feedback.velocities),
+        ("error [rad/s]", reply.error.velocities),
+    ]
+    loop = sentence(
+        f"{cycle.count} ticks answered",
+        f"{100 * cycle.on_time_ratio:.2f} % on time",
+        f"{cycle.missed} missed",
+        f"answer in {cycle.late_us.p50:.0f}/{cycle.late_us.p99:.0f}/{cycle.late_us.max:.0f} µs (median/99 %/worst)",
+        f"{cycle.refused} malformed" if cycle.refused else "",
+    )
+    return Group(mode, joint_table(names, columns), loop)
+
+
+def clock(status: m.Status) -> str:
+    """Return where the robot's clock and the motion stand."""
+    into = f", {status.time_from_start:.3f} s into the motion" if status.time_from_start is not None else ""
+    return f"at {status.time:.3f} s{into}"
+
+
+@show.register
+def _(reply: m.State, names: Sequence[str]) -> RenderableType:
+    head = sentence(
+        f"tick {reply.tick} of run {reply.run}",
+        f"{reply.time:.3f} s",
+        f"applied the answer to tick {reply.applied_tick}" if reply.applied_tick >= 0 else "no command applied yet",
+        "BRAKE" if reply.brake else "",
+    )
+    columns: list[tuple[str, Sequence[object]]] = [
+        ("position [rad]", reply.positions),
+        ("velocity [rad/s]", reply.velocities),
+        ("torque [N·m]", reply.torques),
+        ("clipped", reply.saturated),
+    ]
+    if reply.truth:
+        columns += [("true position [rad]", reply.truth.positions), ("true velocity [rad/s]", reply.truth.velocities)]
+    return Group(head, joint_table(names, columns))
+
+
+@show.register
+def _(reply: m.Reference, names: Sequence[str]) -> RenderableType:
+    columns = [(f"{name} [{UNITS[name]}]", getattr(reply, name)) for name in list(UNITS)[:3]]
+    return Group(sentence(f"at {reply.time:.3f} s", f"epoch {reply.epoch}"), joint_table(names, columns))
+
+
+@show.register
+def _(reply: m.Description, names: Sequence[str]) -> RenderableType:
+    head = sentence(
+        f"{len(reply.joint_names)} joints", f"{reply.rate_hz:.0f} Hz", f"{reply.clock} clock", f"run {reply.run}"
+    )
+    quantities = [(f"{name} [{unit}]", getattr(reply.limits, name)) for name, unit in UNITS.items()]
+    columns = [("home [rad]", reply.home), *quantities, ("torques [N·m]", reply.limits.torques)]
+    return Group(head, joint_table(reply.joint_names, columns, "limits"))
+
+
+@show.register
+def _(reply: m.Primitives, names: Sequence[str]) -> RenderableType:
+    if not reply.primitives:
+        return sentence("the library is empty; fill it with: learn NAME FILE")
+    made = table(("name", "joints", "duration [s]", "samples", "created"))
+    for entry in reply.primitives:
+        created = time.strftime("%Y-%m-%d %H:%M", time.localtime(entry.created))
+        made.add_row(entry.name, str(entry.joint_count), f"{entry.duration:.3f}", str(entry.samples), created)
+    return made
+
+
+@show.register
+def _(reply: m.Learned, names: Sequence[str]) -> RenderableType:
+    used = reply.smoothing
+    smoothing = f"smoothed over {used.window_s:g} s, order {used.order}" if used else "not smoothed"
+    head = sentence(
+        f"learned {reply.name}", f"{reply.duration:.3f} s", f"{reply.basis_count} Gaussians a joint", smoothing
+    )
+    columns = [("fit rms [rad/s²]", reply.fit_rms), ("noise [rad]", reply.noise_estimate)]
+    return Group(head, joint_table(names, columns))
+
+
+@show.register
+def _(reply: m.Forgotten, names: Sequence[str]) -> RenderableType:
+    return sentence(f"forgot {reply.name}")
+
+
+@show.register
+def _(reply: m.Accepted, names: Sequence[str]) -> RenderableType:
+    return sentence(f"goal {reply.goal_id}", f"starts at {reply.start_time:.3f} s")
+
+
+@show.register
+def _(reply: m.Canceled, names: Sequence[str]) -> RenderableType:
+    if reply.goal_id is None:
+        return sentence("nothing moves")
+    return sentence(f"stopping goal {reply.goal_id}", f"at rest at {reply.stop_time:.3f} s")
+
+
+@show.register
+def _(reply: m.ModeReply, names: Sequence[str]) -> RenderableType:
+    return sentence(f"the controller is {reply.mode}")
+
+
+@show.register
+def _(reply: m.Stepped, names: Sequence[str]) -> RenderableType:
+    return sentence(f"tick {reply.tick}", f"{reply.time:.3f} s")
+
+
+@show.register
+def _(reply: m.ResetDone, names: Sequence[str]) -> RenderableType:
+    return sentence(f"run {reply.run} begins", f"tick {reply.tick}")
+
+
+@show.register
+def _(reply: m.Disturbed, names: Sequence[str]) -> RenderableType:
+    return sentence(f"disturbs from {reply.start_time:.3f} s on")
