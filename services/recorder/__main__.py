@@ -1,0 +1,70 @@
+"""`python -m services.recorder`: write everything that happens into a trace, show it live, or both."""
+
+import logging
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+import tyro
+
+from services import runtime
+from services.options import Common, Options, service_bus
+from services.recorder.blueprint import build_blueprint
+from services.recorder.recorder import Recorder
+from services.recorder.writer import Live, TraceWriter
+from services.robot import RobotConfig, load_robot
+
+LIVE_PORT = 9876
+
+
+@dataclass(frozen=True, slots=True)
+class Flags:
+    """Write everything said on the bus into a Rerun trace.
+
+    Attributes:
+        record: The trace to write; an existing file is overwritten. By default volley-DATE-TIME.rrd in the current
+            directory, unless --live is given.
+        live: Serve a live view on loopback, to be opened with `rerun`.
+        live_port: Port of the live view.
+    """
+
+    common: Common = field(default_factory=Options)
+    record: Path | None = None
+    live: bool = False
+    live_port: int = LIVE_PORT
+
+
+def main() -> None:
+    """Run until SIGTERM or Ctrl-C."""
+    flags = tyro.cli(Flags)
+    log = runtime.start_logging("recorder")
+    stopping = runtime.stop_on_signals()
+    runtime.become_polite()
+    config = load_robot(flags.common.robot_config)
+    with service_bus("recorder", flags.common, config.name, stopping, log) as bus:
+        trace = open_trace(flags, config, log)
+        try:
+            recorder = Recorder(config, trace, log)
+            recorder.listen(bus)
+            bus.announce("recorder")
+            recorder.run(stopping)
+        finally:
+            trace.close()
+
+
+def open_trace(flags: Flags, config: RobotConfig, log: logging.Logger) -> TraceWriter:
+    """Open the trace that the flags ask for and say where it is."""
+    file = flags.record
+    if file is None and not flags.live:
+        file = Path(f"volley-{datetime.now():%Y%m%d-%H%M%S}.rrd")
+    live = Live(flags.live_port) if flags.live else None
+    trace = TraceWriter(build_blueprint(config.joint_names, live=live is not None), file, live)
+    if file:
+        log.info("writes %s; open it with: rerun %s", file, file)
+    if live:
+        log.info("shows it live; watch it with: rerun %s", live.uri)
+    return trace
+
+
+if __name__ == "__main__":
+    main()

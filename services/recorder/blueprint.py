@@ -1,0 +1,132 @@
+"""How the viewer shows a trace at first sight."""
+
+from collections.abc import Sequence
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from services.recorder.writer import TraceWriter
+
+MEASURED, REFERENCE, PLANNED = (38, 139, 210), (245, 158, 66), (110, 190, 110)
+DEMONSTRATED, LIMITS, PUSH, ERROR = (150, 150, 160), (200, 60, 60), (220, 38, 127), (190, 120, 220)
+MODES = {"holding": (122, 134, 154), "tracking": (63, 160, 90), "stopping": (227, 155, 45), "fault": (212, 60, 60)}
+LIVE_WINDOW_S = 10.0
+EYE, TARGET = (1.75, -2.15, 1.35), (0.05, -0.35, 0.75)
+"""Where the viewer's eye stands, beside the arm and a little above, and where it looks, m."""
+
+
+def build_blueprint(names: Sequence[str], live: bool) -> rrb.Blueprint:
+    """The scene, lanes and events on the left; curves of all joints, of each joint, and the loop's timing on the right.
+
+    `live`: curves show the last ten seconds and the cursor follows, instead of the whole trace.
+    """
+    window = _window() if live else None
+    left = rrb.Vertical(_scene(), _lanes(window), _events(), row_shares=[5, 2, 2])
+    tabs = [_overview(names, window), *(_joint(name, window) for name in names), _loop(window)]
+    return rrb.Blueprint(
+        rrb.Horizontal(left, rrb.Tabs(*tabs, active_tab=0), column_shares=[1, 1]),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="following" if live else None),
+    )
+
+
+def style(trace: TraceWriter, names: Sequence[str]) -> None:
+    """Give the curves their colours and their names in the legends."""
+    for name in names:
+        joint = f"/joints/{name}"
+        for quantity in ("position", "velocity"):
+            _line(trace, f"{joint}/{quantity}/measured", "measured", MEASURED, 1.5)
+            _line(trace, f"{joint}/{quantity}/reference", "reference", REFERENCE, 1.0)
+        _line(trace, f"{joint}/acceleration/commanded", "commanded", MEASURED, 1.0)
+        for quantity in ("position", "velocity", "acceleration"):
+            _line(trace, f"{joint}/{quantity}/planned", "planned", PLANNED, 2.5)
+            ends = ["lower limit", "upper limit"]
+            bounds = rr.SeriesLines(colors=[LIMITS] * 2, names=ends, widths=1.0, interpolation_mode="StepAfter")
+            trace.static(f"{joint}/{quantity}/limits", bounds)
+        _line(trace, f"{joint}/position/demonstrated", "demonstrated", DEMONSTRATED, 1.5)
+        _line(trace, f"{joint}/error", "measured - reference", ERROR, 1.0)
+        for kind, unit in (("acceleration", "rad/s²"), ("torque", "N·m")):
+            _line(trace, f"{joint}/disturbance/{kind}", f"push, {unit}", PUSH, 1.5)
+        target = rr.SeriesPoints(colors=[REFERENCE], names=["goal, way-points"], markers="Diamond", marker_sizes=5.0)
+        trace.static(f"{joint}/position/target", target)
+    for path in ("/arm/torques", "/timing/error/position", "/timing/error/velocity"):
+        trace.static(path, rr.SeriesLines(names=list(names)))
+    trace.static("/timing/late_us", rr.SeriesLines(names=["p50", "p99", "max"]))
+    modes = rr.StateConfiguration(values=list(MODES), colors=list(MODES.values()))
+    trace.static("/lanes/mode", modes)
+
+
+def _line(trace: TraceWriter, path: str, name: str, colour: tuple[int, int, int], width: float) -> None:
+    trace.static(path, rr.SeriesLines(colors=colour, names=name, widths=width))
+
+
+def _window() -> rrb.VisibleTimeRange:
+    return rrb.VisibleTimeRange(
+        "sim_time",
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-LIVE_WINDOW_S),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
+    )
+
+
+def _scene() -> rrb.Spatial3DView:
+    eye = rrb.EyeControls3D(kind=rrb.Eye3DKind.Orbital, position=EYE, look_target=TARGET, eye_up=(0.0, 0.0, 1.0))
+    return rrb.Spatial3DView(
+        origin="/world",
+        name="The strike",
+        eye_controls=eye,
+        line_grid=rrb.LineGrid3D(visible=False),
+        background=rrb.Background(color=(24, 28, 36)),
+    )
+
+
+def _lanes(window: rrb.VisibleTimeRange | None) -> rrb.StateTimelineView:
+    return rrb.StateTimelineView(origin="/lanes", name="Mode, goal, disturbance, brake", time_ranges=window)
+
+
+def _events() -> rrb.TextLogView:
+    return rrb.TextLogView(origin="/events", name="Events")
+
+
+def _plot(
+    name: str, contents: list[str], window: rrb.VisibleTimeRange | None, legend: bool = True
+) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(
+        origin="/",
+        name=name,
+        contents=contents,
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend),
+        time_ranges=window,
+    )
+
+
+def _overview(names: Sequence[str], window: rrb.VisibleTimeRange | None) -> rrb.Grid:
+    """Positions of all joints; the legend in the first plot serves all."""
+    plots = [
+        _plot(f"{name}, rad", [f"/joints/{name}/position/**"], window, legend=index == 0)
+        for index, name in enumerate(names)
+    ]
+    return rrb.Grid(*plots, grid_columns=2, name="All joints")
+
+
+def _joint(name: str, window: rrb.VisibleTimeRange | None) -> rrb.Vertical:
+    joint = f"/joints/{name}"
+    return rrb.Vertical(
+        _plot("Position, rad", [f"{joint}/position/**"], window),
+        _plot("Velocity, rad/s", [f"{joint}/velocity/**"], window),
+        _plot("Acceleration, rad/s²", [f"{joint}/acceleration/**"], window),
+        _plot("Tracking error, rad", [f"{joint}/error"], window),
+        _plot("Disturbance", [f"{joint}/disturbance/**"], window),
+        row_shares=[3, 2, 2, 2, 1],
+        name=name,
+    )
+
+
+def _loop(window: rrb.VisibleTimeRange | None) -> rrb.Vertical:
+    return rrb.Vertical(
+        _plot("State to command, µs", ["/timing/late_us"], window),
+        _plot("Ticks answered in time, share", ["/timing/on_time_ratio"], window),
+        _plot("Ticks missed, messages refused or lost", ["/timing/missed", "/timing/refused", "/recorder/**"], window),
+        _plot("Torque, N·m", ["/arm/torques"], window),
+        name="Loop",
+    )

@@ -1,0 +1,84 @@
+"""What all drawers share: the trace, where messages lie in it, and the arm."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from services.recorder.intake import Received
+from services.recorder.lives import Life, Lives
+from services.recorder.scene import Scene
+from services.recorder.writer import Rows, TraceWriter
+from services.robot import RobotConfig
+
+MEMORY_TICKS = 2000
+"""How long a measurement waits for its command."""
+
+
+class Drawer(Protocol):
+    """Draws the messages of one topic; called once a batch, also with nothing."""
+
+    def draw(self, received: list[Received[Any]]) -> None:
+        """Write what came into the trace."""
+        ...
+
+
+class Canvas:
+    """The trace of one robot.
+
+    Attributes:
+        measured: Positions by laid tick of the last 2000 ticks.
+        pose: The newest measured positions.
+    """
+
+    def __init__(self, trace: TraceWriter, config: RobotConfig) -> None:
+        self.trace = trace
+        self.config = config
+        self.names = config.joint_names
+        self.rate_hz = config.rate_hz
+        self.scene = Scene(config)
+        self.lives = Lives(config.rate_hz, self._begin)
+        self.begun = 0
+        self.measured: dict[int, list[float]] = {}
+        self.pose = config.home
+        self._wall_ns = 0
+
+    def rows(self, ticks: Sequence[int] | np.ndarray, received: Sequence[Received[Any]]) -> Rows:
+        """Rows at laid `ticks`, received as said."""
+        return Rows(ticks, self.rate_hz, [one.wall_ns for one in received])
+
+    def row(self, tick: int, wall_ns: int) -> Rows:
+        """One row."""
+        return Rows([tick], self.rate_hz, [wall_ns])
+
+    def now(self, wall_ns: int) -> Rows:
+        """One row at the newest tick of the arm."""
+        return self.row(max(self.lives.newest, 0), wall_ns)
+
+    def event(self, what: str, row: Rows, sentence: str, level: str = "INFO") -> None:
+        """Write a sentence among the events."""
+        self.trace.texts(f"/events/{what}", row, [sentence], level)
+
+    def lay_state(self, one: Received[Any]) -> int:
+        """Where a state lies; remembers when it came, for the event of a new run."""
+        self._wall_ns = one.wall_ns
+        return self.lives.lay_state(one.message.run, one.message.tick)
+
+    def lay_command(self, one: Received[Any]) -> int:
+        """Where a command lies."""
+        self._wall_ns = one.wall_ns
+        return self.lives.lay_command(one.message.run, one.message.tick)
+
+    def remember(self, tick: int, positions: list[float]) -> None:
+        """Keep a measurement for the command that answers it."""
+        self.measured[tick] = positions
+        self.measured.pop(tick - MEMORY_TICKS, None)
+
+    def _begin(self, life: Life) -> None:
+        """Say that a run begins and where it lies."""
+        self.begun += 1
+        self.measured.clear()
+        row = self.row(life.offset + life.newest, self._wall_ns)
+        seconds = life.offset / self.rate_hz
+        self.event("run", row, f"run {life.run} begins; its tick 0 lies at tick {life.offset}, {seconds:.3f} s")
+        self.trace.values("/runs", row, run=[life.run], tick_offset=[life.offset], time_offset=[seconds])

@@ -1,0 +1,104 @@
+"""Writing a trace: rows on the timelines, scalars, events and lanes, into a file, a live viewer or both."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+Numbers = Sequence[Any] | np.ndarray
+
+APPLICATION = "volley"
+LIVE_MEMORY = "1GiB"
+"""What the viewer server keeps for viewers that come late; the oldest goes first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Live:
+    """The viewer server: loopback only."""
+
+    port: int
+
+    @property
+    def uri(self) -> str:
+        """What `rerun` is told to connect to."""
+        return f"rerun+http://127.0.0.1:{self.port}/proxy"
+
+
+class Rows:
+    """N rows of the trace: where they lie on the timelines.
+
+    ticks: (N,) laid ticks. wall_ns: (N,) Unix ns, None for what has no wall time.
+    """
+
+    def __init__(self, ticks: Numbers, rate_hz: float, wall_ns: Numbers | None = None) -> None:
+        self.ticks = np.asarray(ticks, dtype=np.int64)
+        self._rate_hz = rate_hz
+        self._wall_ns = None if wall_ns is None else np.asarray(wall_ns, dtype=np.int64)
+        sim_time = np.rint(self.ticks * (1e9 / rate_hz)).astype(np.int64)
+        self.columns = [
+            rr.TimeColumn("sim_time", duration=sim_time.astype("timedelta64[ns]")),
+            rr.TimeColumn("tick", sequence=self.ticks),
+        ]
+        if self._wall_ns is not None:
+            self.columns.append(rr.TimeColumn("wall", timestamp=self._wall_ns.astype("datetime64[ns]")))
+
+    def __len__(self) -> int:
+        return len(self.ticks)
+
+    def only(self, indices: Sequence[int]) -> "Rows":
+        """Some of the rows."""
+        return Rows(self.ticks[indices], self._rate_hz, None if self._wall_ns is None else self._wall_ns[indices])
+
+
+class TraceWriter:
+    """A trace being written to `file`, served by `live`, or both."""
+
+    def __init__(self, blueprint: rrb.Blueprint, file: Path | None, live: Live | None) -> None:
+        self.recording = rr.RecordingStream(APPLICATION)
+        sinks: list[rr.FileSink | rr.GrpcServerSink] = []
+        if file:
+            sinks.append(rr.FileSink(file))
+        if live:
+            sinks.append(rr.GrpcServerSink("127.0.0.1", live.port, server_memory_limit=LIVE_MEMORY))
+        self.recording.set_sinks(*sinks, default_blueprint=blueprint)
+
+    def close(self) -> None:
+        """Write what is buffered and finish the file."""
+        self.recording.flush()
+        self.recording.disconnect()
+
+    def static(self, path: str, *what: rr.AsComponents) -> None:
+        """Say something that holds at all times."""
+        self.recording.log(path, *what, static=True)
+
+    def send(self, path: str, rows: Rows, *columns: Iterable[rr.ComponentColumn]) -> None:
+        """Write columns of components, as archetypes' `columns` make them."""
+        self.recording.send_columns(path, rows.columns, [column for some in columns for column in some])
+
+    def scalars(self, path: str, rows: Rows, values: Numbers) -> None:
+        """Write (N,) or (N, K) numbers as float64."""
+        array = np.asarray(values, dtype=np.float64)
+        columns = rr.Scalars.columns(scalars=array.reshape(-1))
+        self.send(path, rows, columns.partition([array.shape[1]] * len(rows)) if array.ndim == 2 else columns)
+
+    def joints(self, path: str, names: Sequence[str], rows: Rows, values: Numbers) -> None:
+        """Write (N, J) numbers, one entity for each joint; `path` has a `{}` for its name."""
+        array = np.asarray(values, dtype=np.float64)
+        for index, name in enumerate(names):
+            self.scalars(path.format(name), rows, np.ascontiguousarray(array[:, index]))
+
+    def texts(self, path: str, rows: Rows, texts: Sequence[str], level: str = "INFO") -> None:
+        """Write sentences for the log of events."""
+        self.send(path, rows, rr.TextLog.columns(text=texts, level=[level] * len(rows)))
+
+    def states(self, path: str, rows: Rows, states: Sequence[str | None]) -> None:
+        """Write where the state shown by a lane changes; None is a gap."""
+        self.send(path, rows, rr.StateChange.columns(state=[state or "" for state in states]))
+
+    def values(self, path: str, rows: Rows, **values: Any) -> None:
+        """Write named values as they are."""
+        self.send(path, rows, rr.AnyValues.columns(**values))
