@@ -38,9 +38,12 @@ class RecorderFlags:
     """Flags of the recorder.
 
     Attributes:
-        record: The trace to write, an .rrd file; by default volley-DATE-TIME.rrd unless --live is given.
-        live: Serve a viewer on loopback.
+        record: The trace to write; an existing file is overwritten. By default volley-DATE-TIME.rrd in the current
+            directory, unless --live is given.
+        live: Serve a live view on loopback, to be opened with `rerun`.
+        live_port: Port of the live view.
     """
 
     record: Path | None = None
     live: bool = False
+    live_port: int = 9876

@@ -40,11 +40,11 @@ def _command_line(
     if options.zenoh_config:
         line += ["--zenoh-config", str(options.zenoh_config)]
     for name in process.flags:
-        value = flags.get(name)
+        value, flag = flags.get(name), f"--{name.replace('_', '-')}"
         if value is True:
-            line.append(f"--{name}")
+            line.append(flag)
         elif value is not None and value is not False:
-            line += [f"--{name}", str(value)]
+            line += [flag, str(value)]
     return line
 
 

@@ -4,34 +4,25 @@ import logging
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 
 from services import runtime
+from services.flags import RecorderFlags
 from services.options import Common, Options, service_bus
 from services.recorder.blueprint import build_blueprint
 from services.recorder.recorder import Recorder
 from services.recorder.writer import Live, TraceWriter
 from services.robot import RobotConfig, load_robot
 
-LIVE_PORT = 9876
-
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Write everything said on the bus into a Rerun trace.
-
-    Attributes:
-        record: The trace to write; an existing file is overwritten. By default volley-DATE-TIME.rrd in the current
-            directory, unless --live is given.
-        live: Serve a live view on loopback, to be opened with `rerun`.
-        live_port: Port of the live view.
-    """
+    """Write everything said on the bus into a Rerun trace."""
 
     common: Common = field(default_factory=Options)
-    record: Path | None = None
-    live: bool = False
-    live_port: int = LIVE_PORT
+    own: Annotated[RecorderFlags, tyro.conf.arg(name="")] = field(default_factory=RecorderFlags)
 
 
 def main() -> None:
@@ -42,7 +33,7 @@ def main() -> None:
     runtime.become_polite()
     config = load_robot(flags.common.robot_config)
     with service_bus("recorder", flags.common, config.name, stopping, log) as bus:
-        trace = open_trace(flags, config, log)
+        trace = open_trace(flags.own, config, log)
         try:
             recorder = Recorder(config, trace, log)
             recorder.listen(bus)
@@ -52,7 +43,7 @@ def main() -> None:
             trace.close()
 
 
-def open_trace(flags: Flags, config: RobotConfig, log: logging.Logger) -> TraceWriter:
+def open_trace(flags: RecorderFlags, config: RobotConfig, log: logging.Logger) -> TraceWriter:
     """Open the trace that the flags ask for and say where it is."""
     file = flags.record
     if file is None and not flags.live:
