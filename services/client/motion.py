@@ -6,6 +6,7 @@ from tyro.conf import Positional
 
 from protocol import messages as m
 from protocol.codec import decode
+from protocol.errors import Refusal
 from protocol.topics import CANCEL, EXECUTE, REFERENCE, RESET, RESULT, STATUS_QUERY
 from services.client.goal import follow
 from services.client.shell import Shared, UsageError, reach
@@ -21,10 +22,9 @@ def execute(file: Positional[Path], *, lead: float | None = None, wait: bool = F
         shell: How to reach the robot.
     """
     try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise UsageError(f"{file} cannot be read: {error}") from None
-    trajectory = decode(data, m.Trajectory, EXECUTE.max_bytes)
+        trajectory = decode(file.read_bytes(), m.Trajectory, EXECUTE.max_bytes)
+    except (OSError, Refusal) as error:
+        raise UsageError(f"{file} holds no trajectory: {error}") from None
     with reach(shell) as link:
         if lead is not None:
             now = link.ask(REFERENCE, m.ReferenceRequest(lead=lead))

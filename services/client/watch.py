@@ -10,6 +10,7 @@ from rich import box
 from rich.console import Group, RenderableType
 from rich.live import Live
 from rich.panel import Panel
+from rich.styled import Styled
 from rich.text import Text
 
 from protocol import messages as m
@@ -78,10 +79,11 @@ def render(view: View, now: float) -> RenderableType:
         for name in SERVICES
     )
     parts: list[RenderableType] = [alive]
-    if silence := silent(view, now):
+    silence = silent(view, now)
+    if silence:
         parts.append(Text(silence, "bold yellow"))
     if view.status:
-        parts.append(show(view.status, view.joint_names))
+        parts.append(Styled(show(view.status, view.joint_names), "dim" if silence else ""))
     events = "\n".join(view.events) or "nothing has happened yet"
     parts.append(Panel(Text(events), title="events", title_align="left", box=box.ROUNDED, border_style="dim"))
     return Group(*parts)
@@ -128,7 +130,9 @@ def _paint(link: Shell, streams: list[tuple[Publication, Stream]], stopping: thr
 
     link.bus.watch_alive(alive_key("*"), note)
     with Live(console=link.console, screen=link.console.is_terminal, auto_refresh=False) as live:
-        while not stopping.wait(1.0 / REFRESH_HZ):
+        stopped = False
+        while not stopped:
+            stopped = stopping.wait(1.0 / REFRESH_HZ)
             _drain(streams, lambda topic, data: view.take(topic, data, time.monotonic()))
             live.update(render(view, time.monotonic()), refresh=True)
 

@@ -1,0 +1,113 @@
+"""What the client prints for every reply, and its live screen."""
+
+from io import StringIO
+
+import pytest
+from rich.console import Console, RenderableType
+
+from protocol import messages as m
+from protocol.codec import encode
+from protocol.topics import ENDED, PLAN, QUERIES, STATUS
+from services.client.show import cell, show
+from services.client.watch import WATCHED, View, event, render
+from tests.golden.examples import EXAMPLES, JOINTS, RESULT
+
+REPLIES = {query.reply.__name__ for query in QUERIES}
+
+
+def printed(renderable: RenderableType) -> str:
+    console = Console(width=140, file=StringIO())
+    with console.capture() as captured:
+        console.print(renderable)
+    return captured.get()
+
+
+@pytest.mark.parametrize("stem", sorted(REPLIES))
+@pytest.mark.parametrize("names", [JOINTS, []])
+def test_every_reply_has_a_form_of_its_own(stem, names):
+    assert show.dispatch(type(EXAMPLES[stem])) is not show.dispatch(object)
+    assert printed(show(EXAMPLES[stem], names)).strip()
+
+
+def test_units_stand_in_the_headers():
+    text = printed(show(EXAMPLES["GoalReply"], JOINTS))
+    assert all(unit in text for unit in ("[rad]", "[rad/s]", "[rad/s²]", "[rad/s³]"))
+    assert "[N·m]" in printed(show(EXAMPLES["State"], JOINTS))
+
+
+def test_goal_reply_says_when_and_what_shaped_it():
+    text = printed(show(EXAMPLES["GoalReply"], JOINTS))
+    assert "hits at 5.050 s (0.800 s later)" in text
+    assert "shaped by the limits on accelerations of joint_1 at 0.375 s" in text
+    assert "inside all limits at all times" in text
+
+
+def test_result_says_how_long_each_stage_took():
+    assert "planned 5.0 ms, then accepted 1.0 ms, then first command 20.0 ms" in printed(show(RESULT, JOINTS))
+    bare = m.Result(goal_id="g", outcome="canceled", reason="asked to")
+    assert "the hit was not reached" in printed(show(bare, JOINTS))
+    assert "the hit was not reached" not in printed(show(m.Result(goal_id="g", outcome="running"), JOINTS))
+
+
+def test_empty_library_says_how_to_fill_it():
+    assert "learn NAME FILE" in printed(show(m.Primitives(primitives=[]), []))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(None, "–"), (True, "yes"), (0.82, "0.82"), (-3e-14, "0"), (15000.0, "15000"), ([-2.0, 2.5], "-2 … 2.5")],
+)
+def test_cells(value, text):
+    assert cell(value) == text
+
+
+def view_of(*stems: str, stepped: bool = False) -> View:
+    """A view that has heard the named messages at 100 s."""
+    topics = {topic.message.__name__: topic for topic in WATCHED}
+    view = View(joint_names=JOINTS, stepped=stepped, alive={"sim", "controller"})
+    for stem in stems:
+        view.take(topics[stem], encode(EXAMPLES[stem]), 100.0)
+    return view
+
+
+def test_screen_shows_status_and_events():
+    text = printed(render(view_of("Status", "Plan", "Contact", "Result", "Disturbance"), 100.1))
+    assert "● sim  ● controller  ○ planner  ○ recorder" in text
+    assert "tracking · goal forehand-7 · at 4.500 s, 0.250 s into the motion" in text
+    assert "99.95 % on time" in text
+    assert "plan forehand-7: forehand, hits at 4.252 s" in text
+    assert "racket hits ball: 0.375 N·s, ball at 6.58 m/s" in text
+    assert "succeeded forehand-7, off by 0.002 rad: played to rest" in text
+    assert "disturbed by acceleration, sensor_noise" in text
+    assert "no status" not in text
+
+
+def test_screen_says_when_the_bus_is_silent():
+    nobody = View(joint_names=[], stepped=False)
+    assert "no status yet: nobody is on this bus" in printed(render(nobody, 100.0))
+    assert "no status yet: waiting for the controller" in printed(render(view_of(), 100.0))
+    assert "no status for 3 s" in printed(render(view_of("Status"), 103.0))
+    assert "the stepped clock waits" in printed(render(view_of("Status", stepped=True), 103.0))
+    gone = view_of("Status")
+    gone.alive = {"sim"}
+    assert "the controller is gone" in printed(render(gone, 103.0))
+
+
+def test_malformed_publications_are_an_event():
+    view = view_of()
+    view.take(STATUS, b"{", 100.0)
+    view.take(PLAN, b"", 100.0)
+    assert view.status is None
+    assert [line.split(":")[0] for line in view.events] == ["malformed status", "malformed plan"]
+
+
+def test_old_events_scroll_away():
+    view = view_of()
+    for number in range(20):
+        view.take(ENDED, encode(m.Result(goal_id=f"g{number}", outcome="succeeded")), 100.0)
+    assert len(view.events) == 8
+    assert "g19" in view.events[-1]
+
+
+def test_quiet_disturbance():
+    assert "nothing any more" in event(m.Disturbance(time=1.0, active=[]))
