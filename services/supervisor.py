@@ -70,7 +70,7 @@ class Supervisor:
             self._commands[name], stdin=subprocess.DEVNULL, stderr=self._output, start_new_session=True
         )
 
-    def wait_ready(self, bus: Bus, timeout: float = 30.0) -> None:
+    def wait_ready(self, bus: Bus, timeout: float = 60.0) -> None:
         """Return once every process holds its liveliness token.
 
         Raises:

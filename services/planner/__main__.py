@@ -37,13 +37,13 @@ def main() -> None:
     flags = tyro.cli(Flags)
     log = runtime.start_logging("planner")
     stopping = runtime.stop_on_signals()
-    runtime.become_polite()
     config = load_robot(flags.common.robot_config)
     library = Library(flags.own.library, log)
     if library.is_new:
         learn_shipped(library, config, log)
     lead = Lead(config.tick, flags.own.lead)
     with service_bus("planner", flags.common, config.name, stopping, log) as bus:
+        runtime.become_polite()
         serve(bus, Planner(bus, config, library, lead, log), lead, stopping)
 
 
