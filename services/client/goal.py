@@ -95,7 +95,12 @@ def goal(flags: Annotated[GoalFlags, arg(name="")], *, shell: Shared) -> int:
         link.print(reply)
         if flags.plan_only or not (flags.wait or flags.lease):
             return 0
-        result = follow(link, reply.goal_id)
+        try:
+            result = follow(link, reply.goal_id)
+        except KeyboardInterrupt:
+            means = "the lease ends, and the controller stops it" if flags.lease else "it goes on; stop it with: cancel"
+            print(f"goal {reply.goal_id} is no longer followed: {means}", file=sys.stderr)
+            raise
         link.print(result)
         return 0 if result.outcome == "succeeded" else 1
 

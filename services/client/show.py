@@ -123,7 +123,8 @@ def _stages(stamps: m.Stamps) -> str:
 @show.register
 def _(reply: m.Status, names: Sequence[str]) -> RenderableType:
     cycle = reply.cycle
-    mode = sentence(reply.mode, f"goal {reply.goal_id}" if reply.goal_id else "", clock(reply), reply.fault or "")
+    fault = f"{reply.fault}; leave it with: reset" if reply.fault else ""
+    mode = sentence(reply.mode, f"goal {reply.goal_id}" if reply.goal_id else "", clock(reply), fault)
     mode.stylize(MODE_STYLES[reply.mode], 0, len(reply.mode))
     columns = [
         ("reference [rad]", reply.reference.positions),
@@ -138,7 +139,7 @@ def _(reply: m.Status, names: Sequence[str]) -> RenderableType:
         f"{100 * cycle.on_time_ratio:.2f} % on time",
         f"{cycle.missed} missed",
         f"answer in {cycle.late_us.p50:.0f}/{cycle.late_us.p99:.0f}/{cycle.late_us.max:.0f} µs (median/99 %/worst)",
-        f"{cycle.refused} malformed" if cycle.refused else "",
+        f"{cycle.refused} refused" if cycle.refused else "",
     )
     return Group(mode, joint_table(names, columns), loop)
 

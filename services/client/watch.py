@@ -67,8 +67,8 @@ def event(message: object) -> str:
             ball = f", ball at {speed:.2f} m/s" if speed is not None else ""
             return f"{message.time:9.3f} s  {' hits '.join(message.bodies)}: {cell(message.impulse)} N·s{ball}"
         case m.Disturbance():
-            kinds = ", ".join(active.kind for active in message.active) or "nothing any more"
-            return f"{message.time:9.3f} s  disturbed by {kinds}"
+            kinds = ", ".join(active.kind for active in message.active)
+            return f"{message.time:9.3f} s  {f'disturbed by {kinds}' if kinds else 'disturbed no more'}"
     return str(message)
 
 

@@ -271,12 +271,15 @@ def test_watch_ends_cleanly(robot, hub, flags, number):
     command = [sys.executable, "-m", "services.client", "watch", "--connect", endpoint, *flags]
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
-        assert eventually(lambda: publisher_matches(publisher))
-        for _ in range(20):
-            publisher.put(EXAMPLES["Status"])
-            time.sleep(0.02)
-        process.send_signal(number)
-        printed, complained = process.communicate(timeout=PATIENCE_S)
+        try:
+            assert eventually(lambda: publisher_matches(publisher))
+            for _ in range(20):
+                publisher.put(EXAMPLES["Status"])
+                time.sleep(0.02)
+            process.send_signal(number)
+            printed, complained = process.communicate(timeout=PATIENCE_S)
+        finally:
+            process.kill()
     assert (process.returncode, complained) == (0, b"")
     assert b"tracking" in printed
 

@@ -110,4 +110,4 @@ def test_old_events_scroll_away():
 
 
 def test_quiet_disturbance():
-    assert "nothing any more" in event(m.Disturbance(time=1.0, active=[]))
+    assert "disturbed no more" in event(m.Disturbance(time=1.0, active=[]))
