@@ -540,7 +540,7 @@ class Cycle(Struct, kw_only=True):
         missed: ticks never seen or answered too late
         on_time_ratio: share of the ticks answered in time
         late_us: the time an answer took
-        refused: malformed messages
+        refused: states that were old, doubled or malformed
     """
 
     count: int
