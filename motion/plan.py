@@ -9,7 +9,7 @@ from motion.basis import Grid, make_grid
 from motion.errors import Infeasible, InvalidMotion, SolverFailed
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.problem import JointProblem, build
+from motion.problem import JointProblem, build, check_fixed, fixed_values
 from motion.report import Active, Report, make_report
 from motion.request import MotionRequest
 from motion.samples import Samples
@@ -101,6 +101,9 @@ def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm
         )
     if warm is not None and len(warm.rows) != request.joint_count:
         raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {request.joint_count}")
+    # A goal outside its limits is named as such, not as one from which no stop leads back inside.
+    for joint, acceleration in enumerate(request.final_accelerations()):
+        check_fixed(fixed_values(request, joint, acceleration), request.limits.joint(joint), joint)
     grid = make_grid(primitive.basis_count)
     confined = final_accelerations(request)
     try:
