@@ -1,96 +1,109 @@
-"""A client in a foreign land: eclipse-zenoh and msgpack, nothing of the project.
+"""A client that imports nothing of Volley: eclipse-zenoh and msgpack alone. Copy from it.
 
     python bare_client.py ENDPOINT
 
-learns a primitive from 200 samples, plans, executes, follows the status, cancels, reads the results. It prints one
-JSON object of what it saw. Time is stepped, so it also turns the clock.
+It learns a swing from 200 samples of its own, plans it, plays it, follows the status, cancels a second one, asks how
+both went, and forgets the swing. What it saw is printed as one JSON object. The arm's clock is the stepped one, so the
+client also lets time pass; on an arm in real time that is a matter of waiting.
 """
 
 import json
 import math
 import sys
+from collections.abc import Callable
 
 import msgpack
 import zenoh
 
 
-class Arm:
-    """Requests to one robot."""
+class Refused(Exception):
+    """A service said no: the code, a sentence, and what the sentence is about."""
 
-    def __init__(self, endpoint: str) -> None:
+    def __init__(self, code: str, message: str, detail: dict) -> None:
+        super().__init__(message)
+        self.code, self.message, self.detail = code, message, detail
+
+
+class Arm:
+    """One robot on the bus."""
+
+    def __init__(self, endpoint: str, robot: str = "arm") -> None:
         config = zenoh.Config()
         config.insert_json5("mode", '"client"')
         config.insert_json5("connect/endpoints", json.dumps([endpoint]))
         config.insert_json5("scouting/multicast/enabled", "false")
         self.session = zenoh.open(config)
+        self.prefix = f"volley/{robot}/"
 
     def ask(self, key: str, **request: object) -> dict:
-        """Return the reply to `request`, or the body of the refusal under "refused"."""
-        for reply in self.session.get(f"volley/arm/{key}", payload=msgpack.packb(request), timeout=20.0):
-            if reply.ok is not None:
+        """Send a request and return the reply."""
+        for reply in self.session.get(self.prefix + key, payload=msgpack.packb(request), timeout=30.0):
+            if reply.ok:
                 return msgpack.unpackb(reply.ok.payload.to_bytes())
-            return {"refused": msgpack.unpackb(reply.err.payload.to_bytes())}
-        raise TimeoutError(f"nobody answers {key}")
+            assert reply.err
+            raise Refused(**msgpack.unpackb(reply.err.payload.to_bytes()))
+        raise TimeoutError(f"nobody answers {self.prefix}{key}")
+
+    def follow(self, key: str, callback: Callable[[dict], object]) -> zenoh.Subscriber:
+        """Call `callback` with every message published on `key`."""
+        return self.session.declare_subscriber(
+            self.prefix + key, lambda sample: callback(msgpack.unpackb(sample.payload.to_bytes()))
+        )
+
+    def let_pass(self, seconds: float) -> None:
+        """Let time pass on the stepped clock."""
+        self.ask("sim/step", ticks=math.ceil(seconds * 1000))
 
 
-def swing(joints: int, home: list[float]) -> list[list[float]]:
-    """200 samples of a swing of the first joint from rest, the others still."""
-    samples = []
-    for k in range(200):
-        s = k / 199
-        first = home[0] - 0.4 * math.sin(math.pi * s) ** 3 + 0.6 * s**4
-        samples.append([first, *home[1:joints]])
-    return samples
+def swing(home: list[float]) -> list[list[float]]:
+    """200 samples of the first joint: forward from home, then back past it with growing speed."""
+    path = [0.1 * math.sin(math.pi * k / 199) ** 3 - 0.6 * (k / 199) ** 4 for k in range(200)]
+    return [[home[0] + x, *home[1:]] for x in path]
 
 
 def main(endpoint: str) -> dict:
     """Do all of it and return what was seen."""
     arm = Arm(endpoint)
-    statuses = []
-    subscriber = arm.session.declare_subscriber(
-        "volley/arm/status", lambda sample: statuses.append(msgpack.unpackb(sample.payload.to_bytes())["mode"])
-    )
-    description = arm.ask("description")
-    joints, home = len(description["joint_names"]), description["home"]
-    samples = swing(joints, home)
-    learned = arm.ask("learn", name="swing", positions=samples, rate=200.0)
-    names = [entry["name"] for entry in arm.ask("primitives")["primitives"]]
-    goal = {"primitive": "swing", "positions": samples[-1], "velocities": [1.5] + [0.0] * (joints - 1)}
+    modes = set()
+    status = arm.follow("status", lambda message: modes.add(message["mode"]))
+    home = arm.ask("description")["home"]
+    seen: dict = {}
+
+    samples = swing(home)
+    seen["learned"] = arm.ask("learn", name="swing", positions=samples, rate=200.0)
+    seen["library"] = [primitive["name"] for primitive in arm.ask("primitives")["primitives"]]
+
+    goal = {"primitive": "swing", "positions": samples[-1], "velocities": [-1.5, 0, 0, 0, 0, 0]}
+    seen["before"] = arm.ask("state")["positions"]
     planned = arm.ask("goal", **goal, plan_only=True, include_trajectory=True)
-    before = arm.ask("state")["positions"]
+    arm.let_pass(0.1)
+    seen["after_planning"] = arm.ask("state")["positions"]
+    seen["certified"] = planned["report"]["certified"]
+    seen["samples"] = len(planned["trajectory"]["positions"]) // (8 * len(home))
+    seen["total_duration"] = planned["total_duration"]
+
     played = arm.ask("goal", **goal, goal_id="first")
-    arm.ask("sim/step", ticks=math.ceil(1000 * played["total_duration"]) + 40)
-    first = arm.ask("result", goal_id="first")
-    home_goal = {"primitive": "swing", "positions": home, "duration": 2.0, "goal_id": "second"}
-    arm.ask("goal", **home_goal)
-    arm.ask("sim/step", ticks=500)
-    canceled = arm.ask("cancel", goal_id="second")
-    arm.ask("sim/step", ticks=600)
-    second = arm.ask("result", goal_id="second")
-    final = arm.ask("status")
-    refused = arm.ask("goal", primitive="swing", positions=[9.0] + home[1:])
-    forgotten = arm.ask("forget", name="swing")
-    subscriber.undeclare()
+    arm.let_pass(played["total_duration"] + 0.05)
+    seen["first"] = arm.ask("result", goal_id="first")
+    seen["at_goal"] = arm.ask("status")
+
+    arm.ask("goal", primitive="swing", positions=home, duration=2.0, goal_id="second")
+    arm.let_pass(0.5)
+    seen["canceled"] = arm.ask("cancel", goal_id="second")
+    arm.let_pass(0.5)
+    seen["second"] = arm.ask("result", goal_id="second")
+    seen["at_last"] = arm.ask("status")
+
+    try:
+        arm.ask("goal", primitive="swing", positions=[9.0, *home[1:]])
+    except Refused as refused:
+        seen["refused"] = {"code": refused.code, "message": refused.message, "detail": refused.detail}
+    seen["forgotten"] = arm.ask("forget", name="swing")["name"]
+    seen["left"] = [primitive["name"] for primitive in arm.ask("primitives")["primitives"]]
+    status.undeclare()
+    seen["modes"] = sorted(modes)
     arm.session.close()
-    return {
-        "learned": learned,
-        "names": names,
-        "planned_samples": len(planned["trajectory"]["positions"]) // (8 * joints),
-        "planned_certified": planned["report"]["certified"],
-        "stood_still": before == arm_home(before, home),
-        "first": first,
-        "canceled": canceled,
-        "second": second,
-        "final": final,
-        "refused": refused,
-        "forgotten": forgotten,
-        "modes": sorted(set(statuses)),
-    }
-
-
-def arm_home(positions: list[float], home: list[float]) -> list[float]:
-    """Return `positions` where they are home to 10⁻⁶ rad, otherwise home."""
-    return positions if all(abs(p - h) < 1e-6 for p, h in zip(positions, home, strict=True)) else home
+    return seen
 
 
 if __name__ == "__main__":
