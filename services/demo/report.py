@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
@@ -11,19 +12,13 @@ from services.demo.play import Outcome
 
 def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
     """Return one row for each strike."""
-    shown = Table(title="Five strikes from one demonstration")
-    shown.add_column("strike")
-    for heading in (
-        "planned\ns",
-        "solved in\nms",
-        "hit error\nmrad",
-        "hit error\nmrad/s",
-        "ball\nm/s",
-        "imitation error\nrad/s² rms",
-    ):
-        shown.add_column(heading, justify="right")
+    shown = Table(title="Five strikes from one demonstration", box=SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("strike", no_wrap=True)
+    for heading in ("plan\ns", "solve\nms", "off by\nmrad", "off by\nmrad/s", "ball\nm/s", "unlike\nrad/s²"):
+        shown.add_column(heading, justify="right", no_wrap=True)
     shown.add_column("closest limit")
-    shown.add_column("")
+    shown.add_column("", no_wrap=True)
+    shown.caption = "off by: true arm at the hit, worst joint; unlike: rms of acceleration less the demonstration's"
     for outcome in outcomes:
         report = outcome.reply.report
         position, velocity = outcome.true_errors() if outcome.result.hit else (float("nan"), float("nan"))
@@ -59,4 +54,4 @@ def closest_limit(report: m.Report, joint_names: Sequence[str]) -> str:
                 reach = max(abs(lowest), abs(highest))
                 used.append((reach / (reach + margin), f"{joint} {quantity}"))
     share, which = max(used)
-    return f"{which}: {share:.0%} used"
+    return f"{which} {share:.0%}"

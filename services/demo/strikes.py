@@ -48,10 +48,10 @@ def goal(velocities: tuple[float, ...] = HIT_VELOCITIES, **fields: object) -> m.
 
 STRIKES = (
     Strike("as demonstrated", goal()),
-    Strike("other start, faster, 0.8 s", goal(FASTER, duration=0.8), ANOTHER_START),
-    Strike("the same, tighter limits", goal(FASTER, duration=0.8, limits=TIGHT), ANOTHER_START),
-    Strike("by way of a point", goal(waypoints=[WAYPOINT])),
-    Strike("noise of 1 % and a push", goal(), None, NOISE, PUSH, 2e-2, 5e-1),
+    Strike("new start, 0.8 s", goal(FASTER, duration=0.8), ANOTHER_START),
+    Strike("and tighter limits", goal(FASTER, duration=0.8, limits=TIGHT), ANOTHER_START),
+    Strike("by a way-point", goal(waypoints=[WAYPOINT])),
+    Strike("noise and a push", goal(), None, NOISE, PUSH, 2e-2, 5e-1),
 )
 
 

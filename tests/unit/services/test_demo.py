@@ -65,7 +65,7 @@ def test_a_goal_that_ended_before_the_hit_is_told() -> None:
 
 
 def test_closest_limit_is_the_one_used_most() -> None:
-    assert closest_limit(report(), JOINTS) == "elbow velocity: 90% used"
+    assert closest_limit(report(), JOINTS) == "elbow velocity 90%"
 
 
 def test_limits_that_shape_the_plan_come_first_but_for_jerk() -> None:
