@@ -80,7 +80,7 @@ def solve(grid: Grid, problem: JointProblem, target: np.ndarray, warm: np.ndarra
         if not certificate.failures or extra_rounds == MAX_CERTIFICATE_ROUNDS:
             return Solution(work.z, work.rows, work.multipliers, work.rounds, work.row_count, certificate)
         extra_rounds += 1
-        work.extras += certificate.failures
+        work.mend(certificate.failures)
         work.resolve("tight")
     raise SolverFailed(problem.joint, f"no end after {MAX_ROUNDS} rounds")
 
@@ -139,6 +139,13 @@ class _WorkingSet:
         bounded = np.isfinite(self.demand_lower.flat[rows]) | np.isfinite(self.demand_upper.flat[rows])
         self.rows = np.union1d(self.rows, rows[bounded & ~self.ignored[rows]])
         return len(self.rows) > known
+
+    def mend(self, failures: tuple[tuple[int, float], ...]) -> None:
+        """Demand the samples on both sides of where a limit is passed between them, or, where they are
+        demanded already, the very place."""
+        left = np.array([k * len(self.grid.s) + int(s * INTERVALS) for k, s in failures])
+        if not self.add(np.concatenate([left, left + 1])):
+            self.extras += failures
 
     def resolve(self, precision: str) -> None:
         """Solve for the rows in play. Raises Clash or SolverFailed."""
@@ -214,8 +221,10 @@ def _solve_box(
     for tolerance in {"loose": ("loose", "tight"), "tight": ("tight",)}[precision]:
         solver = piqp.DenseSolver()
         settings = solver.settings
-        settings.max_iter = 60
-        settings.preconditioner_iter = 0
+        # Good solves take 22 iterations or fewer; the second try may take longer and scales its rows.
+        settings.max_iter = 60 if tolerance == "loose" else 250
+        if tolerance == "loose":
+            settings.preconditioner_iter = 0
         settings.eps_abs = settings.eps_duality_gap_abs = _TOLERANCES[tolerance]
         settings.eps_rel = settings.eps_duality_gap_rel = _TOLERANCES[tolerance] / 10
         solver.setup(np.eye(size), np.zeros(size), None, None, np.asfortranarray(matrix), lower, upper)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import ruckig
 
+from motion.errors import SolverFailed
 from motion.limits import Limits
 from motion.samples import Samples
 
@@ -56,7 +57,8 @@ class Stop:
 def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, limits: Limits) -> Stop:
     """The fastest stop from a state (J,) inside the acceleration and jerk limits.
 
-    Position and velocity limits are not looked at: see `stop_extremes`. States in rad, rad/s, rad/s².
+    Position and velocity limits are not looked at: see `stop_extremes`. States in rad, rad/s, rad/s². Raises
+    SolverFailed where Ruckig finds none, which happens for accelerations of 10⁶ rad/s² and more.
     """
     count = len(velocities)
     wanted = ruckig.InputParameter(count)
@@ -67,7 +69,10 @@ def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarra
     wanted.max_acceleration = np.minimum(limits.accelerations, UNLIMITED).tolist()
     wanted.max_jerk = np.minimum(limits.jerks, UNLIMITED).tolist()
     trajectory = ruckig.Trajectory(count)
-    ruckig.Ruckig(count).calculate(wanted, trajectory)
+    try:
+        ruckig.Ruckig(count).calculate(wanted, trajectory)
+    except ruckig.RuckigError:
+        raise SolverFailed(int(np.abs(accelerations).argmax()), "Ruckig found no stop") from None
     profiles = trajectory.profiles[0]
     lengths = np.array([[*p.brake.t, *p.t] for p in profiles])
     jerks = np.array([[*p.brake.j, *p.j, 0.0] for p in profiles])
