@@ -16,7 +16,7 @@ from protocol.errors import NoAnswer, Refusal
 from protocol.topics import CANCEL, CONTACT, PRIMITIVES, QUEUE_LENGTH, STATE, STATUS_QUERY, alive_key
 from tests.golden.examples import EXAMPLES, STATUS
 
-PATIENCE_S = 10.0
+PATIENCE_S = 30.0
 
 
 @pytest.fixture

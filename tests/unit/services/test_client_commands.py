@@ -25,7 +25,7 @@ from tests.golden.examples import EXAMPLES, HIT
 from tests.golden.examples import RESULT as ENDED
 
 WORDS = [f"{value}" for value in HIT]
-PATIENCE_S = 10.0
+PATIENCE_S = 30.0
 
 
 @dataclass
@@ -270,6 +270,7 @@ def test_watch_ends_cleanly(robot, hub, flags, number):
     publisher = bus.publisher(STATUS)
     command = [sys.executable, "-m", "services.client", "watch", "--connect", endpoint, *flags]
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+    assert eventually(lambda: not publisher_matches(publisher)), "the process of another test still listens"
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
         try:
             assert eventually(lambda: publisher_matches(publisher))
