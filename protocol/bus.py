@@ -154,6 +154,22 @@ class Publisher(Generic[Said]):
         self._publisher.put(encode(message))
 
 
+class Collector:
+    """The newest samples of a topic, kept by Zenoh itself until they are taken; the oldest are dropped first."""
+
+    def __init__(self, subscriber: zenoh.Subscriber) -> None:
+        self._subscriber = subscriber
+
+    def take(self) -> tuple[bytes, int] | None:
+        """Return the oldest body and when the hub had it (Unix ns; now, where the hub stamps nothing), or None."""
+        sample = self._subscriber.try_recv()
+        if sample is None:
+            return None
+        stamp = sample.timestamp
+        received_ns = stamp.get_time_as_ntp64().as_nanos() if stamp else time.time_ns()
+        return sample.payload.to_bytes(), received_ns
+
+
 class Bus:
     """The keys of one robot on one session."""
 
@@ -190,6 +206,11 @@ class Bus:
         self._keep(
             self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
         )
+
+    def collect(self, topic: Publication, length: int) -> Collector:
+        """Collect the samples of a topic, at most `length`, to be taken in batches; a publisher never waits for it."""
+        channel = zenoh.handlers.RingChannel(length)
+        return Collector(self._keep(self.session.declare_subscriber(self.key(topic.key), channel)))
 
     def serve(self, topic: Query[Asked, Answered], inbox: Inbox[Asking]) -> None:
         """Answer requests on `topic` through `inbox`; wildcards that would write, and a full inbox, are refused."""
