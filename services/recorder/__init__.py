@@ -1,6 +1,6 @@
 """The recorder: one process that writes everything said on the bus into a Rerun trace, and may show it live.
 
-Timelines: `sim_time` (duration), `tick` (sequence), `wall` (when the recorder received it). Ticks of the arm begin at 0
+Timelines: `sim_time` (duration), `tick` (sequence), `wall` (when the hub had it). Ticks of the arm begin at 0
 in each run; in the trace each further run is laid behind the one before, so that neither `tick` nor `sim_time` ever
 goes back. The tick at which a run's tick 0 lies is its offset, 0 for the first; `/events/run` tells it in words and
 `/runs` in numbers: subtract it to have the numbers of the messages.
@@ -34,7 +34,7 @@ plan replaced is not drawn.
 | /contacts | contact | impulse, N·s |
 | /lanes/{mode,goal,disturbance,brake} | status, command, disturbance, state | states as coloured lanes |
 | /events/{run,goal,contact,controller,disturbance,recorder} | all | sentences |
-| /recorder/lost, /recorder/malformed | recorder | messages so far that found the queue full, or could not be read |
+| /recorder/{states_missing,commands_missing,messages_malformed} | recorder | so far: gaps in ticks, unreadable bodies |
 | /world/BODY | state, ball | pose at 100 Hz; below it the body's geometry |
 | /world/trail, /world/plan/{path,demonstration,hit} | state, plan | racket's centre, past, planned, demonstrated |
 | /world/BODY/push | disturbance | an arrow on the link while a push acts on its joint |

@@ -12,6 +12,7 @@ from services import runtime
 from services.flags import RecorderFlags
 from services.options import Common, Options, service_bus
 from services.recorder.blueprint import build_blueprint
+from services.recorder.intake import listen
 from services.recorder.recorder import Recorder
 from services.recorder.writer import Live, TraceWriter
 from services.robot import RobotConfig, load_robot
@@ -35,8 +36,7 @@ def main() -> None:
     with service_bus("recorder", flags.common, config.name, stopping, log) as bus:
         trace = open_trace(flags.own, config, log)
         try:
-            recorder = Recorder(config, trace, log)
-            recorder.listen(bus)
+            recorder = Recorder(config, trace, listen(bus), log)
             bus.announce("recorder")
             recorder.run(stopping)
         finally:

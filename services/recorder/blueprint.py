@@ -11,7 +11,7 @@ MEASURED, REFERENCE, PLANNED = (38, 139, 210), (245, 158, 66), (110, 190, 110)
 DEMONSTRATED, LIMITS, PUSH, ERROR = (150, 150, 160), (200, 60, 60), (220, 38, 127), (190, 120, 220)
 MODES = {"holding": (122, 134, 154), "tracking": (63, 160, 90), "stopping": (227, 155, 45), "fault": (212, 60, 60)}
 LIVE_WINDOW_S = 10.0
-EYE, TARGET = (1.75, -2.15, 1.35), (0.05, -0.35, 0.75)
+EYE, TARGET = (1.45, -1.85, 1.2), (0.1, -0.35, 0.7)
 """Where the viewer's eye stands, beside the arm and a little above, and where it looks, m."""
 
 
@@ -36,11 +36,11 @@ def style(trace: TraceWriter, names: Sequence[str]) -> None:
     for name in names:
         joint = f"/joints/{name}"
         for quantity in ("position", "velocity"):
-            _line(trace, f"{joint}/{quantity}/measured", "measured", MEASURED, 1.5)
-            _line(trace, f"{joint}/{quantity}/reference", "reference", REFERENCE, 1.0)
+            _line(trace, f"{joint}/{quantity}/measured", "measured", MEASURED, 3.0)
+            _line(trace, f"{joint}/{quantity}/reference", "reference", REFERENCE, 0.8)
         _line(trace, f"{joint}/acceleration/commanded", "commanded", MEASURED, 1.0)
         for quantity in ("position", "velocity", "acceleration"):
-            _line(trace, f"{joint}/{quantity}/planned", "planned", PLANNED, 2.5)
+            _line(trace, f"{joint}/{quantity}/planned", "planned", PLANNED, 1.5)
             ends = ["lower limit", "upper limit"]
             bounds = rr.SeriesLines(colors=[LIMITS] * 2, names=ends, widths=1.0, interpolation_mode="StepAfter")
             trace.static(f"{joint}/{quantity}/limits", bounds)
@@ -101,9 +101,9 @@ def _plot(
 
 
 def _overview(names: Sequence[str], window: rrb.VisibleTimeRange | None) -> rrb.Grid:
-    """Positions of all joints; the legend in the first plot serves all."""
+    """Positions of all joints; the legend in the last plot serves all."""
     plots = [
-        _plot(f"{name}, rad", [f"/joints/{name}/position/**"], window, legend=index == 0)
+        _plot(f"{name}, rad", [f"/joints/{name}/position/**"], window, legend=index == len(names) - 1)
         for index, name in enumerate(names)
     ]
     return rrb.Grid(*plots, grid_columns=2, name="All joints")

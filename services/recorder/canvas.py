@@ -1,5 +1,6 @@
 """What all drawers share: the trace, where messages lie in it, and the arm."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -27,8 +28,10 @@ class Canvas:
     """The trace of one robot.
 
     Attributes:
-        measured: Positions by laid tick of the last 2000 ticks.
+        measured: Positions by laid tick, of this batch and the last 2000 ticks.
         pose: The newest measured positions.
+        heard: When the last batch's states came, Unix ns, and where they lie.
+        begun: Lives begun so far.
     """
 
     def __init__(self, trace: TraceWriter, config: RobotConfig) -> None:
@@ -41,6 +44,7 @@ class Canvas:
         self.begun = 0
         self.measured: dict[int, list[float]] = {}
         self.pose = config.home
+        self.heard: tuple[list[int], list[int]] = ([], [])
         self._wall_ns = 0
 
     def rows(self, ticks: Sequence[int] | np.ndarray, received: Sequence[Received[Any]]) -> Rows:
@@ -52,8 +56,9 @@ class Canvas:
         return Rows([tick], self.rate_hz, [wall_ns])
 
     def now(self, wall_ns: int) -> Rows:
-        """One row at the newest tick of the arm."""
-        return self.row(max(self.lives.newest, 0), wall_ns)
+        """One row at the tick of the arm that was the newest at `wall_ns`, or at the oldest of the last batch."""
+        walls, ticks = self.heard
+        return self.row(ticks[max(0, bisect_right(walls, wall_ns) - 1)] if ticks else 0, wall_ns)
 
     def event(self, what: str, row: Rows, sentence: str, level: str = "INFO") -> None:
         """Write a sentence among the events."""
@@ -72,13 +77,17 @@ class Canvas:
     def remember(self, tick: int, positions: list[float]) -> None:
         """Keep a measurement for the command that answers it."""
         self.measured[tick] = positions
-        self.measured.pop(tick - MEMORY_TICKS, None)
+
+    def forget(self) -> None:
+        """Let go of measurements whose command will not come any more."""
+        oldest = self.lives.newest - MEMORY_TICKS
+        self.measured = {tick: positions for tick, positions in self.measured.items() if tick > oldest}
 
     def _begin(self, life: Life) -> None:
         """Say that a run begins and where it lies."""
         self.begun += 1
         self.measured.clear()
-        row = self.row(life.offset + life.newest, self._wall_ns)
+        row = self.row(life.offset + life.newest + 1, self._wall_ns)
         seconds = life.offset / self.rate_hz
         self.event("run", row, f"run {life.run} begins; its tick 0 lies at tick {life.offset}, {seconds:.3f} s")
         self.trace.values("/runs", row, run=[life.run], tick_offset=[life.offset], time_offset=[seconds])

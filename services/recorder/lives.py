@@ -9,20 +9,26 @@ STRAY_S = 1.0
 
 @dataclass(slots=True)
 class Life:
-    """One run of the arm: its tick t lies at `offset` + t; `newest` is the last tick heard of."""
+    """One run of the arm: its tick t lies at `offset` + t. `newest` and `answered`: the last ones of both streams."""
 
     run: int
     offset: int
     newest: int
+    answered: int
 
 
 class Lives:
-    """Lays each run behind the one before. `begun` is told of every new one."""
+    """Lays each run behind the one before. `begun` is told of every new one.
+
+    Ticks are contiguous: those left out since the first one of a run are counted as missing.
+    """
 
     def __init__(self, rate_hz: float, begun: Callable[[Life], None]) -> None:
         self.rate_hz = rate_hz
         self._begun = begun
         self._lives: list[Life] = []
+        self.missing_states = 0
+        self.missing_commands = 0
 
     @property
     def newest(self) -> int:
@@ -33,17 +39,21 @@ class Lives:
         """Return where the state of `tick` lies; another run, or a tick that went back, begins a life."""
         if not self._lives or self._lives[-1].run != run or tick <= self._lives[-1].newest:
             self._begin(run, tick)
-        self._lives[-1].newest = tick
-        return self._lives[-1].offset + tick
+        life = self._lives[-1]
+        self.missing_states += max(0, tick - life.newest - 1)
+        life.newest = tick
+        return life.offset + tick
 
     def lay_command(self, run: int, tick: int) -> int:
         """Return where the command that answers `tick` lies: in the newest life of its run."""
-        for life in reversed(self._lives[-2:]):
-            if life.run == run:
-                return life.offset + tick
-        self._begin(run, tick)
-        self._lives[-1].newest = tick - 1  # its state may still come
-        return self._lives[-1].offset + tick
+        life = next((life for life in reversed(self._lives[-2:]) if life.run == run), None)
+        if life is None:
+            self._begin(run, tick)
+            life = self._lives[-1]
+        if life.answered >= 0:
+            self.missing_commands += max(0, tick - life.answered - 1)
+        life.answered = max(life.answered, tick)
+        return life.offset + tick
 
     def lay_time(self, time: float) -> int:
         """Return where something lies that happened at `time` (s) of the arm's clock."""
@@ -60,6 +70,6 @@ class Lives:
         return offset + round(time * self.rate_hz)
 
     def _begin(self, run: int, tick: int) -> None:
-        life = Life(run, self.newest + 1, tick)
+        life = Life(run, self.newest + 1, newest=tick - 1, answered=-1)
         self._lives = [*self._lives[-1:], life]
         self._begun(life)

@@ -124,7 +124,7 @@ class PlanDrawer:
             self._lift_pen(over[-1].end)
             self._show_limits(self._robot_limits, over[-1].end)
         if self._limits is None:
-            self._show_limits(self._robot_limits, newest)
+            self._show_limits(self._robot_limits, self._canvas.heard[1][0] if self._canvas.heard[1] else newest)
         elif newest - self._limits_tick >= HEARTBEAT_S * self._canvas.rate_hz:
             self._show_limits(self._limits, newest)
 

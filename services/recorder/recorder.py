@@ -3,20 +3,22 @@
 import logging
 import threading
 import time
+from collections.abc import Mapping
 
 from protocol import topics
-from protocol.bus import Bus
 from protocol.topics import Publication
 from services.recorder.blueprint import style
 from services.recorder.canvas import Canvas, Drawer
 from services.recorder.happenings import BallDrawer, ContactDrawer, DisturbanceDrawer, EndedDrawer, StatusDrawer
-from services.recorder.intake import Intake
+from services.recorder.intake import Intake, Source
 from services.recorder.plans import PlanDrawer
 from services.recorder.streams import CommandDrawer, StateDrawer
 from services.recorder.writer import TraceWriter
 from services.robot import RobotConfig
 
-BATCH_S = 0.2
+BATCH_S = 0.5
+"""Each batch costs the same some hundred calls of Rerun, however much is in it."""
+
 MAX_COMPLAINTS = 20
 """Malformed messages told of in the log; all are counted."""
 
@@ -39,46 +41,48 @@ def build_drawers(canvas: Canvas) -> dict[Publication, Drawer]:
 class Recorder:
     """Takes what came in since the last batch and has it drawn."""
 
-    def __init__(self, config: RobotConfig, trace: TraceWriter, log: logging.Logger) -> None:
+    def __init__(
+        self, config: RobotConfig, trace: TraceWriter, sources: Mapping[Publication, Source], log: logging.Logger
+    ) -> None:
         self._log = log
         self._complaints = 0
-        self._counted = (0, 0)
+        self._counts: dict[str, int] = {}
         self._canvas = Canvas(trace, config)
-        self.intake = Intake(config.joint_count, self._complain)
-        self.drawers = build_drawers(self._canvas)
+        self._intake = Intake(sources, config.joint_count, self._complain)
+        self._drawers = build_drawers(self._canvas)
         self._canvas.scene.draw(trace)
         style(trace, config.joint_names)
 
-    def listen(self, bus: Bus) -> None:
-        """Subscribe to all that is recorded."""
-        self.intake.listen(bus)
-
     def run(self, stopping: threading.Event) -> None:
-        """Draw a batch five times a second until `stopping` is set, then what is left."""
+        """Draw a batch twice a second until `stopping` is set, then what is left."""
         while not stopping.wait(BATCH_S):
             self.draw()
         self.draw()
+        if sum(self._counts.values()):
+            self._log.warning("not in the trace: %s", ", ".join(f"{n} {what}" for what, n in self._counts.items()))
 
     def draw(self) -> None:
         """Draw what has come in."""
-        taken = self.intake.take()
-        for topic, drawer in self.drawers.items():
-            drawer.draw(taken.get(topic, []))
-        self._count()
+        taken = self._intake.take()
+        for topic, drawer in self._drawers.items():
+            drawer.draw(taken[topic])
+        lives = self._canvas.lives
+        self._count("states missing", lives.missing_states)
+        self._count("commands missing", lives.missing_commands)
+        self._count("messages malformed", self._intake.malformed)
 
-    def _count(self) -> None:
-        """Show in the trace and say in the log what was lost or malformed."""
-        counted = (self.intake.lost, self.intake.malformed)
-        if counted == self._counted:
+    def _count(self, what: str, number: int) -> None:
+        """Show in the trace, and the first time in the log, what is not in it."""
+        before = self._counts.get(what)
+        if number == before:
             return
+        self._counts[what] = number
         row = self._canvas.now(time.time_ns())
-        for name, now, before in zip(("lost", "malformed"), counted, self._counted, strict=True):
-            self._canvas.trace.scalars(f"/recorder/{name}", row, [now])
-            if now > before:
-                self._canvas.event("recorder", row, f"{now - before} more messages {name}, {now} in all", "WARN")
-        if counted[0] > self._counted[0]:
-            self._log.warning("%d messages lost so far: they came faster than they could be written", counted[0])
-        self._counted = counted
+        self._canvas.trace.scalars(f"/recorder/{what.replace(' ', '_')}", row, [number])
+        if number:
+            self._canvas.event("recorder", row, f"{number - (before or 0)} more {what}, {number} in all", "WARN")
+        if number and not before:
+            self._log.warning("%d %s; the trace counts them", number, what)
 
     def _complain(self, sentence: str) -> None:
         self._complaints += 1

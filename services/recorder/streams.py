@@ -12,8 +12,8 @@ from services.recorder.scene import path_of
 from services.recorder.writer import Rows
 
 POSES_HZ = 100
-TRAIL_LENGTH = 24
-TRAIL_EVERY = 4  # poses
+TRAIL_LENGTH = 15
+TRAIL_EVERY = 5  # poses
 TRAIL_COLOUR = (245, 158, 66)
 
 
@@ -24,7 +24,7 @@ class StateDrawer:
         self._canvas = canvas
         self._stride = max(1, round(canvas.rate_hz / POSES_HZ))
         self._brake: bool | None = None
-        self._trail: deque[np.ndarray] = deque(maxlen=TRAIL_LENGTH + 1)
+        self._trail: deque[np.ndarray] = deque(maxlen=TRAIL_LENGTH)
         self._lives_seen = 0
         fading = [(*TRAIL_COLOUR, round(255 * (k + 1) / TRAIL_LENGTH)) for k in range(TRAIL_LENGTH)]
         canvas.trace.static("/world/trail", rr.LineStrips3D.from_fields(colors=fading, radii=0.006))
@@ -35,6 +35,7 @@ class StateDrawer:
             return
         canvas, trace = self._canvas, self._canvas.trace
         ticks = [canvas.lay_state(one) for one in received]
+        canvas.heard = ([one.wall_ns for one in received], ticks)
         states = [one.message for one in received]
         for tick, state in zip(ticks, states, strict=True):
             canvas.remember(tick, state.positions)
@@ -81,16 +82,18 @@ class StateDrawer:
         self._draw_trail(rows, tools)
 
     def _draw_trail(self, rows: Rows, tools: np.ndarray) -> None:
-        """The racket's last quarter of a second as a line that fades; a new run starts a new one."""
+        """The racket's last third of a second as a line that fades; a new run starts a new one."""
         canvas = self._canvas
         if self._lives_seen != canvas.begun:
             self._trail.clear()
             self._lives_seen = canvas.begun
         at, strips = [], []
         for index, tool in enumerate(tools):
-            self._trail.append(tool)
+            if rows.ticks[index] % (2 * self._stride) == 0:
+                self._trail.append(tool)
             if rows.ticks[index] % (TRAIL_EVERY * self._stride) == 0:
-                line = np.array([self._trail[0]] * (TRAIL_LENGTH + 1 - len(self._trail)) + list(self._trail))
+                known = [*self._trail, tool]
+                line = np.array([known[0]] * (TRAIL_LENGTH + 1 - len(known)) + known)
                 at.append(index)
                 strips.extend(np.stack([line[:-1], line[1:]], axis=1))
         if at:
@@ -107,8 +110,11 @@ class CommandDrawer:
 
     def draw(self, received: list[Received[m.Command]]) -> None:
         """Write every command."""
-        if not received:
-            return
+        if received:
+            self._draw(received)
+        self._canvas.forget()
+
+    def _draw(self, received: list[Received[m.Command]]) -> None:
         canvas, trace = self._canvas, self._canvas.trace
         ticks = [canvas.lay_command(one) for one in received]
         commands = [one.message for one in received]

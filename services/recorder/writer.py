@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import rerun as rr
 import rerun.blueprint as rrb
 
 Numbers = Sequence[Any] | np.ndarray
 
 APPLICATION = "volley"
+SCALARS = rr.Scalars.descriptor_scalars()
 LIVE_MEMORY = "1GiB"
 """What the viewer server keeps for viewers that come late; the oldest goes first."""
 
@@ -54,6 +56,19 @@ class Rows:
         return Rows(self.ticks[indices], self._rate_hz, None if self._wall_ns is None else self._wall_ns[indices])
 
 
+class _ScalarColumn(rr.ComponentColumn):
+    """What `rr.Scalars.columns` makes of (N,) or (N, K) float64, in half the time; most of the time goes here."""
+
+    def __init__(self, values: np.ndarray) -> None:
+        self.descriptor = SCALARS
+        self._values = values
+
+    def as_arrow_array(self) -> pa.Array:
+        width = self._values.shape[1] if self._values.ndim == 2 else 1
+        offsets = np.arange(0, self._values.size + 1, width, dtype=np.int32)
+        return pa.ListArray.from_arrays(offsets, pa.array(self._values.reshape(-1)))
+
+
 class TraceWriter:
     """A trace being written to `file`, served by `live`, or both."""
 
@@ -81,15 +96,13 @@ class TraceWriter:
 
     def scalars(self, path: str, rows: Rows, values: Numbers) -> None:
         """Write (N,) or (N, K) numbers as float64."""
-        array = np.asarray(values, dtype=np.float64)
-        columns = rr.Scalars.columns(scalars=array.reshape(-1))
-        self.send(path, rows, columns.partition([array.shape[1]] * len(rows)) if array.ndim == 2 else columns)
+        self.recording.send_columns(path, rows.columns, [_ScalarColumn(np.asarray(values, dtype=np.float64))])
 
     def joints(self, path: str, names: Sequence[str], rows: Rows, values: Numbers) -> None:
         """Write (N, J) numbers, one entity for each joint; `path` has a `{}` for its name."""
         array = np.asarray(values, dtype=np.float64)
-        for index, name in enumerate(names):
-            self.scalars(path.format(name), rows, np.ascontiguousarray(array[:, index]))
+        for name, column in zip(names, np.ascontiguousarray(array.T), strict=True):
+            self.scalars(path.format(name), rows, column)
 
     def texts(self, path: str, rows: Rows, texts: Sequence[str], level: str = "INFO") -> None:
         """Write sentences for the log of events."""
