@@ -62,12 +62,12 @@ def test_stop_keeps_acceleration_and_jerk_and_ends_at_rest(v: float, part: float
     assert abs(before.accelerations[0, 0]) < j * 1e-7 + 1e-5
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_first_stop_is_the_first_that_stays_inside(seed: int) -> None:
     rng = np.random.default_rng(seed)
     limits = Limits(np.array([[-1.0, 1.0]] * 2), np.full(2, 6.0), np.full(2, 80.0), np.full(2, 2000.0))
-    t = np.arange(300) * 0.001
+    t = np.arange(60) * 0.005
     w, phase = rng.uniform(3, 12, 2), rng.uniform(0, 6, 2)
     amplitude = rng.uniform(0.2, 0.95, 2)
     x = w * t[:, None] + phase
@@ -75,7 +75,7 @@ def test_first_stop_is_the_first_that_stays_inside(seed: int) -> None:
     inside = []
     for p, v, a in zip(samples.positions, samples.velocities, samples.accelerations, strict=True):
         planned = stop(p, v, a, limits)
-        sampled = planned.sample(np.linspace(0, planned.duration, 3000))
+        sampled = planned.sample(np.linspace(0, planned.duration, 1000))
         inside.append(
             np.all(np.abs(sampled.positions) <= 1.0 + 1e-6) and np.all(np.abs(sampled.velocities) <= 6.0 + 1e-4)
         )
@@ -93,7 +93,7 @@ def test_free_final_acceleration_is_confined_to_what_can_be_stopped(
     request = _hit(sign * p, sign * v, limits)
 
     def stops(speed: float, acceleration: float) -> bool:
-        state = (np.array([sign * x]) for x in (p, speed, acceleration))
+        state = np.array([sign * p]), np.array([sign * speed]), np.array([sign * acceleration])
         p_min, p_max, v_min, v_max = stop_extremes(*state, limits.accelerations, limits.jerks)
         return bool(p_min >= -1 - 2e-9 and p_max <= 1 + 2e-9 and v_min >= -13 - 2e-9 and v_max <= 13 + 2e-9)
 

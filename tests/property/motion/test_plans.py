@@ -1,0 +1,303 @@
+"""Plans on random goals, held against an independent solver on the full problem and against fine sampling."""
+
+from ctypes import c_int
+from dataclasses import replace
+
+import daqp
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from motion.basis import Grid, make_grid
+from motion.demonstration import Demonstration
+from motion.errors import CannotStop, Infeasible, MotionError
+from motion.limits import QUANTITIES, Limits
+from motion.plan import Plan, plan
+from motion.primitive import Primitive, learn
+from motion.problem import TOUCH, JointProblem, build
+from motion.request import Boundary, MotionRequest, Waypoint
+from motion.solver import Clash, Solution, solve
+from motion.stopping import final_accelerations
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def make_primitive(rng: np.random.Generator) -> Primitive:
+    t = np.linspace(0, 1, 1001)
+    a, b, c = rng.uniform(-1, 1, 3)
+    strike = 2 * t**2 + np.cos(4 * np.pi * t) * (1 - t) - 1
+    return learn(Demonstration(t, (a * strike + b * np.sin(3 * t) + c * t**3)[:, None]))
+
+
+def random_request(rng: np.random.Generator, primitive: Primitive, tail: str = "coast") -> MotionRequest:
+    """One joint near its demonstration, with limits tighter than the motion that it would like to make; some
+    with moving starts, given accelerations, way-points with free entries, a rest fraction."""
+    free = np.full(1, np.nan)
+
+    def accelerations() -> np.ndarray:
+        return rng.uniform(-20, 20, 1) if rng.random() < 0.3 else free
+
+    resting = rng.random() < 0.5
+    start = Boundary(
+        primitive.start.positions + rng.uniform(-0.2, 0.2, 1),
+        np.zeros(1) if resting else primitive.start.velocities + rng.uniform(-0.3, 0.3, 1),
+        np.zeros(1) if resting else accelerations(),
+    )
+    rest = rng.choice([0.0, 0.0, 0.05])
+    goal = Boundary(
+        primitive.goal.positions + rng.uniform(-0.2, 0.2, 1),
+        primitive.goal.velocities + rng.uniform(-0.5, 0.5, 1),
+        free if rest else accelerations(),
+    )
+    duration = rng.uniform(0.7, 1.3)
+    waypoints = []
+    if rng.random() < 0.3:
+        time = rng.uniform(0.3, 0.7)
+        there = primitive.demonstrated_positions(np.array([time]))[0] + rng.uniform(-0.1, 0.1, 1)
+        waypoints.append(Waypoint(time * duration, there, free if rng.random() < 0.5 else np.zeros(1)))
+    request = MotionRequest(start, goal, duration, Limits.unlimited(1), tuple(waypoints), float(rest), "coast")
+    wish = plan(primitive, request).report.extremes
+    fraction = rng.choice([0.95, 0.85])
+    fixed_p = [start.positions[0], goal.positions[0], *(w.positions[0] for w in waypoints)]
+    fixed_p.append(goal.positions[0] - rest * duration * goal.velocities[0])
+    fixed_a = np.nan_to_num([start.accelerations[0], goal.accelerations[0]])
+
+    def largest(quantity: str, *fixed: float) -> np.ndarray:
+        return np.array([max(np.abs(wish[quantity]).max() * fraction, *(1.02 * abs(f) for f in fixed), 1e-3)])
+
+    centre = sum(wish["position"][0]) / 2
+    reach = [centre + fraction * (x - centre) for x in wish["position"][0]]
+    on_limit = rng.random() < 0.2  # the outermost fixed value lies exactly on its limit
+    slack = 0.0 if on_limit else 2e-2
+    positions = [min(*fixed_p, reach[0]) - slack, max(*fixed_p, reach[1]) + slack]
+    limits = Limits(
+        np.array([positions]),
+        largest("velocity", start.velocities[0], goal.velocities[0]) * (1 if rng.random() < 0.8 else 0.99),
+        largest("acceleration", *fixed_a),
+        largest("jerk"),
+    )
+    if on_limit and abs(goal.velocities[0]) * 1.02 >= limits.velocities[0]:
+        limits = replace(limits, velocities=np.maximum(abs(goal.velocities), abs(start.velocities)))
+    return replace(request, limits=limits, tail=tail)
+
+
+def full_optimum(
+    grid: Grid, problem: JointProblem, target: np.ndarray, demanded: bool
+) -> tuple[np.ndarray | None, float]:
+    """DAQP on all 4004 rows at the true limits or at the demanded ones: z (None: infeasible), |z − z_d|².
+
+    In the null space of the equalities, so that its tolerance is one of the rows and not of what is fixed.
+    """
+    full, _ = np.linalg.qr(problem.equalities.T, mode="complete")
+    count = len(problem.targets)
+    null = full[:, count:]
+    start = target + np.linalg.lstsq(problem.equalities, problem.targets - problem.equalities @ target)[0]
+    band = float(demanded)
+    base = problem.values(grid, start)
+    lower = ((problem.lower + band * problem.lower_band - base) * problem.scale()).ravel()
+    upper = ((problem.upper - band * problem.upper_band - base) * problem.scale()).ravel()
+    rows = grid.rows[:4].reshape(-1, len(target)) @ null
+    norms = np.linalg.norm(rows, axis=1)
+    # What the equalities decide alone is no row, as in the planner (design 1.5).
+    keep = norms > 1e-9 * np.repeat(grid.norms, len(grid.s))
+    keep &= np.isfinite(lower) | np.isfinite(upper)
+    high, low = np.minimum(upper[keep] / norms[keep], 1e29), np.maximum(lower[keep] / norms[keep], -1e29)
+    matrix = np.ascontiguousarray(rows[keep] / norms[keep, None])
+    sense = np.zeros(len(high), dtype=c_int)
+    size = null.shape[1]
+    # The start is the nearest point that meets the equalities, so the cost is |u|² and a constant.
+    u, _, flag, _ = daqp.solve(np.eye(size), np.zeros(size), matrix, high, low, sense, primal_tol=1e-9)
+    if flag < 1:
+        return None, np.inf
+    z = start + null @ u
+    return z, float(np.sum((z - target) ** 2))
+
+
+def prepared(seed: int) -> tuple[Grid, JointProblem, np.ndarray, Primitive, MotionRequest]:
+    rng = np.random.default_rng(seed)
+    primitive = make_primitive(rng)
+    request = random_request(rng, primitive)
+    grid = make_grid(primitive.basis_count)
+    problem = build(grid, request, 0, final_accelerations(request)[0])
+    return grid, problem, grid.whiten(primitive.theta[0]), primitive, request
+
+
+def attempt(grid: Grid, problem: JointProblem, target: np.ndarray) -> Solution | None:
+    try:
+        return solve(grid, problem, target)
+    except Clash:
+        return None
+
+
+@settings(max_examples=30, deadline=None)
+@given(seeds)
+def test_objective_lies_between_the_true_and_the_demanded_optimum(seed: int) -> None:
+    grid, problem, target, *_ = prepared(seed)
+    _, true = full_optimum(grid, problem, target, demanded=False)
+    _, demanded = full_optimum(grid, problem, target, demanded=True)
+    found = attempt(grid, problem, target)
+    if found is None:
+        # Nothing is left inside the band: the demanded problem has no solution either.
+        assert not np.isfinite(demanded)
+        return
+    check_objective(found, target, true, demanded)
+
+
+def check_objective(found: Solution, target: np.ndarray, true: float, demanded: float) -> None:
+    objective = float(np.sum((found.z - target) ** 2))
+    assert objective >= true * (1 - 1e-6) - 1e-9
+    # A peak between samples higher than the band asks for rows that the full problem on the grid has not.
+    if found.row_count == len(found.rows):
+        assert objective <= demanded * (1 + 1e-6) + 1e-9
+
+
+def fine_values(planned: Plan, primitive: Primitive, refinement: int) -> np.ndarray:
+    """All four quantities (4, n) of a one-joint plan's moving part, finer than the grid by `refinement`."""
+    request, basis = planned.request, make_grid(primitive.basis_count).basis
+    s = np.linspace(0, request.moving_fraction, round(request.moving_fraction * 1000) * refinement + 1)
+    out = []
+    for chunk in np.array_split(s, 20):
+        values = [basis.rows(chunk, order - 2) @ planned.weights[0] / request.duration**order for order in range(4)]
+        values[0] += request.start.positions[0] + chunk * request.duration * request.start.velocities[0]
+        values[1] += request.start.velocities[0]
+        out.append(np.array(values))
+    return np.concatenate(out, axis=1)
+
+
+@settings(max_examples=15, deadline=None)
+@given(seeds)
+def test_certified_means_no_violation_between_samples(seed: int) -> None:
+    _, problem, _, primitive, request = prepared(seed)
+    try:
+        planned = plan(primitive, request)
+    except MotionError:
+        assume(False)
+        raise
+    assert planned.report.certified
+    fine = fine_values(planned, primitive, 100)
+    s = np.linspace(0, request.moving_fraction, fine.shape[1])
+    touching = np.zeros((4, len(s)), dtype=bool)
+    for quantity in range(4):
+        for band in (problem.lower_band[quantity], problem.upper_band[quantity]):
+            touching[quantity] |= (
+                np.interp(s, np.linspace(0, 1, 1001), band) < 11 * TOUCH * problem.half_range[quantity]
+            )
+    ranges = request.limits.joint(0)
+    slack = np.where(touching, 2 * TOUCH * problem.half_range, 0.0)
+    for quantity, name in enumerate(QUANTITIES):
+        low, high = ranges[quantity]
+        rounding = 1e-12 * np.abs(fine[quantity]).max()
+        assert np.all(fine[quantity] <= high + slack[quantity] + rounding), name
+        assert np.all(fine[quantity] >= low - slack[quantity] - rounding), name
+        # The report's extremes are those of the curve, not of its samples.
+        extremes = planned.report.extremes[name][0]
+        scale = np.ptp(fine[quantity]) + 1e-9
+        assert fine[quantity].max() <= extremes[1] + 2e-6 * scale
+        assert fine[quantity].min() >= extremes[0] - 2e-6 * scale
+        if request.rest_fraction == 0:
+            assert extremes[1] - fine[quantity].max() < 2e-6 * scale
+
+
+@settings(max_examples=40, deadline=None)
+@given(seeds)
+def test_whatever_is_fixed_is_met(seed: int) -> None:
+    *_, primitive, request = prepared(seed)
+    try:
+        planned = plan(primitive, request)
+    except MotionError:
+        assume(False)
+        raise
+    times = [0.0, request.duration, request.moving_duration, *(w.time_from_start for w in request.waypoints)]
+    got = planned.sample(np.array(times))
+    assert abs(got.positions[0, 0] - request.start.positions[0]) < 1e-10
+    assert abs(got.velocities[0, 0] - request.start.velocities[0]) < 1e-10
+    if not np.isnan(request.start.accelerations[0]):
+        assert abs(got.accelerations[0, 0] - request.start.accelerations[0]) < 1e-8
+    assert abs(got.positions[1, 0] - request.goal.positions[0]) < 1e-9
+    assert abs(got.velocities[1, 0] - request.goal.velocities[0]) < 1e-9
+    wanted = request.final_accelerations()[0]
+    if not np.isnan(wanted):
+        assert abs(got.accelerations[2, 0] - wanted) < 1e-8
+    for k, waypoint in enumerate(request.waypoints, start=3):
+        for values, goal in ((got.positions, waypoint.positions), (got.velocities, waypoint.velocities)):
+            assert np.isnan(goal[0]) or abs(values[k, 0] - goal[0]) < 1e-9
+
+
+@settings(max_examples=40, deadline=None)
+@given(seeds)
+def test_warm_start_lands_in_the_same_band(seed: int) -> None:
+    grid, problem, target, *_ = prepared(seed)
+    cold = attempt(grid, problem, target)
+    assume(cold is not None)
+    assert cold is not None
+    warm = solve(grid, problem, target, cold.binding())
+    _, true = full_optimum(grid, problem, target, demanded=False)
+    _, demanded = full_optimum(grid, problem, target, demanded=True)
+    check_objective(warm, target, true, demanded)
+    assert warm.rounds <= cold.rounds + 2
+
+
+@settings(max_examples=25, deadline=None)
+@given(seeds)
+def test_tail_stays_inside_and_ends_at_rest(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    primitive = make_primitive(rng)
+    request = random_request(rng, primitive, tail="stop")
+    wider = request.limits.positions + np.array([[-1.0, 1.0]]) * rng.choice([0.05, 0.3])
+    request = replace(request, limits=replace(request.limits, positions=wider))
+    try:
+        planned = plan(primitive, request)
+    except CannotStop as refusal:
+        slower = replace(request.goal, velocities=np.array([refusal.max_velocity]))
+        final_accelerations(replace(request, goal=slower))
+        return
+    except MotionError:
+        assume(False)
+        raise
+    samples = planned.samples()
+    assert len(samples) == round(planned.total_duration / 0.001) + 1
+    assert np.all(samples.velocities[-1] == 0)
+    assert np.all(samples.accelerations[-1] == 0)
+    tail = planned.sample(np.linspace(planned.duration, planned.total_duration, 2000))
+    for name, quantity in zip(QUANTITIES, (tail.positions, tail.velocities, tail.accelerations), strict=False):
+        low, high = planned.report.extremes[name][0]
+        assert quantity.min() >= low - 1e-9
+        assert quantity.max() <= high + 1e-9
+    for name in QUANTITIES:
+        assert planned.report.margin[name][0] >= -2e-6 * np.ptp(request.limits.joint(0), axis=1).max()
+    # No step anywhere: every change of acceleration is within the jerk limit.
+    fine = planned.sample(np.arange(0, planned.total_duration, 1e-4))
+    steps = np.abs(np.diff(fine.accelerations[:, 0]))
+    assert steps.max() <= request.limits.jerks[0] * 1e-4 * (1 + 1e-5) + 1e-6
+
+
+@settings(max_examples=15, deadline=None)
+@given(seeds)
+def test_infeasible_requests_get_a_duration_that_works(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    primitive = make_primitive(rng)
+    request = random_request(rng, primitive, tail="coast")
+    limits = request.limits
+    wide = limits.positions + np.array([[-1.0, 1.0]])
+    shorter = request.duration * 0.4
+    request = replace(
+        request,
+        limits=replace(limits, positions=wide),
+        duration=shorter,
+        waypoints=tuple(replace(w, time_from_start=w.time_from_start * 0.4) for w in request.waypoints),
+    )
+    try:
+        plan(primitive, request)
+    except Infeasible as refusal:
+        assert 0 <= refusal.time <= request.duration
+        assert refusal.quantity in QUANTITIES
+        if refusal.min_duration is None or refusal.waypoint_times is None:
+            return
+        waypoints = tuple(
+            replace(w, time_from_start=t) for w, t in zip(request.waypoints, refusal.waypoint_times, strict=True)
+        )
+        assert refusal.min_duration > request.duration
+        longer = replace(request, duration=refusal.min_duration, waypoints=waypoints)
+        assert plan(primitive, longer).report.certified
+    except MotionError:
+        return

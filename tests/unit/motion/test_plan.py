@@ -1,0 +1,292 @@
+"""Plans of single cases whose answer is known some other way."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import make_interp_spline
+
+from motion import solver as solver_module
+from motion.basis import make_basis
+from motion.demonstration import Demonstration
+from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, SolverFailed
+from motion.limits import Limits
+from motion.plan import Warm, plan
+from motion.primitive import Primitive, learn
+from motion.request import Boundary, MotionRequest, Waypoint
+
+Ask = Callable[..., MotionRequest]
+
+
+def test_without_limits_the_optimum_is_the_demonstration_plus_a_line(figure: Primitive, ask: Ask) -> None:
+    """Over all functions the optimum of eq. 10 is τ²d̈ plus a straight line in t (design 1.2)."""
+    request = ask(start=(0.2, 0.0), goal=(1.3, 6.0), duration=0.8, tail="coast")
+    planned = plan(figure, request)
+    t = np.linspace(0, 0.8, 1001)
+    imitated = figure.accelerations[:, 0] / 0.64
+    # The line a + bt follows from the two end conditions.
+    step = t[1]
+    velocity = np.concatenate([[0], np.cumsum((imitated[1:] + imitated[:-1]) / 2 * step)])
+    position = np.concatenate([[0], np.cumsum((velocity[1:] + velocity[:-1]) / 2 * step)])
+    gained, travelled = 6.0 - velocity[-1], 1.1 - position[-1]
+    line = np.linalg.solve([[0.8, 0.8**2 / 2], [0.8**2 / 2, 0.8**3 / 6]], [gained, travelled])
+    optimum = imitated + line[0] + line[1] * t
+    found = planned.sample(t).accelerations[:, 0]
+    assert np.sqrt(np.mean((found - optimum) ** 2) / np.mean(optimum**2)) < 0.011
+    missed = np.sqrt(np.trapezoid((found - imitated) ** 2, t) / 0.8)
+    assert planned.report.imitation_rms[0] == pytest.approx(missed, rel=2e-4)
+
+
+def test_duration_free_problem_is_the_one_built_afresh_in_real_time(figure: Primitive, ask: Ask) -> None:
+    """Eq. 8–16 written in t for this duration, with the errors of design 1.3 mended: the same positions."""
+    duration, start, goal = 0.8, (0.2, 0.5), (1.3, 6.0)
+    basis = make_basis(50)
+    t = np.linspace(0, duration, 8001)
+    psi = basis.rows(t / duration, 0)
+    weights = np.full(len(t), t[1])
+    weights[[0, -1]] /= 2
+    gram = psi.T @ (psi * weights[:, None])
+    tau = 1.0 / duration
+    demonstrated = make_interp_spline(np.linspace(0, 1, 1001), figure.accelerations[:, 0], k=5)(t / duration)
+    theta = psi.T @ (weights * tau**2 * demonstrated)
+    once = duration * basis.rows(t / duration, -1)
+    twice = duration**2 * basis.rows(t / duration, -2)
+    rows = np.stack([twice[-1], once[-1]])
+    targets = [goal[0] - start[0] - duration * start[1], goal[1] - start[1]]
+    kkt = np.block([[gram, rows.T], [rows, np.zeros((2, 2))]])
+    w = np.linalg.solve(kkt, np.concatenate([theta, targets]))[:50]
+    expected = start[0] + t * start[1] + twice @ w
+    found = plan(figure, ask(start, goal, duration, tail="coast")).sample(t).positions[:, 0]
+    assert np.abs(found - expected).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        {"duration": 0.8, "goal": (1.0, 6.0)},  # figure 2: other end velocity and duration
+        {"goal": (-1.0, 10.0)},  # figure 3: the position limit shapes the motion
+        {"goal": (-1.0, 10.0), "duration": 0.8, "start": (0.2, 0.0, 0.0)},
+        {"waypoints": (Waypoint(0.5, np.array([1.0]), np.array([1.0])),)},  # figure 4
+    ],
+)
+def test_the_papers_cases(figure: Primitive, ask: Ask, paper_limits: Limits, case: dict[str, object]) -> None:
+    planned = plan(figure, ask(limits=paper_limits, **case))
+    report, request = planned.report, planned.request
+    assert report.certified
+    assert report.final_error_positions[0] < 1e-10
+    assert report.final_error_velocities[0] < 1e-9
+    samples = planned.samples()
+    for name, values, limit in (
+        ("position", samples.positions, 2.0),
+        ("velocity", samples.velocities, 15.0),
+        ("acceleration", samples.accelerations, 300.0),
+    ):
+        assert np.abs(values).max() <= limit * (1 + 1e-12)
+        assert report.margin[name][0] == pytest.approx(limit - np.abs(report.extremes[name]).max(), abs=1e-12)
+    hit = planned.sample(np.array([request.duration]))
+    assert hit.positions[0, 0] == pytest.approx(request.goal.positions[0], abs=1e-10)
+    assert planned.hit_index == round(request.duration / 0.001)
+
+
+def test_an_active_limit_is_named_where_it_binds(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    planned = plan(figure, ask(goal=(-1.0, 10.0), limits=paper_limits))
+    times = np.linspace(0, 1, 1001)
+    lowest = times[planned.sample(times).positions[:, 0].argmin()]
+    positions = [a for a in planned.report.active if a.quantity == "position"]
+    assert len(positions) == 1
+    assert positions[0].time_from_start == pytest.approx(lowest, abs=0.005)
+    assert planned.report.rounds >= 1
+    assert planned.report.rows >= 1
+
+
+def test_joints_are_planned_as_if_alone(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    t = np.linspace(0, 1, 1001)
+    strike = figure.demonstrated_positions(t)[:, 0]
+    both = learn(Demonstration(t, np.stack([strike, np.sin(t)], axis=1)))
+    alone = learn(Demonstration(t, strike[:, None]))
+    two = Limits(*(np.repeat(getattr(paper_limits, f), 2, axis=0) for f in paper_limits.__slots__))
+    free = np.full(2, np.nan)
+    request = MotionRequest(
+        Boundary(np.zeros(2), np.zeros(2), free), Boundary(np.array([-1.0, 0.5]), np.array([10.0, 0.0]), free), 1.0, two
+    )
+    planned = plan(both, request)
+    single = plan(alone, ask(start=(0.0, 0.0), goal=(-1.0, 10.0), limits=paper_limits))
+    times = np.linspace(0, 1, 100)
+    assert np.allclose(planned.sample(times).positions[:, 0], single.sample(times).positions[:, 0], atol=1e-6)
+    assert {a.joint for a in planned.report.active} == {0}
+    assert planned.report.imitation_rms.shape == (2,)
+    assert len(planned.warm.rows) == 2
+    again = plan(both, request, warm=planned.warm)
+    assert np.allclose(again.sample(times).positions, planned.sample(times).positions, atol=2e-3)
+
+
+def test_rest_fraction_ends_in_a_straight_line(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    planned = plan(figure, ask(limits=paper_limits, rest_fraction=0.2))
+    last = planned.sample(np.linspace(0.8, 1.0, 50)[1:])
+    assert np.all(last.accelerations == 0)
+    assert np.all(last.velocities == 3.0)
+    assert last.positions[-1, 0] == 1.0
+    join = planned.sample(np.array([0.8 - 1e-9, 0.8, 0.8 + 1e-9]))
+    for values in (join.positions, join.velocities, join.accelerations):
+        assert np.ptp(values) < 1e-4
+
+
+def test_coasting_goes_on_at_the_final_velocity(figure: Primitive, ask: Ask) -> None:
+    planned = plan(figure, ask(tail="coast"))
+    assert planned.total_duration == pytest.approx(1.0)
+    later = planned.sample(np.array([1.5]))
+    assert later.positions[0, 0] == pytest.approx(1.0 + 0.5 * 3.0)
+    assert later.velocities[0, 0] == 3.0
+    assert later.accelerations[0, 0] == 0.0
+
+
+def test_samples_lie_on_the_tick_and_end_at_rest(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    planned = plan(figure, ask(limits=paper_limits, goal=(1.0, 5.0)), tick=0.002)
+    samples = planned.samples()
+    assert planned.total_duration > planned.duration
+    assert planned.total_duration / 0.002 == pytest.approx(round(planned.total_duration / 0.002), abs=1e-9)
+    assert len(samples) == round(planned.total_duration / 0.002) + 1
+    assert samples.velocities[-1, 0] == 0
+    assert samples.accelerations[-1, 0] == 0
+    assert samples.positions[planned.hit_index, 0] == pytest.approx(1.0, abs=1e-10)
+
+
+BOUNDARY_CASES: dict[str, tuple[dict[str, object], dict[str, object]]] = {
+    "final velocity on its limit": ({"goal": (1.0, 11.0)}, {"velocities": 11.0}),
+    "goal on the position limit, at rest": ({"goal": (1.0, 0.0)}, {"high": 1.0}),
+    "start on the position limit, at rest": ({"start": (0.0, 0.0, 0.0), "goal": (-1.0, 0.0)}, {"high": 0.0}),
+    "held on the limit": ({"start": (0.0, 0.0, 0.0), "goal": (0.0, 0.0)}, {"high": 0.0}),
+    "start acceleration on its limit": ({"start": (0.0, 0.0, 300.0), "goal": (-1.0, 0.0)}, {}),
+    "start velocity on its limit": ({"start": (0.0, 15.0, -100.0), "goal": (1.9, 0.0)}, {}),
+    "way-point on the limit": ({"waypoints": (Waypoint(0.5, np.array([2.0]), np.zeros(1)),)}, {}),
+}
+
+
+@pytest.mark.parametrize("name", BOUNDARY_CASES)
+def test_values_exactly_on_their_limits(figure: Primitive, ask: Ask, name: str) -> None:
+    case, tight = BOUNDARY_CASES[name]
+    limits = Limits(
+        np.array([[-3.0, tight.get("high", 2.0)]]),
+        np.array([tight.get("velocities", 15.0)]),
+        np.array([300.0]),
+        np.array([15000.0]),
+    )
+    report = plan(figure, ask(limits=limits, **case)).report
+    assert report.certified
+    for quantity, margin in report.margin.items():
+        assert margin[0] >= -2e-6 * np.ptp(limits.joint(0), axis=1).max(), quantity
+
+
+def test_a_start_outside_the_position_limits_is_led_back(figure: Primitive, ask: Ask) -> None:
+    limits = Limits(np.array([[-3.0, 0.0]]), np.array([15.0]), np.array([300.0]), np.array([15000.0]))
+    planned = plan(figure, ask(start=(0.015, 0.0, 0.0), goal=(-1.0, 0.0), limits=limits))
+    positions = planned.sample(np.linspace(0, 1, 1001)).positions[:, 0]
+    assert positions[:200].max() <= 0.015 + 1e-9
+    assert positions[200:].max() <= 0
+    with pytest.raises(LimitExceeded):
+        plan(figure, ask(start=(0.021, 0.0, 0.0), goal=(-1.0, 0.0), limits=limits))
+
+
+@pytest.mark.parametrize(
+    ("case", "quantity", "value", "bound"),
+    [
+        ({"goal": (2.1, 0.0)}, "position", 2.1, 2.0),
+        ({"goal": (1.0, -15.5)}, "velocity", -15.5, -15.0),
+        ({"goal": (1.0, 3.0, 301.0)}, "acceleration", 301.0, 300.0),
+        ({"start": (0.0, 16.0)}, "velocity", 16.0, 15.0),
+        ({"start": (0.0, 1.0, -400.0)}, "acceleration", -400.0, -300.0),
+        ({"waypoints": (Waypoint(0.5, np.array([-2.5]), np.array([np.nan])),)}, "position", -2.5, -2.0),
+    ],
+)
+def test_fixed_values_outside_are_named(
+    figure: Primitive,
+    ask: Ask,
+    paper_limits: Limits,
+    case: dict[str, object],
+    quantity: str,
+    value: float,
+    bound: float,
+) -> None:
+    with pytest.raises(LimitExceeded) as refusal:
+        plan(figure, ask(limits=paper_limits, tail="coast", **case))
+    assert (refusal.value.joint, refusal.value.quantity) == (0, quantity)
+    assert (refusal.value.value, refusal.value.bound) == (value, bound)
+
+
+def test_a_goal_outside_is_a_limit_and_not_a_stop(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    for goal in ((2.1, 5.0), (1.0, 16.0), (1.0, 3.0, 301.0)):
+        with pytest.raises(LimitExceeded):
+            plan(figure, ask(goal=goal, limits=paper_limits))
+
+
+def test_the_velocity_named_by_cannot_stop_is_accepted(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    with pytest.raises(CannotStop) as refusal:
+        plan(figure, ask(goal=(1.9, 10.0), limits=paper_limits))
+    top = refusal.value.max_velocity
+    # From a_f = −A the stop takes v²/2A + A³/24J² of the room; here A²/2J = 3 < v (design 1.9).
+    room, a, j = 0.1, 300.0, 15000.0
+    assert top == pytest.approx(np.sqrt(2 * a * (room - a**3 / (24 * j**2))), rel=1e-5)
+    assert plan(figure, ask(goal=(1.9, 0.999 * top), limits=paper_limits)).report.certified
+    with pytest.raises(CannotStop):
+        plan(figure, ask(goal=(1.9, 1.001 * top), limits=paper_limits))
+
+
+def test_too_short_a_duration_gets_the_shortest_that_works(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    waypoint = Waypoint(0.05, np.array([0.3]), np.array([np.nan]))
+    hurried = ask(start=(0.0, 0.0, 0.0), duration=0.1, limits=paper_limits, waypoints=(waypoint,))
+    with pytest.raises(Infeasible) as refusal:
+        plan(figure, hurried)
+    error = refusal.value
+    assert error.min_duration is not None
+    assert error.waypoint_times == pytest.approx([error.min_duration / 2])
+    assert error.min_duration / 0.001 == pytest.approx(round(error.min_duration / 0.001), abs=1e-9)
+
+    def at(duration: float) -> MotionRequest:
+        return replace(hurried, duration=duration, waypoints=(replace(waypoint, time_from_start=duration / 2),))
+
+    assert plan(figure, at(error.min_duration)).report.certified
+    # One tick below, the solver may find the border itself inconclusive.
+    with pytest.raises((Infeasible, SolverFailed)):
+        plan(figure, at(error.min_duration - 0.001))
+    with pytest.raises(Infeasible):
+        plan(figure, at(error.min_duration - 0.003))
+
+
+def test_impossible_at_any_duration(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    outward = Waypoint(0.5, np.array([2.0]), np.array([1.0]))
+    with pytest.raises(Infeasible) as refusal:
+        plan(figure, ask(limits=paper_limits, waypoints=(outward,)))
+    assert refusal.value.min_duration is None
+    assert refusal.value.time == pytest.approx(0.5, abs=0.02)
+
+
+def test_mismatched_joints_are_refused(figure: Primitive, ask: Ask) -> None:
+    free = np.full(2, np.nan)
+    ends = Boundary(np.zeros(2), np.zeros(2), free)
+    with pytest.raises(InvalidMotion, match="primitive"):
+        plan(figure, MotionRequest(ends, ends, 1.0, Limits.unlimited(2)))
+    with pytest.raises(InvalidMotion, match="warm"):
+        plan(figure, ask(), warm=Warm(()))
+
+
+def test_the_solver_is_not_believed(
+    figure: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A solver that claims success with a wrong answer never becomes a plan."""
+    honest = solver_module._solve_box
+
+    def liar(*problem: object) -> tuple[np.ndarray, np.ndarray, str]:
+        x, multipliers, status = honest(*problem)  # type: ignore[arg-type]
+        return 0.5 * x, multipliers, status
+
+    monkeypatch.setattr(solver_module, "_solve_box", liar)
+    with pytest.raises(SolverFailed, match="stay violated"):
+        plan(figure, ask(goal=(-1.0, 10.0), limits=paper_limits))
+
+
+def test_the_same_request_gives_the_same_bytes(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    request = ask(goal=(-1.0, 10.0), limits=paper_limits)
+    one, two = (plan(figure, request).samples() for _ in range(2))
+    assert one.positions.tobytes() == two.positions.tobytes()
+    assert one.accelerations.tobytes() == two.accelerations.tobytes()
