@@ -1,0 +1,198 @@
+"""The arm, simulated or real: states, description, the sim's clock and what disturbs it."""
+
+from typing import Literal
+
+from msgspec import Struct
+
+from protocol.messages.base import Clock, Message, PartialVector, Point, Range, Request, Vector
+
+
+class State(Message, kw_only=True):
+    """What the arm measures.
+
+    Attributes:
+        run: names one life of the arm: Unix ns of its start, in stepped time the seed
+        tick: counted from the start of the run
+        time: tick / rate
+        positions: measured
+        velocities: measured
+        torques: applied over the tick before
+        saturated: where the torque was clipped
+        brake: the arm stops itself for want of commands
+        applied_tick: of the state that the newest applied command answered, −1 before the first
+        truth: free of sensor noise, null on a real arm
+    """
+
+    run: int
+    tick: int
+    time: float
+    positions: Vector
+    velocities: Vector
+    torques: Vector
+    saturated: list[bool]
+    brake: bool
+    applied_tick: int
+    truth: Point | None = None
+
+
+class RobotLimits(Struct, kw_only=True):
+    """The robot's own limits; null where there is none.
+
+    Attributes:
+        positions: [low, high] of each joint
+        velocities: largest of either sign
+        accelerations: largest of either sign
+        jerks: largest of either sign
+        torques: largest of either sign, N·m
+    """
+
+    positions: list[Range | None]
+    velocities: PartialVector
+    accelerations: PartialVector
+    jerks: PartialVector
+    torques: PartialVector
+
+
+class Description(Message, kw_only=True):
+    """What the arm is.
+
+    Attributes:
+        joint_names: in the order of every vector
+        home: the pose at the start, rad
+        limits: the robot's own
+        rate_hz: ticks per second
+        clock: real time, or advanced by `sim/step`
+        run: names this life of the arm
+    """
+
+    joint_names: list[str]
+    home: Vector
+    limits: RobotLimits
+    rate_hz: float
+    clock: Clock
+    run: int
+
+
+class Step(Request, kw_only=True):
+    """Advance the stepped clock.
+
+    Attributes:
+        ticks: 1 to 10000
+    """
+
+    ticks: int
+
+
+class Stepped(Message, kw_only=True):
+    """Where the clock stands."""
+
+    tick: int
+    time: float
+
+
+class Ball(Struct, forbid_unknown_fields=True, kw_only=True):
+    """A ball in the world frame: m, m/s; at rest unless a velocity is given."""
+
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+class Reset(Request, kw_only=True):
+    """Begin a new run.
+
+    Attributes:
+        positions: of the arm at rest, null: home
+        ball: null: on its tee
+        seed: of the sensor noise; names the run where the clock is stepped
+    """
+
+    positions: Vector | None = None
+    ball: Ball | None = None
+    seed: int = 0
+
+
+class ResetDone(Message, kw_only=True):
+    """The new run stands at tick 0."""
+
+    tick: int
+    time: float
+    run: int
+
+
+class Disturb(Request, kw_only=True):
+    """Disturb the arm: push it, blur its sensors, or lose messages.
+
+    Attributes:
+        kind: what; the fields below that belong to another kind stay null
+        values: of `acceleration` (rad/s²) or `torque` (N·m) on each joint
+        start_time: of `acceleration` or `torque`, null: now
+        duration: of `acceleration`, `torque` or `loss`
+        position_std: of `sensor_noise`: standard deviation of measured positions, rad, until told otherwise
+        velocity_std: of `sensor_noise`: standard deviation of measured velocities, rad/s, until told otherwise
+        stream: of `loss`: whose messages are lost
+    """
+
+    kind: Literal["acceleration", "torque", "sensor_noise", "loss"]
+    values: Vector | None = None
+    start_time: float | None = None
+    duration: float | None = None
+    position_std: float | None = None
+    velocity_std: float | None = None
+    stream: Literal["state", "command"] | None = None
+
+
+class Disturbed(Message, kw_only=True):
+    """The disturbance begins at `start_time`."""
+
+    start_time: float
+
+
+class Contact(Message, kw_only=True):
+    """Two bodies touched.
+
+    Attributes:
+        time: of the contact
+        bodies: their names
+        impulse: over the contact, N·s
+        ball_velocity: after the contact, null where the ball took no part
+    """
+
+    time: float
+    bodies: list[str]
+    impulse: float
+    ball_velocity: Vector | None
+
+
+class BallState(Message, kw_only=True):
+    """The ball in the world frame: m, m/s."""
+
+    time: float
+    position: Vector
+    velocity: Vector
+
+
+class ActiveDisturbance(Struct, kw_only=True):
+    """One disturbance that acts now; fields as in the request that made it.
+
+    Attributes:
+        kind: as in the request
+        values: on each joint
+        position_std: rad
+        velocity_std: rad/s
+        stream: whose messages are lost
+        end_time: null where it lasts until told otherwise
+    """
+
+    kind: str
+    values: Vector | None = None
+    position_std: float | None = None
+    velocity_std: float | None = None
+    stream: str | None = None
+    end_time: float | None = None
+
+
+class Disturbance(Message, kw_only=True):
+    """Everything that disturbs the arm now."""
+
+    time: float
+    active: list[ActiveDisturbance]

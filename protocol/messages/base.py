@@ -1,0 +1,86 @@
+"""What messages are made of."""
+
+from typing import Any, Literal
+
+from msgspec import Struct
+
+Vector = list[float]
+PartialVector = list[float | None]
+Range = tuple[float, float]
+Outcome = Literal["running", "succeeded", "preempted", "canceled", "aborted"]
+Mode = Literal["holding", "tracking", "stopping", "fault"]
+Clock = Literal["realtime", "stepped"]
+
+
+class Message(Struct, kw_only=True):
+    """What every message has: the version of the contract, 1."""
+
+    version: Literal[1] = 1
+
+
+class Request(Message, forbid_unknown_fields=True):
+    """A message that asks for something; unknown fields are refused."""
+
+
+class Empty(Request, kw_only=True):
+    """The request without fields, `{}`; an absent body counts as one."""
+
+
+class PerQuantity(Struct, kw_only=True):
+    """One list over joints for each limited quantity."""
+
+    positions: list[Any]
+    velocities: list[Any]
+    accelerations: list[Any]
+    jerks: list[Any]
+
+
+class Stamps(Struct, frozen=True):
+    """When a goal reached each stage, Unix ns; null where it has not.
+
+    Attributes:
+        requested: the planner received it
+        planned: the plan was ready
+        accepted: the controller took the plan
+        first_command: the controller sent the plan's first command
+    """
+
+    requested: int | None = None
+    planned: int | None = None
+    accepted: int | None = None
+    first_command: int | None = None
+
+
+class Point(Struct, kw_only=True):
+    """A state of the joints: rad, rad/s."""
+
+    positions: Vector
+    velocities: Vector
+
+
+class ErrorBody(Struct, kw_only=True):
+    """The body of every refusal.
+
+    Attributes:
+        code: see [codes](#codes)
+        message: a sentence that a person can act on
+        detail: what the sentence is about; its fields depend on the code
+    """
+
+    code: str
+    message: str
+    detail: dict[str, Any]
+
+
+class Waypoint(Struct, forbid_unknown_fields=True, kw_only=True):
+    """A place or velocity on the way, met exactly, on a tick or not.
+
+    Attributes:
+        time_from_start: 0 < time < duration
+        positions: null, whole or for one joint: free
+        velocities: null, whole or for one joint: free
+    """
+
+    time_from_start: float
+    positions: PartialVector | None = None
+    velocities: PartialVector | None = None

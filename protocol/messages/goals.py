@@ -1,0 +1,153 @@
+"""What a client asks of the planner's motions, and the answer."""
+
+from typing import Literal
+
+from msgspec import Struct, field
+
+from protocol.messages.base import Message, PartialVector, PerQuantity, Range, Request, Vector, Waypoint
+from protocol.messages.trajectories import Trajectory
+
+
+class Start(Struct, forbid_unknown_fields=True, kw_only=True):
+    """Where a planned motion begins.
+
+    Attributes:
+        positions: of each joint
+        velocities: null: zero
+        accelerations: null, whole or for one joint: free
+    """
+
+    positions: Vector
+    velocities: Vector | None = None
+    accelerations: PartialVector | None = None
+
+
+class GoalLimits(Struct, forbid_unknown_fields=True, kw_only=True):
+    """Tighter limits for one goal; null, whole or for one joint, means the robot's own.
+
+    Attributes:
+        positions: [low, high] of each joint
+        velocities: largest of either sign, > 0
+        accelerations: largest of either sign, > 0
+        jerks: largest of either sign, > 0
+    """
+
+    positions: list[Range | None] | None = None
+    velocities: PartialVector | None = None
+    accelerations: PartialVector | None = None
+    jerks: PartialVector | None = None
+
+
+class Goal(Request, kw_only=True):
+    """Play `primitive` to `positions`.
+
+    Attributes:
+        primitive: what to imitate
+        positions: where each joint ends
+        velocities: with which velocity, null: zero
+        accelerations: with which acceleration; null, whole or for one joint: free where the final velocity is not zero,
+            zero where it is
+        duration: from the start, rounded up to a tick; without it and `arrival_time` as long as the demonstration
+        arrival_time: on the robot's clock, to the nearest tick; not together with `duration`
+        goal_id: names the motion in everything that follows, null: made by the planner; the same one with the same body
+            answers as the first did and moves nothing, with another body it is `duplicate`
+        client_id: whose goal it is
+        lease: the client holds the liveliness token `alive/client/CLIENT_ID`, its loss cancels the motion, and until
+            the end other clients' goals get `not_holder`
+        start: null: go on from where everything accepted so far will have the arm; given only with `plan_only`
+        waypoints: places to meet on the way, 0.01 of the duration or more from each other and from the ends
+        limits: tighter than the robot's own; where both say something the tighter holds
+        rest_fraction: final part of the duration with exactly zero acceleration, 0 ≤ ρ < 1; `accelerations` must then
+            be null or 0
+        tail: after the goal: stop inside the limits, or coast on with the final velocity (only with `plan_only`)
+        method: the quadratic program, or the movement primitive that it is compared with
+        plan_only: reply without moving
+        include_trajectory: reply with the samples
+        preempt: take the place of a motion that runs; false: `busy` while there is one
+    """
+
+    primitive: str
+    positions: Vector
+    velocities: Vector | None = None
+    accelerations: PartialVector | None = None
+    duration: float | None = None
+    arrival_time: float | None = None
+    goal_id: str | None = None
+    client_id: str = ""
+    lease: bool = False
+    start: Start | None = None
+    waypoints: list[Waypoint] = field(default_factory=list)
+    limits: GoalLimits | None = None
+    rest_fraction: float = 0.0
+    tail: Literal["stop", "coast"] = "stop"
+    method: Literal["qp", "dmp"] = "qp"
+    plan_only: bool = False
+    include_trajectory: bool = False
+    preempt: bool = True
+
+
+class FinalError(Struct, kw_only=True):
+    """How far the plan ends from what was asked, recomputed from the solution: rad, rad/s."""
+
+    positions: Vector
+    velocities: Vector
+
+
+class ActiveLimit(Struct, kw_only=True):
+    """A limit that shapes the plan.
+
+    Attributes:
+        joint: its name
+        quantity: positions, velocities, accelerations or jerks
+        time_from_start: when
+    """
+
+    joint: str
+    quantity: str
+    time_from_start: float
+
+
+class Report(Struct, kw_only=True):
+    """What the planner knows of its plan, recomputed from the solution.
+
+    Attributes:
+        imitation_rms: root mean square of g̈ − τ²d̈ over the motion, rad/s² a joint
+        final_error: how far the plan ends from what was asked
+        extremes: [min, max] of each quantity over all time, tail included
+        margin: smallest distance to each limit, null where there is none
+        active: the limits that shape the plan
+        certified: no limit is passed at any time, between samples included
+        solve_ms: time spent on the quadratic programs of all joints
+        rounds: of row generation, the most of any joint
+        rows: limit rows in the last programs, all joints together
+    """
+
+    imitation_rms: Vector
+    final_error: FinalError
+    extremes: PerQuantity
+    margin: PerQuantity
+    active: list[ActiveLimit]
+    certified: bool
+    solve_ms: float
+    rounds: int
+    rows: int
+
+
+class GoalReply(Message, kw_only=True):
+    """The plan: accepted and about to be played, unless the goal said `plan_only`.
+
+    Attributes:
+        goal_id: names the motion
+        start_time: on the robot's clock
+        duration: to the goal
+        total_duration: to rest
+        trajectory: with `include_trajectory`
+        report: what the planner knows of its plan
+    """
+
+    goal_id: str
+    start_time: float
+    duration: float
+    total_duration: float
+    trajectory: Trajectory | None = None
+    report: Report

@@ -1,0 +1,97 @@
+"""The library of primitives."""
+
+from typing import Literal
+
+from msgspec import Struct
+
+from protocol.messages.base import Message, Request, Vector
+
+
+class SavitzkyGolay(Struct, forbid_unknown_fields=True, kw_only=True):
+    """The smoothing filter.
+
+    Attributes:
+        window_s: its length, s
+        order: of its polynomial
+    """
+
+    window_s: float
+    order: int
+
+
+class Learn(Request, kw_only=True):
+    """Learn a primitive from a demonstration.
+
+    Attributes:
+        name: of the primitive
+        positions: an array of samples, each an array of joints; or a matrix, with `joint_count`
+        joint_count: columns of the matrix
+        rate: samples per second; this or `times`
+        times: of the samples, s, rising
+        smoothing: chosen from the noise found, none, or as given
+        replace: overwrite a primitive of this name
+    """
+
+    name: str
+    positions: list[Vector] | bytes
+    joint_count: int | None = None
+    rate: float | None = None
+    times: Vector | None = None
+    smoothing: Literal["auto", "none"] | SavitzkyGolay = "auto"
+    replace: bool = False
+
+
+class Learned(Message, kw_only=True):
+    """What was learned.
+
+    Attributes:
+        name: of the primitive
+        duration: of the demonstration
+        basis_count: Gaussians a joint
+        fit_rms: of the learned accelerations against the demonstration's, rad/s² a joint
+        noise_estimate: of the positions, rad a joint
+        smoothing: as used, null for none
+    """
+
+    name: str
+    duration: float
+    basis_count: int
+    fit_rms: Vector
+    noise_estimate: Vector
+    smoothing: SavitzkyGolay | None = None
+
+
+class PrimitiveEntry(Struct, kw_only=True):
+    """One primitive of the library.
+
+    Attributes:
+        name: to ask for it
+        joint_count: its joints
+        duration: of the demonstration
+        samples: of the demonstration
+        created: Unix s
+    """
+
+    name: str
+    joint_count: int
+    duration: float
+    samples: int
+    created: float
+
+
+class Primitives(Message, kw_only=True):
+    """The library, by name."""
+
+    primitives: list[PrimitiveEntry]
+
+
+class Forget(Request, kw_only=True):
+    """Remove a primitive from the library."""
+
+    name: str
+
+
+class Forgotten(Message, kw_only=True):
+    """The primitive is gone."""
+
+    name: str
