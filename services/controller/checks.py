@@ -83,7 +83,7 @@ def _check_range(quantity: str, values: np.ndarray, low: np.ndarray, high: np.nd
     value, name = float(values[row, joint]), config.joint_names[joint]
     bound = float(low[joint] if value < low[joint] else high[joint])
     sentence = (
-        f"the {quantity} of joint {name} is {value:.6g} at sample {row}, beyond its limit of {bound:.6g}; "
+        f"the {quantity} of {name} is {value:.6g} at sample {row}, beyond its limit of {bound:.6g}; "
         "plan inside the limits of `description`"
     )
     raise Refusal("limit", sentence, joint=name, quantity=quantity, value=value, bound=bound)
@@ -100,7 +100,7 @@ def _check_smooth(samples: Samples, config: RobotConfig) -> None:
         jumps = np.argwhere(np.abs(step) > bend + 1e-9)
         if len(jumps):
             row, joint = jumps[0]
-            sentence = f"{name} of joint {config.joint_names[joint]} jump by {step[row, joint]:.3g} after sample {row}"
+            sentence = f"{name} of {config.joint_names[joint]} jump by {step[row, joint]:.3g} after sample {row}"
             raise bad_message(name, f"{sentence}; they must be the integral of what follows them in the message")
     if np.any(samples.velocities[-1]) or np.any(samples.accelerations[-1]):
         raise bad_message("velocities", "the last sample must be exactly at rest: zero velocity and acceleration")
@@ -120,7 +120,7 @@ def check_continuity(reference: tuple[np.ndarray, ...], segment: Segment, config
         joint = int(np.argmax(gap))
         if gap[joint] > tolerance:
             sentence = (
-                f"{field} of joint {config.joint_names[joint]} begin at {theirs[joint]:.6g}, the reference is at "
+                f"{field} of {config.joint_names[joint]} begin at {theirs[joint]:.6g}, the reference is at "
                 f"{ours[joint]:.6g} then; ask `reference` where to begin"
             )
             raise Refusal("invalid_goal", sentence, field=field)

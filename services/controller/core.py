@@ -48,6 +48,10 @@ class Controller:
         """Whether the arm has been heard of."""
         return self._state is not None
 
+    def has_seen(self, run: int, tick: int) -> bool:
+        """Return whether the state of `tick` in `run`, or a later one, was answered."""
+        return self._state is not None and self._state.run == run and tick <= self._state.tick
+
     # --- every tick -----------------------------------------------------------------------------------
 
     def answer(self, state: m.State, now_ns: int) -> m.Command | None:
@@ -260,7 +264,7 @@ class Controller:
         if error > self.config.max_tracking_error and self.fault is None:
             worst = int(np.argmax(np.abs(np.array(state.positions) - reference[0])))
             self.raise_fault(
-                f"joint {self.config.joint_names[worst]} is {error:.3f} rad from its reference, more than "
+                f"{self.config.joint_names[worst]} is {error:.3f} rad from its reference, more than "
                 f"max_tracking_error = {self.config.max_tracking_error} rad"
             )
 

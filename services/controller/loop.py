@@ -173,7 +173,17 @@ class ControllerLoop:
         self._clock = arm.clock
         self._commands = self._bus.publisher(topics.COMMAND, blocking=arm.clock == "stepped")
         self._log.info("the arm is there: %d joints, %s clock, run %d", len(arm.joint_names), arm.clock, arm.run)
-        self._bus.ask_later(topics.STATE_QUERY, m.Empty(), self._states.push)
+        self._bus.ask_later(topics.STATE_QUERY, m.Empty(), self._catch_up)
+
+    def _catch_up(self, data: bytes) -> None:
+        """Take the state asked for, unless the stream has brought it or a newer one meanwhile."""
+
+        def answer_if_new() -> None:
+            state = decode(data, m.State)
+            if not self._core.has_seen(state.run, state.tick):
+                self._answer((data, time.perf_counter_ns()))
+
+        self._events.put(answer_if_new)
 
     def _see_client(self, key: str, alive: bool) -> None:
         if not alive:
