@@ -101,6 +101,10 @@ def read(topic: Publication[Said], body: bytes, joint_count: int) -> Said:
             decode(body, topic.message, MAX_BODY_BYTES)  # names the number, or the sum was merely too large
     if isinstance(message, m.Plan):
         _check_plan(message, joint_count)
+    if isinstance(message, m.BallState):
+        for field in ("position", "velocity"):
+            if len(getattr(message, field)) != 3:
+                raise bad_message(field, f"{field} has {len(getattr(message, field))} entries; space has 3")
     return message
 
 
@@ -149,9 +153,9 @@ def _check_plan(plan: m.Plan, joint_count: int) -> None:
                 raise bad_message(f"limits.{name}", f"limits.{name}: {error}") from None
     for waypoint in plan.waypoints:
         if waypoint.positions is not None and len(waypoint.positions) != joint_count:
-            raise bad_message("waypoints", f"a way-point has {len(waypoint.positions)} positions, not {joint_count}")
+            raise bad_message("waypoints", f"waypoints: one has {len(waypoint.positions)} positions, not {joint_count}")
         if abs(waypoint.time_from_start) > MAX_TIME_S:
-            raise bad_message("waypoints", f"time_from_start {waypoint.time_from_start} is no time of a motion")
+            raise bad_message("waypoints", f"waypoints: time_from_start {waypoint.time_from_start} is no time")
 
 
 def _vectors(message: Any) -> list[tuple[str, list[Any]]]:

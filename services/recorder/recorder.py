@@ -61,6 +61,11 @@ class Recorder:
         if sum(self._counts.values()):
             self._log.warning("not in the trace: %s", ", ".join(f"{n} {what}" for what, n in self._counts.items()))
 
+    @property
+    def newest(self) -> int:
+        """The newest tick in the trace, −1 before the first."""
+        return self._canvas.lives.newest
+
     def draw(self) -> None:
         """Draw what has come in."""
         taken = self._intake.take()
