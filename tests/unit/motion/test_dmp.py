@@ -1,0 +1,193 @@
+"""The DMPs against closed forms (design 1.11), against each other's drawbacks, and as plans."""
+
+import numpy as np
+import pytest
+
+from motion.demonstration import Demonstration
+from motion.dmp import Dmp, System, forcing_rows, learn_dmp, moving_goal, phase, quintic
+from motion.dmp_plan import check_limits, plan_dmp
+from motion.errors import InvalidMotion, LimitExceeded
+from motion.limits import Limits
+from motion.plan import plan
+from motion.primitive import Primitive, learn
+from motion.request import Boundary, Waypoint
+
+S = np.linspace(0, 1, 1001)
+SYSTEMS: tuple[System, ...] = ("discrete", "linear", "polynomial")
+
+
+def state(position: float, velocity: float, acceleration: float = np.nan) -> Boundary:
+    """A state of one joint."""
+    return Boundary(*(np.array([x]) for x in (position, velocity, acceleration)))
+
+
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def test_the_phase_runs_from_one_and_solves_its_equation():
+    """τż = −α_z z with α_z = 4."""
+    z = phase(S)
+    assert z[0] == 1
+    assert np.allclose(np.gradient(z, S)[1:-1], -4 * z[1:-1], rtol=1e-4)
+
+
+def test_the_forcing_rows_are_normalised_gaussians_times_the_phase():
+    """Equal weights give the phase itself (eq. 3)."""
+    assert np.allclose(forcing_rows(S, 50).sum(axis=1), phase(S))
+
+
+def test_the_quintic_meets_its_six_conditions():
+    """Position, velocity and no acceleration at both ends, and each row is the derivative of the one before."""
+    start, goal, duration = state(0.3, -1.0), state(-1.0, 7.0), 0.8
+    p, v, a = (x[:, 0] for x in quintic(start, goal, duration, S[:, None]))
+    assert np.allclose((p[0], v[0], a[0], p[-1], v[-1], a[-1]), (0.3, -1, 0, -1, 7, 0))
+    assert np.allclose(np.gradient(p, S * duration)[1:-1], v[1:-1], atol=2e-4)
+    assert np.allclose(np.gradient(v, S * duration)[1:-1], a[1:-1], atol=2e-3)
+
+
+def test_the_linear_goal_arrives_with_the_goal_velocity():
+    """p_f at the end, straight, at v_f all the way."""
+    p, v, a = moving_goal("linear", state(0.0, 0.0), state(0.5, 2.0), 2.0, S)
+    assert p[-1, 0] == 0.5
+    assert p[0, 0] == pytest.approx(0.5 - 2.0 * 2.0)
+    assert np.all(v == 2.0)
+    assert not a.any()
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_it_reproduces_its_demonstration(figure: Primitive, system: System):
+    """Under the demonstration's own conditions the regression's error is all there is."""
+    samples = learn_dmp(figure, system).rollout(figure.start, figure.goal, 1.0, rule="trapezium")
+    assert np.abs(samples.positions - figure.positions).max() < 0.006
+    assert rms(samples.accelerations - figure.accelerations) < 0.03 * rms(figure.accelerations)
+
+
+def test_eq_6_gives_the_scaled_demonstration_plus_a_quintic(figure: Primitive):
+    """The closed form of design 1.11: y = d + g − g_d, with each goal as far from its own demonstration."""
+    start, goal, duration = state(0.5, 2.0), state(-0.7, 6.0), 0.8
+    got = learn_dmp(figure).rollout(start, goal, duration, rule="trapezium").positions
+    slow_start = Boundary(start.positions, start.velocities * duration, start.accelerations)
+    slow_goal = Boundary(goal.positions, goal.velocities * duration, goal.accelerations)
+    s = np.linspace(0, 1, len(got))
+    difference = quintic(slow_start, slow_goal, 1.0, s[:, None])[0]
+    difference = difference - quintic(figure.start, figure.goal, 1.0, s[:, None])[0]
+    assert np.abs(got - figure.demonstrated_positions(s) - difference).max() < 0.006
+
+
+@pytest.mark.parametrize("rule", ["euler", "trapezium"])
+def test_a_rule_s_error_falls_with_the_step(figure: Primitive, rule: str):
+    """Euler's by the step, the trapezium's by its square."""
+    dmp = learn_dmp(figure)
+    ends = [dmp.rollout(figure.start, figure.goal, 1.0, h, rule).positions[-1, 0] for h in (4e-3, 2e-3, 1e-4)]  # type: ignore[arg-type]
+    order = np.log2(abs(ends[0] - ends[2]) / abs(ends[1] - ends[2]))
+    assert order == pytest.approx({"euler": 1.0, "trapezium": 2.0}[rule], abs=0.35)
+
+
+def test_the_trapezium_s_samples_integrate_each_other(figure: Primitive):
+    """Step by step, exactly: what the controller asks of a trajectory."""
+    r = learn_dmp(figure).rollout(state(0.0, 0.0, 3.0), figure.goal, 1.0, rule="trapezium")
+    assert r.accelerations[0, 0] == 3.0
+    for values, rates in ((r.positions, r.velocities), (r.velocities, r.accelerations)):
+        assert np.allclose(np.diff(values, axis=0), 5e-4 * (rates[1:] + rates[:-1]), atol=1e-12)
+
+
+def test_without_forcing_it_is_the_critically_damped_spring():
+    """Weights of zero and a fixed goal: the textbook step response of τ²ÿ = α(α/4(g − y) − τẏ)."""
+    dmp, duration = Dmp("discrete", 25.0, np.zeros((1, 10))), 0.8
+    r = dmp.rollout(state(0.0, 0.0), state(1.0, 0.0), duration, rule="trapezium")
+    x = 12.5 * np.linspace(0, duration, len(r)) / duration
+    assert np.abs(r.positions[:, 0] - (1 - (1 + x) * np.exp(-x))).max() < 1e-4
+
+
+def scaled_net_displacement(net: float) -> Primitive:
+    """A movement out and nearly back: it ends `net` rad from where it began, at rest."""
+    t = S
+    blend = 10 * t**3 - 15 * t**4 + 6 * t**5
+    return learn(Demonstration(t, (np.sin(np.pi * t) ** 4 + net * blend)[:, None]), "none")
+
+
+def test_the_linear_goal_s_drawback_near_the_start_is_there():
+    """Learned where start and goal are close, it multiplies accelerations for a goal that is not (II-B)."""
+    for net, factor in ((0.1, 3.0), (0.01, 30.0)):
+        primitive = scaled_net_displacement(net)
+        goal = state(0.5, 0.0)
+        peaks = [
+            np.abs(learn_dmp(primitive, system).rollout(primitive.start, goal, 1.0).accelerations).max()
+            for system in ("linear", "polynomial")
+        ]
+        assert peaks[0] > factor * peaks[1]
+
+
+def test_a_demonstration_without_displacement_is_refused_where_it_divides():
+    """And taken where it does not."""
+    primitive = scaled_net_displacement(0.0)
+    for system in ("discrete", "linear"):
+        with pytest.raises(InvalidMotion, match="joint 0"):
+            learn_dmp(primitive, system)
+    learn_dmp(primitive, "polynomial")
+
+
+# --- as a plan ------------------------------------------------------------------------------------------
+
+
+def test_a_plan_has_the_samples_of_the_roll_out_and_stops(figure: Primitive, ask, paper_limits: Limits):
+    """The motion first, then a stop to exact rest; extremes, margins and errors are those of the samples."""
+    request = ask(limits=paper_limits)
+    made = plan_dmp(figure, request)
+    rolled = learn_dmp(figure).rollout(request.start, request.goal, 1.0, rule="trapezium")
+    samples, report = made.samples(), made.report
+    assert np.array_equal(samples.positions[: made.hit_index + 1], rolled.positions)
+    assert made.hit_index == 1000
+    assert made.total_duration == pytest.approx((len(samples) - 1) * 1e-3)
+    assert not samples.velocities[-1].any()
+    assert not samples.accelerations[-1].any()
+    assert np.allclose(report.extremes["position"][0], [samples.positions.min(), samples.positions.max()])
+    assert report.margin["position"][0] == pytest.approx(2 - np.abs(samples.positions).max())
+    assert report.final_error_positions[0] == pytest.approx(abs(rolled.positions[-1, 0] - 1.0))
+    assert not report.certified
+
+
+def test_a_plan_s_imitation_error_is_comparable_with_the_qp_s(figure: Primitive, ask):
+    """For another goal 1.095 to 1.195 times the QP's (design 1.11), but for the error of the fits."""
+    request = ask(start=(-0.5, 2.0), goal=(1.5, -2.0), duration=0.8, tail="coast")
+    ratio = plan_dmp(figure, request).report.imitation_rms / plan(figure, request).report.imitation_rms
+    assert 1.09 < ratio[0] < 1.2
+
+
+def test_the_paper_s_case_leaves_the_limits(figure: Primitive, ask, paper_limits: Limits):
+    """Fig. 3: planned all the same, with a negative margin, and named by the check."""
+    made = plan_dmp(figure, ask(goal=(-1.0, 10.0), limits=paper_limits))
+    assert made.report.margin["position"][0] < -0.1
+    with pytest.raises(LimitExceeded) as caught:
+        check_limits(made)
+    assert caught.value.quantity == "position"
+
+
+def test_each_limit_is_checked(figure: Primitive, ask):
+    """One is enough; none is left by the demonstration itself."""
+    names = ("velocities", "accelerations", "jerks")
+    free = Limits.unlimited(1)
+    check_limits(plan_dmp(figure, ask(start=(0.0, -1.0, float(figure.start.accelerations[0])), tail="coast")))
+    for name, quantity, bound in zip(names, ("velocity", "acceleration", "jerk"), (5.0, 50.0, 500.0), strict=True):
+        bounds = {n: np.array([bound if n == name else np.inf]) for n in names}
+        made = plan_dmp(figure, ask(limits=Limits(free.positions, **bounds), tail="coast"))
+        with pytest.raises(LimitExceeded) as caught:
+            check_limits(made)
+        assert (caught.value.quantity, caught.value.bound) in ((quantity, bound), (quantity, -bound))
+
+
+@pytest.mark.parametrize(
+    ("field", "more"),
+    [
+        ("waypoints", {"waypoints": (Waypoint(0.5, np.array([1.0]), np.array([1.0])),)}),
+        ("rest_fraction", {"rest_fraction": 0.1}),
+        ("goal.accelerations", {"goal": (1.0, 3.0, 0.0)}),
+    ],
+)
+def test_what_a_dmp_cannot_do_is_refused(figure: Primitive, ask, field: str, more: dict):
+    """Naming the field."""
+    with pytest.raises(InvalidMotion) as caught:
+        plan_dmp(figure, ask(**more))
+    assert caught.value.field == field
