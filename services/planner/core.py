@@ -7,10 +7,11 @@ from collections import OrderedDict, deque
 
 import numpy as np
 
+from motion.dmp_plan import DmpPlan, check_limits, plan_dmp
 from motion.errors import MotionError
 from motion.plan import Plan, Warm, plan
 from motion.primitive import Primitive
-from motion.request import Boundary
+from motion.request import Boundary, MotionRequest
 from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus, Publisher
@@ -128,15 +129,25 @@ class Planner:
             return goal_reply(made, trajectory, goal.include_trajectory, solve_ms, self._config)
         raise AssertionError("unreachable: the last round returns or raises")
 
-    def _solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> tuple[Plan, float]:
+    def _solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> tuple[Plan | DmpPlan, float]:
         request = motion_request(goal, primitive, self._config, origin)
         began = time.perf_counter()
         try:
-            made = plan(primitive, request, self._config.tick, self._warm.get(goal.primitive))
+            made = self._planned(goal, primitive, request)
         except MotionError as error:
             raise refusal_of(error, self._config) from None
-        self._warm[goal.primitive] = made.warm
         return made, (time.perf_counter() - began) * 1e3
+
+    def _planned(self, goal: m.Goal, primitive: Primitive, request: MotionRequest) -> Plan | DmpPlan:
+        """By the method asked for. A DMP's plan may leave the limits, which only a plan-only goal allows."""
+        if goal.method == "dmp":
+            rolled_out = plan_dmp(primitive, request, self._config.tick)
+            if not goal.plan_only:
+                check_limits(rolled_out)
+            return rolled_out
+        made = plan(primitive, request, self._config.tick, self._warm.get(goal.primitive))
+        self._warm[goal.primitive] = made.warm
+        return made
 
     def _origin(self, goal: m.Goal) -> Origin:
         """Where the motion begins: the goal's own start, the reference's future, or the home pose at rest."""

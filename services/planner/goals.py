@@ -81,8 +81,9 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
         raise Refusal("invalid_goal", "a lease needs the client_id that holds the token", field="client_id")
     if goal.goal_id is not None and not 0 < len(goal.goal_id) <= 128:
         raise Refusal("invalid_goal", "goal_id must have 1 to 128 characters", field="goal_id")
-    if goal.method != "qp":
-        raise Refusal("invalid_goal", f"method {goal.method!r} is not built yet; use 'qp'", field="method")
+    if goal.method == "dmp" and goal.start is not None and goal.start.accelerations is not None:
+        sentence = "start.accelerations cannot be met by a DMP; leave them out or use method 'qp'"
+        raise Refusal("invalid_goal", sentence, field="start.accelerations")
 
 
 def start_boundary(start: m.Start, config: RobotConfig) -> Boundary:
@@ -105,7 +106,7 @@ def refusal_of(error: MotionError, config: RobotConfig) -> Refusal:
         return _invalid(error)
     index = getattr(error, "joint", 0)
     joint = config.joint_names[index]
-    sentence = str(error).replace(f"joint {index}", f"joint {joint}", 1)
+    sentence = str(error).replace(f"joint {index}", joint, 1)
     match error:
         case LimitExceeded():
             detail = {"quantity": error.quantity, "value": error.value, "bound": error.bound}
@@ -132,14 +133,14 @@ def _duration(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin: O
     if goal.arrival_time is None:
         wanted = goal.duration if goal.duration is not None else primitive.duration
         return math.ceil(wanted * config.rate_hz - ROUNDING) / config.rate_hz
-    ticks = round((goal.arrival_time - origin.time) * config.rate_hz)
-    if ticks <= 0:
-        sentence = f"arrival_time {goal.arrival_time} s has passed: the motion can begin at {origin.time:.3f} s"
-        raise Refusal("late", sentence, goal_id=goal.goal_id)
-    if ticks > MAX_PLAN_S * config.rate_hz:
+    left = goal.arrival_time - origin.time
+    if left > MAX_PLAN_S + config.tick / 2:
         sentence = f"arrival_time {goal.arrival_time} s lies more than {MAX_PLAN_S} s ahead of {origin.time:.3f} s"
         raise Refusal("invalid_goal", sentence, field="arrival_time")
-    return ticks / config.rate_hz
+    if left <= config.tick / 2:
+        sentence = f"arrival_time {goal.arrival_time} s has passed: the motion can begin at {origin.time:.3f} s"
+        raise Refusal("late", sentence, goal_id=goal.goal_id)
+    return round(left * config.rate_hz) / config.rate_hz
 
 
 def _limits(asked: m.GoalLimits | None, config: RobotConfig) -> Limits:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from motion.dmp_plan import DmpPlan
 from motion.limits import Limits
 from motion.plan import Plan, Report
 from motion.primitive import Primitive
@@ -14,7 +15,7 @@ _FIELDS = {"positions": "position", "velocities": "velocity", "accelerations": "
 
 
 def trajectory_message(
-    plan: Plan, goal: m.Goal, goal_id: str, origin: Origin, config: RobotConfig, stamps: m.Stamps
+    plan: Plan | DmpPlan, goal: m.Goal, goal_id: str, origin: Origin, config: RobotConfig, stamps: m.Stamps
 ) -> m.Trajectory:
     """Return the sampled plan."""
     samples = plan.samples()
@@ -37,7 +38,7 @@ def trajectory_message(
 
 
 def goal_reply(
-    plan: Plan, trajectory: m.Trajectory, include: bool, solve_ms: float, config: RobotConfig
+    plan: Plan | DmpPlan, trajectory: m.Trajectory, include: bool, solve_ms: float, config: RobotConfig
 ) -> m.GoalReply:
     """Return the answer to a goal."""
     return m.GoalReply(
@@ -50,7 +51,7 @@ def goal_reply(
     )
 
 
-def plan_message(plan: Plan, trajectory: m.Trajectory, goal: m.Goal, primitive: Primitive) -> m.Plan:
+def plan_message(plan: Plan | DmpPlan, trajectory: m.Trajectory, goal: m.Goal, primitive: Primitive) -> m.Plan:
     """Return the accepted plan with what it was made of."""
     fields = {name: getattr(trajectory, name) for name in m.Trajectory.__struct_fields__ if name != "version"}
     s = np.linspace(0.0, 1.0, plan.hit_index + 1)
