@@ -4,7 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup demo test check format clean help
+PAPER_STAMP := $(VENV)/.installed-paper
+
+.PHONY: setup demo paper test check format clean help
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -20,6 +22,13 @@ $(STAMP): pyproject.toml constraints.txt
 
 demo: setup ## five strikes in real time, a table and a trace
 	$(BIN)/python -m services.demo
+
+paper: $(PAPER_STAMP) ## the paper's figures, table and traces, made anew
+	$(BIN)/python -m experiments
+
+$(PAPER_STAMP): $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check,paper]'
+	@touch $@
 
 test: setup ## every test, about five minutes
 	$(BIN)/python -m pytest
