@@ -1,6 +1,7 @@
 """From a `learn` request, or a CSV file that ships with the robot, to a primitive."""
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -9,6 +10,15 @@ from motion.errors import InvalidMotion
 from motion.primitive import Primitive, learn
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
+
+MAX_POSITION = 1e4
+"""rad or m; numbers beyond it are no joint's, and their squares would overflow."""
+
+DURATION_RANGE = 0.01, 3600.0
+"""Of a demonstration, s."""
+
+MAX_ORDER = 10
+"""Of the smoothing polynomial; beyond it the fit is ill-conditioned."""
 
 
 def learn_from_request(request: m.Learn) -> Primitive:
@@ -19,15 +29,12 @@ def learn_from_request(request: m.Learn) -> Primitive:
     """
     positions = _positions(request)
     times = _times(request, len(positions))
-    smoothing: Smoothing
-    if isinstance(request.smoothing, m.SavitzkyGolay):
-        smoothing = SavitzkyGolay(request.smoothing.window_s, request.smoothing.order)
-    else:
-        smoothing = request.smoothing
     try:
-        return learn(Demonstration(times, positions), smoothing)
+        return learn(Demonstration(times, positions), _smoothing(request.smoothing))
     except InvalidMotion as error:
         raise bad_message(error.field, str(error)) from None
+    except (ValueError, np.linalg.LinAlgError) as error:  # samples so uneven that no spline goes through them
+        raise bad_message("times", f"times and positions cannot be learned from: {error}") from None
 
 
 def learned_message(name: str, primitive: Primitive) -> m.Learned:
@@ -57,7 +64,26 @@ def learn_from_csv(path: Path, joint_names: tuple[str, ...]) -> Primitive | None
     return learn(Demonstration(table[:, 0], table[:, 1:]))
 
 
+def _smoothing(asked: Literal["auto", "none"] | m.SavitzkyGolay) -> Smoothing:
+    if not isinstance(asked, m.SavitzkyGolay):
+        return asked
+    if asked.order > MAX_ORDER:
+        raise bad_message("smoothing.order", f"smoothing.order is {asked.order}; it has to lie in 2 to {MAX_ORDER}")
+    return SavitzkyGolay(asked.window_s, asked.order)
+
+
 def _positions(request: m.Learn) -> np.ndarray:
+    positions = _matrix(request)
+    if not len(positions):
+        raise bad_message("positions", "positions has no samples")
+    if np.abs(positions).max(initial=0.0) > MAX_POSITION:
+        row, joint = np.argwhere(np.abs(positions) > MAX_POSITION)[0]
+        sentence = f"positions[{row}][{joint}] is {positions[row, joint]:.6g}; it must lie within {MAX_POSITION:g} of 0"
+        raise bad_message("positions", sentence)
+    return positions
+
+
+def _matrix(request: m.Learn) -> np.ndarray:
     if isinstance(request.positions, bytes):
         joints = request.joint_count
         if joints is None or joints < 1:
@@ -78,10 +104,15 @@ def _positions(request: m.Learn) -> np.ndarray:
 def _times(request: m.Learn, samples: int) -> np.ndarray:
     if (request.rate is None) == (request.times is None):
         raise bad_message("rate", "give either rate (Hz) or times (s), and not both")
-    if request.times is not None:
-        if len(request.times) != samples:
-            raise bad_message("times", f"times has {len(request.times)} entries for {samples} samples")
-        return np.array(request.times, dtype=float)
-    if not request.rate or request.rate <= 0:
-        raise bad_message("rate", f"rate is {request.rate} Hz; it must be greater than 0")
-    return np.arange(samples) / request.rate
+    shortest, longest = DURATION_RANGE
+    if request.rate is not None:
+        if not (samples - 1) / longest <= request.rate <= (samples - 1) / shortest:
+            sentence = f"rate is {request.rate} Hz; {samples} samples must take {shortest} s to {longest} s"
+            raise bad_message("rate", sentence)
+        return np.arange(samples) / request.rate
+    if request.times is None or len(request.times) != samples:
+        raise bad_message("times", f"times has {len(request.times or ())} entries for {samples} samples")
+    if not shortest <= request.times[-1] - request.times[0] <= longest:
+        sentence = f"times run from {request.times[0]} to {request.times[-1]} s; {shortest} s to {longest} s are taken"
+        raise bad_message("times", sentence)
+    return np.array(request.times, dtype=float)
