@@ -19,6 +19,9 @@ from services.sim.torque import InverseDynamics
 TEE_STORE = (0.0, 0.0, -10.0)
 """Where the tee is kept while the ball needs none, m."""
 
+BALL_REACH = 100.0
+"""A ball is placed within this distance (m) of the origin on each axis, at this speed (m/s) at most."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
@@ -52,9 +55,12 @@ class SimulatedArm:
     def reset(self, positions: list[float] | None = None, ball: Ball | None = None, seed: int = 0) -> None:
         """Tick 0, at rest at `positions` (J,), rad (None: home), undisturbed, the ball where given (None: on its tee).
 
-        A ball given at rest gets the tee under it. Raises Refusal `bad_message` for a wrong length or numbers that
-        are not finite, `limit` for a joint outside its range; nothing has changed then.
+        A ball given at rest gets the tee under it. Raises Refusal `bad_message` for a wrong length, numbers that are
+        not finite, a ball out of reach or a negative seed, `limit` for a joint outside its range; nothing has changed
+        then.
         """
+        if seed < 0:
+            raise Refusal("bad_message", f"seed is {seed}; it has to be 0 or more", field="seed")
         pose = self.config.home if positions is None else self._checked_pose(positions)
         self._check_ball(ball)
         scene = self._scene
@@ -189,8 +195,9 @@ class SimulatedArm:
             return
         if self._scene.ball is None:
             raise Refusal("bad_message", "ball: this robot's scene has none; leave it null", field="ball")
-        if not np.isfinite([*ball.position, *ball.velocity]).all():
-            raise Refusal("bad_message", "ball: position and velocity have to be finite", field="ball")
+        if not np.all(np.abs([*ball.position, *ball.velocity]) <= BALL_REACH):
+            message = f"ball: position and velocity have to lie within {BALL_REACH:g} (m, m/s) of 0 on each axis"
+            raise Refusal("bad_message", message, field="ball")
 
     def _place_ball(self, ball: Ball) -> None:
         scene = self._scene

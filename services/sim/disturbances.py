@@ -12,6 +12,15 @@ from protocol.messages import ActiveDisturbance
 MAX_PUSHES = 64
 """Pushes that act or wait."""
 
+MAX_PUSH = 1e4
+"""rad/s² or N·m on a joint: far beyond any arm, and still a number the physics can carry."""
+
+MAX_NOISE = 10.0
+"""rad or rad/s."""
+
+MAX_SPAN_S = 3600.0
+"""How far ahead a push may begin, and how long it may last."""
+
 PushKind = Literal["acceleration", "torque"]
 
 
@@ -43,19 +52,19 @@ class Disturbances:
     def set_sensor_noise(self, position_std: float, velocity_std: float) -> None:
         """Standard deviations (rad, rad/s) of what is measured, until told otherwise.
 
-        Raises Refusal `bad_message` for a negative or non-finite one.
+        Raises Refusal `bad_message` for one that is negative or absurd.
         """
         for field, value in (("position_std", position_std), ("velocity_std", velocity_std)):
-            if not 0 <= value < math.inf:
-                raise Refusal("bad_message", f"{field} is {value}; it has to be a finite number >= 0", field=field)
+            if not 0 <= value <= MAX_NOISE:
+                raise Refusal("bad_message", f"{field} is {value}; it has to lie in 0 to {MAX_NOISE}", field=field)
         self.position_std = position_std
         self.velocity_std = velocity_std
 
     def push(self, kind: PushKind, values: list[float], start: float | None, duration: float, tick: int) -> float:
         """Push with `values` (J,) for `duration` s from the first tick at or after `start` s (None: from `tick`, now).
 
-        Returns the time it begins. Raises Refusal `bad_message` for a wrong length, a number that is not
-        finite, or a start that is past; `busy` while MAX_PUSHES act or wait.
+        Returns the time it begins. Raises Refusal `bad_message` for a wrong length, an absurd number, or a start
+        that is past or far off; `busy` while MAX_PUSHES act or wait.
         """
         now = tick / self._rate_hz
         start = now if start is None else start
@@ -91,10 +100,12 @@ class Disturbances:
             message = f"values has {len(values)} numbers; the arm has {len(joints)} joints: {', '.join(joints)}"
             raise Refusal("bad_message", message, field="values")
         for name, value in zip(joints, values, strict=True):
-            if not math.isfinite(value):
-                raise Refusal("bad_message", f"values: {name} is {value}; it has to be finite", field="values")
-        if not 0 < duration < math.inf:
-            raise Refusal("bad_message", f"duration is {duration} s; it has to be finite and > 0", field="duration")
-        if not now <= start < math.inf:
-            message = f"start_time is {start} s, now is {now:.3f} s; name a later time, or null for now"
+            if not abs(value) <= MAX_PUSH:
+                message = f"values: {name} is {value}; it has to lie within {MAX_PUSH:g} of 0"
+                raise Refusal("bad_message", message, field="values")
+        if not 0 < duration <= MAX_SPAN_S:
+            message = f"duration is {duration} s; it has to be greater than 0 and at most {MAX_SPAN_S} s"
+            raise Refusal("bad_message", message, field="duration")
+        if not now <= start <= now + MAX_SPAN_S:
+            message = f"start_time is {start} s, now is {now:.3f} s; name one of the next {MAX_SPAN_S:g} s, or null"
             raise Refusal("bad_message", message, field="start_time")

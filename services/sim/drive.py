@@ -9,6 +9,8 @@ from services.robot import RobotConfig
 from services.sim.brake import Brake
 
 NEVER = -1
+MAX_ACCELERATION = 1e6
+"""rad/s²; a command beyond it is none that a controller meant."""
 
 
 class Drive:
@@ -39,7 +41,8 @@ class Drive:
         """Keep `command` for the coming tick; False, and counted, where it is old, of another run, or malformed."""
         joints = self._config.joint_count
         lengths = {len(command.accelerations), len(command.positions), len(command.velocities)}
-        if command.run != self.run or not self.answered_tick < command.tick <= tick or lengths != {joints}:
+        fits = command.run == self.run and self.answered_tick < command.tick <= tick and lengths == {joints}
+        if not fits or max(map(abs, command.accelerations)) > MAX_ACCELERATION:
             self.refused += 1
             return False
         self.answered_tick = command.tick
