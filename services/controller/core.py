@@ -41,6 +41,7 @@ class Controller:
         self._state: m.State | None = None
         self._timeline = Timeline(config.home)
         self._braked = False
+        self._clients: set[str] = set()
         self._acceleration = np.zeros(config.joint_count)
 
     @property
@@ -165,6 +166,8 @@ class Controller:
         state = self._require_state()
         newest = self.ledger.active[-1] if self.ledger.active else None
         if request.goal_id is not None and (newest is None or request.goal_id != newest.result.goal_id):
+            if not self.ledger.knows(request.goal_id):
+                self._break_epoch()  # its plan may be in flight, and must not move the arm any more
             self.ledger.result(request.goal_id)
             return m.Canceled(goal_id=None, stop_time=state.time)
         self._break_epoch()
@@ -172,9 +175,9 @@ class Controller:
         if newest is None:
             return m.Canceled(goal_id=None, stop_time=max(state.tick, self._timeline.end) * self.config.tick)
         self._switch(Event.CANCEL)
-        stopped = self._stop_soon()
-        self.ledger.close_later(stopped, "canceled", "canceled on request")
-        return m.Canceled(goal_id=newest.result.goal_id, stop_time=stopped * self.config.tick)
+        leaves, rests = self._stop_soon()
+        self.ledger.close_later(leaves, rests, "canceled", "canceled on request")
+        return m.Canceled(goal_id=newest.result.goal_id, stop_time=rests * self.config.tick)
 
     def reset(self) -> m.ModeReply:
         """Leave a latched fault and hold the measured pose.
@@ -195,14 +198,19 @@ class Controller:
         self._switch(Event.RESET)
         return m.ModeReply(mode=self.mode.value)
 
+    def see_client(self, client_id: str) -> None:
+        """Note that `client_id` holds its token, and may therefore have a lease."""
+        self._clients.add(client_id)
+
     def lose_client(self, client_id: str) -> None:
         """Cancel the motion whose lease `client_id` held."""
+        self._clients.discard(client_id)
         newest = self.ledger.active[-1] if self.ledger.active else None
         if newest is not None and newest.lease and newest.client_id == client_id:
             self._break_epoch()
             self._switch(Event.CANCEL)
             reason = f"client {client_id} lost its lease"
-            self.ledger.close_later(self._stop_soon(), "canceled", reason)
+            self.ledger.close_later(*self._stop_soon(), "canceled", reason)
 
     def status(self) -> m.Status:
         """Return the controller at a glance.
@@ -244,6 +252,7 @@ class Controller:
         self.cycle.begin(state.tick)
         self._break_epoch()
         self.fault = None
+        self._braked = False
         self._switch(Event.RUN)
 
     def _follow_goals(self, state: m.State, reference: tuple[np.ndarray, ...], now_ns: int) -> None:
@@ -256,7 +265,7 @@ class Controller:
             if result.stamps.first_command is None:
                 stamps = result.stamps
                 result.stamps = m.Stamps(stamps.requested, stamps.planned, stamps.accepted, now_ns)
-            if result.hit is None and goal.hit <= state.tick and goal.closing == "succeeded":
+            if result.hit is None and goal.hit is not None and goal.hit <= state.tick:
                 note_hit(result, state.time, reference, state)
         self.changed |= self.ledger.close_due(state.tick)
         if not self.ledger.active and state.tick >= self._timeline.end:
@@ -272,19 +281,23 @@ class Controller:
         """The reference's mean acceleration over the coming tick: the arm holds a command for that long."""
         return (self._timeline.at(tick + 1)[1] - velocities) * self.config.rate_hz
 
-    def _stop_soon(self) -> int:
-        """Splice in the earliest stop inside the limits and return the tick at which the arm rests."""
+    def _stop_soon(self) -> tuple[int, int]:
+        """Splice in the earliest stop inside the limits.
+
+        Returns the ticks at which the reference leaves what was planned and at which it rests.
+        """
         tick = self._require_state().tick + 1
         coming = self._timeline.coming(tick)
         index = first_stop(coming, self.config.limits)
         if index is None or index >= len(coming) - 1:
-            return max(tick, self._timeline.end)
+            rests = max(tick, self._timeline.end)
+            return rests, rests
         at = coming.positions[index], coming.velocities[index], coming.accelerations[index]
         halt = stop(*at, self.config.limits)
         count = math.ceil(halt.duration * self.config.rate_hz - TIGHT) + 1
         segment = Segment(tick + index, halt.sample(np.arange(count) * self.config.tick))
         self._timeline.splice(segment)
-        return segment.end
+        return segment.start, segment.end
 
     def _refuse_strangers(self, trajectory: m.Trajectory) -> None:
         """Refuse what may not move the arm now, whatever it says."""
@@ -297,6 +310,9 @@ class Controller:
         holder = next((goal.client_id for goal in self.ledger.active if goal.lease), trajectory.client_id)
         if holder != trajectory.client_id:
             sentence = f"client {holder!r} holds the arm until its motion ends; cancel is open to all"
+            raise Refusal("not_holder", sentence, client_id=holder)
+        if trajectory.lease and holder not in self._clients:
+            sentence = f"client {holder!r} asks for a lease without the token that keeps it: hold alive/client/{holder}"
             raise Refusal("not_holder", sentence, client_id=holder)
         if self.ledger.active and not trajectory.preempt:
             running = self.ledger.active[-1].result.goal_id

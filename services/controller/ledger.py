@@ -13,13 +13,16 @@ KEPT = 1000
 
 @dataclass(slots=True)
 class Running:
-    """A goal under way: its ticks, and how it will have ended if nothing else comes (`closing`)."""
+    """A goal under way: its ticks, and how it will have ended if nothing else comes (`closing`).
+
+    `hit` is None where a stop keeps the arm from reaching it.
+    """
 
     result: m.Result
     client_id: str
     lease: bool
     start: int
-    hit: int
+    hit: int | None
     end: int
     closing: m.Outcome = "succeeded"
     reason: str = ""
@@ -63,11 +66,13 @@ class Ledger:
             self._end(goal, outcome, reason)
         self.active = []
 
-    def close_later(self, tick: int, outcome: m.Outcome, reason: str) -> None:
-        """Let every goal end with `outcome` at `tick`, unless it was closing otherwise."""
+    def close_later(self, leaves: int, tick: int, outcome: m.Outcome, reason: str) -> None:
+        """Let every goal end with `outcome` at `tick`, its plan left at `leaves`, unless it was closing otherwise."""
         for goal in self.active:
             if goal.closing == "succeeded":
                 goal.closing, goal.reason, goal.end = outcome, reason, tick
+                if goal.hit is not None and goal.hit > leaves:
+                    goal.hit = None
 
     def current(self, tick: int) -> Running | None:
         """Return the goal whose motion is played at `tick`."""

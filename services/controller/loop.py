@@ -186,6 +186,6 @@ class ControllerLoop:
         self._events.put(answer_if_new)
 
     def _see_client(self, key: str, alive: bool) -> None:
-        if not alive:
-            client_id = key.rpartition("/")[2]
-            self._events.put(lambda: self._core.lose_client(client_id))
+        client_id = key.rpartition("/")[2]
+        notice = self._core.see_client if alive else self._core.lose_client
+        self._events.put(lambda: notice(client_id))
