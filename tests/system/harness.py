@@ -6,16 +6,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
+import numpy as np
 import pytest
 
+from motion.samples import Samples
 from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus, open_session
-from protocol.codec import decode
+from protocol.codec import decode, matrix
 from protocol.errors import Refusal
 from services.options import Options, free_endpoint
+from services.robot import load_robot
 from services.supervisor import Supervisor, command_lines
 
+ROBOT = load_robot()
 SERVICES = ("sim", "planner", "controller")
 PATIENCE_S = 20.0
 
@@ -47,8 +51,11 @@ class Stack:
 
     def reset(self, positions: list[float] | None = None, seed: int | None = None) -> None:
         """Begin a run with the arm at rest at `positions`, home by default; the seed tells it from those before."""
-        for topic in (topics.STATE, topics.COMMAND):
+        for topic in (topics.STATE, topics.COMMAND, topics.PLAN, topics.ENDED):
             self.listen(topic)
+        if seed == self.run:  # what is still under way must not be taken for the new run
+            self.states()
+            self.commands()
         self.run = self.run + 1 if seed is None else seed
         self.tick = 0
         self._state_bodies, self._states, self._commands = [], [], []
@@ -110,6 +117,12 @@ class Stack:
         except Empty:
             raise AssertionError(f"nothing was published on {topic.key} within {timeout} s") from None
 
+    def plan_of(self, reply: m.GoalReply) -> m.Plan:
+        """Return the plan that was published for a goal of this run."""
+        while (plan := self.next(topics.PLAN)).goal_id != reply.goal_id:
+            pass
+        return plan
+
     def states(self) -> list[m.State]:
         """Return every state of this run up to the present tick."""
         while not self._states or self._states[-1].tick < self.tick:
@@ -168,3 +181,35 @@ def wait_for_controller(stack: Stack) -> None:
             return False
 
     wait_for(awake, "the controller to hear of the arm")
+
+
+class Reference:
+    """What the controller commanded over a run: positions and velocities (ticks, J), and their mean accelerations."""
+
+    def __init__(self, commands: list[m.Command]) -> None:
+        self.positions = np.array([command.positions for command in commands])
+        self.velocities = np.array([command.velocities for command in commands])
+        self.accelerations = np.diff(self.velocities, axis=0) * ROBOT.rate_hz
+        ticks = [command.tick for command in commands]
+        assert ticks == list(range(len(ticks))), "every tick has one command"
+
+    def check_smooth(self) -> None:
+        """Positions follow velocities, and no acceleration steps by more than the jerk allows in a tick."""
+        jerks, tick = ROBOT.limits.jerks, ROBOT.tick
+        means = (self.velocities[1:] + self.velocities[:-1]) / 2
+        assert np.all(np.abs(np.diff(self.positions, axis=0) - means * tick) <= jerks * tick**3 / 6 + 1e-9)
+        assert np.all(np.abs(np.diff(self.accelerations, axis=0)) <= jerks * tick * (1 + 1e-3))
+
+    def check_limits(self) -> None:
+        """Position, velocity and acceleration stay inside the robot's limits."""
+        limits = ROBOT.limits
+        assert np.all(self.positions >= limits.positions[:, 0] - 1e-6)
+        assert np.all(self.positions <= limits.positions[:, 1] + 1e-6)
+        assert np.all(np.abs(self.velocities) <= limits.velocities * (1 + 1e-6))
+        assert np.all(np.abs(self.accelerations) <= limits.accelerations * (1 + 1e-6))
+
+
+def samples_of(trajectory: m.Trajectory | m.Plan) -> Samples:
+    """Return the samples of a trajectory on the wire."""
+    shape = trajectory.count, len(trajectory.joint_names)
+    return Samples(*(matrix(getattr(trajectory, f), *shape, f) for f in ("positions", "velocities", "accelerations")))

@@ -36,7 +36,7 @@ class Played:
 def played(services: Stack, request: pytest.FixtureRequest) -> Played:
     """Play one strike: place the arm, blur its sensors, strike, push, and step until the ball is away."""
     strike: Strike = request.param
-    contacts, plans = services.listen(topics.CONTACT), services.listen(topics.PLAN)
+    contacts = services.listen(topics.CONTACT)
     services.reset(positions=None if strike.start is None else list(strike.start))
     while not contacts.empty():
         contacts.get()
@@ -53,11 +53,10 @@ def played(services: Stack, request: pytest.FixtureRequest) -> Played:
     commanded = [(command.positions, command.velocities) for command in services.commands()[first:]]
     truths = [state.truth for state in services.states()[first:]]
     true = [(truth.positions, truth.velocities) for truth in truths if truth]
-    assert not plans.empty()
     return Played(
         strike,
         reply,
-        services.next(topics.PLAN),
+        services.plan_of(reply),
         result,
         [services.next(topics.CONTACT) for _ in range(contacts.qsize())],
         np.array(commanded).swapaxes(0, 1),
