@@ -54,6 +54,7 @@ def open_trace(flags: RecorderFlags, config: RobotConfig, log: logging.Logger) -
         log.info("writes %s; open it with: rerun %s", file, file)
     if live:
         log.info("shows it live; watch it with: rerun %s", live.uri)
+        log.info("or in a browser: rerun --web-viewer --bind 127.0.0.1 %s", live.uri)
     return trace
 
 

@@ -76,7 +76,7 @@ class TraceWriter:
         self.recording = rr.RecordingStream(APPLICATION)
         sinks: list[rr.FileSink | rr.GrpcServerSink] = []
         if file:
-            sinks.append(rr.FileSink(file))
+            sinks.append(rr.FileSink(file))  # until its end the file's footer is kept in memory, about 1 MB a second
         if live:
             sinks.append(rr.GrpcServerSink("127.0.0.1", live.port, server_memory_limit=LIVE_MEMORY))
         self.recording.set_sinks(*sinks, default_blueprint=blueprint)
