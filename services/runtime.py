@@ -43,8 +43,10 @@ def end_like_ctrl_c() -> None:
 def become_real_time(priority: int) -> list[str]:
     """Ask for what a 1 kHz loop needs and return what was not obtained, as sentences; never fail for want of it.
 
-    SCHED_FIFO holds for threads made later, so call this before the Zenoh session is opened.
+    SCHED_FIFO holds for threads made later, so call this before the Zenoh session is opened. Python's own switch
+    interval of 5 ms would keep a message that arrives while the loop computes waiting for longer than a tick.
     """
+    sys.setswitchinterval(1e-4)
     libc = ctypes.CDLL(None, use_errno=True)
     missing = []
     try:
