@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
+import msgspec
+
 from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus
@@ -75,7 +77,8 @@ class Player:
             self._bus.ask(topics.SIM_DISTURB, noise_request(strike))
         time.sleep(SETTLE_S)
         self._say("planning")
-        reply = self._bus.ask(topics.GOAL, strike.goal)
+        name = strike.title.replace(" ", "-").replace(",", "")
+        reply = self._bus.ask(topics.GOAL, msgspec.structs.replace(strike.goal, goal_id=name))
         if strike.push is not None:
             begin = reply.start_time + PUSH_FROM
             push = m.Disturb(kind="acceleration", values=list(strike.push), start_time=begin, duration=PUSH_FOR)

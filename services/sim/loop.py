@@ -28,11 +28,14 @@ BALL_EVERY = 10
 
 @dataclass(slots=True)
 class Debt:
-    """A step or reset to be answered once `ticks` more are done and the controller has answered the last of them."""
+    """A step or reset to be answered once the controller has answered tick `target`, or `deadline` has passed.
+
+    `strict`: past the deadline it is refused, otherwise answered all the same.
+    """
 
     asking: Asking
     answer: Callable[[], Any]
-    ticks: int
+    target: int
     deadline: float
     strict: bool
 
@@ -96,10 +99,10 @@ class SimLoop:
         """Step only while a request asks for it, and only once the present tick is answered."""
         while not stopping.is_set():
             debt = self._debt
-            if debt and debt.ticks and self._is_answered():
+            tick = self._arm.observe().tick
+            if debt and tick < debt.target and self._is_answered(tick):
                 self._step()
                 self._publish()
-                debt.ticks -= 1
                 debt.deadline = time.monotonic() + PATIENCE_S
             elif taken := self._commands.take(IDLE_S if debt else 0.0):
                 self._hear(taken[0])
@@ -160,14 +163,12 @@ class SimLoop:
         debt = self._debt
         if debt is None:
             return
-        if not debt.ticks and self._is_answered():
+        now = self._arm.observe()
+        if now.tick >= debt.target and self._is_answered(debt.target):
             debt.asking.reply(debt.answer())
         elif time.monotonic() > debt.deadline:
-            now = self._arm.observe()
             if debt.strict:
-                sentence = (
-                    f"the controller did not answer tick {now.tick} within {PATIENCE_S} s; {debt.ticks} ticks are left"
-                )
+                sentence = f"the controller did not answer tick {now.tick} within {PATIENCE_S} s; {debt.target - now.tick} ticks are left"
                 debt.asking.refuse(Refusal("unavailable", sentence, service="controller", tick=now.tick))
             else:
                 debt.asking.reply(debt.answer())
@@ -175,9 +176,8 @@ class SimLoop:
             return
         self._debt = None
 
-    def _is_answered(self) -> bool:
-        """Whether the controller has answered the present tick, or cannot have seen it."""
-        tick = self._arm.observe().tick
+    def _is_answered(self, tick: int) -> bool:
+        """Whether the controller has answered `tick`, or cannot have seen it."""
         return self._drive.answered_tick >= tick or self._loss.has("state", tick)
 
     def _owe_steps(self, asking: Asking) -> None:
@@ -188,7 +188,8 @@ class SimLoop:
             raise bad_message("ticks", f"ticks is {request.ticks}; 1 to {MAX_STEPS} can be stepped at once")
         self._refuse_while_owing()
         deadline = time.monotonic() + PATIENCE_S
-        self._debt = Debt(asking, self._stepped_message, request.ticks, deadline, strict=True)
+        target = self._arm.observe().tick + request.ticks
+        self._debt = Debt(asking, self._stepped_message, target, deadline, strict=True)
 
     def _stepped_message(self) -> m.Stepped:
         now = self._arm.observe()
