@@ -168,7 +168,8 @@ class SimLoop:
             debt.asking.reply(debt.answer())
         elif time.monotonic() > debt.deadline:
             if debt.strict:
-                sentence = f"the controller did not answer tick {now.tick} within {PATIENCE_S} s; {debt.target - now.tick} ticks are left"
+                left = debt.target - now.tick
+                sentence = f"the controller did not answer tick {now.tick} within {PATIENCE_S} s; {left} ticks are left"
                 debt.asking.refuse(Refusal("unavailable", sentence, service="controller", tick=now.tick))
             else:
                 debt.asking.reply(debt.answer())
