@@ -25,9 +25,12 @@ class CycleStatistics:
         self.count = 1
 
     def note_state(self, tick: int, applied_tick: int) -> None:
-        """Note the state of `tick`: on time is the command applied since the tick before, answering that tick."""
+        """Note the state of `tick`, which tells what was applied up to it.
+
+        Missed are the ticks never seen, and the last one seen where its command was not the one applied to it.
+        """
         lost = tick - self._last_tick - 1
-        self._missed += lost + (applied_tick != tick - 1)
+        self._missed += lost + (applied_tick < self._last_tick)
         self._last_tick = tick
         self.count += 1
 
