@@ -15,6 +15,7 @@ import zenoh
 from protocol.bus import DEFAULT_ENDPOINT, Bus, open_session
 from services.runtime import EXIT_TAKEN
 
+TAKEN = "another %s serves robot %s on this bus"
 DEFAULT_ROBOT_CONFIG = Path(__file__).resolve().parent.parent / "deploy" / "robots" / "arm.toml"
 
 
@@ -77,16 +78,27 @@ def service_bus(
         SystemExit: 3 where another process is `service` already, 1 where the bus cannot be hosted, 0 where `stopping`
             was set before there was a hub to join.
     """
+
+    def give_up() -> bool:
+        if not told:
+            log.info("nobody hosts the bus at %s yet; waiting", " ".join(options.connect) or DEFAULT_ENDPOINT)
+            told.append(True)
+        return stopping.is_set()
+
+    told: list[bool] = []
     try:
-        bus = open_bus(options, robot, hosts, stopping.is_set)
+        bus = open_bus(options, robot, hosts, give_up)
     except zenoh.ZError as error:
         if stopping.is_set():
             raise SystemExit(0) from None
+        if hosts and _is_served(service, options, robot):
+            log.error(TAKEN, service, options.robot or robot)
+            raise SystemExit(EXIT_TAKEN) from None
         log.error("cannot open the bus: %s", error)
-        raise SystemExit(EXIT_TAKEN if hosts and _is_served(service, options, robot) else 1) from None
+        raise SystemExit(1) from None
     with bus:
         if bus.is_alive(service):
-            log.error("another %s serves robot %s on this bus", service, bus.robot)
+            log.error(TAKEN, service, bus.robot)
             raise SystemExit(EXIT_TAKEN)
         yield bus
 
