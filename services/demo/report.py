@@ -12,13 +12,13 @@ from services.demo.play import Outcome
 
 def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
     """Return one row for each strike."""
-    shown = Table(title="Five strikes from one demonstration", box=SIMPLE_HEAD, pad_edge=False)
+    shown = Table(title="Five strikes from one demonstration", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     shown.add_column("strike", no_wrap=True)
     for heading in ("plan\ns", "solve\nms", "off by\nmrad", "off by\nmrad/s", "ball\nm/s", "unlike\nrad/s²"):
         shown.add_column(heading, justify="right", no_wrap=True)
-    shown.add_column("closest limit")
-    shown.add_column("", no_wrap=True)
-    shown.caption = "off by: true arm at the hit, worst joint; unlike: rms of acceleration less the demonstration's"
+    shown.add_column("closest limit", min_width=14)
+    shown.add_column("", no_wrap=True, min_width=6)
+    shown.caption = "off by: the true arm at the hit, worst joint; unlike: acceleration beside the demonstration's, rms"
     for outcome in outcomes:
         report = outcome.reply.report
         position, velocity = outcome.true_errors() if outcome.result.hit else (float("nan"), float("nan"))
