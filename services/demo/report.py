@@ -12,7 +12,7 @@ from services.demo.play import Outcome
 
 def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
     """Return one row for each strike."""
-    shown = Table(title="Five strikes from one demonstration", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    shown = Table(title="Five strikes from one demonstration", box=SIMPLE_HEAD, padding=0)
     shown.add_column("strike", no_wrap=True)
     for heading in ("plan\ns", "solve\nms", "off by\nmrad", "off by\nmrad/s", "ball\nm/s", "unlike\nrad/s²"):
         shown.add_column(heading, justify="right", no_wrap=True)
