@@ -30,7 +30,7 @@ $(PAPER_STAMP): $(STAMP)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check,paper]'
 	@touch $@
 
-test: setup ## every test, about five minutes
+test: $(PAPER_STAMP) ## every test, about five minutes
 	$(BIN)/python -m pytest
 
 check: setup ## lint, format, types, import direction

@@ -60,37 +60,43 @@ class Dmp:
     ) -> Samples:
         """The motion from `start` to about `goal` in `duration` s, sampled every `step` s, both ends included.
 
-        Accelerations of start and goal are not looked at, except that with the rule "trapezium" the first
-        sample has the start's acceleration where that is not NaN. "euler" is the paper's explicit Euler rule;
-        with "trapezium" samples are each other's integral to the order of step³.
+        Accelerations of start and goal are not looked at but for the start's with the rule "trapezium".
         """
-        count = round(duration / step)
-        drive = self._drive(start, goal, duration, np.linspace(0, 1, count + 1))
-        stiffness, damping = self.gain**2 / 4 / duration**2, self.gain / duration
-        out = np.empty((3, *drive.shape))
-        p, v = start.positions, start.velocities
-        a = drive[0] - stiffness * p - damping * v
-        if rule == "trapezium":
-            a = np.where(np.isnan(start.accelerations), a, start.accelerations)
-        out[:, 0] = p, v, a
-        h = duration / count
-        implicit = 1 + h * damping / 2 + h * h * stiffness / 4
-        for k in range(1, count + 1):
-            if rule == "euler":
-                p, v = p + h * v, v + h * a
-            else:
-                predicted = p + h * v / 2
-                faster = (v + h / 2 * (a + drive[k] - stiffness * predicted)) / implicit
-                p, v = predicted + h * faster / 2, faster
-            a = drive[k] - stiffness * p - damping * v
-            out[:, k] = p, v, a
-        return Samples(out[0], out[1], out[2])
+        return integrate(self.drive(start, goal, duration, step), start, duration, self.gain, rule)
 
-    def _drive(self, start: Boundary, goal: Boundary, duration: float, s: np.ndarray) -> np.ndarray:
-        """All of ÿ that does not depend on y and ẏ: (n, J), rad/s²."""
+    def drive(self, start: Boundary, goal: Boundary, duration: float, step: float = 0.001) -> np.ndarray:
+        """All of ÿ that does not depend on y and ẏ, every `step` s of the motion: (n, J), rad/s²."""
+        s = np.linspace(0, 1, round(duration / step) + 1)
         forcing = forcing_rows(s, self.weights.shape[1]) @ self.weights.T * _amplitude(self.system, start, goal)
         g, dg, ddg = moving_goal(self.system, start, goal, duration, s)
         return ddg + (self.gain * (self.gain / 4 * g + duration * dg) + forcing) / duration**2
+
+
+def integrate(drive: np.ndarray, start: Boundary, duration: float, gain: float, rule: Rule = "euler") -> Samples:
+    """The motion from `start` under a drive (n, J) sampled from 0 to `duration`.
+
+    "euler" is the paper's explicit rule. With "trapezium" samples are each other's integral by that rule, and
+    the first one has the start's acceleration where that is not NaN.
+    """
+    stiffness, damping = gain**2 / 4 / duration**2, gain / duration
+    h = duration / (len(drive) - 1)
+    implicit = 1 + h * damping / 2 + h * h * stiffness / 4
+    p, v = start.positions, start.velocities
+    a = drive[0] - stiffness * p - damping * v
+    if rule == "trapezium":
+        a = np.where(np.isnan(start.accelerations), a, start.accelerations)
+    out = np.empty((3, *drive.shape))
+    out[:, 0] = p, v, a
+    for k in range(1, len(drive)):
+        if rule == "euler":
+            p, v = p + h * v, v + h * a
+        else:
+            predicted = p + h * v / 2
+            faster = (v + h / 2 * (a + drive[k] - stiffness * predicted)) / implicit
+            p, v = predicted + h * faster / 2, faster
+        a = drive[k] - stiffness * p - damping * v
+        out[:, k] = p, v, a
+    return Samples(out[0], out[1], out[2])
 
 
 def learn_dmp(

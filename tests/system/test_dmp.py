@@ -61,12 +61,15 @@ def test_plan_only_reports_the_violations(stack: Stack):
 @pytest.mark.parametrize(
     ("field", "more"),
     [
-        ("waypoints", {"waypoints": [m.Waypoint(time_from_start=0.5, positions=[0.1] * 6)]}),
+        ("waypoints", {"waypoints": [m.Waypoint(time_from_start=0.5, positions=[0.1, *5 * [None]])]}),
         ("rest_fraction", {"rest_fraction": 0.1}),
         ("accelerations", {"accelerations": [0.0] * 6}),
         (
             "start.accelerations",
-            {"start": m.Start(positions=[0.0] * 6, velocities=[0.0] * 6, accelerations=[0.0] * 6), "plan_only": True},
+            {
+                "start": m.Start(positions=[0.0] * 6, velocities=[0.0] * 6, accelerations=[0.0, *5 * [None]]),
+                "plan_only": True,
+            },
         ),
     ],
 )

@@ -1,0 +1,1 @@
+"""The paper's experiments made anew: figures, a table of numbers, traces."""

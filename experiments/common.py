@@ -1,0 +1,151 @@
+"""What the experiments share: the figures' demonstration, requests of one joint, rows of the table."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from motion.demonstration import Demonstration
+from motion.dmp import Dmp, learn_dmp
+from motion.limits import Limits
+from motion.plan import Plan, plan
+from motion.primitive import Primitive, learn
+from motion.request import Boundary, MotionRequest, Waypoint
+from motion.samples import Samples
+
+STEP = 1e-3
+"""s; the paper integrates by Euler steps of this length."""
+
+TIMES = np.linspace(0, 1, 1001)
+
+GOALS = 200
+"""Random goals beside each single case."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One number of the table: dotted name, value, unit, and what the paper says of it, if it does."""
+
+    name: str
+    value: float
+    unit: str
+    paper_claim: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """A curve for the trace: `path` like fig2/position/qp, times (n,), s, and values (n,)."""
+
+    path: str
+    times: np.ndarray
+    values: np.ndarray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """What an experiment brings: rows, a picture, curves."""
+
+    rows: list[Row]
+    figure: Figure | None = None
+    curves: list[Curve] = field(default_factory=list)
+
+
+def demonstrated(times: np.ndarray) -> np.ndarray:
+    """Positions, velocities and accelerations (3, n) of d(t) = 2t² + cos(4πt)(1−t) − 1, in closed form.
+
+    It is the demonstration of the authors' published code.
+    """
+    t, w = times, 4 * np.pi
+    cosine, sine = np.cos(w * t), np.sin(w * t)
+    return np.stack(
+        [
+            2 * t**2 + cosine * (1 - t) - 1,
+            4 * t - w * sine * (1 - t) - cosine,
+            4 - w**2 * cosine * (1 - t) + 2 * w * sine,
+        ]
+    )
+
+
+def demonstration(positions: np.ndarray | None = None) -> Demonstration:
+    """The figures' demonstration at 1 kHz, or other positions (n,) at the same times."""
+    return Demonstration(TIMES, (demonstrated(TIMES)[0] if positions is None else positions)[:, None])
+
+
+def figure_primitive() -> Primitive:
+    """The primitive of the figures' demonstration, which has no noise to smooth."""
+    return learn(demonstration(), "none")
+
+
+def state(position: float, velocity: float) -> Boundary:
+    """A state of one joint with its acceleration free."""
+    return Boundary(*(np.array([x]) for x in (position, velocity, np.nan)))
+
+
+DEMONSTRATED_START, DEMONSTRATED_GOAL = state(0.0, -1.0), state(1.0, 3.0)
+
+
+def limits(position: float = np.inf, jerk: float = np.inf) -> Limits:
+    """Limits of one joint: ±position (rad) and ±jerk (rad/s³)."""
+    free = np.array([np.inf])
+    return Limits(np.array([[-position, position]]), free, free, np.array([jerk]))
+
+
+def ask(
+    start: Boundary = DEMONSTRATED_START,
+    goal: Boundary = DEMONSTRATED_GOAL,
+    duration: float = 1.0,
+    within: Limits | None = None,
+    waypoint: tuple[float, float, float] | None = None,
+    rest_fraction: float = 0.0,
+) -> MotionRequest:
+    """A request of one joint that moves on after the goal, as the paper's do. `waypoint`: time, p, v."""
+    waypoints = () if waypoint is None else (Waypoint(waypoint[0], *(np.array([x]) for x in waypoint[1:])),)
+    return MotionRequest(start, goal, duration, within or limits(), waypoints, rest_fraction, "coast")
+
+
+def quadratic(primitive: Primitive, request: MotionRequest) -> tuple[Plan, Samples]:
+    """The plan of the quadratic program and its exact samples."""
+    made = plan(primitive, request, STEP)
+    return made, made.samples()
+
+
+def dynamic(dmp: Dmp, request: MotionRequest) -> Samples:
+    """The DMP for the same request, by Euler steps."""
+    return dmp.rollout(request.start, request.goal, request.duration, STEP)
+
+
+def polynomial(primitive: Primitive) -> Dmp:
+    """The DMP of eq. 6–7, learned from the same demonstration."""
+    return learn_dmp(primitive)
+
+
+def played(duration: float, count: int) -> np.ndarray:
+    """The demonstration's acceleration τ²d̈ (count,), rad/s², when it is played in `duration` s."""
+    return demonstrated(np.linspace(0, 1, count))[2] / duration**2
+
+
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def spread(name: str, values: Iterable[float], unit: str, claim: str | None = None) -> list[Row]:
+    """Median, least and greatest of many."""
+    array = np.array(list(values))
+    return [
+        Row(f"{name}.median", float(np.median(array)), unit, claim),
+        Row(f"{name}.least", float(array.min()), unit),
+        Row(f"{name}.greatest", float(array.max()), unit),
+    ]
+
+
+def column(samples: Samples) -> np.ndarray:
+    """Position, velocity and acceleration (3, n) of the only joint."""
+    return np.stack([samples.positions[:, 0], samples.velocities[:, 0], samples.accelerations[:, 0]])
+
+
+def curves(figure: str, name: str, times: np.ndarray, values: np.ndarray) -> list[Curve]:
+    """Position, velocity and acceleration (3, n) as curves of a figure."""
+    quantities = ("position", "velocity", "acceleration")
+    return [Curve(f"{figure}/{q}/{name}", times, v) for q, v in zip(quantities, values, strict=True)]

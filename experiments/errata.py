@@ -1,0 +1,69 @@
+"""Design 1.3: the paper's three slips, and what each costs if taken literally."""
+
+import numpy as np
+
+from experiments.common import (
+    DEMONSTRATED_START,
+    STEP,
+    Outcome,
+    Row,
+    ask,
+    column,
+    figure_primitive,
+    quadratic,
+    rms,
+    state,
+)
+from motion.basis import make_grid
+from motion.primitive import Primitive
+from motion.request import MotionRequest
+
+DURATION = 0.8
+
+
+def run() -> Outcome:
+    """Eq. 16 solved in real time by its KKT system: as it must be, and with each slip."""
+    primitive = figure_primitive()
+    request = ask(DEMONSTRATED_START, state(1.0, 3.0 / DURATION), DURATION)
+    right = accelerations(primitive, request)
+    _, planned = quadratic(primitive, request)
+    slips = {
+        "tau_inverted": accelerations(primitive, request, tau=DURATION),
+        "theta_kept": accelerations(primitive, request, kept=True),
+        "linear_term": accelerations(primitive, request, factor=-1.0),
+    }
+    claims = {
+        "tau_inverted": "tau is the time scale due to different durations (eq. 10)",
+        "theta_kept": "theta remains unchanged while Psi is recomputed (after eq. 16)",
+        "linear_term": "the linear term is +tau² thetaᵀw (eq. 16)",
+    }
+    rows = [
+        Row("errata.right_against_planner", rms(right - column(planned)[2]) / rms(right), "of the rms"),
+        *(
+            Row(f"errata.{name}", rms(wrong - right) / rms(right), "of the rms", claims[name])
+            for name, wrong in slips.items()
+        ),
+    ]
+    return Outcome(rows)
+
+
+def accelerations(
+    primitive: Primitive, request: MotionRequest, tau: float | None = None, kept: bool = False, factor: float = 2.0
+) -> np.ndarray:
+    """g̈ (n,) of min wᵀΨw − factor·τ²θᵀw in real time under eq. 14; the right factor is 2, the right τ T_d/T.
+
+    `kept` takes θ for the demonstration's duration although Ψ is for the request's.
+    """
+    basis, duration = make_grid(primitive.basis_count).basis, request.duration
+    tau = primitive.duration / duration if tau is None else tau
+    # ∫ψ_i d̈ dt: θ of the primitive is over s, of T_d²·d̈.
+    theta = primitive.theta[0] / primitive.duration**2 * (primitive.duration if kept else duration)
+    end = np.array([1.0])
+    rows = np.concatenate([basis.rows(end, -2) * duration**2, basis.rows(end, -1) * duration])
+    start, goal = request.start, request.goal
+    travel = (goal.positions - start.positions - duration * start.velocities)[0]
+    targets = np.array([travel, (goal.velocities - start.velocities)[0]])
+    count = primitive.basis_count
+    kkt = np.block([[2 * basis.gram() * duration, rows.T], [rows, np.zeros((2, 2))]])
+    weights = np.linalg.solve(kkt, np.concatenate([factor * tau**2 * theta, targets]))[:count]
+    return basis.rows(np.linspace(0, 1, round(duration / STEP) + 1), 0) @ weights

@@ -1,0 +1,177 @@
+"""Section IV-A, fig. 2: another start, another final velocity, 0.8 s instead of 1.0 s."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from experiments import style
+from experiments.common import (
+    DEMONSTRATED_GOAL,
+    DEMONSTRATED_START,
+    GOALS,
+    STEP,
+    Curve,
+    Outcome,
+    Row,
+    ask,
+    column,
+    curves,
+    demonstrated,
+    dynamic,
+    figure_primitive,
+    played,
+    polynomial,
+    quadratic,
+    rms,
+    spread,
+    state,
+)
+from motion.dmp import learn_dmp, quintic
+from motion.primitive import Primitive
+from motion.request import MotionRequest
+
+DURATION = 0.8
+START, GOAL = state(0.5, -1.0), state(1.0, 5.0)
+REST_FRACTION = 0.05
+CLAIM = "the QP imitates better, especially in the final part (IV-A)"
+
+
+def run() -> Outcome:
+    """The single case, the variant with accelerations off at the end, random goals."""
+    primitive = figure_primitive()
+    request = ask(START, GOAL, DURATION)
+    _, qp = quadratic(primitive, request)
+    _, resting = quadratic(primitive, ask(START, GOAL, DURATION, rest_fraction=REST_FRACTION))
+    dmp = dynamic(polynomial(primitive), request)
+    shown = {"qp": column(qp), "rest": column(resting), "dmp": column(dmp)}
+    rows = [row for name, values in shown.items() for row in single(f"fig2.{name}", values)]
+    rows += ratios("fig2", shown["dmp"][2], shown["qp"][2], DURATION)
+    rows += random_goals(primitive)
+    times = np.arange(len(qp)) * STEP
+    return Outcome(rows, picture(times, shown), trace(times, shown))
+
+
+def single(name: str, motion: np.ndarray) -> list[Row]:
+    """Imitation errors and final errors of one motion (3, n); with Euler's rule as with exact integrals."""
+    deviation = motion[2] - played(DURATION, motion.shape[1])
+    euler_velocity = motion[1, 0] + STEP * motion[2, :-1].sum()
+    rows = [
+        Row(f"{name}.imitation_rms", rms(deviation), "rad/s²", CLAIM),
+        Row(f"{name}.imitation_rms_last_fifth", rms(last_fifth(deviation)), "rad/s²", CLAIM),
+        Row(f"{name}.final_position_error", abs(motion[0, -1] - GOAL.positions[0]), "rad"),
+        Row(f"{name}.final_velocity_error", abs(motion[1, -1] - GOAL.velocities[0]), "rad/s"),
+        Row(f"{name}.final_acceleration", motion[2, -1], "rad/s²"),
+    ]
+    if name != "fig2.dmp":
+        claim = "non-zero final accelerations may increase the final velocity error (IV-A)"
+        error = abs(euler_velocity - GOAL.velocities[0])
+        rows.append(Row(f"{name}.final_velocity_error_euler", error, "rad/s", claim))
+        one_tick_late = abs(motion[2, -1]) * STEP
+        rows.append(Row(f"{name}.velocity_error_of_a_tick", one_tick_late, "rad/s", claim))
+    return rows
+
+
+def last_fifth(values: np.ndarray) -> np.ndarray:
+    """The part of samples over a motion that lies in its last fifth."""
+    return values[round(0.8 * (len(values) - 1)) :]
+
+
+def ratios(name: str, dmp: np.ndarray, qp: np.ndarray, duration: float) -> list[Row]:
+    """How many times the QP's imitation error the DMP's is, of accelerations (n,)."""
+    aim = played(duration, len(qp))
+    return [
+        Row(f"{name}.ratio", rms(dmp - aim) / rms(qp - aim), "1", CLAIM),
+        Row(f"{name}.ratio_last_fifth", rms(last_fifth(dmp - aim)) / rms(last_fifth(qp - aim)), "1", CLAIM),
+    ]
+
+
+def random_goals(primitive: Primitive) -> list[Row]:
+    """The ratios of many goals, as learned, as learned the authors' way, and with exact learning."""
+    rng = np.random.default_rng(2)
+    variants = {"dmp": learn_dmp(primitive), "coarse_dmp": learn_dmp(primitive, basis_count=60, gain=50.0)}
+    found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in (*variants, "exact")}
+    final_errors = []
+    for _ in range(GOALS):
+        start = state(rng.uniform(-1, 1), rng.uniform(-3, 3))
+        request = ask(start, state(rng.uniform(-1, 3), rng.uniform(-5, 8)), round(rng.uniform(0.5, 1.6), 3))
+        _, qp = quadratic(primitive, request)
+        aim = played(request.duration, len(qp))
+        deviation = column(qp)[2] - aim
+        for name, dmp in variants.items():
+            rolled = dynamic(dmp, request)
+            found[name].append(compare(column(rolled)[2] - aim, deviation))
+            if name == "dmp":
+                final_errors.append(abs(rolled.velocities[-1, 0] - request.goal.velocities[0]))
+        found["exact"].append(compare(*exact_deviations(request, len(qp))))
+    rows = [row for name, values in found.items() for row in summary(f"fig2.random.{name}", values)]
+    return rows + spread("fig2.random.dmp.final_velocity_error", final_errors, "rad/s")
+
+
+def compare(dmp: np.ndarray, qp: np.ndarray) -> tuple[float, float, float]:
+    """Ratio over the whole motion and its last fifth, and the DMP's share of squared deviation in that fifth."""
+    share = np.sum(last_fifth(dmp) ** 2) / np.sum(dmp**2)
+    return rms(dmp) / rms(qp), rms(last_fifth(dmp)) / rms(last_fifth(qp)), float(share)
+
+
+def summary(name: str, values: list[tuple[float, float, float]]) -> list[Row]:
+    """Spread of the ratios and how often the DMP is the better one."""
+    whole, end, _ = np.array(values).T
+    return [
+        *spread(f"{name}.ratio", whole, "1", CLAIM),
+        *spread(f"{name}.ratio_last_fifth", end, "1", CLAIM),
+        Row(f"{name}.better_in_last_fifth", float(np.mean(end < 1)), "share of goals", CLAIM),
+    ]
+
+
+def exact_deviations(request: MotionRequest, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """g̈ − τ²d̈ (count,) of the DMP and of the QP with perfect learning (design 1.11): a quintic's and a cubic's
+    second derivative between the differences to the demonstration."""
+    s, duration = np.linspace(0, 1, count), request.duration
+    ends = [
+        state(
+            (mine.positions - its.positions)[0],
+            (mine.velocities - its.velocities / duration)[0],
+        )
+        for mine, its in ((request.start, DEMONSTRATED_START), (request.goal, DEMONSTRATED_GOAL))
+    ]
+    dmp = quintic(ends[0], ends[1], duration, s[:, None])[2][:, 0]
+    travel = (ends[1].positions - ends[0].positions - duration * ends[0].velocities)[0]
+    gain = duration * (ends[1].velocities - ends[0].velocities)[0]
+    return dmp, (6 * travel - 2 * gain + (6 * gain - 12 * travel) * s) / duration**2
+
+
+def picture(times: np.ndarray, shown: dict[str, np.ndarray]) -> Figure:
+    """Both motions, the demonstration in the same time, and how far accelerations are from it."""
+    figure, axes = style.panels(
+        "Fig. 2  Another start (0.5 rad), another final velocity (5 rad/s), 0.8 s instead of 1.0 s",
+        (*style.UNITS, "acceleration less\ndemonstration's, rad/s²"),
+    )
+    aim = scaled(times)
+    for values, name, label, width in (
+        (aim, "demonstration", "demonstration, in 0.8 s", 1.2),
+        (shown["qp"], "qp", "QP", 2.0),
+        (shown["rest"], "qp variant", f"QP, no acceleration in the last {REST_FRACTION:.0%}", 1.2),
+        (shown["dmp"], "dmp", "DMP (eq. 6–7)", 1.6),
+    ):
+        style.draw(axes[:3], times, list(values), name, label, linewidth=width)
+        if name != "demonstration":
+            style.draw(axes[3:], times, [values[2] - aim[2]], name, label, linewidth=width)
+    for ax, value in zip(axes, (GOAL.positions[0], GOAL.velocities[0]), strict=False):
+        ax.plot(DURATION, value, "o", color="black", markersize=5, label="goal", zorder=5)
+    axes[3].axvspan(0.8 * DURATION, DURATION, color="#000000", alpha=0.06, label="last fifth")
+    for ax in (axes[0], axes[3]):
+        style.legend(ax, loc="lower right")
+    return figure
+
+
+def scaled(times: np.ndarray) -> np.ndarray:
+    """The demonstration (3, n) played in the new duration."""
+    return demonstrated(times / DURATION) / DURATION ** np.arange(3)[:, None]
+
+
+def trace(times: np.ndarray, shown: dict[str, np.ndarray]) -> list[Curve]:
+    """All curves of the picture."""
+    return [
+        curve
+        for name, values in {**shown, "demonstration": scaled(times)}.items()
+        for curve in curves("fig2", name, times, values)
+    ]

@@ -1,0 +1,131 @@
+"""Section IV-C, fig. 4: a way-point at 0.5 s, and what it does to the acceleration."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from experiments import style
+from experiments.common import (
+    GOALS,
+    STEP,
+    TIMES,
+    Outcome,
+    Row,
+    ask,
+    column,
+    curves,
+    demonstrated,
+    figure_primitive,
+    limits,
+    played,
+    quadratic,
+    rms,
+    spread,
+    state,
+)
+from motion.errors import Infeasible
+from motion.primitive import Primitive
+
+TIME, POSITION = 0.5, 1.0  # s, rad
+VELOCITIES = {"demonstrated": 1.0, "other": -3.0}  # rad/s
+MAX_JERK = 2500.0  # rad/s³; the demonstration itself reaches 1.85e3
+MET = "way-points can be added in the same way as the final goal (IV-C)"
+KINK = "a small discontinuity in the acceleration near the way-point, only after it (IV-C)"
+JERK = "this can be mitigated by a jerk limit (IV-C)"
+RESEMBLES = "the shape highly resembles the demonstrated one (IV-C)"
+
+
+def run() -> Outcome:
+    """Two velocities at the way-point, each with and without a limit on the jerk; random way-points."""
+    primitive = figure_primitive()
+    shown, rows = {}, [Row("fig4.demonstration.largest_jerk", largest_jerk(demonstrated(TIMES)[2]), "rad/s³")]
+    for name, velocity in VELOCITIES.items():
+        for limit, within in (("free", None), ("jerk_limited", limits(jerk=MAX_JERK))):
+            made, samples = quadratic(primitive, ask(within=within, waypoint=(TIME, POSITION, velocity)))
+            motion = shown[f"{name}.{limit}"] = column(samples)
+            rows += single(f"fig4.{name}.{limit}", motion, velocity, made.report.extremes["jerk"][0])
+    curve_list = [c for name, motion in shown.items() for c in curves("fig4", name.replace(".", "_"), TIMES, motion)]
+    return Outcome(rows + random_waypoints(primitive), picture(shown), curve_list)
+
+
+def single(name: str, motion: np.ndarray, velocity: float, jerk: np.ndarray) -> list[Row]:
+    """Errors at the way-point and at the end, and how the acceleration bends on either side."""
+    at = round(TIME / STEP)
+    deviation = np.diff(motion[2] - demonstrated(TIMES)[2]) / STEP
+    before, after = (np.abs(deviation[part]).max() for part in (slice(at - 60, at), slice(at, at + 60)))
+    claim = JERK if name.endswith("jerk_limited") else KINK
+    return [
+        Row(f"{name}.position_error", abs(motion[0, at] - POSITION), "rad", MET),
+        Row(f"{name}.velocity_error", abs(motion[1, at] - velocity), "rad/s", MET),
+        Row(f"{name}.final_position_error", abs(motion[0, -1] - 1.0), "rad", MET),
+        Row(f"{name}.final_velocity_error", abs(motion[1, -1] - 3.0), "rad/s", MET),
+        Row(f"{name}.largest_jerk", float(np.abs(jerk).max()), "rad/s³", claim),
+        Row(f"{name}.added_jerk_before", float(before), "rad/s³", claim),
+        Row(f"{name}.added_jerk_after", float(after), "rad/s³", claim),
+        Row(f"{name}.imitation_rms", rms(motion[2] - played(1.0, 1001)), "rad/s²", RESEMBLES),
+    ]
+
+
+def largest_jerk(accelerations: np.ndarray) -> float:
+    """Largest change of acceleration (n,) in a sample, rad/s³."""
+    return float(np.abs(np.diff(accelerations)).max() / STEP)
+
+
+def random_waypoints(primitive: Primitive) -> list[Row]:
+    """Way-points of any time, position and velocity."""
+    rng = np.random.default_rng(4)
+    errors, jerks, limited, infeasible = [], [], [], 0
+    for _ in range(GOALS):
+        time = round(rng.uniform(0.15, 0.85), 3)
+        demonstrated_there = demonstrated(np.array([time]))[:2, 0]
+        position, velocity = demonstrated_there + rng.uniform((-0.5, -5), (0.5, 5))
+        start, goal = state(rng.uniform(-0.5, 0.5), -1.0), state(rng.uniform(0.5, 1.5), rng.uniform(0, 5))
+        wanted = (time, position, velocity)
+        made, samples = quadratic(primitive, ask(start, goal, waypoint=wanted))
+        at = round(time / STEP)
+        errors.append((abs(samples.positions[at, 0] - position), abs(samples.velocities[at, 0] - velocity)))
+        jerks.append(np.abs(made.report.extremes["jerk"]).max())
+        try:
+            made, _ = quadratic(primitive, ask(start, goal, within=limits(jerk=2 * MAX_JERK), waypoint=wanted))
+            limited.append(np.abs(made.report.extremes["jerk"]).max())
+        except Infeasible:
+            infeasible += 1
+    positions, velocities = np.array(errors).T
+    return [
+        Row("fig4.random.largest_position_error", positions.max(), "rad", MET),
+        Row("fig4.random.largest_velocity_error", velocities.max(), "rad/s", MET),
+        *spread("fig4.random.largest_jerk", jerks, "rad/s³", KINK),
+        Row("fig4.random.jerk_limited.largest_jerk", max(limited), "rad/s³", JERK),
+        Row("fig4.random.jerk_limited.infeasible", infeasible / GOALS, "share of goals", JERK),
+    ]
+
+
+def picture(shown: dict[str, np.ndarray]) -> Figure:
+    """Left the velocity that the demonstration has there, right another."""
+    figure, axes = style.panels(
+        "Fig. 4  A way-point at 0.5 s, 1.0 rad: with the demonstration's velocity there (left) and another (right)",
+        2 * (*style.UNITS, "jerk, rad/s³"),
+        columns=2,
+    )
+    jerk_times = TIMES[1:] - STEP / 2
+    for name, part in zip(VELOCITIES, (axes[:4], axes[4:]), strict=True):
+        style.draw(part[:3], TIMES, list(demonstrated(TIMES)), "demonstration", "demonstration", linewidth=1.2)
+        for limit, colour, label in (
+            ("free", "qp", "QP"),
+            ("jerk_limited", "qp variant", f"QP, jerk at most {MAX_JERK:.0f} rad/s³"),
+        ):
+            motion = shown[f"{name}.{limit}"]
+            dashes = {"linestyle": "-" if limit == "free" else (0, (4, 2))}
+            style.draw(part[:3], TIMES, list(motion), colour, label, **dashes)
+            style.draw(part[3:], jerk_times, [np.diff(motion[2]) / STEP], colour, label, **dashes)
+        style.bound(part[3], (MAX_JERK, -MAX_JERK), "limit on the jerk")
+        for ax, value in zip(part, (POSITION, VELOCITIES[name]), strict=False):
+            ax.plot(TIME, value, "o", color="black", markersize=5, label="way-point", zorder=5)
+        for ax, value in zip(part, (1.0, 3.0), strict=False):
+            ax.plot(1.0, value, "s", color="black", markersize=5, label="goal", zorder=5)
+        for ax in part:
+            ax.axvline(TIME, color="black", linewidth=0.6, linestyle=":")
+    style.legend(axes[0], loc="lower right")
+    for ax in (axes[3], axes[7]):
+        ax.set_ylim(-6500, 4700)
+    style.legend(axes[3], loc="lower right")
+    return figure

@@ -1,0 +1,116 @@
+"""Section IV-E, fig. 6: noise of 0.01 rad on the demonstration, with and without the Savitzky-Golay filter."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from experiments import style
+from experiments.common import (
+    STEP,
+    TIMES,
+    Curve,
+    Outcome,
+    Row,
+    ask,
+    column,
+    curves,
+    demonstrated,
+    demonstration,
+    dynamic,
+    polynomial,
+    quadratic,
+    rms,
+    spread,
+)
+from motion.demonstration import SavitzkyGolay, Smoothing
+from motion.primitive import learn
+
+AMPLITUDE = 0.01  # rad, half-width of uniform noise
+RUNS = 200
+FILTERS: dict[str, Smoothing] = {
+    "none": SavitzkyGolay(3 * STEP, 2),  # the plain differences of neighbours
+    "savitzky_golay_201": SavitzkyGolay(0.201, 5),  # the authors' window and order
+    "auto": "auto",
+}
+WINDOWS = (21, 41, 61, 81, 101, 151, 201, 251, 301, 401, 501)
+AMPLIFIED = "the noise is amplified to 10 rad/s in velocity and 10000 rad/s² in acceleration (fig. 6)"
+FILTERED = "the filter results in better imitation for both (fig. 6)"
+DMP_HELPS = "position and velocity in the forcing term help the DMP against noise; filtering is needed by the QP (IV-E)"
+
+
+def run() -> Outcome:
+    """One noisy demonstration to look at, many to count, and the length of the window."""
+    noise = np.random.default_rng(7).uniform(-AMPLITUDE, AMPLITUDE, (RUNS, len(TIMES)))
+    noisy = demonstrated(TIMES)[0] + noise
+    rows = [
+        Row("fig6.amplified.velocity", float(np.abs(np.diff(noise[0])).max() / STEP), "rad/s", AMPLIFIED),
+        Row("fig6.amplified.acceleration", float(np.abs(np.diff(noise[0], 2)).max() / STEP**2), "rad/s²", AMPLIFIED),
+    ]
+    shown = {}
+    for name, smoothing in FILTERS.items():
+        motions = [learned(positions, smoothing) for positions in noisy]
+        shown |= {f"{method}.{name}": motions[0][method] for method in ("qp", "dmp")}
+        for method in ("qp", "dmp"):
+            claim = DMP_HELPS if name == "none" else FILTERED
+            errors = [rms(motion[method][2] - demonstrated(TIMES)[2]) for motion in motions]
+            paths = [rms(motion[method][0] - demonstrated(TIMES)[0]) for motion in motions]
+            rows += spread(f"fig6.{method}.{name}.imitation_rms", errors, "rad/s²", claim)
+            rows += spread(f"fig6.{method}.{name}.position_rms", paths, "rad", claim)
+    windows = {w: learned(noisy[0], SavitzkyGolay(w * STEP, 5)) for w in WINDOWS}
+    by_window = {
+        m: [rms(motions[m][2] - demonstrated(TIMES)[2]) for motions in windows.values()] for m in ("qp", "dmp")
+    }
+    for method, values in by_window.items():
+        rows += [
+            Row(f"fig6.{method}.window_{w}.imitation_rms", value, "rad/s²")
+            for w, value in zip(WINDOWS, values, strict=True)
+        ]
+    return Outcome(rows, picture(shown, by_window), trace(shown))
+
+
+def learned(positions: np.ndarray, smoothing: Smoothing) -> dict[str, np.ndarray]:
+    """Both methods' motion (3, n) to the clean demonstration's goal, learned from positions (n,)."""
+    primitive = learn(demonstration(positions), smoothing)
+    request = ask()
+    _, qp = quadratic(primitive, request)
+    return {"qp": column(qp), "dmp": column(dynamic(polynomial(primitive), request))}
+
+
+def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> Figure:
+    """Left without, right with the filter; below what the window's length does."""
+    units = "acceleration, rad/s²", "position, rad"
+    figure, axes = style.panels(
+        "Fig. 6  Noise of 0.01 rad on the demonstration: not filtered (left), Savitzky-Golay of 201 samples (right)",
+        (
+            f"{units[0]}\n(QP)",
+            f"{units[0]}\n(DMP)",
+            units[1],
+            f"{units[0]}\n(both)",
+            units[1],
+            "imitation error, rad/s²",
+        ),
+        columns=2,
+        height=2.6,
+    )
+    clean = demonstrated(TIMES)
+    for ax, method in ((axes[0], "qp"), (axes[1], "dmp")):
+        style.draw([ax], TIMES, [shown[f"{method}.none"][2]], method, f"{method.upper()}, not filtered", linewidth=0.8)
+        style.draw([ax], TIMES, [clean[2]], "demonstration", "demonstration without noise", linewidth=1.2)
+        style.legend(ax, loc="lower right")
+    for ax, name, row in ((axes[2], "none", 0), (axes[4], "savitzky_golay_201", 0), (axes[3], "savitzky_golay_201", 2)):
+        style.draw([ax], TIMES, [clean[row]], "demonstration", "demonstration without noise", linewidth=2.4)
+        for method in ("qp", "dmp"):
+            style.draw([ax], TIMES, [shown[f"{method}.{name}"][row]], method, method.upper(), linewidth=1.2)
+        style.legend(ax, loc="lower right")
+    for method, values in by_window.items():
+        axes[5].semilogy(WINDOWS, values, "o-", color=style.COLOURS[method], label=method.upper())
+    axes[5].axvline(201, color="black", linewidth=0.8, linestyle=":", label="the authors' window")
+    axes[5].set_xlabel("window, samples of 1 ms (order 5)")
+    style.legend(axes[5])
+    for ax in (axes[2], axes[4]):
+        ax.set_xlabel("time, s")
+    return figure
+
+
+def trace(shown: dict[str, np.ndarray]) -> list[Curve]:
+    """All motions of the picture."""
+    return [c for name, motion in shown.items() for c in curves("fig6", name.replace(".", "_"), TIMES, motion)]

@@ -1,0 +1,52 @@
+"""One style for all figures."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+UNITS = ("position, rad", "velocity, rad/s", "acceleration, rad/s²")
+COLOURS = {
+    "demonstration": "#7f7f7f",
+    "qp": "#1f5fa8",
+    "qp variant": "#3fa7a0",
+    "dmp": "#c8501e",
+    "dmp variant": "#d9a400",
+    "limit": "#a01c2c",
+}
+
+
+def panels(title: str, labels: Sequence[str], columns: int = 1, height: float = 2.2) -> tuple[Figure, list[Axes]]:
+    """A figure with one panel for each y label, in rows first, time on the lowest x axes."""
+    rows = -(-len(labels) // columns)
+    figure = Figure(figsize=(8.0 if columns == 1 else 11.0, 0.8 + height * rows), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(title, fontsize=11)
+    axes = list(figure.subplots(rows, columns, squeeze=False).T.flat)
+    for number, (ax, label) in enumerate(zip(axes, labels, strict=True)):
+        ax.set_ylabel(label)
+        ax.grid(alpha=0.3)
+        ax.spines[["top", "right"]].set_visible(False)
+        if (number + 1) % rows == 0:
+            ax.set_xlabel("time, s")
+    return figure, axes
+
+
+def draw(axes: Sequence[Axes], times: np.ndarray, values: Sequence[np.ndarray], name: str, label: str, **more) -> None:
+    """One curve in each panel, in the colour of `name`."""
+    for ax, curve in zip(axes, values, strict=True):
+        ax.plot(times, curve, color=COLOURS[name], label=label, **{"linewidth": 1.6, **more})
+
+
+def bound(ax: Axes, values: Sequence[float], label: str, **more) -> None:
+    """Horizontal lines at limits, named once."""
+    for number, value in enumerate(values):
+        style = {"linestyle": "--", "linewidth": 1.2, "color": COLOURS["limit"], **more}
+        ax.axhline(value, label=label if number == 0 else None, **style)
+
+
+def legend(ax: Axes, **more) -> None:
+    """The legend of a panel."""
+    ax.legend(fontsize=8, framealpha=0.9, **more)
