@@ -1,0 +1,71 @@
+"""Segments on the timeline, one replacing another."""
+
+import numpy as np
+
+from motion.samples import Samples
+from services.controller.timeline import Segment, Timeline
+
+
+def ramp(start: int, count: int, first: float) -> Segment:
+    """Positions first, first + 1, … on one joint."""
+    values = first + np.arange(float(count))[:, None]
+    return Segment(start, Samples(values, values + 0.1, values + 0.2))
+
+
+def positions(timeline: Timeline, ticks: range) -> list[float]:
+    """Return the position of the joint at each of the ticks."""
+    return [float(timeline.at(tick)[0][0]) for tick in ticks]
+
+
+def test_it_holds_before_and_after_a_segment():
+    """Before the first segment its first sample, after the last one its last."""
+    timeline = Timeline(np.array([5.0]), tick=3)
+    timeline.splice(ramp(10, 3, 20.0))
+    assert positions(timeline, range(8, 15)) == [5, 5, 20, 21, 22, 22, 22]
+    assert positions(timeline, range(3)) == [5, 5, 5]
+    assert [float(values[0]) for values in timeline.at(11)] == [21.0, 21.1, 21.2]
+    assert timeline.end == 12
+
+
+def test_a_segment_replaces_all_that_came_from_its_start_on():
+    """Also segments that had not begun, and one that begins at the same tick."""
+    timeline = Timeline(np.array([0.0]))
+    timeline.splice(ramp(10, 10, 100.0))
+    timeline.splice(ramp(14, 2, 200.0))
+    timeline.splice(ramp(12, 2, 300.0))
+    assert positions(timeline, range(9, 16)) == [0, 100, 101, 300, 301, 301, 301]
+    timeline.splice(ramp(12, 1, 400.0))
+    assert positions(timeline, range(11, 14)) == [101, 400, 400]
+
+
+def test_what_is_past_can_be_forgotten():
+    """The present and the future stay."""
+    timeline = Timeline(np.array([0.0]))
+    timeline.splice(ramp(10, 5, 100.0))
+    timeline.splice(ramp(12, 5, 200.0))
+    before = positions(timeline, range(11, 20))
+    timeline.forget_before(11)
+    assert positions(timeline, range(11, 20)) == before
+    timeline.forget_before(12)
+    assert positions(timeline, range(12, 20)) == before[1:]
+
+
+def test_what_is_coming():
+    """From a tick to the end of everything, across segments; at least one sample."""
+    timeline = Timeline(np.array([0.0]))
+    timeline.splice(ramp(10, 5, 100.0))
+    timeline.splice(ramp(12, 3, 200.0))
+    assert timeline.coming(9).positions[:, 0].tolist() == [0, 100, 101, 200, 201, 202]
+    assert timeline.coming(50).positions[:, 0].tolist() == [202]
+    assert timeline.coming(13).velocities.shape == (2, 1)
+
+
+def test_holding_forgets_everything():
+    """The pose given is copied: the caller may write into its own."""
+    timeline = Timeline(np.array([0.0]))
+    timeline.splice(ramp(10, 5, 100.0))
+    pose = np.array([7.0])
+    timeline.hold(pose, 11)
+    pose[0] = 8.0
+    assert positions(timeline, range(10, 13)) == [7, 7, 7]
+    assert not any(values.any() for values in timeline.at(12)[1:])
