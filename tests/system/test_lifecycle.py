@@ -1,0 +1,178 @@
+"""Processes that come late, leave early, come twice, die and return."""
+
+import math
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from harness import ROBOT, SERVICES, Stack, end_tick, running, wait_for, wait_for_controller
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Bus, open_session
+from protocol.errors import NoAnswer, Refusal
+from services.demo.strikes import goal
+from services.options import Options, free_endpoint
+from services.supervisor import Supervisor, command_lines
+
+HOME = ROBOT.home.tolist()
+
+
+def lines_for(endpoint: str, tmp_path: Path) -> dict[str, list[str]]:
+    """Return the command lines of services on the stepped clock."""
+    return command_lines(Options(listen=(endpoint,)), {"clock": "stepped", "library": tmp_path / "library"})
+
+
+def test_services_start_in_any_order(tmp_path: Path):
+    """Controller and planner first, the sim, which hosts the bus, a second later; then all work together."""
+    endpoint = free_endpoint()
+    supervisor = Supervisor(lines_for(endpoint, tmp_path))
+    try:
+        supervisor.start("controller")
+        supervisor.start("planner")
+        time.sleep(1.0)
+        assert supervisor.ended() == {}
+        supervisor.start("sim")
+        with Bus(open_session([endpoint])) as bus:
+            supervisor.wait_ready(bus)
+            stack = Stack(supervisor, bus, endpoint, tmp_path)
+            wait_for_controller(stack)
+            stack.reset()
+            reply = stack.goal(primitive="forehand", positions=HOME, duration=0.4)
+            assert reply.start_time == pytest.approx(0.020, abs=1e-12)
+            assert stack.finish(reply).outcome == "succeeded"
+    finally:
+        supervisor.stop()
+
+
+def test_sigterm_ends_each_service_in_order(tmp_path: Path):
+    """With status 0, whether the sim goes first or last, on a bus or still waiting for one."""
+    for order in (SERVICES, tuple(reversed(SERVICES))):
+        with running(tmp_path) as stack:
+            for name in order:
+                process = stack.services.running[name]
+                process.terminate()
+                assert process.wait(10.0) == 0, name
+    for name in ("planner", "controller"):
+        process = subprocess.Popen(lines_for(free_endpoint(), tmp_path)[name], stderr=subprocess.PIPE, text=True)
+        assert process.stderr is not None
+        assert any("waiting" in line for line in process.stderr)
+        process.terminate()
+        process.communicate(timeout=10.0)
+        assert process.returncode == 0, name
+
+
+@pytest.fixture(scope="module")
+def taken(tmp_path_factory: pytest.TempPathFactory):
+    """Running services, for those that come twice."""
+    with running(tmp_path_factory.mktemp("taken")) as stack:
+        yield stack
+
+
+@pytest.mark.parametrize("name", SERVICES)
+def test_a_second_service_ends_with_status_3(taken: Stack, tmp_path: Path, name: str):
+    """And says why; the first one goes on."""
+    line = lines_for(taken.endpoint, tmp_path)[name]
+    second = subprocess.run(line, capture_output=True, text=True, timeout=30.0, check=False)
+    assert second.returncode == 3, second.stderr
+    assert f"another {name} serves robot arm" in second.stderr
+    assert "Traceback" not in second.stderr
+    assert taken.services.ended() == {}
+    assert taken.status().mode == "holding"
+
+
+def test_a_planner_alone_plans(tmp_path: Path):
+    """It hosts the bus itself and serves plan-only goals from home; others have nobody to play them."""
+    endpoint = free_endpoint()
+    line = [sys.executable, "-m", "services.planner", "--listen", endpoint, "--library", str(tmp_path / "library")]
+    with Supervisor({"planner": line}) as supervisor, Bus(open_session([endpoint])) as bus:
+        supervisor.wait_ready(bus)
+        stack = Stack(supervisor, bus, endpoint, tmp_path)
+        reply = stack.goal(primitive="forehand", positions=HOME, plan_only=True, include_trajectory=True)
+        assert reply.trajectory is not None
+        assert np.frombuffer(reply.trajectory.positions)[:6] == pytest.approx(HOME, abs=1e-12)
+        assert stack.refused_goal(primitive="forehand", positions=HOME).code == "unavailable"
+        process = supervisor.running["planner"]
+    assert process.returncode == 0
+
+
+def test_a_dead_planner_leaves_the_motion_to_finish(tmp_path: Path):
+    """Its successor knows what was learned, and that a goal was played."""
+    samples = [[0.3 * math.sin(k / 100), *HOME[1:]] for k in range(200)]
+    with running(tmp_path) as stack:
+        stack.reset()
+        stack.bus.ask(topics.LEARN, m.Learn(name="nod", positions=samples, rate=200.0))
+        before = stack.bus.ask(topics.PRIMITIVES, m.Empty())
+        reply = stack.bus.ask(topics.GOAL, goal(goal_id="orphan"))
+        stack.step(300)
+        planner = stack.services.running["planner"]
+        planner.kill()
+        planner.wait()
+        assert stack.finish(reply).outcome == "succeeded"
+        with pytest.raises(NoAnswer):
+            stack.bus.ask(topics.PRIMITIVES, m.Empty(), timeout=2.0)
+        stack.services.start("planner")
+        stack.services.wait_ready(stack.bus)
+        assert stack.bus.ask(topics.PRIMITIVES, m.Empty()) == before
+        assert stack.refused_goal(primitive="nod", positions=HOME, goal_id="orphan").code == "duplicate"
+        assert stack.finish(stack.goal(primitive="nod", positions=HOME)).outcome == "succeeded"
+
+
+def test_a_restarted_sim_is_found_again(tmp_path: Path):
+    """The bus dies with it and comes back with it; the goal is aborted, and new ones work."""
+    with running(tmp_path) as stack:
+        stack.reset()
+        reply = stack.bus.ask(topics.GOAL, goal())
+        stack.step(300)
+        sim = stack.services.running["sim"]
+        sim.kill()
+        sim.wait()
+        stack.services.start("sim")
+        stack.services.wait_ready(stack.bus)
+        wait_for(lambda: aborted(stack, reply.goal_id), "the controller to notice the new run")
+        stack.reset()
+        assert stack.status().mode == "holding"
+        back = stack.goal(primitive="forehand", positions=HOME, duration=0.5)
+        assert back.start_time == pytest.approx(0.020, abs=1e-12)
+        assert stack.finish(back).outcome == "succeeded"
+        assert end_tick(back) < stack.tick
+
+
+def aborted(stack: Stack, goal_id: str) -> bool:
+    """Whether the controller says that the goal was aborted."""
+    try:
+        return stack.result(goal_id).outcome == "aborted"
+    except (NoAnswer, Refusal):
+        return False
+
+
+@pytest.mark.realtime
+def test_everything_from_start_to_ctrl_c(tmp_path: Path):
+    """`python -m services` says how to reach the arm, serves it in real time, and ends all on Ctrl-C with status 0."""
+    endpoint, trace = free_endpoint(), tmp_path / "trace.rrd"
+    line = [sys.executable, "-m", "services", "--listen", endpoint]
+    line += ["--library", str(tmp_path / "library"), "--record", str(trace)]
+    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert process.stdout is not None
+    said = []
+    for text in process.stdout:
+        said.append(text)
+        if "volley is ready" in text:
+            break
+    with Bus(open_session([endpoint])) as bus:
+        assert all(bus.is_alive(name) for name in (*SERVICES, "recorder"))
+        with pytest.raises(Refusal) as caught:
+            bus.ask(topics.SIM_STEP, m.Step(ticks=1))
+        assert caught.value.code == "wrong_clock"
+        assert bus.ask(topics.DESCRIPTION, m.Empty()).clock == "realtime"
+    process.send_signal(signal.SIGINT)
+    rest, _ = process.communicate(timeout=40.0)
+    assert process.returncode == 0, "".join(said) + rest
+    assert "Traceback" not in "".join(said) + rest
+    assert endpoint in "".join(said) + rest
+    assert "ended with status" not in rest
+    assert trace.stat().st_size > 0

@@ -1,0 +1,190 @@
+"""Lost messages, a dead controller and a new run in the middle of a motion."""
+
+import signal
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+from harness import ROBOT, Stack, running, samples_of, wait_for
+
+from protocol import messages as m
+from protocol import topics
+from protocol.errors import NoAnswer, Refusal
+from services.demo.strikes import goal
+
+Stream = Literal["state", "command"]
+HOME = ROBOT.home.tolist()
+STREAMS = pytest.mark.parametrize("stream", ["state", "command"])
+SILENCE = ROBOT.silence_ticks
+
+
+def strike_and_lose(stack: Stack, stream: Stream, ticks: int) -> m.GoalReply:
+    """Begin a strike and, 300 ticks into it, lose the messages of the coming `ticks` on one stream."""
+    reply = stack.bus.ask(topics.GOAL, goal())
+    stack.step_to(round(reply.start_time * 1000) + 300)
+    stack.bus.ask(topics.SIM_DISTURB, m.Disturb(kind="loss", stream=stream, duration=ticks / 1000))
+    return reply
+
+
+def reset_fault(stack: Stack) -> m.ModeReply:
+    """Ask the controller to leave its fault."""
+    return stack.bus.ask(topics.RESET, m.Empty())
+
+
+def speed(stack: Stack) -> float:
+    """Return the true speed of the fastest joint now, rad/s."""
+    truth = stack.state().truth
+    assert truth is not None
+    return float(np.abs(truth.velocities).max())
+
+
+@STREAMS
+@pytest.mark.parametrize("ticks", [1, 7, SILENCE - 1])
+def test_a_short_silence_changes_no_reference(stack: Stack, stream: Stream, ticks: int):
+    """Up to 19 lost messages either way: the reference is the plan's to the bit, and nobody brakes."""
+    reply = strike_and_lose(stack, stream, ticks)
+    missed = stack.status().cycle.missed
+    assert stack.finish(reply).outcome == "succeeded"
+    plan = samples_of(stack.plan_of(reply))
+    first = round(reply.start_time * 1000)
+    commands = [command for command in stack.commands() if first <= command.tick < first + len(plan)]
+    lost = ticks if stream == "state" else 0
+    assert len(commands) == len(plan) - lost
+    for command in commands:
+        assert command.positions == plan.positions[command.tick - first].tolist()
+        assert command.velocities == plan.velocities[command.tick - first].tolist()
+    assert not any(state.brake for state in stack.states())
+    assert stack.status().cycle.missed == missed + ticks
+
+
+@STREAMS
+def test_the_arm_brakes_at_the_twentieth_lost_message(stack: Stack, stream: Stream):
+    """From there on by itself to rest; goals are refused until a reset, which moves nothing."""
+    reply = strike_and_lose(stack, stream, SILENCE)
+    lost = stack.tick
+    stack.step(SILENCE)
+    assert not stack.state().brake
+    stack.step(1)
+    assert stack.state().brake
+    assert next(state.tick for state in stack.states() if state.brake) == lost + SILENCE + 1
+    assert stack.states()[-1].applied_tick == lost
+    status = stack.status()
+    assert status.mode == "fault"
+    assert "braked" in (status.fault or "")
+    assert stack.result(reply.goal_id).outcome == "aborted"
+    with pytest.raises(Refusal) as caught:
+        reset_fault(stack)
+    assert caught.value.code == "busy"
+    refusal = stack.refused_goal(primitive="forehand", positions=HOME)
+    assert (refusal.code, refusal.detail["fault"]) == ("fault", status.fault)
+    stack.step(500)
+    assert speed(stack) < 1e-3
+    at_rest = stack.state()
+    assert at_rest.brake
+    assert stack.refused_goal(primitive="forehand", positions=HOME).code == "fault"
+    assert reset_fault(stack).mode == "holding"
+    stack.step(100)
+    assert not stack.state().brake
+    held = [state.positions for state in stack.states()[-100:]]
+    assert np.abs(np.array(held) - at_rest.positions).max() < 1e-5
+    back = stack.goal(primitive="forehand", positions=HOME)
+    assert stack.finish(back).outcome == "succeeded"
+    assert stack.state().positions == pytest.approx(HOME, abs=1e-4)
+
+
+def test_the_brake_keeps_the_acceleration_limits(stack: Stack):
+    """The measured motion from the last command to rest is a stop inside the arm's limits."""
+    strike_and_lose(stack, "command", 1000)
+    stack.step(500)
+    braking = np.array([state.truth.velocities for state in stack.states() if state.brake and state.truth])
+    assert np.abs(braking[0]).max() > 1.0
+    assert np.abs(braking[-1]).max() < 1e-3
+    accelerations = np.diff(braking, axis=0) * 1000
+    assert np.all(np.abs(accelerations) <= ROBOT.limits.accelerations * 1.01)
+
+
+def test_a_new_run_aborts_the_goal(stack: Stack):
+    """The controller holds where the arm now is, and plans anew from there."""
+    reply = stack.bus.ask(topics.GOAL, goal())
+    stack.step(400)
+    stack.reset(positions=[0.3, 0.5, 0.8, 0.0, 0.0, 0.0])
+    result = stack.result(reply.goal_id)
+    assert result.outcome == "aborted"
+    assert "run" in result.reason
+    assert stack.status().mode == "holding"
+    stack.step(50)
+    assert all(command.positions == [0.3, 0.5, 0.8, 0.0, 0.0, 0.0] for command in stack.commands())
+    back = stack.goal(primitive="forehand", positions=HOME)
+    assert stack.finish(back).outcome == "succeeded"
+
+
+def test_a_silent_controller_stops_the_stepped_clock(tmp_path: Path):
+    """The step is answered with the tick reached, a second one meanwhile is busy, and time goes on afterwards."""
+    with running(tmp_path) as stack:
+        stack.reset()
+        stack.step(10)
+        controller = stack.services.running["controller"]
+        controller.send_signal(signal.SIGSTOP)
+        with pytest.raises(Refusal) as caught:
+            stack.step(5)
+        assert caught.value.code == "unavailable"
+        assert caught.value.detail["service"] == "controller"
+        reached = caught.value.detail["tick"]
+        controller.send_signal(signal.SIGCONT)
+        stack.step(5)
+        assert stack.tick == reached + 5
+
+
+@pytest.mark.realtime
+def test_a_killed_controller_leaves_a_braked_arm(tmp_path: Path):
+    """In real time: the arm brakes and holds; the next controller comes up in fault, and a reset leaves it."""
+    with running(tmp_path, clock="realtime") as stack:
+        recover(stack)
+        reply = stack.goal(primitive="forehand", positions=[0.5, *HOME[1:]], duration=3.0)
+        wait_for(lambda: stack.state().time > reply.start_time + 1.0, "the motion to be under way")
+        controller = stack.services.running["controller"]
+        controller.kill()
+        controller.wait()
+        wait_for(lambda: stack.state().brake, "the arm to brake")
+        wait_for(lambda: speed(stack) < 1e-3, "the arm to rest")
+        pose = stack.state().positions
+        stack.services.start("controller")
+        wait_for(lambda: mode(stack) == "fault", "the next controller in fault")
+        assert stack.refused_goal(primitive="forehand", positions=HOME).code == "fault"
+        assert stack.state().positions == pytest.approx(pose, abs=1e-3)
+        recover(stack)
+        assert stack.state().positions == pytest.approx(pose, abs=1e-3)
+        wait_for(lambda: succeeds(stack), "a goal to succeed", patience=60.0)
+
+
+def mode(stack: Stack) -> str:
+    """Return the controller's mode, or nothing while it is silent."""
+    try:
+        return stack.status().mode
+    except (Refusal, NoAnswer):
+        return ""
+
+
+def recover(stack: Stack) -> None:
+    """Leave any fault: a machine that stalls may bring the arm to brake at any time."""
+
+    def healthy() -> bool:
+        try:
+            reset_fault(stack)
+        except (Refusal, NoAnswer):
+            return False
+        return not stack.state().brake
+
+    wait_for(healthy, "the fault to be reset")
+
+
+def succeeds(stack: Stack) -> bool:
+    """Whether a small goal is played to its end; one that a stall of the machine aborted is not."""
+    try:
+        reply = stack.goal(primitive="forehand", positions=HOME, duration=1.0)
+    except Refusal:
+        recover(stack)
+        return False
+    wait_for(lambda: stack.result(reply.goal_id).outcome != "running", "the goal to end")
+    return stack.result(reply.goal_id).outcome == "succeeded"
