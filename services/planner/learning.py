@@ -17,6 +17,9 @@ MAX_POSITION = 1e4
 DURATION_RANGE = 0.01, 3600.0
 """Of a demonstration, s."""
 
+SHORTEST_GAP = 1e-3
+"""Between two samples, of the mean gap; the spline through closer ones would overflow."""
+
 MAX_ORDER = 10
 """Of the smoothing polynomial; beyond it the fit is ill-conditioned."""
 
@@ -33,8 +36,6 @@ def learn_from_request(request: m.Learn) -> Primitive:
         return learn(Demonstration(times, positions), _smoothing(request.smoothing))
     except InvalidMotion as error:
         raise bad_message(error.field, str(error)) from None
-    except (ValueError, np.linalg.LinAlgError) as error:  # samples so uneven that no spline goes through them
-        raise bad_message("times", f"times and positions cannot be learned from: {error}") from None
 
 
 def learned_message(name: str, primitive: Primitive) -> m.Learned:
@@ -115,4 +116,10 @@ def _times(request: m.Learn, samples: int) -> np.ndarray:
     if not shortest <= request.times[-1] - request.times[0] <= longest:
         sentence = f"times run from {request.times[0]} to {request.times[-1]} s; {shortest} s to {longest} s are taken"
         raise bad_message("times", sentence)
-    return np.array(request.times, dtype=float)
+    times = np.array(request.times, dtype=float)
+    gaps = np.diff(times)
+    if gaps.min() < SHORTEST_GAP * gaps.mean():
+        index = int(gaps.argmin())
+        sentence = f"times[{index + 1}] is {times[index + 1]} after {times[index]} s; samples must be further apart"
+        raise bad_message("times", sentence)
+    return times

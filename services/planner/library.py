@@ -102,5 +102,6 @@ class Library:
 
 
 def _read(path: Path) -> tuple[Primitive, float]:
-    with np.load(path, allow_pickle=False) as arrays:
+    # Given a path, numpy leaves the file open where it is not an archive.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
         return Primitive.from_arrays({key: arrays[key] for key in arrays if key != "created"}), float(arrays["created"])

@@ -1,0 +1,116 @@
+"""Primitives on disk."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motion.demonstration import Demonstration
+from motion.primitive import Primitive, learn
+from protocol.errors import Refusal
+from services.planner.library import Library
+
+LOG = logging.getLogger("test")
+
+
+@pytest.fixture(scope="module")
+def primitive() -> Primitive:
+    """Any primitive."""
+    times = np.linspace(0.0, 1.0, 100)
+    return learn(Demonstration(times, np.sin(np.outer(times, [1.0, 2.0]))))
+
+
+def names(library: Library) -> list[str]:
+    """Return what the library lists."""
+    return [entry.name for entry in library]
+
+
+def test_what_is_put_is_found_by_the_next_process(tmp_path: Path, primitive: Primitive):
+    """All of it, bit by bit."""
+    first = Library(tmp_path / "library", LOG)
+    assert first.is_new
+    first.put("swing", primitive)
+    first.put("a-2_b", primitive)
+    second = Library(tmp_path / "library", LOG)
+    assert not second.is_new
+    assert names(second) == ["a-2_b", "swing"]
+    assert list(second) == list(first)
+    assert second.get("swing").theta.tobytes() == primitive.theta.tobytes()
+    assert second.get("swing").duration == primitive.duration
+    assert second.get("swing").smoothing == primitive.smoothing
+
+
+def test_what_is_removed_is_gone(tmp_path: Path, primitive: Primitive):
+    """From memory and disk; a second time it is unknown."""
+    library = Library(tmp_path, LOG)
+    library.put("swing", primitive)
+    library.remove("swing")
+    assert names(library) == names(Library(tmp_path, LOG)) == []
+    with pytest.raises(Refusal) as caught:
+        library.remove("swing")
+    assert (caught.value.code, caught.value.detail["name"]) == ("unknown_primitive", "swing")
+
+
+def test_an_unknown_name_lists_what_there_is(tmp_path: Path, primitive: Primitive):
+    """Or says that there is nothing yet."""
+    library = Library(tmp_path, LOG)
+    with pytest.raises(Refusal, match="none yet"):
+        library.get("lob")
+    library.put("swing", primitive)
+    with pytest.raises(Refusal, match="there is swing"):
+        library.get("lob")
+
+
+@pytest.mark.parametrize("name", ["", "../escape", "/etc/passwd", "a.b", "a b", "-a", "_a", "ä", "x" * 65, "a\n"])
+def test_names_that_are_none(tmp_path: Path, name: str):
+    """Above all none that leads out of the directory."""
+    with pytest.raises(Refusal) as caught:
+        Library(tmp_path, LOG).check_name(name, replace=True)
+    assert (caught.value.code, caught.value.detail["field"]) == ("bad_message", "name")
+
+
+def test_a_name_is_taken_unless_replaced(tmp_path: Path, primitive: Primitive):
+    """A new name may be written either way."""
+    library = Library(tmp_path, LOG)
+    library.check_name("swing", replace=False)
+    library.put("swing", primitive)
+    with pytest.raises(Refusal) as caught:
+        library.check_name("swing", replace=False)
+    assert (caught.value.code, caught.value.detail["name"]) == ("exists", "swing")
+    library.check_name("swing", replace=True)
+
+
+def test_files_that_are_no_primitives_are_left_alone(
+    tmp_path: Path, primitive: Primitive, caplog: pytest.LogCaptureFixture
+):
+    """And reported; the good ones are there all the same."""
+    Library(tmp_path, LOG).put("swing", primitive)
+    whole = (tmp_path / "swing.npz").read_bytes()
+    bad = {"cut": whole[: len(whole) // 2], "empty": b"", "noise": bytes(range(256)) * 10}
+    for name, content in bad.items():
+        (tmp_path / f"{name}.npz").write_bytes(content)
+    np.savez(tmp_path / "other.npz", created=1.0, theta=np.zeros(3))
+    np.savez(tmp_path / "pickle.npz", created=np.array([object()], dtype=object))
+    assert names(Library(tmp_path, LOG)) == ["swing"]
+    for name in (*bad, "other", "pickle"):
+        assert (tmp_path / f"{name}.npz").exists()
+        assert f"{name}.npz is not a primitive" in caplog.text
+
+
+def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: Primitive, monkeypatch):
+    """The new file takes the old one's place whole or not at all; leftovers are swept up."""
+    library = Library(tmp_path, LOG)
+    library.put("swing", primitive)
+    before = (tmp_path / "swing.npz").read_bytes()
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(np, "savez", full)
+    with pytest.raises(OSError, match="no space"):
+        library.put("swing", primitive)
+    assert (tmp_path / "swing.npz").read_bytes() == before
+    assert list(tmp_path.glob(".*.tmp"))
+    assert names(Library(tmp_path, LOG)) == ["swing"]
+    assert not list(tmp_path.glob(".*.tmp"))
