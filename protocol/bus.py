@@ -26,6 +26,8 @@ from protocol.topics import (
 Item = TypeVar("Item")
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+MAX_MESSAGE_BYTES = 32 << 20
+"""Where Zenoh itself drops a message: twice the largest request, so that what is merely too large gets an answer."""
 NO_HUB = "Unable to connect"
 """What Zenoh's error says where no endpoint to connect to answers."""
 

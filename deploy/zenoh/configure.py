@@ -1,0 +1,122 @@
+"""`python -m deploy.zenoh.configure`: write the Zenoh configurations of a robot cell, one for each participant.
+
+`router.json5` is for whoever hosts the bus (the robot side, with --listen), `ROLE.json5` for the rest.
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tyro
+
+from deploy.zenoh.permissions import MESSAGES, ROLES, Permission, acting, common_name, reading
+from protocol.bus import MAX_MESSAGE_BYTES
+
+HEADER = "// Made by: python -m deploy.zenoh.configure{flags}\n"
+HOST_ROLE = "sim"
+"""Whose certificate the host of the bus shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """Write router.json5 and a json5 file for every role into a directory.
+
+    Attributes:
+        out: Directory of the files; this package's own by default.
+        robot: Name of the robot, as in its keys.
+        host: Name or address at which the others reach the robot; its certificate must bear it.
+        port: Port of the bus.
+        tls: Directory of the certificates on the machines that use the files: ca.pem, ROLE.pem and ROLE.key.
+    """
+
+    out: Path = Path(__file__).parent
+    robot: str = "arm"
+    host: str = "robot.local"
+    port: int = 7447
+    tls: Path = Path("/etc/volley/tls")
+
+
+def router_config(cell: Cell) -> dict[str, Any]:
+    """Return the configuration of the host of the bus: mutual TLS, nothing else, and the permission table."""
+    return {
+        "mode": "router",
+        "listen": {"endpoints": [f"tls/0.0.0.0:{cell.port}"]},
+        "transport": _transport(
+            cell,
+            {
+                "enable_mtls": True,
+                "listen_certificate": str(cell.tls / f"{HOST_ROLE}.pem"),
+                "listen_private_key": str(cell.tls / f"{HOST_ROLE}.key"),
+            },
+        ),
+        "access_control": access_control(cell.robot),
+    }
+
+
+def client_config(cell: Cell, role: str) -> dict[str, Any]:
+    """Return the configuration of a participant who joins the bus as `role`."""
+    return {
+        "mode": "client",
+        "connect": {"endpoints": [f"tls/{cell.host}:{cell.port}"]},
+        "listen": {"endpoints": []},
+        "transport": _transport(
+            cell,
+            {
+                "enable_mtls": True,  # or the certificate is not shown
+                "verify_name_on_connect": True,
+                "connect_certificate": str(cell.tls / f"{role}.pem"),
+                "connect_private_key": str(cell.tls / f"{role}.key"),
+            },
+        ),
+    }
+
+
+def _transport(cell: Cell, own: dict[str, Any]) -> dict[str, Any]:
+    tls = {"root_ca_certificate": str(cell.tls / "ca.pem"), "close_link_on_expiration": True, **own}
+    return {"link": {"protocols": ["tls"], "rx": {"max_message_size": MAX_MESSAGE_BYTES}, "tls": tls}}
+
+
+def access_control(robot: str) -> dict[str, Any]:
+    """Return the permission table in the terms of Zenoh's access control.
+
+    A message is judged where it enters; what was let in may leave to every known role, since nobody hears what he has
+    not been allowed to subscribe to or to answer.
+    """
+    rules = [_rule("leave", "egress", Permission(MESSAGES, ("**",)), robot)]
+    rules += [_rule(f"all-{p.messages[0]}", "ingress", p, robot) for p in reading()]
+    shared = [rule["id"] for rule in rules]
+    subjects, policies = [], []
+    for role in ROLES:
+        own = [_rule(f"{role.name}-{p.messages[0]}", "ingress", p, robot) for p in acting(role)]
+        rules += own
+        subjects.append({"id": role.name, "cert_common_names": [common_name(role.name, robot)]})
+        policies.append({"subjects": [role.name], "rules": [*shared, *(rule["id"] for rule in own)]})
+    table = {"rules": rules, "subjects": subjects, "policies": policies}
+    return {"enabled": True, "default_permission": "deny", **table}
+
+
+def _rule(name: str, flow: str, permission: Permission, robot: str) -> dict[str, Any]:
+    keys = [f"volley/{robot}/{key}" for key in permission.keys]
+    messages = list(permission.messages)
+    return {"id": name, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys}
+
+
+def texts(cell: Cell) -> dict[str, str]:
+    """Return the text of every file by its name."""
+    configs = {"router": router_config(cell), **{role.name: client_config(cell, role.name) for role in ROLES}}
+    default = Cell()
+    differing = [name for name in ("robot", "host", "port", "tls") if getattr(cell, name) != getattr(default, name)]
+    header = HEADER.format(flags="".join(f" --{name} {getattr(cell, name)}" for name in differing))
+    return {f"{name}.json5": header + json.dumps(config, indent=2) + "\n" for name, config in configs.items()}
+
+
+def write(cell: Cell) -> None:
+    """Write the files, making the directory where it is missing."""
+    cell.out.mkdir(parents=True, exist_ok=True)
+    for name, text in texts(cell).items():
+        (cell.out / name).write_text(text)
+
+
+if __name__ == "__main__":
+    write(tyro.cli(Cell))

@@ -1,0 +1,89 @@
+"""The permission table of a robot cell, derived from the topic table: which role may send what on which key.
+
+A role is what a certificate's common name says, `ROLE.ROBOT`. The bus's router judges every message where it enters,
+so the table names what a role may *send*; whatever it does not name is refused.
+"""
+
+from dataclasses import dataclass
+
+from protocol import topics
+from protocol.topics import PUBLICATIONS, QUERIES, Query, alive_key, client_alive_key
+
+WATCH_ALIVE = ("liveliness_query", "declare_liveliness_subscriber")
+MESSAGES = (
+    "put",
+    "delete",
+    "declare_subscriber",
+    "query",
+    "reply",
+    "declare_queryable",
+    "liveliness_token",
+    *WATCH_ALIVE,
+)
+"""Everything that Zenoh's access control tells apart."""
+
+
+@dataclass(frozen=True, slots=True)
+class Role:
+    """One kind of participant.
+
+    A role owns the topics whose `owner` has its name. `asks` are the requests it may send beyond those that read;
+    `tokens` the liveliness tokens it may hold, keys without the robot's prefix.
+    """
+
+    name: str
+    about: str
+    asks: tuple[Query, ...] = ()
+    tokens: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Permission:
+    """The messages that may be sent on keys, given without the robot's prefix."""
+
+    messages: tuple[str, ...]
+    keys: tuple[str, ...]
+
+
+OPERATING = (topics.GOAL, topics.LEARN, topics.FORGET, topics.CANCEL, topics.RESET)
+SIMULATING = (topics.SIM_STEP, topics.SIM_RESET, topics.SIM_DISTURB)
+
+ROLES = (
+    Role("sim", "the robot side", tokens=(alive_key("sim"),)),
+    Role("planner", "plans, and alone may execute", asks=(topics.EXECUTE,), tokens=(alive_key("planner"),)),
+    Role("controller", "alone may command", tokens=(alive_key("controller"),)),
+    Role("recorder", "reads", tokens=(alive_key("recorder"),)),
+    Role("operator", "sends goals, teaches, stops", asks=OPERATING, tokens=(client_alive_key("*"),)),
+    Role("viewer", "reads"),
+    Role(
+        "tester",
+        "an operator who may also step and disturb a simulated arm; not for a cell with a real one",
+        asks=(*OPERATING, *SIMULATING),
+        tokens=(client_alive_key("*"),),
+    ),
+)
+
+
+def common_name(role: str, robot: str) -> str:
+    """Return the common name of the certificate that makes its holder `role` of `robot`."""
+    return f"{role}.{robot}"
+
+
+def reading() -> tuple[Permission, ...]:
+    """Return what every role may send: subscriptions, requests that change nothing, questions who is alive."""
+    return (
+        Permission(("declare_subscriber",), tuple(topic.key for topic in PUBLICATIONS)),
+        Permission(("query",), tuple(topic.key for topic in QUERIES if topic.reads)),
+        Permission(WATCH_ALIVE, (alive_key("**"),)),
+    )
+
+
+def acting(role: Role) -> tuple[Permission, ...]:
+    """Return what `role` may send beyond `reading`."""
+    permissions = (
+        Permission(("put",), tuple(topic.key for topic in PUBLICATIONS if topic.owner == role.name)),
+        Permission(("declare_queryable", "reply"), tuple(topic.key for topic in QUERIES if topic.owner == role.name)),
+        Permission(("query",), tuple(topic.key for topic in role.asks)),
+        Permission(("liveliness_token",), role.tokens),
+    )
+    return tuple(permission for permission in permissions if permission.keys)
