@@ -41,14 +41,30 @@ def open_session(
     """Open a session: the router of the bus where `listen` is given, otherwise a client of `connect`.
 
     A client waits and retries while no hub is there, asking `give_up` twice a second, and comes back by itself after
-    one restarts. Multicast scouting and shared memory are off. `config_file` (json5) is laid under these settings.
+    one restarts. `config_file` (json5) is laid under the project's settings.
 
     Raises:
         zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
     """
+    config = session_config(connect, listen, config_file)
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError as error:
+            if listen or NO_HUB not in str(error) or give_up():
+                raise
+
+
+def session_config(connect: Sequence[str], listen: Sequence[str], config_file: Path | None) -> zenoh.Config:
+    """Return the configuration of such a session: no multicast scouting, no shared memory, bounded messages.
+
+    Raises:
+        zenoh.ZError: the configuration is invalid.
+    """
     config = zenoh.Config.from_file(config_file) if config_file else zenoh.Config()
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("transport/shared_memory/enabled", "false")
+    config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
     retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
     config.insert_json5("connect/retry", json.dumps(retry))
     attempt_ms = -1 if listen else 500  # a client's own wait for ever would ignore signals
@@ -63,12 +79,7 @@ def open_session(
         config.insert_json5("listen/endpoints", "[]")
     if connect:
         config.insert_json5("connect/endpoints", json.dumps(list(connect)))
-    while True:
-        try:
-            return zenoh.open(config)
-        except zenoh.ZError as error:
-            if listen or NO_HUB not in str(error) or give_up():
-                raise
+    return config
 
 
 class Inbox(Generic[Item]):

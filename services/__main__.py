@@ -8,7 +8,7 @@ from rich.console import Console
 
 from services import runtime
 from services.flags import PlannerFlags, RecorderFlags, SimFlags
-from services.options import Common, Options, open_bus
+from services.options import Common, Options, open_bus, refuse_exposure
 from services.robot import load_robot
 from services.supervisor import NotReady, Supervisor, command_lines
 
@@ -31,6 +31,7 @@ def main() -> None:
     console = Console()
     stopping = runtime.stop_on_signals()
     options = flags.common
+    refuse_exposure(options, options.connect, () if options.connect else options.listen)
     robot = options.robot or load_robot(options.robot_config).name
     commands = command_lines(options, {**asdict(flags.sim), **asdict(flags.planner), **asdict(flags.recorder)})
     reach = Options(options.robot, options.robot_config, options.connect or options.listen, (), options.zenoh_config)

@@ -3,7 +3,7 @@
 import logging
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +12,15 @@ from typing import Annotated
 import tyro
 import zenoh
 
-from protocol.bus import DEFAULT_ENDPOINT, Bus, open_session
+from protocol.bus import DEFAULT_ENDPOINT, Bus, open_session, session_config
+from services.exposure import exposed_endpoints
 from services.runtime import EXIT_TAKEN
 
+EXPOSED = (
+    "will not listen on {}: any machine could join there without a certificate, and whoever joins can move the arm; "
+    "listen on tcp/127.0.0.1:PORT, or on tls/ADDRESS:PORT with --zenoh-config deploy/zenoh/router.json5 "
+    "(docs/operations.md), or allow it with --insecure"
+)
 TAKEN = "another %s serves robot %s on this bus"
 DEFAULT_ROBOT_CONFIG = Path(__file__).resolve().parent.parent / "deploy" / "robots" / "arm.toml"
 
@@ -30,6 +36,7 @@ class Options:
             service hosts the bus.
         listen: Endpoints on which this service hosts the bus.
         zenoh_config: Further Zenoh settings, a json5 file.
+        insecure: Let machines in that show no certificate; whoever reaches the bus can move the arm.
     """
 
     robot: str | None = None
@@ -37,6 +44,7 @@ class Options:
     connect: tuple[str, ...] = ()
     listen: tuple[str, ...] = ()
     zenoh_config: Path | None = None
+    insecure: bool = False
 
 
 def free_endpoint() -> str:
@@ -59,11 +67,25 @@ def open_bus(
 
     Raises:
         zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
+        SystemExit: the service would let in other machines without asking for a certificate.
     """
     listen, connect = options.listen, options.connect
     if not listen and not connect and not options.zenoh_config:
         listen, connect = ((DEFAULT_ENDPOINT,), ()) if hosts_by_default else ((), (DEFAULT_ENDPOINT,))
+    refuse_exposure(options, connect, listen)
     return Bus(open_session(connect, listen, options.zenoh_config, give_up), options.robot or robot)
+
+
+def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[str]) -> None:
+    """Return where a session with these endpoints asks every other machine for a certificate, or need not.
+
+    Raises:
+        zenoh.ZError: the configuration is invalid.
+        SystemExit: it would not ask; the sentence names the endpoints and what would work.
+    """
+    exposed = exposed_endpoints(session_config(connect, listen, options.zenoh_config))
+    if exposed and not options.insecure:
+        raise SystemExit(EXPOSED.format(" ".join(exposed)))
 
 
 @contextmanager
@@ -81,7 +103,8 @@ def service_bus(
 
     def give_up() -> bool:
         if not told:
-            log.info("nobody hosts the bus at %s yet; waiting", " ".join(options.connect) or DEFAULT_ENDPOINT)
+            where = " ".join(options.connect) or options.zenoh_config or DEFAULT_ENDPOINT
+            log.info("nobody hosts the bus at %s yet; waiting", where)
             told.append(True)
         return stopping.is_set()
 

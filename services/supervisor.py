@@ -39,6 +39,8 @@ def _command_line(
         line += ["--robot", options.robot]
     if options.zenoh_config:
         line += ["--zenoh-config", str(options.zenoh_config)]
+    if options.insecure:
+        line.append("--insecure")
     for name in process.flags:
         value, flag = flags.get(name), f"--{name.replace('_', '-')}"
         if value is True:

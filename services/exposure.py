@@ -1,0 +1,38 @@
+"""Whether a session would let in other machines without asking them for a certificate."""
+
+import ipaddress
+import json
+
+import zenoh
+
+LOCAL = ("unixsock-stream", "unixpipe")
+ENCRYPTED = ("tls", "quic")
+
+
+def exposed_endpoints(config: zenoh.Config) -> list[str]:
+    """Return the endpoints on which a session of `config` listens to other machines without mutual TLS.
+
+    What Zenoh listens on when nothing is said counts as well: on every interface, as a router and as a peer.
+    """
+    mode = json.loads(config.get_json("mode")) or "peer"
+    said = json.loads(config.get_json("listen/endpoints"))
+    endpoints = said.get(mode, []) if isinstance(said, dict) else said
+    mutual = json.loads(config.get_json("transport/link/tls/enable_mtls")) is True
+    return [endpoint for endpoint in endpoints if not _is_guarded(endpoint, mutual)]
+
+
+def _is_guarded(endpoint: str, mutual: bool) -> bool:
+    protocol, _, rest = endpoint.partition("/")
+    address, _, settings = rest.partition("#")
+    if protocol in LOCAL or _is_loopback(address.partition("?")[0].rpartition(":")[0]):
+        return True
+    own = settings.split(";")
+    asks = "enable_mtls=true" in own or (mutual and "enable_mtls=false" not in own)
+    return protocol in ENCRYPTED and asks
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host == "localhost"
