@@ -70,6 +70,11 @@ class Grid:
     spread: np.ndarray
     peaks: np.ndarray
 
+    @property
+    def flat_rows(self) -> np.ndarray:
+        """The rows (4·M, N) of the four limited quantities, one quantity after the other."""
+        return self.rows[:4].reshape(-1, self.rows.shape[2])
+
     def whiten(self, theta: np.ndarray) -> np.ndarray:
         """L⁻¹θ for columns θ (N, J)."""
         return self.whitening @ theta

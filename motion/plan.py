@@ -5,18 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motion.basis import Grid, make_grid
+from motion.basis import INTERVALS, Grid, make_grid
+from motion.curve import interpolate
 from motion.errors import Infeasible, InvalidMotion, SolverFailed
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.problem import JointProblem, build, check_fixed, fixed_values
+from motion.problem import build, check_fixed, fixed_values
 from motion.report import Active, Report, make_report
 from motion.request import MotionRequest
 from motion.samples import Samples
 from motion.shortest import shortest_duration
 from motion.solver import Clash, Solution, solve
 from motion.stopping import final_accelerations
-from motion.tail import Stop, stop, stops_inside
+from motion.tail import TOUCH, Stop, stop, stop_extremes
 
 __all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan"]
 
@@ -35,13 +36,15 @@ class Warm:
 class Plan:
     """A verified motion: basis part, straight part (rest fraction), tail.
 
-    weights: (J, N) of g″(s) (eq. 8 in normalised time). duration: of the motion up to the hit, s.
+    weights: (J, N) of g″(s) (eq. 8 in normalised time). curves: (J, 6, 1001), position and its first five
+    derivatives at s = 0, 0.001, … 1. duration: of the motion up to the hit, s.
     total_duration: with the tail, s, a multiple of `tick`. hit_index: the tick nearest to the hit. warm: for
     the next call. tail: the stop, None for "coast".
     """
 
     request: MotionRequest
     weights: np.ndarray
+    curves: np.ndarray
     tail: Stop | None
     duration: float
     total_duration: float
@@ -57,7 +60,7 @@ class Plan:
         end = request.moving_duration
         out = np.empty((3, len(times), request.joint_count))
         moving = times <= end
-        out[:, moving] = self._moving(times[moving])
+        out[:, moving] = interpolate(self.curves, self.duration, times[moving])
         after = times[~moving] - self.duration
         goal = request.goal
         out[0, ~moving] = goal.positions + after[:, None] * goal.velocities
@@ -73,18 +76,6 @@ class Plan:
         """States on the tick grid, the first at 0, the last at `total_duration` (with a tail "stop" at rest)."""
         count = round(self.total_duration / self.tick)
         return self.sample(np.arange(count + 1) * self.tick)
-
-    def _moving(self, times: np.ndarray) -> np.ndarray:
-        """Eq. 9 in normalised time: (3, n, J)."""
-        start, duration = self.request.start, self.duration
-        s = times / duration
-        basis = make_grid(self.weights.shape[1]).basis
-        out = np.empty((3, len(times), len(self.weights)))
-        for order in range(3):
-            out[order] = basis.rows(s, order - 2) @ self.weights.T / duration**order
-        out[0] += start.positions + times[:, None] * start.velocities
-        out[1] += start.velocities
-        return out
 
 
 def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm: Warm | None = None) -> Plan:
@@ -102,27 +93,32 @@ def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm
     if warm is not None and len(warm.rows) != request.joint_count:
         raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {request.joint_count}")
     # A goal outside its limits is named as such, not as one from which no stop leads back inside.
-    for joint, acceleration in enumerate(request.final_accelerations()):
-        check_fixed(fixed_values(request, joint, acceleration), request.limits.joint(joint), joint)
+    check_fixed(fixed_values(request, request.final_accelerations()), request.limits)
     grid = make_grid(primitive.basis_count)
     confined = final_accelerations(request)
     try:
-        problems, solutions = _solve_joints(grid, primitive, request, confined, warm)
+        solutions = _solved(grid, primitive, request, confined, warm)
     except Clash as clash:
         raise _infeasible(grid, primitive, request, confined, tick, clash) from None
-    return _assemble(grid, primitive, request, tick, problems, solutions)
+    return _assemble(grid, primitive, request, tick, solutions)
 
 
-def _solve_joints(
+def _solved(
     grid: Grid, primitive: Primitive, request: MotionRequest, confined: np.ndarray, warm: Warm | None
-) -> tuple[list[JointProblem], list[Solution]]:
-    """All problems are built before the first is solved, so that a value outside the limits is named first."""
-    problems = [build(grid, request, joint, confined[joint]) for joint in range(request.joint_count)]
-    targets = grid.whiten(primitive.theta.T)
-    return problems, [
-        solve(grid, problem, targets[:, joint], warm.rows[joint] if warm else None)
-        for joint, problem in enumerate(problems)
-    ]
+) -> list[Solution]:
+    """Every joint's optimum, certified. Raises Clash, LimitExceeded or SolverFailed."""
+    problem = build(grid, request, confined)
+    solutions = solve(grid, problem, grid.whiten(primitive.theta.T).T, warm.rows if warm else None)
+    for joint, solution in enumerate(solutions):
+        if solution.certificate.failures:
+            quantity, s = solution.certificate.failures[0]
+            status = f"no certificate for the {QUANTITIES[quantity]} near {s * request.duration:.3f} s"
+            raise SolverFailed(joint, status)
+        targets = problem.targets[joint]
+        residual = np.abs(problem.equalities[joint].rows @ solution.z - targets).max()
+        if not residual <= EQUALITY_TOLERANCE * max(1.0, np.abs(targets).max()):
+            raise SolverFailed(joint, f"equalities are off by {residual:.1e}")
+    return solutions
 
 
 def _infeasible(
@@ -135,9 +131,8 @@ def _infeasible(
 ) -> Infeasible:
     """The answer to a request whose limits clash, with a duration that works if one is found."""
 
-    def works(longer: MotionRequest) -> bool:
-        _solve_joints(grid, primitive, longer, confined, None)
-        return True
+    def works(longer: MotionRequest) -> object:
+        return _solved(grid, primitive, longer, confined, None)
 
     found = shortest_duration(request, works, tick)
     return Infeasible(
@@ -149,43 +144,40 @@ def _infeasible(
     )
 
 
-def _assemble(
-    grid: Grid,
-    primitive: Primitive,
-    request: MotionRequest,
-    tick: float,
-    problems: list[JointProblem],
-    solutions: list[Solution],
-) -> Plan:
-    """The plan of solved joints, after its equalities and its tail were looked at once more."""
-    for problem, solution in zip(problems, solutions, strict=True):
-        residual = np.abs(problem.equalities @ solution.z - problem.targets).max()
-        if not residual <= EQUALITY_TOLERANCE * max(1.0, np.abs(problem.targets).max()):
-            raise SolverFailed(problem.joint, f"equalities are off by {residual:.1e}")
-    weights = grid.weights(np.stack([solution.z for solution in solutions], axis=1)).T
-    tail = _tail(grid, request, weights) if request.tail == "stop" else None
+def _assemble(grid: Grid, primitive: Primitive, request: MotionRequest, tick: float, solutions: list[Solution]) -> Plan:
+    """The plan of solved joints with its tail and its report."""
+    curves = np.array([solution.certificate.curve for solution in solutions])
+    tail, reach = _tail(request, curves)
     total = request.duration + (tail.duration if tail else 0.0)
     return Plan(
         request=request,
-        weights=weights,
+        weights=np.array([solution.z for solution in solutions]) @ grid.whitening,
+        curves=curves,
         tail=tail,
         duration=request.duration,
         total_duration=math.ceil(total / tick - 1e-9) * tick,
         hit_index=round(request.duration / tick),
         tick=tick,
-        report=make_report(grid, primitive, request, weights, problems, solutions, tail),
+        report=make_report(primitive, request, solutions, curves, tail, reach),
         warm=Warm(tuple(solution.binding() for solution in solutions)),
     )
 
 
-def _tail(grid: Grid, request: MotionRequest, weights: np.ndarray) -> Stop:
-    """The stop from the goal. Raises SolverFailed should it leave the limits after all."""
-    end = request.moving_fraction
+def _tail(request: MotionRequest, curves: np.ndarray) -> tuple[Stop | None, np.ndarray]:
+    """The stop from the goal, and its lowest and highest positions and velocities (4, J).
+
+    Raises SolverFailed should it leave the limits after all.
+    """
+    goal, limits = request.goal, request.limits
+    if request.tail == "coast":
+        return None, np.empty((4, 0))
     given = request.final_accelerations()
-    free = weights @ grid.basis.rows(np.array([end]), 0)[0] / request.duration**2
-    accelerations = np.where(np.isnan(given), free, given)
-    goal = request.goal
-    inside = stops_inside(goal.positions, goal.velocities, accelerations, request.limits)
+    accelerations = np.where(np.isnan(given), curves[:, 2, round(request.moving_fraction * INTERVALS)], given)
+    state = goal.positions, goal.velocities, accelerations
+    reach = np.array(stop_extremes(*state, limits.accelerations, limits.jerks))
+    lowest = np.array([limits.positions[:, 0], -limits.velocities])
+    highest = np.array([limits.positions[:, 1], limits.velocities])
+    inside = ((reach[::2] >= lowest - TOUCH) & (reach[1::2] <= highest + TOUCH)).all(axis=0)
     if not inside.all():
         raise SolverFailed(int(np.argmin(inside)), "the stop after the goal leaves the limits")
-    return stop(goal.positions, goal.velocities, accelerations, request.limits)
+    return stop(*state, limits), reach

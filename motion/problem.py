@@ -1,16 +1,17 @@
-"""One joint's quadratic program in normalised time (design 1.1, 1.5, 1.6).
+"""The quadratic programs of all joints in normalised time (design 1.1, 1.5, 1.6).
 
 Rows belong to the basis; a request changes right-hand sides only. Equalities fix what the request fixes,
 limits are demanded on the grid a little inside their true place.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from motion.basis import INTERVALS, Grid
-from motion.errors import LimitExceeded
-from motion.limits import QUANTITIES
+from motion.errors import LimitExceeded, SolverFailed
+from motion.limits import QUANTITIES, Limits
 from motion.request import MotionRequest
 
 BAND = 1e-3
@@ -32,144 +33,188 @@ FIXED_TOLERANCE = 1e-9
 """Values fixed by the request may pass their limit by this part of its range: rounding."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Fixed:
-    """A value fixed by the request: quantity 0 position, 1 velocity, 2 acceleration, at s."""
+    """F values fixed by the request, the start first, of J joints.
 
-    quantity: int
-    s: float
-    value: float
+    quantity (F,): 0 position, 1 velocity, 2 acceleration; s (F,): where; values (F, J): NaN where it is free.
+    """
+
+    quantity: np.ndarray
+    s: np.ndarray
+    values: np.ndarray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class JointProblem:
-    """Minimise |z − z_d|² subject to `equalities` z = `targets` and the limits on the grid.
+class Equalities:
+    """What a joint's fixed values demand of z: `rows` (m, N), an orthonormal basis `span` (N, m) of them, and
+    `coordinates` (m, m), which leads from targets to the coordinates in that basis."""
 
-    Arrays over quantities and grid samples have shape (4, M). Value = offsets + rows·z / T^order in physical
-    units. `lower`, `upper`: the true limits, infinite where there are none or the motion is over;
-    `lower_band`, `upper_band`: how far inside them rows are demanded; `half_range` (4, 1) their scale.
+    rows: np.ndarray
+    span: np.ndarray
+    coordinates: np.ndarray
+
+    def nearest(self, z: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """The point nearest to z that meets the equalities; twice, so that they hold to rounding."""
+        wanted = self.coordinates @ targets
+        for _ in range(2):
+            z = z + self.span @ (wanted - z @ self.span)
+        return z
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """For each of J joints: minimise |z − z_d|² subject to equalities z = targets and the limits on the grid.
+
+    Arrays over joints, quantities and grid samples have shape (J, 4, M). Value = offset + rows·z / T^order in
+    physical units, the offset being the motion at the start's constant velocity. `lower`, `upper`: the true
+    limits, infinite where there are none or the motion is over; `lower_band`, `upper_band`: how far inside
+    them rows are demanded; `half_range` (J, 4) their scale. `limited`: which rows there are; the solver takes
+    out what the equalities alone decide. `last`: the index of the last sample in motion.
     """
 
-    joint: int
     duration: float
-    equalities: np.ndarray
-    targets: np.ndarray
-    offsets: np.ndarray
+    last: int
+    start_positions: np.ndarray
+    start_velocities: np.ndarray
+    equalities: tuple[Equalities, ...]
+    targets: tuple[np.ndarray, ...]
     lower: np.ndarray
     upper: np.ndarray
     lower_band: np.ndarray
     upper_band: np.ndarray
     half_range: np.ndarray
-    last: int
+    limited: np.ndarray
 
-    def scale(self, orders: int = 4) -> np.ndarray:
-        """T^order (orders, 1) for position, velocity, acceleration, …"""
-        return self.duration ** np.arange(float(orders))[:, None]
-
-    def values(self, grid: Grid, z: np.ndarray) -> np.ndarray:
-        """Position, velocity, acceleration and jerk (4, M) of the weights z (N,) on the grid."""
-        rows = grid.rows[:4]
-        out = (rows.reshape(-1, rows.shape[2]) @ z).reshape(4, -1)
-        out /= self.scale()
-        out += self.offsets
+    def values(self, grid: Grid, z: np.ndarray, joints: list[int]) -> np.ndarray:
+        """Position, velocity, acceleration and jerk (n, 4, M) on the grid of the weights z (n, N) of n joints."""
+        out = (z @ grid.flat_rows.T).reshape(len(z), 4, -1)
+        out /= self.duration ** np.arange(4.0)[:, None]
+        velocities = self.start_velocities[joints][:, None]
+        out[:, 0] += self.start_positions[joints][:, None] + grid.s * (self.duration * velocities)
+        out[:, 1] += velocities
         return out
 
+    def offset(self, joint: int, quantity: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """The constant part (n,) of one joint's quantities (n,) at s (n,)."""
+        position, velocity = self.start_positions[joint], self.start_velocities[joint]
+        moved = position + s * (self.duration * velocity)
+        return np.where(quantity == 0, moved, np.where(quantity == 1, velocity, 0.0))
 
-def fixed_values(request: MotionRequest, joint: int, final_acceleration: float) -> list[Fixed]:
-    """What the request fixes of one joint, the start first. A NaN final acceleration is free.
+
+def limit_ranges(limits: Limits) -> np.ndarray:
+    """Lowest and highest value (J, 4, 2) of each joint and quantity."""
+    ranges = np.empty((limits.joint_count, 4, 2))
+    ranges[:, 0] = limits.positions
+    for k, largest in enumerate((limits.velocities, limits.accelerations, limits.jerks), start=1):
+        ranges[:, k, 0], ranges[:, k, 1] = -largest, largest
+    return ranges
+
+
+def fixed_values(request: MotionRequest, final_accelerations: np.ndarray) -> Fixed:
+    """What the request fixes. A NaN among the final accelerations (J,) is free.
 
     With a rest fraction ρ the moving part ends at s = 1−ρ, from where a straight line leads to the goal
     (design 1.9).
     """
     start, goal, duration = request.start, request.goal, request.duration
     end = request.moving_fraction
-    goal_velocity = goal.velocities[joint]
-    end_position = goal.positions[joint] - (1 - end) * duration * goal_velocity
-    fixed = [
-        Fixed(0, 0.0, start.positions[joint]),
-        Fixed(1, 0.0, start.velocities[joint]),
-        Fixed(2, 0.0, start.accelerations[joint]),
-    ]
+    fixed = [(0, 0.0, start.positions), (1, 0.0, start.velocities), (2, 0.0, start.accelerations)]
     for waypoint in request.waypoints:
         s = waypoint.time_from_start / duration
-        fixed += [Fixed(0, s, waypoint.positions[joint]), Fixed(1, s, waypoint.velocities[joint])]
-    fixed += [Fixed(0, end, end_position), Fixed(1, end, goal_velocity), Fixed(2, end, final_acceleration)]
-    return [Fixed(f.quantity, f.s, float(f.value)) for f in fixed if not np.isnan(f.value)]
+        fixed += [(0, s, waypoint.positions), (1, s, waypoint.velocities)]
+    end_positions = goal.positions - (1 - end) * duration * goal.velocities
+    fixed += [(0, end, end_positions), (1, end, goal.velocities), (2, end, final_accelerations)]
+    quantity, s, values = zip(*fixed, strict=True)
+    return Fixed(np.array(quantity), np.array(s), np.array(values))
 
 
-def check_fixed(fixed: list[Fixed], ranges: np.ndarray, joint: int) -> None:
-    """Raises LimitExceeded for a fixed value outside its range; `ranges` (4, 2) as of Limits.joint."""
-    for f in fixed:
-        low, high = ranges[f.quantity]
-        tolerance = FIXED_TOLERANCE * _half(low, high) * 2
-        if f.s == 0:
-            tolerance = _start_tolerance(f.quantity, low, high)
-        if not low - tolerance <= f.value <= high + tolerance:
-            bound = low if f.value < low else high
-            raise LimitExceeded(joint, QUANTITIES[f.quantity], f.value, float(bound))
+def check_fixed(fixed: Fixed, limits: Limits) -> None:
+    """Raises LimitExceeded for the first joint's first fixed value outside its range."""
+    ranges = limit_ranges(limits)[:, fixed.quantity]
+    width = 2 * _half(ranges)
+    tolerance = np.where(fixed.s == 0, 2 * TOUCH * width, FIXED_TOLERANCE * width)
+    tolerance[:, (fixed.s == 0) & (fixed.quantity == 0)] = POSITION_OUTSIDE
+    values = fixed.values.T
+    outside = (values < ranges[:, :, 0] - tolerance) | (values > ranges[:, :, 1] + tolerance)
+    if outside.any():
+        joint, k = np.unravel_index(outside.argmax(), outside.shape)
+        value, (low, high) = values[joint, k], ranges[joint, k]
+        bound = low if value < low else high
+        raise LimitExceeded(int(joint), QUANTITIES[fixed.quantity[k]], float(value), float(bound))
 
 
-def build(
-    grid: Grid,
-    request: MotionRequest,
-    joint: int,
-    final_acceleration: np.ndarray,
-) -> JointProblem:
-    """The problem of one joint. `final_acceleration` (2,) is the interval that the end may use (design 1.9).
+def build(grid: Grid, request: MotionRequest, final_accelerations: np.ndarray) -> Problem:
+    """The problem of all joints. `final_accelerations` (J, 2) are the intervals that the end may use (design 1.9).
 
-    Raises LimitExceeded for a fixed value outside the limits.
+    Raises LimitExceeded for a fixed value outside the limits, SolverFailed for fixed values that depend on each
+    other.
     """
-    ranges = request.limits.joint(joint)
-    low, high = final_acceleration
+    ranges = limit_ranges(request.limits)
+    half = _half(ranges)
+    low, high = final_accelerations.T
     # A narrower interval than the bands of its row is a value.
-    narrow = high - low <= 4 * BAND * _half(*ranges[2])
-    fixed = fixed_values(request, joint, (low + high) / 2 if narrow else np.nan)
-    check_fixed(fixed, ranges, joint)
+    narrow = high - low <= 4 * BAND * half[:, 2]
+    middle = np.full(len(low), np.nan)
+    middle[narrow] = (low[narrow] + high[narrow]) / 2
+    fixed = fixed_values(request, middle)
+    check_fixed(fixed, request.limits)
     last = round(request.moving_fraction * INTERVALS)
     lower, upper = _bounds(grid, fixed, ranges, last)
-    half = np.array([[_half(*r)] for r in ranges])
     lower_band, upper_band = _bands(grid, fixed, ranges, half)
-    if not narrow:
-        lower[2, last], upper[2, last] = max(lower[2, last], low), min(upper[2, last], high)
+    for joint in np.flatnonzero(~narrow):
+        here = joint, 2, last
+        lower[here], upper[here] = max(lower[here], low[joint]), min(upper[here], high[joint])
         for band in (lower_band, upper_band):
-            band[2, last] = min(band[2, last], (high - low) / 4)
-    equalities, targets = _equalities(grid, request, joint, fixed)
-    return JointProblem(
-        joint=joint,
+            band[here] = min(band[here], (high[joint] - low[joint]) / 4)
+    equalities, targets = _equalities(grid, request, fixed)
+    return Problem(
         duration=request.duration,
+        last=last,
+        start_positions=request.start.positions,
+        start_velocities=request.start.velocities,
         equalities=equalities,
         targets=targets,
-        offsets=_offsets(grid, request, joint),
         lower=lower,
         upper=upper,
         lower_band=lower_band,
         upper_band=upper_band,
         half_range=half,
-        last=last,
+        limited=np.isfinite(lower) | np.isfinite(upper),
     )
 
 
-def _offsets(grid: Grid, request: MotionRequest, joint: int) -> np.ndarray:
-    """The motion with all weights zero: constant velocity from the start."""
-    p0, v0 = request.start.positions[joint], request.start.velocities[joint]
-    offsets = np.zeros((4, len(grid.s)))
-    offsets[0] = p0 + grid.s * request.duration * v0
+def _equalities(
+    grid: Grid, request: MotionRequest, fixed: Fixed
+) -> tuple[tuple[Equalities, ...], tuple[np.ndarray, ...]]:
+    """Equalities and targets (m,) of each joint; the start's position and velocity are met by construction."""
+    p0, v0, duration = request.start.positions, request.start.velocities, request.duration
+    quantity, s = fixed.quantity[2:], fixed.s[2:]
+    offsets = np.zeros((3, len(s), request.joint_count))
+    offsets[0] = p0 + s[:, None] * duration * v0
     offsets[1] = v0
-    return offsets
+    wanted = fixed.values[2:] - offsets[quantity, np.arange(len(s))]
+    wanted *= duration ** quantity[:, None].astype(float)
+    equalities, targets = [], []
+    for joint, column in enumerate(wanted.T):
+        given = ~np.isnan(column)
+        equality = _factored(grid, tuple(zip(quantity[given].tolist(), s[given].tolist(), strict=True)))
+        if equality is None:
+            raise SolverFailed(joint, "the fixed values depend on each other")
+        equalities.append(equality)
+        targets.append(column[given])
+    return tuple(equalities), tuple(targets)
 
 
-def _equalities(grid: Grid, request: MotionRequest, joint: int, fixed: list[Fixed]) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (m, N) on z and targets (m,) for all that is fixed; the start's state is met by construction."""
-    p0, v0 = request.start.positions[joint], request.start.velocities[joint]
-    duration = request.duration
-    rows, targets = [], []
-    for f in fixed:
-        if f.s == 0 and f.quantity < 2:
-            continue
-        offset = (p0 + f.s * duration * v0, v0, 0.0)[f.quantity]
-        rows.append(_row(grid, f.quantity, f.s))
-        targets.append((f.value - offset) * duration**f.quantity)
-    return np.array(rows), np.array(targets)
+@lru_cache(maxsize=128)
+def _factored(grid: Grid, places: tuple[tuple[int, float], ...]) -> Equalities | None:
+    """The equalities that fix the quantities at the places s; None if they depend on each other."""
+    rows = np.array([_row(grid, quantity, s) for quantity, s in places])
+    norms = np.linalg.norm(rows, axis=1)
+    span, r = np.linalg.qr((rows / norms[:, None]).T)
+    if np.abs(np.diag(r)).min() < 1e-10:
+        return None
+    return Equalities(rows, span, np.linalg.inv(r.T) / norms)
 
 
 def _row(grid: Grid, quantity: int, s: float) -> np.ndarray:
@@ -180,38 +225,37 @@ def _row(grid: Grid, quantity: int, s: float) -> np.ndarray:
     return grid.rows_at(np.array([s]), quantity - 2)[0]
 
 
-def _bounds(grid: Grid, fixed: list[Fixed], ranges: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
-    """True limits (4, M) each: none after the last sample, wider at a start that lies outside."""
-    lower = np.repeat(ranges[:, :1], len(grid.s), axis=1)
-    upper = np.repeat(ranges[:, 1:], len(grid.s), axis=1)
+def _bounds(grid: Grid, fixed: Fixed, ranges: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
+    """True limits (J, 4, M) each: none after the last sample, wider at a start that lies outside."""
+    lower = np.repeat(ranges[:, :, :1], len(grid.s), axis=2)
+    upper = np.repeat(ranges[:, :, 1:], len(grid.s), axis=2)
     back = round(LED_BACK * INTERVALS)
-    for f in fixed:
-        if f.s == 0:
-            lower[f.quantity, :back] = min(lower[f.quantity, 0], f.value)
-            upper[f.quantity, :back] = max(upper[f.quantity, 0], f.value)
-    lower[:, last + 1 :], upper[:, last + 1 :] = -np.inf, np.inf
+    for k, values in enumerate(fixed.values[:3]):
+        for joint in np.flatnonzero((values < ranges[:, k, 0]) | (values > ranges[:, k, 1])):
+            lower[joint, k, :back] = min(lower[joint, k, 0], values[joint])
+            upper[joint, k, :back] = max(upper[joint, k, 0], values[joint])
+    lower[:, :, last + 1 :], upper[:, :, last + 1 :] = -np.inf, np.inf
     return lower, upper
 
 
-def _bands(grid: Grid, fixed: list[Fixed], ranges: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """μ(s) = min(εr, m + εr(d/0.1)³) for the lower and the upper limits, (4, M) each (design 1.6)."""
-    lower = np.repeat(BAND * half, len(grid.s), axis=1)
+def _bands(grid: Grid, fixed: Fixed, ranges: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """μ(s) = min(εr, m + εr(d/0.1)³) for the lower and the upper limits, (J, 4, M) each (design 1.6)."""
+    full = BAND * half
+    lower = np.repeat(full[:, :, None], len(grid.s), axis=2)
     upper = lower.copy()
-    for f in fixed:
-        full = BAND * half[f.quantity, 0]
-        slack = f.value - ranges[f.quantity, 0], ranges[f.quantity, 1] - f.value
-        for band, m in zip((lower, upper), slack, strict=True):
-            if m < full:
-                taper = max(m, 0.0) + full * (np.abs(grid.s - f.s) / TAPER) ** 3
-                np.minimum(band[f.quantity], taper, out=band[f.quantity])
+    here = full[:, fixed.quantity].T
+    for band, slack in (
+        (lower, fixed.values - ranges[:, fixed.quantity, 0].T),
+        (upper, ranges[:, fixed.quantity, 1].T - fixed.values),
+    ):
+        for k, joint in zip(*np.nonzero(slack < here), strict=True):
+            taper = max(slack[k, joint], 0.0) + here[k, joint] * (np.abs(grid.s - fixed.s[k]) / TAPER) ** 3
+            row = band[joint, fixed.quantity[k]]
+            np.minimum(row, taper, out=row)
     return lower, upper
 
 
-def _half(low: float, high: float) -> float:
-    """Half a limit's range; 1 where it is unbounded."""
-    return (high - low) / 2 if np.isfinite(high - low) else 1.0
-
-
-def _start_tolerance(quantity: int, low: float, high: float) -> float:
-    """How far outside its range a start may lie: a pushed arm, or what the certificate lets a plan touch."""
-    return POSITION_OUTSIDE if quantity == 0 else 2 * TOUCH * 2 * _half(low, high)
+def _half(ranges: np.ndarray) -> np.ndarray:
+    """Half of each limit's range (…, 2); 1 where it is unbounded."""
+    half = (ranges[..., 1] - ranges[..., 0]) / 2
+    return np.where(np.isfinite(half), half, 1.0)

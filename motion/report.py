@@ -1,17 +1,17 @@
 """What a plan promises, recomputed from its weights."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from scipy.integrate import simpson
 
-from motion.basis import INTERVALS, Grid
+from motion.basis import INTERVALS
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.problem import JointProblem
+from motion.problem import limit_ranges
 from motion.request import MotionRequest
 from motion.solver import Solution
-from motion.tail import Stop, stop_extremes
+from motion.tail import Stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,88 +44,81 @@ class Report:
     rows: int
 
 
+_SIMPSON = np.array([1.0, *[4.0, 2.0] * (INTERVALS // 2 - 1), 4.0, 1.0]) / (3 * INTERVALS)
+
+
 def make_report(
-    grid: Grid,
     primitive: Primitive,
     request: MotionRequest,
-    weights: np.ndarray,
-    problems: list[JointProblem],
     solutions: list[Solution],
+    curves: np.ndarray,
     tail: Stop | None,
+    reach: np.ndarray,
 ) -> Report:
-    """The report of a plan with the weights (J, N)."""
-    extremes = _extremes(request, solutions, tail)
-    ranges = np.stack([request.limits.joint(joint) for joint in range(request.joint_count)])
+    """The report of a plan: `curves` (J, 6, M) its derivatives on the grid, `reach` (4, J) the lowest and highest
+    position and velocity of its tail."""
+    extremes = _extremes(request, solutions, tail, reach)
+    ranges = limit_ranges(request.limits)
     margin = np.minimum(extremes[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - extremes[:, :, 1])
-    error_positions, error_velocities = _final_errors(grid, request, weights)
+    error_positions, error_velocities = _final_errors(request, curves)
+    active = [a for joint, solution in enumerate(solutions) for a in _active(joint, request.duration, solution)]
     return Report(
-        imitation_rms=_imitation_rms(grid, primitive, request, weights),
+        imitation_rms=_imitation_rms(primitive, request, curves[:, 2]),
         final_error_positions=error_positions,
         final_error_velocities=error_velocities,
         extremes={name: extremes[:, k] for k, name in enumerate(QUANTITIES)},
         margin={name: margin[:, k] for k, name in enumerate(QUANTITIES)},
-        active=tuple(a for p, s in zip(problems, solutions, strict=True) for a in _active(p, s)),
+        active=tuple(active),
         certified=not any(solution.certificate.failures for solution in solutions),
         rounds=max(solution.rounds for solution in solutions),
         rows=max(solution.row_count for solution in solutions),
     )
 
 
-def _imitation_rms(grid: Grid, primitive: Primitive, request: MotionRequest, weights: np.ndarray) -> np.ndarray:
+def _imitation_rms(primitive: Primitive, request: MotionRequest, accelerations: np.ndarray) -> np.ndarray:
     """Rms (J,) of g̈ − τ²d̈ with τ = T_d/T, over the whole duration; after the moving part g̈ = 0."""
     tau = primitive.duration / request.duration
-    played = grid.basis.rows(grid.s, 0) @ weights.T / request.duration**2
-    played[round(request.moving_fraction * INTERVALS) + 1 :] = 0.0
-    return np.sqrt(simpson((played - tau**2 * primitive.accelerations) ** 2, x=grid.s, axis=0))
+    missed = accelerations.copy()
+    missed[:, round(request.moving_fraction * INTERVALS) + 1 :] = 0.0
+    missed -= tau**2 * primitive.accelerations.T
+    return np.sqrt(missed**2 @ _SIMPSON)
 
 
-def _final_errors(grid: Grid, request: MotionRequest, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _final_errors(request: MotionRequest, curves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Distance (J,) from the goal's position and velocity at the hit."""
-    end, duration = request.moving_fraction, request.duration
-    place = np.array([end])
-    travelled, gained = (weights @ grid.basis.rows(place, order)[0] for order in (-2, -1))
-    velocities = request.start.velocities + gained / duration
-    positions = request.start.positions + end * duration * request.start.velocities + travelled
-    positions = positions + (1 - end) * duration * velocities
+    end = request.moving_fraction
+    positions, velocities = curves[:, :2, round(end * INTERVALS)].T
+    positions = positions + (1 - end) * request.duration * velocities
     return np.abs(positions - request.goal.positions), np.abs(velocities - request.goal.velocities)
 
 
-def _extremes(request: MotionRequest, solutions: list[Solution], tail: Stop | None) -> np.ndarray:
+def _extremes(request: MotionRequest, solutions: list[Solution], tail: Stop | None, reach: np.ndarray) -> np.ndarray:
     """Lowest and highest values (J, 4, 2) over motion and tail."""
     extremes = np.stack([solution.certificate.extremes for solution in solutions])
-    goal = request.goal
 
     def widen(quantity: int, low: np.ndarray, high: np.ndarray) -> None:
-        extremes[:, quantity, 0] = np.minimum(extremes[:, quantity, 0], low)
-        extremes[:, quantity, 1] = np.maximum(extremes[:, quantity, 1], high)
+        np.minimum(extremes[:, quantity, 0], low, out=extremes[:, quantity, 0])
+        np.maximum(extremes[:, quantity, 1], high, out=extremes[:, quantity, 1])
 
-    widen(0, goal.positions, goal.positions)
-    widen(1, goal.velocities, goal.velocities)
+    widen(0, request.goal.positions, request.goal.positions)
+    widen(1, request.goal.velocities, request.goal.velocities)
     if tail is not None:
-        limits = request.limits
-        accelerations = tail.states[2]
-        p_min, p_max, v_min, v_max = stop_extremes(
-            goal.positions, goal.velocities, accelerations[:, 0], limits.accelerations, limits.jerks
-        )
-        widen(0, p_min, p_max)
-        widen(1, v_min, v_max)
-        widen(2, accelerations.min(axis=1), accelerations.max(axis=1))
-        played = np.diff(tail.knots, axis=1, append=tail.knots[:, -1:]) > 0
-        jerks = np.where(played, tail.jerks, 0.0)
+        widen(0, reach[0], reach[1])
+        widen(1, reach[2], reach[3])
+        widen(2, tail.states[2].min(axis=1), tail.states[2].max(axis=1))
+        jerks = np.where(tail.knots[:, 1:] > tail.knots[:, :-1], tail.jerks[:, :-1], 0.0)
         widen(3, jerks.min(axis=1), jerks.max(axis=1))
     return extremes
 
 
-def _active(problem: JointProblem, solution: Solution) -> list[Active]:
+def _active(joint: int, duration: float, solution: Solution) -> list[Active]:
     """One entry for each stretch of neighbouring rows with multipliers, at the largest of them."""
     rows = solution.binding()
     if not rows.size:
         return []
     multipliers = solution.multipliers[np.searchsorted(solution.rows, rows)]
     # Peaks come with neighbours three samples away, so a gap wider than that starts another stretch.
-    stretches = np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 8) + 1)
+    borders = [0, *(np.flatnonzero(rows[1:] - rows[:-1] > 8) + 1).tolist(), len(rows)]
     count = INTERVALS + 1
-    found = [rows[k[multipliers[k].argmax()]] for k in stretches]
-    return [
-        Active(problem.joint, QUANTITIES[r // count], float(r % count / INTERVALS * problem.duration)) for r in found
-    ]
+    found = [int(rows[a + multipliers[a:b].argmax()]) for a, b in pairwise(borders)]
+    return [Active(joint, QUANTITIES[row // count], row % count / INTERVALS * duration) for row in found]

@@ -1,14 +1,18 @@
-"""Row generation: the few limit rows that matter, found by solving, looking and adding (design 1.5, 1.7)."""
+"""Row generation: the few limit rows that matter, found by solving, looking and adding (design 1.5).
 
+Joints are independent programs, but looked at together: one matrix product evaluates all that changed.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import piqp
 
 from motion.basis import INTERVALS, Grid
 from motion.certificate import Certificate, certify
 from motion.errors import SolverFailed
-from motion.problem import JointProblem
+from motion.problem import Problem
+from motion.qp import shortest_step
 
 MAX_ROUNDS = 30
 MAX_CERTIFICATE_ROUNDS = 5
@@ -22,8 +26,7 @@ _WORTH_ADDING = 0.2
 _ROUNDING = 2e-7
 """Of half a limit's range: samples beside a boundary value on its limit are not looked at closer."""
 _DEAD = 1e-9
-_TOLERANCES = {"loose": 1e-7, "tight": 1e-10}
-_UNREACHED = 1e6
+_BINDING = 1e-5
 
 
 class Clash(Exception):
@@ -52,97 +55,139 @@ class Solution:
         """The rows that carry a multiplier worth naming."""
         if not self.rows.size:
             return self.rows
-        return self.rows[self.multipliers > 1e-5 * max(self.multipliers.max(), 1e-300)]
+        return self.rows[self.multipliers > _BINDING * max(self.multipliers.max(), 1e-300)]
 
 
-def solve(grid: Grid, problem: JointProblem, target: np.ndarray, warm: np.ndarray | None = None) -> Solution:
-    """The weights nearest to `target` (N,) that meet the equalities and all limits, certified where possible.
+def solve(
+    grid: Grid, problem: Problem, targets: np.ndarray, warm: Sequence[np.ndarray] | None = None
+) -> list[Solution]:
+    """Per joint the weights nearest to its row of `targets` (J, N) that meet the equalities and all limits.
 
-    `warm` are grid rows to start with. Raises Clash where the rows are infeasible, SolverFailed for numerical
-    trouble.
+    Certified where possible. `warm` are grid rows to start with, per joint. Raises Clash where the rows are
+    infeasible, SolverFailed for numerical trouble.
     """
-    work = _WorkingSet(grid, problem, target)
-    if warm is not None and warm.size:
-        work.add(warm)
-        work.resolve("loose")
-    extra_rounds = 0
-    while work.rounds < MAX_ROUNDS:
-        new = work.violated(FIRST_STRIDE if not work.rows.size else 0)
-        if new.size:
-            if work.add(new):
-                work.resolve("loose")
-            elif work.precision == "loose":
-                work.resolve("tight")
-            else:
-                raise SolverFailed(problem.joint, "rows already demanded stay violated")
-            continue
-        certificate = certify(grid, problem, work.z, work.values)
-        if not certificate.failures or extra_rounds == MAX_CERTIFICATE_ROUNDS:
-            return Solution(work.z, work.rows, work.multipliers, work.rounds, work.row_count, certificate)
-        extra_rounds += 1
-        work.mend(certificate.failures)
-        work.resolve("tight")
-    raise SolverFailed(problem.joint, f"no end after {MAX_ROUNDS} rounds")
+    everything = [_WorkingSet(grid, problem, joint, target) for joint, target in enumerate(targets)]
+    for work, rows in zip(everything, warm or (), strict=False):
+        if work.add(rows):
+            work.resolve("loose")
+    look = _Look(problem)
+    working = everything
+    while working:
+        joints = [work.joint for work in working]
+        z = np.array([work.z for work in working])
+        values = problem.values(grid, z, joints)
+        refused = look.refused(joints, values)
+        accepted = ~refused
+        if refused.any():
+            _demand_more(look, [w for w, no in zip(working, refused, strict=True) if no], values[refused])
+        if accepted.any():
+            sound = [w for w, yes in zip(working, accepted, strict=True) if yes]
+            _certify(grid, problem, sound, z[accepted], values[accepted])
+        working = [work for work in working if work.certificate is None]
+    return [work.solution() for work in everything]
+
+
+def _demand_more(look: "_Look", working: list["_WorkingSet"], values: np.ndarray) -> None:
+    """Solve again with the rows that the values (n, 4, M) ask for."""
+    strides = np.array([0 if work.rows.size else FIRST_STRIDE for work in working])
+    for work, rows in zip(working, look.rows_to_add([w.joint for w in working], values, strides), strict=True):
+        if work.add(rows):
+            work.resolve("loose")
+        elif work.precision == "loose":
+            work.resolve("tight")
+        else:
+            raise SolverFailed(work.joint, "rows already demanded stay violated")
+
+
+def _certify(grid: Grid, problem: Problem, working: list["_WorkingSet"], z: np.ndarray, values: np.ndarray) -> None:
+    """Give each joint its certificate, or another solution with the rows that it takes."""
+    for work, found in zip(working, certify(grid, problem, [w.joint for w in working], z, values), strict=True):
+        if not found.failures or work.mended == MAX_CERTIFICATE_ROUNDS:
+            work.certificate = found
+        else:
+            work.mend(found.failures)
+            work.resolve("tight")
+
+
+class _Look:
+    """Compares values on the grid with what is demanded of them."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        rounding = _ROUNDING * problem.half_range[:, :, None]
+        self.accepted_lower = problem.lower + (1 - _ACCEPTED) * problem.lower_band - rounding
+        self.accepted_upper = problem.upper - (1 - _ACCEPTED) * problem.upper_band + rounding
+
+    def refused(self, joints: list[int], values: np.ndarray) -> np.ndarray:
+        """Whether some sample of the values (n, 4, M) is not accepted: bool (n,)."""
+        everyone = len(joints) == len(self.accepted_lower)
+        which = slice(None) if everyone else joints
+        outside = values > self.accepted_upper[which]
+        outside |= values < self.accepted_lower[which]
+        outside &= self.problem.limited[which]
+        return np.asarray(outside.any(axis=(1, 2)))
+
+    def rows_to_add(self, joints: list[int], values: np.ndarray, strides: np.ndarray) -> list[np.ndarray]:
+        """Grid rows per joint: the peaks of violation with their neighbours, and every `stride`th violated sample
+        where the stride (n,) is not 0."""
+        problem = self.problem
+        inside = 1 - _WORTH_ADDING
+        over = values - (problem.upper[joints] - inside * problem.upper_band[joints])
+        np.maximum(over, problem.lower[joints] + inside * problem.lower_band[joints] - values, out=over)
+        over -= _ROUNDING * problem.half_range[joints][:, :, None]
+        over[~problem.limited[joints]] = -np.inf
+        flat, count = over.ravel(), values.shape[2]
+        above = np.flatnonzero(flat > 0)
+        sample = above % count
+        height = flat[above]
+        peak = (height >= flat[np.maximum(above - 1, 0)]) | (sample == 0)
+        peak &= (height >= flat[np.minimum(above + 1, flat.size - 1)]) | (sample == count - 1)
+        stride = strides[above // (4 * count)]
+        every = (stride > 0) & (sample % np.maximum(stride, 1) == 0)
+        near = sample[peak, None] + np.array([-PEAK_NEIGHBOURS, 0, PEAK_NEIGHBOURS])
+        near = (above - sample)[peak, None] + np.clip(near, 0, count - 1)
+        found = np.concatenate([near.ravel(), above[every]])
+        joint, row = np.divmod(found, 4 * count)
+        return [row[joint == n] for n in range(len(joints))]
 
 
 class _WorkingSet:
-    """The rows in play, the point they lead to, and how to go on from there.
+    """One joint's rows in play, the point they lead to, and how to go on from there.
 
     In u = z − z0, where z0 meets the equalities and lies nearest to the target, the cost is |u|² and u runs in
-    the null space of the equalities, whose complement Q1 spans.
+    the null space of the equalities.
     """
 
-    def __init__(self, grid: Grid, problem: JointProblem, target: np.ndarray) -> None:
-        self.grid, self.problem = grid, problem
+    def __init__(self, grid: Grid, problem: Problem, joint: int, target: np.ndarray) -> None:
+        self.grid, self.problem, self.joint = grid, problem, joint
+        self.equalities, self.targets = problem.equalities[joint], problem.targets[joint]
+        self.z0 = self.z = self.equalities.nearest(target, self.targets)
+        self.limited = problem.limited[joint].reshape(-1)
+        self.in_play = np.zeros(self.limited.size, dtype=bool)
         self.rows = np.zeros(0, dtype=int)
         self.extras: tuple[tuple[int, float], ...] = ()
         self.multipliers = np.zeros(0)
-        self.rounds = self.row_count = 0
+        self.rounds = self.row_count = self.mended = 0
         self.precision = "loose"
-        norms = np.linalg.norm(problem.equalities, axis=1)
-        self.q1, r1 = np.linalg.qr((problem.equalities / norms[:, None]).T)
-        if np.abs(np.diag(r1)).min() < 1e-10:
-            raise SolverFailed(problem.joint, "the fixed values depend on each other")
-        self.coordinates = np.linalg.solve(r1.T, problem.targets / norms)
-        self.z0 = self.z = self._onto_equalities(target)
-        self.base = self.values = problem.values(grid, self.z0)
-        self.demand_lower = problem.lower + problem.lower_band
-        self.demand_upper = problem.upper - problem.upper_band
-        self.ignored = np.zeros(self.base.size, dtype=bool)
+        self.certificate: Certificate | None = None
 
-    def _onto_equalities(self, z: np.ndarray) -> np.ndarray:
-        """The nearest point that meets the equalities; twice, so that they hold to rounding."""
-        for _ in range(2):
-            residual = self.coordinates - self.q1.T @ z
-            z = z + self.q1 @ residual
-        return z
-
-    def violated(self, stride: int) -> np.ndarray:
-        """Grid rows to add: none if every sample is accepted, else the peaks and their neighbours, and every
-        `stride`th violated sample."""
-        problem = self.problem
-        self.values = self.base if self.z is self.z0 else problem.values(self.grid, self.z)
-        over, under = self.values - self.demand_upper, self.demand_lower - self.values
-        passed = np.maximum(over - _ACCEPTED * problem.upper_band, under - _ACCEPTED * problem.lower_band)
-        passed -= _ROUNDING * problem.half_range
-        passed.reshape(-1)[self.ignored] = -np.inf
-        if passed.max() <= 0:
-            return np.zeros(0, dtype=int)
-        worth = np.maximum(over - _WORTH_ADDING * problem.upper_band, under - _WORTH_ADDING * problem.lower_band)
-        worth /= problem.half_range
-        worth.reshape(-1)[self.ignored] = -np.inf
-        return _peaks(worth, _ROUNDING, stride)
+    def solution(self) -> Solution:
+        """What was found; there is a certificate."""
+        assert self.certificate is not None
+        return Solution(self.z, self.rows, self.multipliers, self.rounds, self.row_count, self.certificate)
 
     def add(self, rows: np.ndarray) -> bool:
         """Take grid rows in; False if all of them were in already."""
-        known = len(self.rows)
-        bounded = np.isfinite(self.demand_lower.flat[rows]) | np.isfinite(self.demand_upper.flat[rows])
-        self.rows = np.union1d(self.rows, rows[bounded & ~self.ignored[rows]])
-        return len(self.rows) > known
+        known = self.rows.size
+        self.in_play[rows] = True
+        self.in_play &= self.limited
+        self.rows = np.flatnonzero(self.in_play)
+        return self.rows.size > known
 
     def mend(self, failures: tuple[tuple[int, float], ...]) -> None:
         """Demand the samples on both sides of where a limit is passed between them, or, where they are
         demanded already, the very place."""
+        self.mended += 1
         left = np.array([k * len(self.grid.s) + int(s * INTERVALS) for k, s in failures])
         if not self.add(np.concatenate([left, left + 1])):
             self.extras += failures
@@ -151,107 +196,56 @@ class _WorkingSet:
         """Solve for the rows in play. Raises Clash or SolverFailed."""
         self.precision = precision
         self.rounds += 1
+        if self.rounds > MAX_ROUNDS:
+            raise SolverFailed(self.joint, f"no end after {MAX_ROUNDS} rounds")
         matrix, lower, upper, quantity, s = self._constraints()
         size = max(np.max(lower, initial=0.0), np.max(-upper, initial=0.0))
         if size <= 0:
             self.z, self.multipliers = self.z0, np.zeros(len(self.rows))
             return
-        q, r = np.linalg.qr(matrix.T)
-        x, multipliers, status = _solve_box(r.T, lower / size, upper / size, precision)
+        u, multipliers, status = shortest_step(matrix, lower / size, upper / size, precision)
+        multipliers = np.abs(multipliers)
         if status == "infeasible":
-            signed = np.abs(multipliers)
-            sums = np.bincount(quantity, weights=signed, minlength=4)
-            raise Clash(self.problem.joint, int(sums.argmax()), float(s[_argmax_of(signed, quantity, sums)]))
+            sums = np.bincount(quantity, weights=multipliers, minlength=4)
+            hardest = np.where(quantity == sums.argmax(), multipliers, -1.0).argmax()
+            raise Clash(self.joint, int(sums.argmax()), float(s[hardest]))
         if status:
-            raise SolverFailed(self.problem.joint, status)
-        self.z = self._onto_equalities(self.z0 + q @ x * size)
-        self.multipliers = np.abs(multipliers[: len(self.rows)])
+            raise SolverFailed(self.joint, status)
+        self.z = self.equalities.nearest(self.z0 + u * size, self.targets)
+        self.multipliers = multipliers[: len(self.rows)]
         self.row_count = len(quantity)
 
     def _constraints(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Rows projected on the null space and of unit norm, their bounds on u, quantities and places."""
-        matrix, lower, upper, quantity, s = self._raw_constraints()
-        matrix = matrix - (matrix @ self.q1) @ self.q1.T
-        norms = np.linalg.norm(matrix, axis=1)
+        matrix, quantity, s, lower, upper = self._raw_constraints()
+        room = self.problem.duration ** quantity.astype(float)
+        base = self.problem.offset(self.joint, quantity, s) + matrix @ self.z0 / room
+        span = self.equalities.span
+        matrix = matrix - (matrix @ span) @ span.T
+        norms = np.sqrt(np.einsum("ij,ij->i", matrix, matrix))
         alive = norms > _DEAD * self.grid.norms[quantity]
-        on_grid = alive[: len(self.rows)]
-        # What the equalities alone decide was compared with the limits before.
-        self.ignored[self.rows[~on_grid]] = True
-        self.rows = self.rows[on_grid]
-        scale = self.problem.duration ** quantity[alive] / norms[alive]
-        return (
-            matrix[alive] / norms[alive, None],
-            lower[alive] * scale,
-            upper[alive] * scale,
-            quantity[alive],
-            s[alive],
-        )
+        if not alive.all():
+            # What the equalities alone decide was compared with the limits before.
+            dead = self.rows[~alive[: len(self.rows)]]
+            self.limited[dead] = self.in_play[dead] = False
+            self.rows = np.flatnonzero(self.in_play)
+            matrix, quantity, s, base = matrix[alive], quantity[alive], s[alive], base[alive]
+            lower, upper, norms, room = lower[alive], upper[alive], norms[alive], room[alive]
+        room /= norms
+        return matrix / norms[:, None], (lower - base) * room, (upper - base) * room, quantity, s
 
     def _raw_constraints(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Rows on z and the room that is left from z0 to the demanded bounds, in physical units."""
-        count, rows, grid = len(self.grid.s), self.rows, self.grid
-        quantity = rows // count
-        matrix = grid.rows[:4].reshape(4 * count, -1)[rows]
-        lower = self.demand_lower.flat[rows] - self.base.flat[rows]
-        upper = self.demand_upper.flat[rows] - self.base.flat[rows]
-        s = grid.s[rows % count]
-        for k, place in self.extras:
-            row = grid.rows_at(np.array([place]), k - 2)
-            left = min(int(place * INTERVALS), count - 2)
-            offset = np.interp(place, grid.s, self.problem.offsets[k])
-            base = offset + row[0] @ self.z0 / self.problem.duration**k
-            matrix = np.concatenate([matrix, row])
-            lower = np.append(lower, self.demand_lower[k, left] - base)
-            upper = np.append(upper, self.demand_upper[k, left] - base)
-            quantity, s = np.append(quantity, k), np.append(s, place)
-        return matrix, lower, upper, quantity, s
-
-
-def _solve_box(
-    matrix: np.ndarray, lower: np.ndarray, upper: np.ndarray, precision: str
-) -> tuple[np.ndarray, np.ndarray, str]:
-    """min ½|x|² with lower ≤ matrix·x ≤ upper: x, multipliers and "" or what went wrong.
-
-    Anything but an optimum is tried once more, tight, by a fresh solver.
-    """
-    lower = np.where(lower < -_UNREACHED, -np.inf, lower)
-    upper = np.where(upper > _UNREACHED, np.inf, upper)
-    size = matrix.shape[1]
-    status, multipliers = "", np.zeros(len(lower))
-    for tolerance in {"loose": ("loose", "tight"), "tight": ("tight",)}[precision]:
-        solver = piqp.DenseSolver()
-        settings = solver.settings
-        # Good solves take 22 iterations or fewer; the second try may take longer and scales its rows.
-        settings.max_iter = 60 if tolerance == "loose" else 250
-        if tolerance == "loose":
-            settings.preconditioner_iter = 0
-        settings.eps_abs = settings.eps_duality_gap_abs = _TOLERANCES[tolerance]
-        settings.eps_rel = settings.eps_duality_gap_rel = _TOLERANCES[tolerance] / 10
-        solver.setup(np.eye(size), np.zeros(size), None, None, np.asfortranarray(matrix), lower, upper)
-        outcome = solver.solve()
-        multipliers = solver.result.z_u - solver.result.z_l
-        if outcome == piqp.PIQP_SOLVED and np.isfinite(solver.result.x).all():
-            return solver.result.x.copy(), multipliers, ""
-        status = "infeasible" if outcome == piqp.PIQP_PRIMAL_INFEASIBLE else outcome.name
-    return np.zeros(size), multipliers, status
-
-
-def _peaks(worth: np.ndarray, threshold: float, stride: int) -> np.ndarray:
-    """Flat indices of local maxima above the threshold with their neighbours, per quantity."""
-    padded = np.pad(worth, ((0, 0), (1, 1)), constant_values=-np.inf)
-    above = worth > threshold
-    picked = above & (worth >= padded[:, :-2]) & (worth >= padded[:, 2:])
-    quantity, sample = np.nonzero(picked)
-    spread = sample[:, None] + np.array([-PEAK_NEIGHBOURS, 0, PEAK_NEIGHBOURS])
-    count = worth.shape[1]
-    flat = np.clip(spread, 0, count - 1) + quantity[:, None] * count
-    if stride:
-        every = np.zeros_like(above)
-        every[:, ::stride] = above[:, ::stride]
-        return np.union1d(flat, np.flatnonzero(every))
-    return np.unique(flat)
-
-
-def _argmax_of(weights: np.ndarray, quantity: np.ndarray, sums: np.ndarray) -> int:
-    """Index of the largest weight within the quantity of the largest sum."""
-    return int(np.where(quantity == sums.argmax(), weights, -1.0).argmax())
+        """Rows on z, their quantities and places, and the demanded bounds in physical units."""
+        problem, grid, rows, count = self.problem, self.grid, self.rows, len(self.grid.s)
+        places = np.array(self.extras).reshape(-1, 2)
+        k, s = places[:, 0].astype(int), places[:, 1]
+        # An extra place takes the bounds of the sample on its left.
+        at = np.concatenate([rows, k * count + np.minimum((s * INTERVALS).astype(int), count - 2)])
+        joint = self.joint
+        lower = problem.lower[joint].flat[at] + problem.lower_band[joint].flat[at]
+        upper = problem.upper[joint].flat[at] - problem.upper_band[joint].flat[at]
+        matrix = grid.flat_rows[rows]
+        if self.extras:
+            between = [grid.rows_at(np.array([place]), quantity - 2) for quantity, place in self.extras]
+            matrix = np.concatenate([matrix, *between])
+        return matrix, at // count, np.concatenate([grid.s[rows % count], s]), lower, upper

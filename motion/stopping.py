@@ -38,19 +38,28 @@ def _stoppable(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The part of [low, high] from which a stop stays inside; empty where low > high. All (J,).
 
-    Both extremes of position and of velocity grow with the acceleration the stop starts from.
+    Both extremes of position and of velocity grow with the acceleration the stop starts from. That of velocity is
+    v + a|a|/2J; only where the position limit is in reach as well does it take a search.
     """
+    jerks = 2 * np.minimum(limits.jerks, UNLIMITED)
+    top = limits.velocities + TOUCH
+    low = np.maximum(np.clip(low, -UNLIMITED, UNLIMITED), -np.sqrt(np.maximum(jerks * (top + velocities), 0.0)))
+    high = np.minimum(np.clip(high, -UNLIMITED, UNLIMITED), np.sqrt(np.maximum(jerks * (top - velocities), 0.0)))
+    lowest, highest = limits.positions[:, 0] - TOUCH, limits.positions[:, 1] + TOUCH
+    ends = stop_extremes(positions, velocities, np.stack([low, high]), limits.accelerations, limits.jerks)
+    if np.all(ends[0][0] >= lowest) and np.all(ends[1][1] <= highest):
+        return low, high
 
     def below(a: np.ndarray) -> np.ndarray:
-        _, p_max, _, v_max = stop_extremes(positions, velocities, a, limits.accelerations, limits.jerks)
-        return (p_max <= limits.positions[:, 1] + TOUCH) & (v_max <= limits.velocities + TOUCH)
+        _, p_max, _, _ = stop_extremes(positions, velocities, a, limits.accelerations, limits.jerks)
+        return p_max <= highest
 
     def above(a: np.ndarray) -> np.ndarray:
-        p_min, _, v_min, _ = stop_extremes(positions, velocities, a, limits.accelerations, limits.jerks)
-        return (p_min >= limits.positions[:, 0] - TOUCH) & (v_min >= -limits.velocities - TOUCH)
+        p_min, _, _, _ = stop_extremes(positions, velocities, a, limits.accelerations, limits.jerks)
+        return p_min >= lowest
 
-    low, high = np.clip(low, -UNLIMITED, UNLIMITED), np.clip(high, -UNLIMITED, UNLIMITED)
-    return -_largest(lambda a: above(-a), -high, -low), _largest(below, low, high)
+    lowest_stoppable, highest_stoppable = -_largest(lambda a: above(-a), -high, -low), _largest(below, low, high)
+    return np.where(low <= high, lowest_stoppable, np.inf), highest_stoppable
 
 
 def _largest(holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -58,9 +67,10 @@ def _largest(holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: n
 
     −inf where it does not even hold at `low`. The predicate takes (n, J).
     """
-    everywhere, somewhere = holds(high), holds(low)
+    everywhere = holds(high)
     if everywhere.all():
         return high
+    somewhere = holds(low)
     left, right = low, high
     for _ in range(_ROUNDS):
         points = left + (right - left) * np.linspace(0, 1, _POINTS)[:, None]

@@ -84,14 +84,17 @@ def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarra
 
 def _integrate(state: np.ndarray, lengths: np.ndarray, jerks: np.ndarray) -> np.ndarray:
     """States (3, J, K+1) at the knots of K pieces of constant jerk from `state` (3, J)."""
-    states = np.empty((*state.shape, lengths.shape[1] + 1))
-    states[:, :, 0] = p, v, a = state
-    for k in range(lengths.shape[1]):
-        t, j = lengths[:, k], jerks[:, k]
-        p = p + t * (v + t * (a / 2 + t * j / 6))
-        v = v + t * (a + t * j / 2)
-        a = a + t * j
-        states[:, :, k + 1] = p, v, a
+    t, j = lengths, jerks[:, :-1]
+    states = np.empty((*state.shape, t.shape[1] + 1))
+    states[:, :, 0] = state
+    p, v, a = states[0], states[1], states[2]
+
+    def sum_up(values: np.ndarray, steps: np.ndarray) -> None:
+        values[:, 1:] = values[:, :1] + np.cumsum(steps, axis=1)
+
+    sum_up(a, t * j)
+    sum_up(v, t * (a[:, :-1] + t * j / 2))
+    sum_up(p, t * (v[:, :-1] + t * (a[:, :-1] / 2 + t * j / 6)))
     return states
 
 

@@ -14,7 +14,7 @@ from motion.errors import CannotStop, Infeasible, MotionError
 from motion.limits import QUANTITIES, Limits
 from motion.plan import Plan, plan
 from motion.primitive import Primitive, learn
-from motion.problem import TOUCH, JointProblem, build
+from motion.problem import TOUCH, Problem, build
 from motion.request import Boundary, MotionRequest, Waypoint
 from motion.solver import Clash, Solution, solve
 from motion.stopping import final_accelerations
@@ -81,21 +81,20 @@ def random_request(rng: np.random.Generator, primitive: Primitive, tail: str = "
     return replace(request, limits=limits, tail=tail)
 
 
-def full_optimum(
-    grid: Grid, problem: JointProblem, target: np.ndarray, demanded: bool
-) -> tuple[np.ndarray | None, float]:
+def full_optimum(grid: Grid, problem: Problem, target: np.ndarray, demanded: bool) -> tuple[np.ndarray | None, float]:
     """DAQP on all 4004 rows at the true limits or at the demanded ones: z (None: infeasible), |z − z_d|².
 
     In the null space of the equalities, so that its tolerance is one of the rows and not of what is fixed.
     """
-    full, _ = np.linalg.qr(problem.equalities.T, mode="complete")
-    count = len(problem.targets)
-    null = full[:, count:]
-    start = target + np.linalg.lstsq(problem.equalities, problem.targets - problem.equalities @ target)[0]
+    equalities, targets = problem.equalities[0].rows, problem.targets[0]
+    full, _ = np.linalg.qr(equalities.T, mode="complete")
+    null = full[:, len(targets) :]
+    start = target + np.linalg.lstsq(equalities, targets - equalities @ target)[0]
     band = float(demanded)
-    base = problem.values(grid, start)
-    lower = ((problem.lower + band * problem.lower_band - base) * problem.scale()).ravel()
-    upper = ((problem.upper - band * problem.upper_band - base) * problem.scale()).ravel()
+    base = problem.values(grid, start[None], [0])
+    scale = problem.duration ** np.arange(4.0)[:, None]
+    lower = ((problem.lower + band * problem.lower_band - base) * scale).ravel()
+    upper = ((problem.upper - band * problem.upper_band - base) * scale).ravel()
     rows = grid.rows[:4].reshape(-1, len(target)) @ null
     norms = np.linalg.norm(rows, axis=1)
     # What the equalities decide alone is no row, as in the planner (design 1.5).
@@ -113,18 +112,18 @@ def full_optimum(
     return z, float(np.sum((z - target) ** 2))
 
 
-def prepared(seed: int) -> tuple[Grid, JointProblem, np.ndarray, Primitive, MotionRequest]:
+def prepared(seed: int) -> tuple[Grid, Problem, np.ndarray, Primitive, MotionRequest]:
     rng = np.random.default_rng(seed)
     primitive = make_primitive(rng)
     request = random_request(rng, primitive)
     grid = make_grid(primitive.basis_count)
-    problem = build(grid, request, 0, final_accelerations(request)[0])
+    problem = build(grid, request, final_accelerations(request))
     return grid, problem, grid.whiten(primitive.theta[0]), primitive, request
 
 
-def attempt(grid: Grid, problem: JointProblem, target: np.ndarray) -> Solution | None:
+def attempt(grid: Grid, problem: Problem, target: np.ndarray) -> Solution | None:
     try:
-        return solve(grid, problem, target)
+        return solve(grid, problem, target[None])[0]
     except Clash:
         return None
 
@@ -178,12 +177,12 @@ def test_certified_means_no_violation_between_samples(seed: int) -> None:
     s = np.linspace(0, request.moving_fraction, fine.shape[1])
     touching = np.zeros((4, len(s)), dtype=bool)
     for quantity in range(4):
-        for band in (problem.lower_band[quantity], problem.upper_band[quantity]):
+        for band in (problem.lower_band[0, quantity], problem.upper_band[0, quantity]):
             touching[quantity] |= (
-                np.interp(s, np.linspace(0, 1, 1001), band) < 11 * TOUCH * problem.half_range[quantity]
+                np.interp(s, np.linspace(0, 1, 1001), band) < 11 * TOUCH * problem.half_range[0, quantity]
             )
     ranges = request.limits.joint(0)
-    slack = np.where(touching, 2 * TOUCH * problem.half_range, 0.0)
+    slack = np.where(touching, 2 * TOUCH * problem.half_range[0, :, None], 0.0)
     for quantity, name in enumerate(QUANTITIES):
         low, high = ranges[quantity]
         rounding = 1e-12 * np.abs(fine[quantity]).max()
@@ -230,7 +229,7 @@ def test_warm_start_lands_in_the_same_band(seed: int) -> None:
     cold = attempt(grid, problem, target)
     assume(cold is not None)
     assert cold is not None
-    warm = solve(grid, problem, target, cold.binding())
+    [warm] = solve(grid, problem, target[None], [cold.binding()])
     _, true = full_optimum(grid, problem, target, demanded=False)
     _, demanded = full_optimum(grid, problem, target, demanded=True)
     check_objective(warm, target, true, demanded)

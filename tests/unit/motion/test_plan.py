@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from motion import solver as solver_module
+from motion import qp as qp_module
 from motion.basis import make_basis
 from motion.demonstration import Demonstration
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, SolverFailed
@@ -274,13 +274,13 @@ def test_the_solver_is_not_believed(
     figure: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A solver that claims success with a wrong answer never becomes a plan."""
-    honest = solver_module._solve_box
+    honest = qp_module._solve_box
 
     def liar(*problem: object) -> tuple[np.ndarray, np.ndarray, str]:
         x, multipliers, status = honest(*problem)  # type: ignore[arg-type]
         return 0.5 * x, multipliers, status
 
-    monkeypatch.setattr(solver_module, "_solve_box", liar)
+    monkeypatch.setattr(qp_module, "_solve_box", liar)
     with pytest.raises(SolverFailed, match="stay violated"):
         plan(figure, ask(goal=(-1.0, 10.0), limits=paper_limits))
 
