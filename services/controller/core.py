@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from motion.tail import first_stop, stop
 from motion.tracking import tracking_acceleration
 from protocol import messages as m
 from protocol.codec import bad_message
@@ -12,9 +11,9 @@ from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
 from services.controller.checks import TIGHT, Checked, check_continuity
 from services.controller.cycle import CycleStatistics
-from services.controller.ledger import Ledger, Running, note_hit
+from services.controller.ledger import Ledger, Running, error_of
 from services.controller.modes import Event, Mode, next_mode
-from services.controller.timeline import Segment, Timeline
+from services.controller.timeline import Timeline
 from services.robot import RobotConfig
 
 AT_REST = 0.05
@@ -73,7 +72,7 @@ class Controller:
         self._follow_goals(state, reference, now_ns)
         tracking_acceleration(
             self.config.alpha,
-            (reference[0], reference[1], self._mean_acceleration(state.tick, reference[1])),
+            (reference[0], reference[1], self._timeline.mean_acceleration(state.tick, self.config.tick)),
             np.array(state.positions),
             np.array(state.velocities),
             out=self._acceleration,
@@ -112,7 +111,10 @@ class Controller:
         trajectory, segment = checked.message, checked.segment
         goal_id = trajectory.goal_id
         state = self._require_state()
-        self._refuse_strangers(trajectory)
+        if self.fault is not None:
+            sentence = f"the controller is in fault: {self.fault}; send `reset` once the arm is at rest"
+            raise Refusal("fault", sentence, fault=self.fault)
+        self.ledger.admit(trajectory, self._clients)
         if trajectory.epoch != self.epoch:
             sentence = f"goal {goal_id} was planned in epoch {trajectory.epoch}, it is {self.epoch} now; plan again"
             cause = "plan" if self._broken_epoch <= trajectory.epoch < self.epoch else "break"
@@ -148,13 +150,13 @@ class Controller:
         if not 0.0 <= request.lead <= MAX_PLAN_S:
             raise bad_message("lead", f"lead is {request.lead} s; it must lie between 0 and {MAX_PLAN_S} s")
         tick = state.tick + max(1, math.ceil(request.lead * self.config.rate_hz - TIGHT))
-        positions, velocities, accelerations = self._timeline.at(tick)
+        positions, velocities, accelerations = (vector.tolist() for vector in self._timeline.at(tick))
         return m.Reference(
             time=tick * self.config.tick,
             epoch=self.epoch,
-            positions=positions.tolist(),
-            velocities=velocities.tolist(),
-            accelerations=accelerations.tolist(),
+            positions=positions,
+            velocities=velocities,
+            accelerations=accelerations,
         )
 
     def cancel(self, request: m.Cancel) -> m.Canceled:
@@ -174,9 +176,7 @@ class Controller:
         self.changed = True
         if newest is None:
             return m.Canceled(goal_id=None, stop_time=max(state.tick, self._timeline.end) * self.config.tick)
-        self._switch(Event.CANCEL)
-        leaves, rests = self._stop_soon()
-        self.ledger.close_later(leaves, rests, "canceled", "canceled on request")
+        rests = self._halt("canceled on request")
         return m.Canceled(goal_id=newest.result.goal_id, stop_time=rests * self.config.tick)
 
     def reset(self) -> m.ModeReply:
@@ -208,9 +208,7 @@ class Controller:
         newest = self.ledger.active[-1] if self.ledger.active else None
         if newest is not None and newest.lease and newest.client_id == client_id:
             self._break_epoch()
-            self._switch(Event.CANCEL)
-            reason = f"client {client_id} lost its lease"
-            self.ledger.close_later(*self._stop_soon(), "canceled", reason)
+            self._halt(f"client {client_id} lost its lease")
 
     def status(self) -> m.Status:
         """Return the controller at a glance.
@@ -221,7 +219,6 @@ class Controller:
         state = self._require_state()
         reference = self._timeline.at(state.tick)
         goal = self.ledger.current(state.tick)
-        errors = np.array(state.positions) - reference[0], np.array(state.velocities) - reference[1]
         return m.Status(
             time=state.time,
             mode=self.mode.value,
@@ -230,7 +227,7 @@ class Controller:
             time_from_start=(state.tick - goal.start) * self.config.tick if goal else None,
             reference=m.Point(positions=reference[0].tolist(), velocities=reference[1].tolist()),
             feedback=m.Point(positions=state.positions, velocities=state.velocities),
-            error=m.Point(positions=errors[0].tolist(), velocities=errors[1].tolist()),
+            error=error_of(state, reference),
             cycle=self.cycle.message(),
             fault=self.fault,
         )
@@ -257,66 +254,30 @@ class Controller:
 
     def _follow_goals(self, state: m.State, reference: tuple[np.ndarray, ...], now_ns: int) -> None:
         """Note the tracking error, first command and hit of the goal under way, and what is over."""
-        error = float(np.abs(np.array(state.positions) - reference[0]).max())
+        errors = np.abs(np.array(state.positions) - reference[0])
+        worst = int(errors.argmax())
         goal = self.ledger.current(state.tick)
         if goal is not None:
-            result = goal.result
-            result.peak_tracking_error = max(result.peak_tracking_error, error)
-            if result.stamps.first_command is None:
-                stamps = result.stamps
-                result.stamps = m.Stamps(stamps.requested, stamps.planned, stamps.accepted, now_ns)
-            if result.hit is None and goal.hit is not None and goal.hit <= state.tick:
-                note_hit(result, state.time, reference, state)
+            goal.follow(state, reference, float(errors[worst]), now_ns)
         self.changed |= self.ledger.close_due(state.tick)
         if not self.ledger.active and state.tick >= self._timeline.end:
             self._switch(Event.REST)
-        if error > self.config.max_tracking_error and self.fault is None:
-            worst = int(np.argmax(np.abs(np.array(state.positions) - reference[0])))
+        if errors[worst] > self.config.max_tracking_error and self.fault is None:
             self.raise_fault(
-                f"{self.config.joint_names[worst]} is {error:.3f} rad from its reference, more than "
+                f"{self.config.joint_names[worst]} is {errors[worst]:.3f} rad from its reference, more than "
                 f"max_tracking_error = {self.config.max_tracking_error} rad"
             )
 
-    def _mean_acceleration(self, tick: int, velocities: np.ndarray) -> np.ndarray:
-        """The reference's mean acceleration over the coming tick: the arm holds a command for that long."""
-        return (self._timeline.at(tick + 1)[1] - velocities) * self.config.rate_hz
+    def _halt(self, reason: str) -> int:
+        """Cancel what moves, and return the tick at which the arm rests."""
+        self._switch(Event.CANCEL)
+        leaves, rests = self._stop_soon()
+        self.ledger.close_later(leaves, rests, "canceled", reason)
+        return rests
 
     def _stop_soon(self) -> tuple[int, int]:
-        """Splice in the earliest stop inside the limits.
-
-        Returns the ticks at which the reference leaves what was planned and at which it rests.
-        """
-        tick = self._require_state().tick + 1
-        coming = self._timeline.coming(tick)
-        index = first_stop(coming, self.config.limits)
-        if index is None or index >= len(coming) - 1:
-            rests = max(tick, self._timeline.end)
-            return rests, rests
-        at = coming.positions[index], coming.velocities[index], coming.accelerations[index]
-        halt = stop(*at, self.config.limits)
-        count = math.ceil(halt.duration * self.config.rate_hz - TIGHT) + 1
-        segment = Segment(tick + index, halt.sample(np.arange(count) * self.config.tick))
-        self._timeline.splice(segment)
-        return segment.start, segment.end
-
-    def _refuse_strangers(self, trajectory: m.Trajectory) -> None:
-        """Refuse what may not move the arm now, whatever it says."""
-        goal_id = trajectory.goal_id
-        if self.fault is not None:
-            sentence = f"the controller is in fault: {self.fault}; send `reset` once the arm is at rest"
-            raise Refusal("fault", sentence, fault=self.fault)
-        if self.ledger.knows(goal_id):
-            raise Refusal("duplicate", f"goal_id {goal_id!r} was executed before; make a new one", goal_id=goal_id)
-        holder = next((goal.client_id for goal in self.ledger.active if goal.lease), trajectory.client_id)
-        if holder != trajectory.client_id:
-            sentence = f"client {holder!r} holds the arm until its motion ends; cancel is open to all"
-            raise Refusal("not_holder", sentence, client_id=holder)
-        if trajectory.lease and holder not in self._clients:
-            sentence = f"client {holder!r} asks for a lease without the token that keeps it: hold alive/client/{holder}"
-            raise Refusal("not_holder", sentence, client_id=holder)
-        if self.ledger.active and not trajectory.preempt:
-            running = self.ledger.active[-1].result.goal_id
-            raise Refusal("busy", f"goal {running} is under way and preempt is false; wait for it", goal_id=running)
+        """Splice in the earliest stop; return the ticks at which the plan is left and at which the arm rests."""
+        return self._timeline.stop(self._require_state().tick + 1, self.config.limits, self.config.tick)
 
     def _break_epoch(self) -> None:
         """Make every plan in flight obsolete, and not for another plan's sake."""

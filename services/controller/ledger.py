@@ -1,6 +1,7 @@
 """The goals the controller has taken on, and how each went."""
 
 from collections import OrderedDict
+from collections.abc import Container
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,6 +28,29 @@ class Running:
     closing: m.Outcome = "succeeded"
     reason: str = ""
 
+    def follow(self, state: m.State, reference: tuple[np.ndarray, ...], error: float, now_ns: int) -> None:
+        """Note what `state` says beside its `reference` (positions, velocities, …), the worst joint `error` rad off."""
+        result, stamps = self.result, self.result.stamps
+        result.peak_tracking_error = max(result.peak_tracking_error, error)
+        if stamps.first_command is None:
+            result.stamps = m.Stamps(stamps.requested, stamps.planned, stamps.accepted, now_ns)
+        if result.hit is None and self.hit is not None and self.hit <= state.tick:
+            measured = error_of(state, reference)
+            result.hit = m.Hit(
+                time=state.time,
+                position_error=measured.positions,
+                velocity_error=measured.velocities,
+                truth_error=state.truth and error_of(state.truth, reference),
+            )
+
+
+def error_of(point: m.State | m.Point, reference: tuple[np.ndarray, ...]) -> m.Point:
+    """Return how far `point` is from its `reference` (positions, velocities, …)."""
+    return m.Point(
+        positions=(np.array(point.positions) - reference[0]).tolist(),
+        velocities=(np.array(point.velocities) - reference[1]).tolist(),
+    )
+
 
 @dataclass(slots=True)
 class Ledger:
@@ -35,6 +59,26 @@ class Ledger:
     active: list[Running] = field(default_factory=list)
     ended: list[m.Result] = field(default_factory=list)
     _results: OrderedDict[str, m.Result] = field(default_factory=OrderedDict)
+
+    def admit(self, trajectory: m.Trajectory, clients: Container[str]) -> None:
+        """Check that `trajectory` may take over; `clients` are those that hold their tokens.
+
+        Raises:
+            Refusal: `duplicate`, `not_holder` or `busy`.
+        """
+        goal_id = trajectory.goal_id
+        if self.knows(goal_id):
+            raise Refusal("duplicate", f"goal_id {goal_id!r} was executed before; make a new one", goal_id=goal_id)
+        holder = next((goal.client_id for goal in self.active if goal.lease), trajectory.client_id)
+        if holder != trajectory.client_id:
+            sentence = f"client {holder!r} holds the arm until its motion ends; cancel is open to all"
+            raise Refusal("not_holder", sentence, client_id=holder)
+        if trajectory.lease and holder not in clients:
+            sentence = f"client {holder!r} asks for a lease without the token that keeps it: hold alive/client/{holder}"
+            raise Refusal("not_holder", sentence, client_id=holder)
+        if self.active and not trajectory.preempt:
+            running = self.active[-1].result.goal_id
+            raise Refusal("busy", f"goal {running} is under way and preempt is false; wait for it", goal_id=running)
 
     def open(self, goal: Running) -> None:
         """Take on `goal`, which will replace the others from its start on."""
@@ -103,19 +147,3 @@ class Ledger:
     def _end(self, goal: Running, outcome: m.Outcome, reason: str) -> None:
         goal.result.outcome, goal.result.reason = outcome, reason
         self.ended.append(goal.result)
-
-
-def note_hit(result: m.Result, time: float, reference: tuple[np.ndarray, ...], state: m.State) -> None:
-    """Write the errors of `state` against the reference (positions, velocities, …) at the hit into `result`."""
-    positions, velocities = reference[0], reference[1]
-    truth = state.truth
-    result.hit = m.Hit(
-        time=time,
-        position_error=(np.array(state.positions) - positions).tolist(),
-        velocity_error=(np.array(state.velocities) - velocities).tolist(),
-        truth_error=truth
-        and m.Point(
-            positions=(np.array(truth.positions) - positions).tolist(),
-            velocities=(np.array(truth.velocities) - velocities).tolist(),
-        ),
-    )

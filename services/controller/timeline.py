@@ -1,10 +1,16 @@
 """Where the arm shall be at every tick to come."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from motion.limits import Limits
 from motion.samples import Samples
+from motion.tail import first_stop, stop
+
+WINDOW = 64
+"""Ticks looked at first for a stop: nearly always it is close, and the loop has a tick's time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,10 +54,44 @@ class Timeline:
         samples = segment.samples
         return samples.positions[index], samples.velocities[index], samples.accelerations[index]
 
-    def coming(self, tick: int) -> Samples:
-        """Return the samples from `tick` to the end of the last segment, at least one."""
-        rows = [self.at(later) for later in range(tick, max(tick, self.end) + 1)]
-        return Samples(*(np.array(column) for column in zip(*rows, strict=True)))
+    def mean_acceleration(self, tick: int, length: float) -> np.ndarray:
+        """Return the mean acceleration (J,) over the tick of `length` s that follows: a command is held that long."""
+        return (self.at(tick + 1)[1] - self.at(tick)[1]) / length
+
+    def stop(self, tick: int, limits: Limits, length: float) -> tuple[int, int]:
+        """Splice in the earliest jerk-limited stop, from `tick` on, that stays inside `limits`.
+
+        `length`: of a tick, s. Returns the ticks at which the reference leaves what was planned and at which it rests;
+        where no stop comes earlier, that is the plan's own end.
+        """
+        ahead, size = tick, WINDOW
+        while ahead < self.end:
+            coming = self.coming(ahead, size)
+            index = first_stop(coming, limits)
+            if index is not None:
+                return self._splice_stop(ahead + index, limits, length)
+            ahead, size = ahead + size, 4 * size
+        rests = max(tick, self.end)
+        return rests, rests
+
+    def _splice_stop(self, tick: int, limits: Limits, length: float) -> tuple[int, int]:
+        halt = stop(*self.at(tick), limits)
+        count = math.ceil(halt.duration / length - 1e-6) + 1
+        segment = Segment(tick, halt.sample(np.arange(count) * length))
+        self.splice(segment)
+        return segment.start, segment.end
+
+    def coming(self, tick: int, count: int) -> Samples:
+        """Return the samples of `count` ticks from `tick` on."""
+        ticks = np.arange(tick, tick + count)
+        owners = np.searchsorted([segment.start for segment in self._segments], ticks, side="right") - 1
+        parts = []
+        for index, segment in enumerate(self._segments):
+            mine = ticks[np.maximum(owners, 0) == index]
+            rows = np.clip(mine, segment.start, segment.end) - segment.start
+            samples = segment.samples
+            parts.append((samples.positions[rows], samples.velocities[rows], samples.accelerations[rows]))
+        return Samples(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
     def forget_before(self, tick: int) -> None:
         """Drop the segments that `tick` has left behind."""

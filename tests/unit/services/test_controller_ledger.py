@@ -5,7 +5,7 @@ import pytest
 
 from protocol import messages as m
 from protocol.errors import Refusal
-from services.controller.ledger import KEPT, Ledger, Running, note_hit
+from services.controller.ledger import KEPT, Ledger, Running
 
 
 def running(goal_id: str, start: int, hit: int = 100, end: int = 150) -> Running:
@@ -135,12 +135,20 @@ def test_the_errors_at_the_hit():
         run=0, tick=7, time=0.007, positions=[1.1, 2.0], velocities=[0.5, 0.2], torques=[0.0, 0.0],
         saturated=[False, False], brake=False, applied_tick=6,
     )  # fmt: skip
-    result = m.Result(goal_id="a", outcome="running")
-    note_hit(result, 0.007, reference, state)
+    goal = running("a", 0, hit=state.tick)
+    goal.follow(state, reference, 0.1, 5)
+    result = goal.result
     assert result.hit is not None
+    assert result.hit.time == state.time
+    assert result.peak_tracking_error == 0.1
+    assert result.stamps.first_command == 5
     assert result.hit.position_error == pytest.approx([0.1, 0.0])
     assert result.hit.velocity_error == pytest.approx([0.0, 0.2])
     assert result.hit.truth_error is None
     state.truth = m.Point(positions=[1.0, 2.5], velocities=[0.0, 0.0])
-    note_hit(result, 0.007, reference, state)
+    result.hit = None
+    goal.follow(state, reference, 0.05, 6)
+    assert result.peak_tracking_error == 0.1
+    assert result.stamps.first_command == 5
+    assert result.hit is not None
     assert result.hit.truth_error == m.Point(positions=[0.0, 0.5], velocities=[-0.5, 0.0])
