@@ -168,7 +168,8 @@ def running(
             wait_for_controller(stack)
         yield stack
         processes = dict(supervisor.running)
-    assert {name: process.returncode for name, process in processes.items()} == dict.fromkeys(processes, 0)
+    statuses = {name: process.returncode for name, process in processes.items()}
+    assert statuses == dict.fromkeys(processes, 0), statuses
 
 
 def wait_for_controller(stack: Stack) -> None:

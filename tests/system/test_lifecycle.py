@@ -56,13 +56,13 @@ def test_sigterm_ends_each_service_in_order(tmp_path: Path):
             for name in order:
                 process = stack.services.running[name]
                 process.terminate()
-                assert process.wait(10.0) == 0, name
+                assert process.wait() == 0, name
     for name in ("planner", "controller"):
         process = subprocess.Popen(lines_for(free_endpoint(), tmp_path)[name], stderr=subprocess.PIPE, text=True)
         assert process.stderr is not None
         assert any("waiting" in line for line in process.stderr)
         process.terminate()
-        process.communicate(timeout=10.0)
+        process.communicate()
         assert process.returncode == 0, name
 
 
@@ -77,7 +77,7 @@ def taken(tmp_path_factory: pytest.TempPathFactory):
 def test_a_second_service_ends_with_status_3(taken: Stack, tmp_path: Path, name: str):
     """And says why; the first one goes on."""
     line = lines_for(taken.endpoint, tmp_path)[name]
-    second = subprocess.run(line, capture_output=True, text=True, timeout=30.0, check=False)
+    second = subprocess.run(line, capture_output=True, text=True, check=False)
     assert second.returncode == 3, second.stderr
     assert f"another {name} serves robot arm" in second.stderr
     assert "Traceback" not in second.stderr
@@ -95,7 +95,8 @@ def test_a_planner_alone_plans(tmp_path: Path):
         reply = stack.goal(primitive="forehand", positions=HOME, plan_only=True, include_trajectory=True)
         assert reply.trajectory is not None
         assert np.frombuffer(reply.trajectory.positions)[:6] == pytest.approx(HOME, abs=1e-12)
-        assert stack.refused_goal(primitive="forehand", positions=HOME).code == "unavailable"
+        refusal = stack.refused_goal(primitive="forehand", positions=HOME)
+        assert (refusal.code, refusal.detail) == ("unavailable", {"service": "controller"})
         process = supervisor.running["planner"]
     assert process.returncode == 0
 
@@ -159,18 +160,20 @@ def test_everything_from_start_to_ctrl_c(tmp_path: Path):
     process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert process.stdout is not None
     said = []
-    for text in process.stdout:
-        said.append(text)
-        if "volley is ready" in text:
-            break
-    with Bus(open_session([endpoint])) as bus:
-        assert all(bus.is_alive(name) for name in (*SERVICES, "recorder"))
-        with pytest.raises(Refusal) as caught:
-            bus.ask(topics.SIM_STEP, m.Step(ticks=1))
-        assert caught.value.code == "wrong_clock"
-        assert bus.ask(topics.DESCRIPTION, m.Empty()).clock == "realtime"
-    process.send_signal(signal.SIGINT)
-    rest, _ = process.communicate(timeout=40.0)
+    try:
+        for text in process.stdout:
+            said.append(text)
+            if "volley is ready" in text:
+                break
+        with Bus(open_session([endpoint])) as bus:
+            assert all(bus.is_alive(name) for name in (*SERVICES, "recorder"))
+            with pytest.raises(Refusal) as caught:
+                bus.ask(topics.SIM_STEP, m.Step(ticks=1))
+            assert caught.value.code == "wrong_clock"
+            assert bus.ask(topics.DESCRIPTION, m.Empty()).clock == "realtime"
+    finally:
+        process.send_signal(signal.SIGINT)
+        rest, _ = process.communicate(timeout=60.0)
     assert process.returncode == 0, "".join(said) + rest
     assert "Traceback" not in "".join(said) + rest
     assert endpoint in "".join(said) + rest
