@@ -1,0 +1,334 @@
+"""Every line of the permission table over TLS, both ways; and who is not let in at all.
+
+What is refused must be shown not to arrive without waiting for it. Zenoh delivers in order: once the router has
+answered whoever sent the refused message, and a permitted message sent after that has arrived, the refused one
+would have arrived before.
+"""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+import pytest
+import zenoh
+from cell import STRANGERS, SecureCell
+from harness import PATIENCE_S, ROBOT, Stack, wait_for_controller
+
+from deploy.zenoh.configure import client_config
+from deploy.zenoh.permissions import ROLES, acting, reading
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Bus, open_session
+from protocol.errors import NoAnswer
+from services.options import Options
+from services.supervisor import Supervisor, command_lines
+
+BY_NAME = {role.name: role for role in ROLES}
+EVERYBODY = pytest.mark.parametrize("who", [*BY_NAME, *STRANGERS])
+OWNERS = ("sim", "planner", "controller")
+TOKENS = ("sim", "planner", "controller", "recorder", "client/shell")
+
+
+def may(who: str, message: str, key: str) -> bool:
+    """Whether the table lets `who` send `message` on `key`; to strangers it grants nothing."""
+    if who not in BY_NAME:
+        return False
+    granted = [p.keys for p in (*reading(), *acting(BY_NAME[who])) if message in p.messages]
+    return any(zenoh.KeyExpr(k).includes(zenoh.KeyExpr(key)) for keys in granted for k in keys)
+
+
+class Participants:
+    """Sessions on one bus: the owners, who answer b"owner" to everything they own, and others as asked for."""
+
+    def __init__(self, cell: SecureCell, stack: ExitStack) -> None:
+        self._cell = cell
+        self._stack = stack
+        self._joined: dict[tuple[str, str], Bus] = {}
+        self.arrived: SimpleQueue[tuple[str, bytes]] = SimpleQueue()
+        self.heard: SimpleQueue[tuple[str, bytes]] = SimpleQueue()
+        self._declared: list[Any] = []
+        for topic in topics.QUERIES:
+            key = self.owner(topic).key(topic.key)
+            self._declared.append(self.owner(topic).session.declare_queryable(key, self._answer, complete=True))
+        for topic in topics.PUBLICATIONS:
+            ear = self.bus("viewer", "ear")
+            self._declared.append(ear.session.declare_subscriber(ear.key(topic.key), self._hear))
+        fence(self.bus("viewer", "ear"))
+
+    def bus(self, who: str, purpose: str) -> Bus:
+        """Return the session of `who` for a purpose; what two sessions say to each other passes the router."""
+        if (who, purpose) not in self._joined:
+            self._joined[who, purpose] = self._stack.enter_context(self._cell.join(who))
+        return self._joined[who, purpose]
+
+    def owner(self, topic: topics.Query | topics.Publication) -> Bus:
+        """Return the session that owns `topic`."""
+        return self.bus(topic.owner, "owner")
+
+    def asker(self, topic: topics.Query) -> Bus:
+        """Return a session that may ask for `topic`."""
+        return self.bus(next(role for role in ("planner", "tester") if may(role, "query", topic.key)), "ask")
+
+    def _answer(self, query: zenoh.Query) -> None:
+        self.arrived.put((str(query.key_expr), query.payload.to_bytes() if query.payload else b""))
+        with query:
+            query.reply(query.key_expr, b"owner")
+
+    def _hear(self, sample: zenoh.Sample) -> None:
+        body = b"deleted" if sample.kind == zenoh.SampleKind.DELETE else sample.payload.to_bytes()
+        self.heard.put((str(sample.key_expr), body))
+
+
+def fence(bus: Bus) -> None:
+    """Return once the router has dealt with everything that `bus` sent before."""
+    for topic in (topics.STATUS_QUERY, topics.DESCRIPTION):  # one of them is not the sender's own
+        list(bus.session.get(bus.key(topic.key), payload=b"fence", timeout=PATIENCE_S))
+
+
+def replies(bus: Bus, key: str, body: bytes) -> list[bytes]:
+    """Ask everybody who answers on `key`."""
+    answers = bus.session.get(
+        key,
+        payload=body,
+        target=zenoh.QueryTarget.ALL,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        timeout=PATIENCE_S,
+    )
+    return sorted(reply.ok.payload.to_bytes() for reply in answers if reply.ok is not None)
+
+
+def up_to(queue: SimpleQueue[tuple[str, bytes]], last: tuple[str, bytes]) -> list[tuple[str, bytes]]:
+    """Take what is in the queue before `last`, which must come; fences are left out."""
+    taken = []
+    while (item := queue.get(timeout=PATIENCE_S)) != last:
+        if item[1] != b"fence":
+            taken.append(item)
+    return taken
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> SecureCell:
+    """Certificates and configurations."""
+    return SecureCell(tmp_path_factory.mktemp("cell"))
+
+
+@pytest.fixture(scope="module")
+def people(cell: SecureCell) -> Iterator[Participants]:
+    """A bus with the permission table and everybody on it."""
+    with ExitStack() as stack:
+        stack.enter_context(cell.host())
+        yield Participants(cell, stack)
+
+
+@EVERYBODY
+def test_publishing(people: Participants, who: str):
+    """Only the owner's messages arrive, and nobody deletes."""
+    sender = people.bus(who, "act")
+    for topic in topics.PUBLICATIONS:
+        key = sender.key(topic.key)
+        sender.session.put(key, who.encode())
+        sender.session.delete(key)
+        sender.session.put(f"{key[:-1]}$*", b"wildcard")
+        fence(sender)
+        people.owner(topic).session.put(key, b"last")
+        expected = [(key, who.encode())] if may(who, "put", topic.key) else []
+        assert up_to(people.heard, (key, b"last")) == expected, topic.key
+
+
+@EVERYBODY
+def test_subscribing(people: Participants, who: str):
+    """Every role hears every publication, strangers none; nobody hears more than there is to hear."""
+    listener = people.bus(who, "listen")
+    got: SimpleQueue[bytes] = SimpleQueue()
+    for topic in topics.PUBLICATIONS:
+        key = listener.key(topic.key)
+        subscriber = listener.session.declare_subscriber(key, lambda sample: got.put(sample.payload.to_bytes()))
+        fence(listener)
+        people.owner(topic).session.put(key, b"news")
+        assert up_to(people.heard, (key, b"news")) == []
+        fence(listener)
+        subscriber.undeclare()
+        assert got.qsize() == may(who, "declare_subscriber", topic.key), topic.key
+        while not got.empty():
+            assert got.get() == b"news"
+
+
+@EVERYBODY
+@pytest.mark.parametrize("wide", ["**", "volley/**", "volley/arm/**", "volley/arm/*"])
+def test_eavesdropping(people: Participants, who: str, wide: str):
+    """A subscription wider than what may be heard hears nothing."""
+    listener = people.bus(who, "listen")
+    got: SimpleQueue[bytes] = SimpleQueue()
+    subscriber = listener.session.declare_subscriber(wide, lambda sample: got.put(sample.payload.to_bytes()))
+    fence(listener)
+    key = listener.key(topics.STATE.key)
+    people.owner(topics.STATE).session.put(key, b"news")
+    assert up_to(people.heard, (key, b"news")) == []
+    fence(listener)
+    subscriber.undeclare()
+    assert got.empty()
+
+
+@EVERYBODY
+def test_asking(people: Participants, who: str):
+    """A request arrives where the table says so, and nowhere else."""
+    sender = people.bus(who, "act")
+    for topic in topics.QUERIES:
+        key = sender.key(topic.key)
+        allowed = may(who, "query", topic.key)
+        assert replies(sender, key, who.encode()) == [b"owner"] * allowed, topic.key
+        assert replies(people.asker(topic), key, b"last") == [b"owner"]
+        assert up_to(people.arrived, (key, b"last")) == [(key, who.encode())] * allowed, topic.key
+
+
+@EVERYBODY
+def test_asking_with_wildcards(people: Participants, who: str):
+    """The router lets through none, so that `**` is no way around the table."""
+    sender = people.bus(who, "act")
+    for wide in ("**", "volley/**", "volley/arm/*", "volley/*/cancel", "volley/arm/c$*"):
+        assert replies(sender, wide, b"wide") == []
+    key = sender.key(topics.CANCEL.key)
+    assert replies(people.asker(topics.CANCEL), key, b"last") == [b"owner"]
+    assert up_to(people.arrived, (key, b"last")) == []
+
+
+@EVERYBODY
+def test_answering(people: Participants, who: str):
+    """Nobody but the owner is asked."""
+    impostor = people.bus(who, "act")
+
+    def answer(query: zenoh.Query) -> None:
+        with query:
+            query.reply(query.key_expr, b"another")
+
+    for topic in topics.QUERIES:
+        key = impostor.key(topic.key)
+        queryable = impostor.session.declare_queryable(key, answer, complete=True)
+        fence(impostor)
+        allowed = may(who, "declare_queryable", topic.key)
+        assert replies(people.asker(topic), key, b"last") == [b"another"] * allowed + [b"owner"], topic.key
+        queryable.undeclare()
+        fence(impostor)
+        up_to(people.arrived, (key, b"last"))
+
+
+@EVERYBODY
+def test_being_alive(people: Participants, who: str):
+    """A role can hold its own token alone, so none can keep another from starting."""
+    sender, ear = people.bus(who, "act"), people.bus("viewer", "ear")
+    for token in TOKENS:
+        held = sender.session.liveliness().declare_token(sender.key(topics.alive_key(token)))
+        fence(sender)
+        assert ear.is_alive(token) == may(who, "liveliness_token", topics.alive_key(token)), token
+        held.undeclare()
+        fence(sender)
+        assert not ear.is_alive(token)
+
+
+@EVERYBODY
+def test_asking_who_is_alive(people: Participants, who: str):
+    """Every role may; strangers learn nothing."""
+    asker, holder = people.bus(who, "listen"), people.bus("planner", "act")
+    seen: SimpleQueue[str] = SimpleQueue()
+    token = holder.session.liveliness().declare_token(holder.key(topics.alive_key("planner")))
+    fence(holder)
+    watch = asker.session.liveliness().declare_subscriber(
+        asker.key(topics.alive_key("*")), lambda sample: seen.put(str(sample.key_expr)), history=True
+    )
+    fence(asker)
+    assert asker.is_alive("planner") == (who in BY_NAME)
+    assert seen.qsize() == (who in BY_NAME)
+    watch.undeclare()
+    token.undeclare()
+    fence(holder)
+
+
+@pytest.fixture(scope="module")
+def other(tmp_path_factory: pytest.TempPathFactory) -> SecureCell:
+    """A cell with an authority of its own."""
+    return SecureCell(tmp_path_factory.mktemp("other"))
+
+
+def let_in(config_file: Path | None, connect: tuple[str, ...] = ()) -> bool:
+    """Whether the host of the bus lets somebody in at the second try."""
+    tries = iter((False, True))
+    try:
+        open_session(connect, config_file=config_file, give_up=lambda: next(tries)).close()
+    except zenoh.ZError as error:
+        assert "Unable to connect" in str(error)
+        return False
+    return True
+
+
+@pytest.mark.usefixtures("people")
+def test_who_is_not_let_in(cell: SecureCell, other: SecureCell):
+    """Plain TCP, no certificate, a certificate of another authority, a host of another authority."""
+    config = client_config(cell.cell, "operator")
+    assert let_in(cell.write("good", config))
+    assert not let_in(None, (cell.endpoint.replace("tls/", "tcp/"),))
+    tls = config["transport"]["link"]["tls"]
+    config["transport"]["link"]["tls"] = tls | {"enable_mtls": False}
+    assert not let_in(cell.write("without", config))
+    theirs = {
+        "connect_certificate": str(other.tls / "operator.pem"),
+        "connect_private_key": str(other.tls / "operator.key"),
+    }
+    config["transport"]["link"]["tls"] = tls | theirs
+    assert not let_in(cell.write("theirs", config))
+    config["transport"]["link"]["tls"] = tls | {"root_ca_certificate": str(other.tls / "ca.pem")}
+    assert not let_in(cell.write("distrusting", config))
+
+
+def test_a_host_by_another_name_is_not_joined(tmp_path: Path):
+    """Its certificate must bear the name at which it is reached."""
+    elsewhere = SecureCell(tmp_path, certified="robot.local")
+    with elsewhere.host():
+        assert not let_in(elsewhere.file("operator"))
+        config = client_config(elsewhere.cell, "operator")
+        config["transport"]["link"]["tls"]["verify_name_on_connect"] = False
+        assert let_in(elsewhere.write("careless", config))
+
+
+@contextmanager
+def secure_services(cell: SecureCell, library: Path) -> Iterator[Stack]:
+    """Sim, planner and controller on the stepped clock, each with its own certificate, and a tester's bus to them."""
+    flags = {"clock": "stepped", "library": library}
+    lines = {}
+    for name in OWNERS:
+        hosting = name == "sim"
+        options = Options(
+            listen=(cell.endpoint,) if hosting else (),
+            connect=() if hosting else (cell.endpoint,),
+            zenoh_config=cell.file("router" if hosting else name),
+        )
+        lines[name] = command_lines(options, flags)[name]
+    with Supervisor(lines) as supervisor, cell.join("tester") as bus:
+        supervisor.wait_ready(bus)
+        stack = Stack(supervisor, bus, cell.endpoint, library)
+        wait_for_controller(stack)
+        yield stack
+
+
+def test_a_motion_over_tls(other: SecureCell, tmp_path: Path):
+    """An operator's goal is played to the end; viewers watch, and can neither start nor stop it."""
+    with (
+        secure_services(other, tmp_path / "library") as stack,
+        other.join("operator") as operator,
+        other.join("viewer") as viewer,
+    ):
+        stack.reset()
+        goal = m.Goal(primitive="forehand", positions=ROBOT.home.tolist(), duration=0.3)
+        with pytest.raises(NoAnswer):
+            viewer.ask(topics.GOAL, goal)
+        with pytest.raises(NoAnswer):
+            operator.ask(topics.SIM_STEP, m.Step(ticks=1))
+        reply = operator.ask(topics.GOAL, goal)
+        stack.step(100)
+        with pytest.raises(NoAnswer):
+            viewer.ask(topics.CANCEL, m.Cancel())
+        assert viewer.ask(topics.STATUS_QUERY, m.Empty()).goal_id == reply.goal_id
+        result = stack.finish(reply)
+        assert result.outcome == "succeeded"
+        assert stack.status().cycle.refused == 0
