@@ -77,15 +77,15 @@ def learned(positions: np.ndarray, smoothing: Smoothing) -> dict[str, np.ndarray
 
 def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> Figure:
     """Left without, right with the filter; below what the window's length does."""
-    units = "acceleration, rad/s²", "position, rad"
+    bends, path = "acceleration, rad/s²", "position, rad"
     figure, axes = style.panels(
         "Fig. 6  Noise of 0.01 rad on the demonstration: not filtered (left), Savitzky-Golay of 201 samples (right)",
         (
-            f"{units[0]}\n(QP)",
-            f"{units[0]}\n(DMP)",
-            units[1],
-            f"{units[0]}\n(both)",
-            units[1],
+            f"{bends}\n(QP)",
+            f"{bends}\n(DMP)",
+            path,
+            f"{bends}\n(both)",
+            path,
             "imitation error, rad/s²",
         ),
         columns=2,

@@ -85,6 +85,13 @@ def test_a_rule_s_error_falls_with_the_step(figure: Primitive, rule: str):
     assert order == pytest.approx({"euler": 1.0, "trapezium": 2.0}[rule], abs=0.35)
 
 
+def test_euler_s_steps_are_explicit(figure: Primitive):
+    """Each position and velocity goes on with the rate at the step's beginning."""
+    r = learn_dmp(figure).rollout(figure.start, figure.goal, 1.0)
+    for values, rates in ((r.positions, r.velocities), (r.velocities, r.accelerations)):
+        assert np.allclose(np.diff(values, axis=0), 1e-3 * rates[:-1], atol=1e-12)
+
+
 def test_the_trapezium_s_samples_integrate_each_other(figure: Primitive):
     """Step by step, exactly: what the controller asks of a trajectory."""
     r = learn_dmp(figure).rollout(state(0.0, 0.0, 3.0), figure.goal, 1.0, rule="trapezium")
@@ -176,6 +183,16 @@ def test_each_limit_is_checked(figure: Primitive, ask):
         with pytest.raises(LimitExceeded) as caught:
             check_limits(made)
         assert (caught.value.quantity, caught.value.bound) in ((quantity, bound), (quantity, -bound))
+
+
+def test_a_limit_passed_above_alone_is_found(figure: Primitive, ask):
+    """The demonstration ends at 1 rad, its highest place."""
+    free = np.array([np.inf])
+    made = plan_dmp(figure, ask(limits=Limits(np.array([[-5.0, 0.5]]), free, free, free), tail="coast"))
+    with pytest.raises(LimitExceeded) as caught:
+        check_limits(made)
+    assert caught.value.bound == 0.5
+    assert caught.value.value > 0.99
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,211 @@
+"""Fig. 5 on the MuJoCo arm: the running services on a bus of their own, on the stepped clock, recorded.
+
+The figures' demonstration is played by the first joint, as far as an arm at rest can: it begins at rest. Its DMP
+would begin with a jump of 170 rad/s², which the planner refuses. So both methods are played side by side with the
+forehand that ships with Volley, which begins at rest.
+"""
+
+import math
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from queue import SimpleQueue
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
+from experiments import style
+from experiments.common import STEP, TIMES, Outcome, Row, demonstrated
+from experiments.fig5 import NOISE, PUSH, PUSH_FROM, PUSH_TO, RECOVERED, RECOVERS
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Bus, open_session
+from protocol.codec import decode
+from protocol.errors import NoAnswer, Refusal
+from services.options import Options, free_endpoint
+from services.robot import load_robot
+from services.supervisor import Supervisor, command_lines
+
+PATIENCE_S = 20.0
+SETTLE_TICKS = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A motion to push: its name, its goal, whether the sensors are noisy."""
+
+    name: str
+    goal: m.Goal
+    noisy: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Played:
+    """What came of a case: the first joint's true motion and reference, position and velocity, (2, n) from the
+    start of the motion on, the index of the hit among them, and the controller's result."""
+
+    true: np.ndarray
+    reference: np.ndarray
+    hit: int
+    result: m.Result
+
+
+def run(trace: Path) -> Outcome:
+    """Play every case and record all of them into `trace`."""
+    with services(trace) as bus:
+        arm = Arm(bus)
+        home = load_robot().home.tolist()
+        learn_figure(bus, home)
+        cases = all_cases(home)
+        shown = {case.name: arm.play(case, seed) for seed, case in enumerate(cases, 1)}
+    rows = [row for name, played in shown.items() for row in measured(f"live.{name}", played)]
+    return Outcome(rows, picture(shown))
+
+
+@contextmanager
+def services(trace: Path) -> Iterator[Bus]:
+    """All services with the recorder writing `trace`, until the block ends."""
+    trace.parent.mkdir(parents=True, exist_ok=True)
+    endpoint = free_endpoint()
+    with tempfile.TemporaryDirectory(prefix="volley-paper-") as scratch:
+        flags = {"clock": "stepped", "record": trace.resolve(), "library": Path(scratch) / "library"}
+        lines = command_lines(Options(listen=(endpoint,)), flags)
+        with Supervisor(lines, quiet=True) as running, Bus(open_session([endpoint])) as bus:
+            running.wait_ready(bus)
+            wait_for_controller(bus)
+            yield bus
+
+
+def wait_for_controller(bus: Bus) -> None:
+    """Return once the controller has heard of the arm. Raises TimeoutError after PATIENCE_S."""
+    deadline = time.monotonic() + PATIENCE_S
+    while time.monotonic() < deadline:
+        try:
+            bus.ask(topics.STATUS_QUERY, m.Empty())
+            return
+        except (Refusal, NoAnswer):
+            time.sleep(0.05)
+    raise TimeoutError(f"the controller did not hear of the arm within {PATIENCE_S:.0f} s")
+
+
+def learn_figure(bus: Bus, home: list[float]) -> None:
+    """Have the planner learn the figures' demonstration for the first joint, the others resting at home."""
+    positions = np.tile(home, (len(TIMES), 1))
+    positions[:, 0] += demonstrated(TIMES)[0]
+    bus.ask(topics.LEARN, m.Learn(name="figure", positions=positions.tolist(), rate=1 / STEP, smoothing="none"))
+
+
+def all_cases(home: list[float]) -> list[Case]:
+    """The figures' demonstration, quiet and noisy, and the forehand by either method."""
+    figure = m.Goal(primitive="figure", positions=[home[0] + 1.0, *home[1:]], velocities=[3.0, *5 * [0.0]])
+    forehand, dmp = (
+        m.Goal(primitive="forehand", positions=list(HIT), velocities=list(HIT_VELOCITIES), method=method)
+        for method in ("qp", "dmp")
+    )
+    return [
+        Case("figure", figure),
+        Case("figure_noisy", figure, noisy=True),
+        Case("forehand_qp", forehand, noisy=True),
+        Case("forehand_dmp", dmp, noisy=True),
+    ]
+
+
+class Arm:
+    """The arm of the running services, its states and commands."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._bus = bus
+        self._states: SimpleQueue[bytes] = SimpleQueue()
+        self._commands: SimpleQueue[bytes] = SimpleQueue()
+        bus.listen(topics.STATE, self._states.put)
+        bus.listen(topics.COMMAND, self._commands.put)
+
+    def play(self, case: Case, seed: int) -> Played:
+        """Begin a run, play the case with its push, and gather what the arm did."""
+        self._bus.ask(topics.SIM_RESET, m.Reset(seed=seed))
+        self._blur(case)
+        self._bus.ask(topics.SIM_STEP, m.Step(ticks=SETTLE_TICKS))
+        reply = self._bus.ask(topics.GOAL, case.goal)
+        begin = reply.start_time + PUSH_FROM
+        push = m.Disturb(kind="acceleration", values=[PUSH, *5 * [0.0]], start_time=begin, duration=PUSH_TO - PUSH_FROM)
+        self._bus.ask(topics.SIM_DISTURB, push)
+        first, last = (round(t / STEP) for t in (reply.start_time, reply.start_time + reply.total_duration))
+        self._bus.ask(topics.SIM_STEP, m.Step(ticks=last + 2 - SETTLE_TICKS))
+        states = self._gathered(self._states, m.State, seed, last)
+        commands = self._gathered(self._commands, m.Command, seed, last)
+        truths = [states[tick].truth for tick in range(first, last + 1)]
+        return Played(
+            true=np.array([[t.positions[0], t.velocities[0]] for t in truths if t]).T,
+            reference=np.array(
+                [[c.positions[0], c.velocities[0]] for c in map(commands.get, range(first, last + 1)) if c]
+            ).T,
+            hit=round(reply.duration / STEP),
+            result=self._bus.ask(topics.RESULT, m.ResultRequest(goal_id=reply.goal_id)),
+        )
+
+    def _blur(self, case: Case) -> None:
+        """Noise with the standard deviation of fig. 5's uniform noise, for that case alone."""
+        share = NOISE / math.sqrt(3) if case.noisy else 0.0
+        position, velocity = (share * float(np.abs(values).max()) for values in demonstrated(TIMES)[:2])
+        self._bus.ask(topics.SIM_DISTURB, m.Disturb(kind="sensor_noise", position_std=position, velocity_std=velocity))
+
+    def _gathered(self, bodies: SimpleQueue[bytes], message: type, run: int, last: int) -> dict:
+        """All messages of a run by their tick, up to `last`."""
+        found = {}
+        while last not in found:
+            said = decode(bodies.get(timeout=PATIENCE_S), message)
+            if said.run == run:
+                found[said.tick] = said
+        return found
+
+
+def measured(name: str, played: Played) -> list[Row]:
+    """Peak deviation, recovery, and errors of the true arm at the hit."""
+    deviation = played.true - played.reference
+    outside = np.append(round(PUSH_TO / STEP), np.flatnonzero(np.abs(deviation[0, : played.hit]) > RECOVERED))
+    return [
+        Row(f"{name}.succeeded", float(played.result.outcome == "succeeded"), "1 = yes"),
+        Row(f"{name}.peak_deviation", float(np.abs(deviation[0]).max()), "rad"),
+        Row(f"{name}.recovery_time", (outside.max() + 1) * STEP - PUSH_TO, "s after the push", RECOVERS),
+        Row(f"{name}.hit_position_error", float(abs(deviation[0, played.hit])), "rad", RECOVERS),
+        Row(f"{name}.hit_velocity_error", float(abs(deviation[1, played.hit])), "rad/s", RECOVERS),
+    ]
+
+
+def picture(shown: dict[str, Played]) -> Figure:
+    """Left the figures' demonstration, right the forehand; the first joint."""
+    labels = (*style.UNITS[:2], "position less\nreference, rad")
+    figure, axes = style.panels(
+        "Fig. 5 on the MuJoCo arm  The same push and noise on its first joint, gain 50/s (stepped clock)",
+        2 * labels,
+        columns=2,
+    )
+    cases = (
+        (axes[:3], "figure_noisy", "qp", "QP, the figures' demonstration"),
+        (axes[3:], "forehand_qp", "qp", "QP, forehand"),
+        (axes[3:], "forehand_dmp", "dmp", "DMP, forehand"),
+    )
+    for part, name, colour, label in cases:
+        played = shown[name]
+        times = np.arange(played.true.shape[1]) * STEP
+        style.draw(part[:2], times, list(played.reference), "demonstration", "reference", linewidth=1.2, linestyle="--")
+        values = [*played.true, played.true[0] - played.reference[0]]
+        style.draw(part, times, values, colour, label, linestyle="--" if colour == "dmp" else "-")
+        style.bound(part[2], (RECOVERED, -RECOVERED), "counts as recovered", linewidth=0.9)
+        for ax in part:
+            ax.axvline(played.hit * STEP, color="black", linewidth=0.8, linestyle=":", label="hit")
+    for ax in axes:
+        ax.axvspan(PUSH_FROM, PUSH_TO, color="#000000", alpha=0.07, label="push")
+    for ax in (axes[0], axes[2], axes[3], axes[5]):
+        handles = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+        ax.legend(
+            handles.values(),
+            handles.keys(),
+            fontsize=8,
+            loc="upper right" if ax in (axes[2], axes[5]) else "lower right",
+        )
+    return figure
