@@ -3,7 +3,7 @@
 import logging
 import time
 import uuid
-from collections import OrderedDict, deque
+from collections import deque
 
 import numpy as np
 
@@ -16,13 +16,13 @@ from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus, Publisher
 from protocol.errors import NoAnswer, Refusal
+from services.planner.answers import Answers
 from services.planner.goals import Origin, check_goal, motion_request, refusal_of, start_boundary
 from services.planner.learning import learn_from_request, learned_message
 from services.planner.library import Library
 from services.planner.replies import goal_reply, plan_message, trajectory_message
 from services.robot import RobotConfig
 
-KEPT_ANSWERS = 1000
 STEPPED_LEAD_TICKS = 20
 
 
@@ -60,7 +60,7 @@ class Planner:
         self._log = log
         self._plans: Publisher[m.Plan] = bus.publisher(topics.PLAN)
         self._warm: dict[str, Warm] = {}
-        self._answers: OrderedDict[str, tuple[m.Goal, m.GoalReply]] = OrderedDict()
+        self._answers = Answers()
 
     def primitives(self, _: m.Empty) -> m.Primitives:
         """List the library."""
@@ -88,19 +88,14 @@ class Planner:
             Refusal: whatever stands in its way; then nothing moves, except that `unavailable` with a goal_id leaves
                 open whether it does.
         """
-        known = self._answers.get(goal.goal_id or "")
+        known = self._answers.find(goal)
         if known is not None:
-            if known[0] != goal:
-                sentence = f"goal_id {goal.goal_id!r} was used for another goal; make a new one"
-                raise Refusal("duplicate", sentence, goal_id=goal.goal_id)
-            return known[1]
+            return known
         primitive = self._library.get(goal.primitive)
         check_goal(goal, primitive, self._config)
         goal_id = goal.goal_id or uuid.uuid4().hex
         reply = self._play(goal, goal_id, primitive, requested_ns)
-        self._answers[goal_id] = goal, reply
-        while len(self._answers) > KEPT_ANSWERS:
-            self._answers.popitem(last=False)
+        self._answers.keep(goal, reply)
         return reply
 
     def _play(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> m.GoalReply:
