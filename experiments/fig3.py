@@ -108,6 +108,6 @@ def picture(shown: dict[str, np.ndarray]) -> Figure:
     style.bound(axes[0], (LIMIT - MARGIN, MARGIN - LIMIT), "limit less margin", linestyle=":", linewidth=0.9)
     for ax, value in zip(axes, (GOAL.positions[0], GOAL.velocities[0]), strict=False):
         ax.plot(1.0, value, "o", color="black", markersize=5, label="goal", zorder=5)
-    axes[0].set_ylim(-3.6, 4.4)
+    axes[0].set_ylim(-3.6, 5.2)
     style.legend(axes[0], loc="upper left", ncols=3)
     return figure

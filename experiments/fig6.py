@@ -100,7 +100,7 @@ def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> 
         style.draw([ax], TIMES, [clean[row]], "demonstration", "demonstration without noise", linewidth=2.4)
         for method in ("qp", "dmp"):
             style.draw([ax], TIMES, [shown[f"{method}.{name}"][row]], method, method.upper(), linewidth=1.2)
-        style.legend(ax, loc="lower right")
+        style.legend(ax, loc="upper left" if name == "none" else "lower right")
     for method, values in by_window.items():
         axes[5].semilogy(WINDOWS, values, "o-", color=style.COLOURS[method], label=method.upper())
     axes[5].axvline(201, color="black", linewidth=0.8, linestyle=":", label="the authors' window")

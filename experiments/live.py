@@ -200,12 +200,8 @@ def picture(shown: dict[str, Played]) -> Figure:
             ax.axvline(played.hit * STEP, color="black", linewidth=0.8, linestyle=":", label="hit")
     for ax in axes:
         ax.axvspan(PUSH_FROM, PUSH_TO, color="#000000", alpha=0.07, label="push")
-    for ax in (axes[0], axes[2], axes[3], axes[5]):
-        handles = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-        ax.legend(
-            handles.values(),
-            handles.keys(),
-            fontsize=8,
-            loc="upper right" if ax in (axes[2], axes[5]) else "lower right",
-        )
+    places = {0: "lower right", 2: "upper right", 3: "upper center", 5: "upper right"}
+    for number, place in places.items():
+        handles = dict(zip(*reversed(axes[number].get_legend_handles_labels()), strict=True))
+        axes[number].legend(handles.values(), handles.keys(), fontsize=8, loc=place)
     return figure
