@@ -11,6 +11,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+import msgpack
 import pytest
 import zenoh
 from cell import STRANGERS, SecureCell
@@ -25,6 +26,7 @@ from protocol.errors import NoAnswer
 from services.options import Options
 from services.supervisor import Supervisor, command_lines
 
+HOME = ROBOT.home.tolist()
 BY_NAME = {role.name: role for role in ROLES}
 EVERYBODY = pytest.mark.parametrize("who", [*BY_NAME, *STRANGERS])
 OWNERS = ("sim", "planner", "controller")
@@ -319,7 +321,7 @@ def test_a_motion_over_tls(other: SecureCell, tmp_path: Path):
         other.join("viewer") as viewer,
     ):
         stack.reset()
-        goal = m.Goal(primitive="forehand", positions=ROBOT.home.tolist(), duration=0.3)
+        goal = m.Goal(primitive="forehand", positions=HOME, duration=0.3)
         with pytest.raises(NoAnswer):
             viewer.ask(topics.GOAL, goal)
         with pytest.raises(NoAnswer):
@@ -332,3 +334,55 @@ def test_a_motion_over_tls(other: SecureCell, tmp_path: Path):
         result = stack.finish(reply)
         assert result.outcome == "succeeded"
         assert stack.status().cycle.refused == 0
+
+
+def pack(body: object) -> bytes:
+    """Return `body` as msgpack."""
+    data = msgpack.packb(body)
+    assert data is not None
+    return data
+
+
+def refusals(stack: Stack, key: str, body: bytes, timeout: float = 30.0) -> list[str]:
+    """Send a body and return the codes of the refusals; a service that takes it, or is silent, counts as such."""
+    replies = stack.bus.session.get(stack.bus.key(key), payload=body, timeout=timeout)
+    codes = []
+    for reply in replies:
+        answer = reply.ok or reply.err
+        assert answer is not None
+        body = answer.payload.to_bytes()
+        codes.append("taken" if reply.ok else "silent" if body == b"Timeout" else msgpack.unpackb(body)["code"])
+    return codes
+
+
+def test_more_than_a_message_may_have(stack: Stack):
+    """64 MiB never reach a service, whose connection stays; 17 MiB reach it and are told what is too much."""
+    assert refusals(stack, "learn", bytes(64 << 20), timeout=2.0) == ["silent"]
+    assert refusals(stack, "learn", bytes(17 << 20)) == ["bad_message"]
+    for topic in (topics.STATE, topics.COMMAND, topics.STATUS):
+        stack.bus.session.put(stack.bus.key(topic.key), bytes(64 << 20))
+    assert stack.finish(stack.goal(primitive="forehand", positions=HOME, duration=0.3)).outcome == "succeeded"
+    assert stack.services.ended() == {}
+
+
+def test_a_nesting_bomb(stack: Stack):
+    """A million arrays in one another, as a whole body, in a field and as a publication."""
+    for bomb in (b"\x91" * 1_000_000, b"\x81\xa1a" + b"\x91" * 1_000_000, b"\x81\xa1a" * 300_000):
+        for topic in topics.QUERIES:
+            assert refusals(stack, topic.key, bomb) == ["bad_message"], topic.key
+        for topic in topics.PUBLICATIONS:
+            stack.bus.session.put(stack.bus.key(topic.key), bomb)
+    assert stack.finish(stack.goal(primitive="forehand", positions=HOME, duration=0.3)).outcome == "succeeded"
+    assert stack.services.ended() == {}
+
+
+def test_a_million_samples(stack: Stack):
+    """Of a trajectory, in its count beside as many samples as a body holds; of a demonstration, in 48 MB."""
+    names, samples = list(ROBOT.joint_names), bytes(8 * 6 * 27_000)
+    trajectory = {"goal_id": "endless", "epoch": 0, "joint_names": names, "start_time": 1.0, "dt": 0.001}
+    trajectory |= {"count": 1_000_000, "hit_index": 999_999}
+    trajectory |= dict.fromkeys(("positions", "velocities", "accelerations"), samples)
+    assert refusals(stack, "execute", pack(trajectory)) == ["bad_message"]
+    assert refusals(stack, "learn", pack({"name": "endless", "positions": bytes(8 * 6_000_000)}), 2.0) == ["silent"]
+    assert stack.finish(stack.goal(primitive="forehand", positions=HOME, duration=0.3)).outcome == "succeeded"
+    assert stack.services.ended() == {}
