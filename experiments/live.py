@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
+from typing import Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -200,8 +201,13 @@ def picture(shown: dict[str, Played]) -> Figure:
             ax.axvline(played.hit * STEP, color="black", linewidth=0.8, linestyle=":", label="hit")
     for ax in axes:
         ax.axvspan(PUSH_FROM, PUSH_TO, color="#000000", alpha=0.07, label="push")
-    places = {0: "lower right", 2: "upper right", 3: "upper center", 5: "upper right"}
-    for number, place in places.items():
+    places: tuple[tuple[int, Literal["lower right", "upper right", "upper center"]], ...] = (
+        (0, "lower right"),
+        (2, "upper right"),
+        (3, "upper center"),
+        (5, "upper right"),
+    )
+    for number, place in places:
         handles = dict(zip(*reversed(axes[number].get_legend_handles_labels()), strict=True))
         axes[number].legend(handles.values(), handles.keys(), fontsize=8, loc=place)
     return figure
