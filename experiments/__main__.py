@@ -48,7 +48,8 @@ def main() -> None:
     if not flags.live:
         rows += [row for row in table.read_results() if row.name.startswith("live.")]
     table.write_results(rows)
-    table.PAGE.write_text(table.quote(table.PAGE.read_text(encoding="utf-8"), rows), encoding="utf-8")
+    page = table.PAGE.read_text(encoding="utf-8")
+    table.PAGE.write_text(table.quote(page, table.read_results()), encoding="utf-8")
     table.FIGURES.mkdir(exist_ok=True)
     for name, outcome in outcomes.items():
         if outcome.figure is not None:
