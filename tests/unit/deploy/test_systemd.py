@@ -1,0 +1,105 @@
+"""The systemd units against the process table, the flags of the services and systemd itself."""
+
+import importlib
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import tyro
+
+import deploy
+from deploy.processes import PROCESSES, Process
+from services.runtime import EXIT_TAKEN
+from services.supervisor import PATIENCE_S
+
+DIRECTORY = Path(deploy.__file__).parent / "systemd"
+PYTHON = "/opt/volley/.venv/bin/python"
+NAMES = [process.name for process in PROCESSES]
+REAL_TIME = {"sim": 50, "controller": 40}
+"""The priorities for which these two ask."""
+
+EACH = pytest.mark.parametrize("process", PROCESSES, ids=NAMES)
+
+
+def unit(process: Process) -> dict[str, str]:
+    """Return the settings of a process's unit; none may be said twice."""
+    settings: dict[str, str] = {}
+    for line in (DIRECTORY / f"volley-{process.name}@.service").read_text().splitlines():
+        name, equals, value = line.partition("=")
+        if equals:
+            assert name not in settings, name
+            settings[name] = value
+    return settings
+
+
+def services(names: list[str]) -> set[str]:
+    """Return the names of the units of some processes."""
+    return {f"volley-{name}@%i.service" for name in names}
+
+
+def test_every_process_has_a_unit_and_nothing_else():
+    assert {path.name for path in DIRECTORY.iterdir()} == {
+        "volley@.target",
+        *(name.replace("%i", "") for name in services(NAMES)),
+    }
+    wants = [line for line in (DIRECTORY / "volley@.target").read_text().splitlines() if line.startswith("Wants=")]
+    assert set(wants[0].removeprefix("Wants=").split()) == services(NAMES)
+
+
+@EACH
+def test_the_order_is_the_table_s(process: Process):
+    """Units stop in the reverse of their order."""
+    settings = unit(process)
+    before = services(NAMES[: NAMES.index(process.name)])
+    assert set(settings["After"].split()) - {"network-online.target"} == before
+    assert settings["PartOf"] == "volley@%i.target"
+
+
+@EACH
+def test_the_command_line_is_one_that_the_service_takes(process: Process):
+    words = unit(process)["ExecStart"].replace("%i", "arm").split()
+    assert words[:3] == [PYTHON, "-m", process.module]
+    assert words.pop() == "$VOLLEY_FLAGS"
+    flags = tyro.cli(importlib.import_module(f"{process.module}.__main__").Flags, args=words[3:])
+    role = "router" if process.hosts_bus else process.name
+    assert flags.common.zenoh_config == Path(f"/etc/volley/arm/zenoh/{role}.json5")
+    assert bool(flags.common.listen) == process.hosts_bus
+    assert all(endpoint.startswith("tls/") for endpoint in flags.common.listen)
+    assert not flags.common.insecure
+
+
+@EACH
+def test_limits_and_ends(process: Process):
+    settings = unit(process)
+    if process.name in REAL_TIME:
+        assert int(settings["LimitRTPRIO"]) >= REAL_TIME[process.name]
+        assert settings["LimitMEMLOCK"] == "infinity"
+        assert len(settings["CPUAffinity"].split()) == 1
+    else:
+        assert int(settings["Nice"]) > 0
+        assert not {"LimitRTPRIO", "LimitMEMLOCK"} & set(settings)
+    assert "RestrictRealtime" not in settings, "it forbids SCHED_FIFO"
+    assert str(EXIT_TAKEN) in settings["RestartPreventExitStatus"].split()
+    assert settings["Restart"] == "on-failure"
+    assert settings["TimeoutStopSec"] == f"{PATIENCE_S:.0f}s"
+    assert (settings["User"], settings["NoNewPrivileges"], settings["CapabilityBoundingSet"]) == ("volley", "yes", "")
+
+
+def test_loops_have_cores_of_their_own():
+    cores = [set(unit(process)["CPUAffinity"].split()) for process in PROCESSES if process.name in REAL_TIME]
+    rest = [set(unit(process)["CPUAffinity"].split()) for process in PROCESSES if process.name not in REAL_TIME]
+    assert not cores[0] & cores[1]
+    assert not set.union(*cores) & set.union(*rest)
+
+
+@pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze on this machine")
+def test_systemd_takes_them(tmp_path: Path):
+    """As units of the robot `arm`, with a Python that exists."""
+    for path in DIRECTORY.iterdir():
+        for name in (path.name, path.name.replace("@", "@arm")):
+            (tmp_path / name).write_text(path.read_text().replace(PYTHON, sys.executable))
+    units = [str(path) for path in sorted(tmp_path.iterdir()) if "@arm" in path.name]
+    done = subprocess.run(["systemd-analyze", "verify", *units], check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
