@@ -28,10 +28,20 @@ def start_logging(service: str) -> logging.Logger:
 
 
 def stop_on_signals() -> threading.Event:
-    """Return an event that SIGTERM and SIGINT set, in place of killing the process."""
+    """Return an event that SIGTERM and SIGINT set, in place of killing the process.
+
+    Call it before any thread is made. A thread of its own waits for the signals and all others block them: in Python
+    3.11 a signal that interrupts `SimpleQueue.get` near the end of its timeout leaves it waiting for ever.
+    """
     stopping = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: stopping.set())
+    numbers = {signal.SIGTERM, signal.SIGINT}
+    signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
+
+    def wait() -> None:
+        signal.sigwait(numbers)
+        stopping.set()
+
+    threading.Thread(target=wait, name="signals", daemon=True).start()
     return stopping
 
 

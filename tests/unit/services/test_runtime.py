@@ -1,0 +1,56 @@
+"""What a process asks of the operating system."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from services.runtime import Deadlines
+
+WAITING = """
+import signal, sys
+from protocol.bus import Stream
+from services.runtime import stop_on_signals
+stopping, stream = stop_on_signals(), Stream()
+blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+print("ready", {signal.SIGTERM, signal.SIGINT} <= blocked, flush=True)
+while not stopping.is_set():
+    stream.take(0.0002)
+print("stopped in order", flush=True)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_stops_the_loop_in_order(number: signal.Signals):
+    """And never interrupts its waiting: in Python 3.11 that can leave a queue's `get` waiting for ever."""
+    for _ in range(5):
+        process = subprocess.Popen([sys.executable, "-c", WAITING], stdout=subprocess.PIPE, text=True)
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready True\n"
+        process.send_signal(number)
+        said, _ = process.communicate()
+        assert (said, process.returncode) == ("stopped in order\n", 0)
+
+
+def test_deadlines_are_absolute():
+    """A tick that takes long shortens the next wait; the mean stays what it was."""
+    deadlines = Deadlines(2_000_000)
+    first = deadlines.next_ns
+    for k in range(5):
+        if k == 2:
+            time.sleep(0.001)
+        deadlines.wait()
+    if not deadlines.stalls:
+        assert deadlines.next_ns == first + 5 * 2_000_000
+
+
+def test_after_a_stall_nothing_is_run_back_to_back():
+    """The deadlines are anchored anew at the present."""
+    deadlines = Deadlines(1_000_000)
+    time.sleep(0.01)
+    before = time.monotonic_ns()
+    deadlines.wait()
+    assert deadlines.stalls == 1
+    assert deadlines.next_ns >= before
