@@ -34,28 +34,29 @@ def certify(grid: Grid, problem: Problem, joints: list[int], z: np.ndarray, valu
     step = problem.duration * _H
     weights, to_step = np.abs(z @ grid.whitening), _H**4 / problem.duration ** np.arange(4.0)
     anywhere = grid.peaks * to_step * weights.sum(axis=1)[:, None]
-    end = problem.last + 1
-    extremes = np.empty((len(z), 4, 2))
+    limits = (
+        (problem.lower, problem.upper)
+        if len(z) == len(problem.lower)
+        else (problem.lower[joints], problem.upper[joints])
+    )
+    highest, (side, n, k, i) = _near_the_top(curves, limits, problem.last, anywhere, step)
+    # Lower limits are upper ones seen upside down.
+    sign = 2.0 * side - 1
+    f0, f1 = sign * curves[n, k, i], sign * curves[n, k, i + 1]
+    x, top = _hermite_peak(f0, f1, sign * step * curves[n, k + 1, i], sign * step * curves[n, k + 1, i + 1])
+    np.maximum.at(highest, (side, n, k), top)
+    bend = step**2 * np.maximum(np.abs(curves[n, k + 2, i]), np.abs(curves[n, k + 2, i + 1]))
+    bound = np.maximum(f0, f1) + (bend + anywhere[n, k] / 8) / 8
+    allowed = _allowed(problem, side, np.asarray(joints)[n], k, i)
+    doubtful = np.flatnonzero((bound > allowed) & (top > allowed - anywhere[n, k] / 384))
     failures: list[list[tuple[int, float]]] = [[] for _ in z]
-    for side, sign in enumerate((-1.0, 1.0)):  # lower limits are upper ones seen upside down
-        limit, band = ((problem.lower, problem.lower_band), (problem.upper, problem.upper_band))[side]
-        near = _near_the_top(curves, sign, limit[joints, :, : end - 1], anywhere, step)
-        n, k, i = near
-        f0, f1 = sign * curves[n, k, i], sign * curves[n, k, i + 1]
-        d0, d1 = sign * step * curves[n, k + 1, i], sign * step * curves[n, k + 1, i + 1]
-        x, top = _hermite_peak(f0, f1, d0, d1)
-        highest = (sign * curves[:, :4, :end]).max(axis=2)
-        np.maximum.at(highest, (n, k), top)
-        extremes[:, :, side] = sign * highest
-        bend = step**2 * np.maximum(np.abs(curves[n, k + 2, i]), np.abs(curves[n, k + 2, i + 1]))
-        bound = np.maximum(f0, f1) + (bend + anywhere[n, k] / 8) / 8
-        joint = np.asarray(joints)[n]
-        allowed = sign * limit[joint, k, i] + _slack(problem.half_range[joint, k], band[joint, k, i])
-        open_ = np.flatnonzero((bound > allowed) & (top > allowed - anywhere[n, k] / 384))
-        fourth = np.einsum("ij,ij->i", grid.spread[k[open_], i[open_]], weights[n[open_]]) * to_step[k[open_]]
-        passed = open_[top[open_] + fourth / 384 > allowed[open_]]
+    if doubtful.size:
+        places = k[doubtful], i[doubtful]
+        fourth = np.einsum("ij,ij->i", grid.spread[places], weights[n[doubtful]]) * to_step[k[doubtful]]
+        passed = doubtful[top[doubtful] + fourth / 384 > allowed[doubtful]]
         for m, quantity, s in _highest_of_stretches(n[passed], k[passed], i[passed] + x[passed], top[passed]):
             failures[m].append((quantity, s))
+    extremes = np.stack([-highest[0], highest[1]], axis=2)
     return [Certificate(*parts) for parts in zip(curves, extremes, map(tuple, failures), strict=True)]
 
 
@@ -69,28 +70,33 @@ def _with_higher_derivatives(grid: Grid, problem: Problem, z: np.ndarray, values
 
 
 def _near_the_top(
-    curves: np.ndarray, sign: float, limit: np.ndarray, anywhere: np.ndarray, step: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Curve, quantity and left sample of all intervals on which the curve may reach its highest or its limit.
+    curves: np.ndarray, limits: tuple[np.ndarray, np.ndarray], last: int, anywhere: np.ndarray, step: float
+) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    """The largest samples (2, n, 4), upside down and upright, and (side, curve, quantity, left sample) of all intervals
+    on which a curve may rise above them or reach its limit.
 
     Nowhere does it rise above its samples by more than h²/8·max|f″|, for which one bound a curve is enough.
     """
-    count = limit.shape[2]
-    moving = curves[:, :, : count + 1]
-    bend = step**2 * np.maximum(moving[:, 2:].max(axis=2), -moving[:, 2:].min(axis=2))
+    moving = curves[:, :, : last + 1]
+    largest, smallest = moving.max(axis=2), moving.min(axis=2)
+    bulge = (step**2 * np.maximum(largest[:, 2:], -smallest[:, 2:]) + anywhere / 8) / 8
+    highest = np.stack([-smallest[:, :4], largest[:, :4]])
+    tightest = np.stack([-limits[0][:, :, :last].max(axis=2), limits[1][:, :, :last].min(axis=2)])
+    threshold = (np.minimum(highest, tightest) - bulge)[..., None]
     f = moving[:, :4]
-    highest = f.max(axis=2) if sign > 0 else -f.min(axis=2)
-    tightest = limit.min(axis=2) if sign > 0 else -limit.max(axis=2)
-    threshold = (np.minimum(highest, tightest) - (bend + anywhere / 8) / 8)[:, :, None]
-    high = f >= threshold if sign > 0 else f <= -threshold
-    n, rest = np.divmod(np.flatnonzero(high[:, :, :-1] | high[:, :, 1:]), 4 * count)
-    return n, *np.divmod(rest, count)
+    high = np.stack([f <= -threshold[0], f >= threshold[1]])
+    side, rest = np.divmod(np.flatnonzero(high[..., :-1] | high[..., 1:]), len(curves) * 4 * last)
+    n, rest = np.divmod(rest, 4 * last)
+    return highest, (side, n, *np.divmod(rest, last))
 
 
-def _slack(half_range: np.ndarray, band: np.ndarray) -> np.ndarray:
-    """By how much a limit may be touched beside a boundary value that lies on it."""
-    slack = 2 * TOUCH * half_range
-    return np.where(band < 5 * slack, slack, 0.0)
+def _allowed(problem: Problem, side: np.ndarray, joint: np.ndarray, k: np.ndarray, i: np.ndarray) -> np.ndarray:
+    """The limits, lower ones upside down; beside a boundary value that lies on its limit it may be touched."""
+    at = joint, k, i
+    limit = np.where(side == 1, problem.upper[at], -problem.lower[at])
+    band = np.where(side == 1, problem.upper_band[at], problem.lower_band[at])
+    slack = 2 * TOUCH * problem.half_range[joint, k]
+    return limit + np.where(band < 5 * slack, slack, 0.0)
 
 
 def _highest_of_stretches(

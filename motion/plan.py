@@ -10,7 +10,7 @@ from motion.curve import interpolate
 from motion.errors import Infeasible, InvalidMotion, SolverFailed
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.problem import build, check_fixed, fixed_values
+from motion.problem import build, check_fixed
 from motion.report import Active, Report, make_report
 from motion.request import MotionRequest
 from motion.samples import Samples
@@ -93,7 +93,7 @@ def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm
     if warm is not None and len(warm.rows) != request.joint_count:
         raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {request.joint_count}")
     # A goal outside its limits is named as such, not as one from which no stop leads back inside.
-    check_fixed(fixed_values(request, request.final_accelerations()), request.limits)
+    check_fixed(request)
     grid = make_grid(primitive.basis_count)
     confined = final_accelerations(request)
     try:
@@ -106,7 +106,7 @@ def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm
 def _solved(
     grid: Grid, primitive: Primitive, request: MotionRequest, confined: np.ndarray, warm: Warm | None
 ) -> list[Solution]:
-    """Every joint's optimum, certified. Raises Clash, LimitExceeded or SolverFailed."""
+    """Every joint's optimum, certified. Raises Clash or SolverFailed."""
     problem = build(grid, request, confined)
     solutions = solve(grid, problem, grid.whiten(primitive.theta.T).T, warm.rows if warm else None)
     for joint, solution in enumerate(solutions):
@@ -132,6 +132,7 @@ def _infeasible(
     """The answer to a request whose limits clash, with a duration that works if one is found."""
 
     def works(longer: MotionRequest) -> object:
+        check_fixed(longer)
         return _solved(grid, primitive, longer, confined, None)
 
     found = shortest_duration(request, works, tick)

@@ -129,9 +129,10 @@ def fixed_values(request: MotionRequest, final_accelerations: np.ndarray) -> Fix
     return Fixed(np.array(quantity), np.array(s), np.array(values))
 
 
-def check_fixed(fixed: Fixed, limits: Limits) -> None:
+def check_fixed(request: MotionRequest) -> None:
     """Raises LimitExceeded for the first joint's first fixed value outside its range."""
-    ranges = limit_ranges(limits)[:, fixed.quantity]
+    fixed = fixed_values(request, request.final_accelerations())
+    ranges = limit_ranges(request.limits)[:, fixed.quantity]
     width = 2 * _half(ranges)
     tolerance = np.where(fixed.s == 0, 2 * TOUCH * width, FIXED_TOLERANCE * width)
     tolerance[:, (fixed.s == 0) & (fixed.quantity == 0)] = POSITION_OUTSIDE
@@ -147,8 +148,7 @@ def check_fixed(fixed: Fixed, limits: Limits) -> None:
 def build(grid: Grid, request: MotionRequest, final_accelerations: np.ndarray) -> Problem:
     """The problem of all joints. `final_accelerations` (J, 2) are the intervals that the end may use (design 1.9).
 
-    Raises LimitExceeded for a fixed value outside the limits, SolverFailed for fixed values that depend on each
-    other.
+    What is fixed has been checked. Raises SolverFailed for fixed values that depend on each other.
     """
     ranges = limit_ranges(request.limits)
     half = _half(ranges)
@@ -158,7 +158,6 @@ def build(grid: Grid, request: MotionRequest, final_accelerations: np.ndarray) -
     middle = np.full(len(low), np.nan)
     middle[narrow] = (low[narrow] + high[narrow]) / 2
     fixed = fixed_values(request, middle)
-    check_fixed(fixed, request.limits)
     last = round(request.moving_fraction * INTERVALS)
     lower, upper = _bounds(grid, fixed, ranges, last)
     lower_band, upper_band = _bands(grid, fixed, ranges, half)

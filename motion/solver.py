@@ -76,27 +76,15 @@ def solve(
         joints = [work.joint for work in working]
         z = np.array([work.z for work in working])
         values = problem.values(grid, z, joints)
-        refused = look.refused(joints, values)
-        accepted = ~refused
-        if refused.any():
-            _demand_more(look, [w for w, no in zip(working, refused, strict=True) if no], values[refused])
-        if accepted.any():
-            sound = [w for w, yes in zip(working, accepted, strict=True) if yes]
-            _certify(grid, problem, sound, z[accepted], values[accepted])
+        asked = look.rows_to_add(joints, values, [0 if work.rows.size else FIRST_STRIDE for work in working])
+        for work, rows in zip(working, asked, strict=True):
+            if rows is not None:
+                work.demand_more(rows)
+        sound = [n for n, rows in enumerate(asked) if rows is None]
+        if sound:
+            _certify(grid, problem, [working[n] for n in sound], z[sound], values[sound])
         working = [work for work in working if work.certificate is None]
     return [work.solution() for work in everything]
-
-
-def _demand_more(look: "_Look", working: list["_WorkingSet"], values: np.ndarray) -> None:
-    """Solve again with the rows that the values (n, 4, M) ask for."""
-    strides = np.array([0 if work.rows.size else FIRST_STRIDE for work in working])
-    for work, rows in zip(working, look.rows_to_add([w.joint for w in working], values, strides), strict=True):
-        if work.add(rows):
-            work.resolve("loose")
-        elif work.precision == "loose":
-            work.resolve("tight")
-        else:
-            raise SolverFailed(work.joint, "rows already demanded stay violated")
 
 
 def _certify(grid: Grid, problem: Problem, working: list["_WorkingSet"], z: np.ndarray, values: np.ndarray) -> None:
@@ -114,41 +102,48 @@ class _Look:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        rounding = _ROUNDING * problem.half_range[:, :, None]
-        self.accepted_lower = problem.lower + (1 - _ACCEPTED) * problem.lower_band - rounding
-        self.accepted_upper = problem.upper - (1 - _ACCEPTED) * problem.upper_band + rounding
-
-    def refused(self, joints: list[int], values: np.ndarray) -> np.ndarray:
-        """Whether some sample of the values (n, 4, M) is not accepted: bool (n,)."""
-        everyone = len(joints) == len(self.accepted_lower)
-        which = slice(None) if everyone else joints
-        outside = values > self.accepted_upper[which]
-        outside |= values < self.accepted_lower[which]
-        outside &= self.problem.limited[which]
-        return np.asarray(outside.any(axis=(1, 2)))
-
-    def rows_to_add(self, joints: list[int], values: np.ndarray, strides: np.ndarray) -> list[np.ndarray]:
-        """Grid rows per joint: the peaks of violation with their neighbours, and every `stride`th violated sample
-        where the stride (n,) is not 0."""
-        problem = self.problem
         inside = 1 - _WORTH_ADDING
-        over = values - (problem.upper[joints] - inside * problem.upper_band[joints])
-        np.maximum(over, problem.lower[joints] + inside * problem.lower_band[joints] - values, out=over)
-        over -= _ROUNDING * problem.half_range[joints][:, :, None]
-        over[~problem.limited[joints]] = -np.inf
-        flat, count = over.ravel(), values.shape[2]
-        above = np.flatnonzero(flat > 0)
-        sample = above % count
-        height = flat[above]
-        peak = (height >= flat[np.maximum(above - 1, 0)]) | (sample == 0)
-        peak &= (height >= flat[np.minimum(above + 1, flat.size - 1)]) | (sample == count - 1)
-        stride = strides[above // (4 * count)]
-        every = (stride > 0) & (sample % np.maximum(stride, 1) == 0)
-        near = sample[peak, None] + np.array([-PEAK_NEIGHBOURS, 0, PEAK_NEIGHBOURS])
-        near = (above - sample)[peak, None] + np.clip(near, 0, count - 1)
-        found = np.concatenate([near.ravel(), above[every]])
-        joint, row = np.divmod(found, 4 * count)
-        return [row[joint == n] for n in range(len(joints))]
+        rounding = _ROUNDING * problem.half_range[:, :, None]
+        self.lower = problem.lower + inside * problem.lower_band - rounding
+        self.upper = problem.upper - inside * problem.upper_band + rounding
+
+    def rows_to_add(self, joints: list[int], values: np.ndarray, strides: list[int]) -> list[np.ndarray | None]:
+        """Per joint None if all samples of its values (4, M) are accepted; else the grid rows of the peaks of violation
+        with their neighbours, and of every `stride`th violated sample where the stride is not 0."""
+        everyone = len(joints) == len(self.lower)
+        lower, upper = (self.lower, self.upper) if everyone else (self.lower[joints], self.upper[joints])
+        outside = values > upper
+        outside |= values < lower
+        found: list[np.ndarray | None] = []
+        for n, joint in enumerate(joints):
+            rows = np.flatnonzero(outside[n].ravel())
+            rows = rows[self.problem.limited[joint].ravel()[rows]]
+            value = values[n].ravel()[rows]
+            over = np.maximum(value - upper[n].ravel()[rows], lower[n].ravel()[rows] - value)
+            if np.any(over > self._spare(joint, rows)):
+                found.append(_spread(rows, over, values.shape[2], strides[n]))
+            else:
+                found.append(None)
+        return found
+
+    def _spare(self, joint: int, rows: np.ndarray) -> np.ndarray:
+        """How much further than `lower` and `upper` samples at the rows may go and be accepted."""
+        problem = self.problem
+        band = np.minimum(problem.lower_band[joint].ravel()[rows], problem.upper_band[joint].ravel()[rows])
+        return (_ACCEPTED - _WORTH_ADDING) * band
+
+
+def _spread(rows: np.ndarray, over: np.ndarray, count: int, stride: int) -> np.ndarray:
+    """The rows at which `over` peaks with their neighbours, and every `stride`th."""
+    sample = rows % count
+    apart = (rows[1:] - rows[:-1] > 1) | (sample[1:] == 0)
+    rises = np.concatenate([[True], apart | (over[1:] >= over[:-1])])
+    falls = np.concatenate([apart | (over[:-1] >= over[1:]), [True]])
+    peak = rises & falls
+    near = sample[peak, None] + np.array([-PEAK_NEIGHBOURS, 0, PEAK_NEIGHBOURS])
+    near = (rows - sample)[peak, None] + np.clip(near, 0, count - 1)
+    every = rows[sample % stride == 0] if stride else rows[:0]
+    return np.concatenate([near.ravel(), every])
 
 
 class _WorkingSet:
@@ -183,6 +178,15 @@ class _WorkingSet:
         self.in_play &= self.limited
         self.rows = np.flatnonzero(self.in_play)
         return self.rows.size > known
+
+    def demand_more(self, rows: np.ndarray) -> None:
+        """Solve again with the rows; with those in play but tight, if there are no others."""
+        if self.add(rows):
+            self.resolve("loose")
+        elif self.precision == "loose":
+            self.resolve("tight")
+        else:
+            raise SolverFailed(self.joint, "rows already demanded stay violated")
 
     def mend(self, failures: tuple[tuple[int, float], ...]) -> None:
         """Demand the samples on both sides of where a limit is passed between them, or, where they are

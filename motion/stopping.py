@@ -9,8 +9,8 @@ from motion.limits import Limits
 from motion.request import MotionRequest
 from motion.tail import TOUCH, UNLIMITED, stop_extremes
 
-_POINTS = 33
-_ROUNDS = 8
+_POINTS = 257
+_ROUNDS = 3
 
 
 def final_accelerations(request: MotionRequest) -> np.ndarray:
@@ -42,35 +42,41 @@ def _stoppable(
     v + a|a|/2J; only where the position limit is in reach as well does it take a search.
     """
     jerks = 2 * np.minimum(limits.jerks, UNLIMITED)
-    top = limits.velocities + TOUCH
-    low = np.maximum(np.clip(low, -UNLIMITED, UNLIMITED), -np.sqrt(np.maximum(jerks * (top + velocities), 0.0)))
-    high = np.minimum(np.clip(high, -UNLIMITED, UNLIMITED), np.sqrt(np.maximum(jerks * (top - velocities), 0.0)))
+    fastest = limits.velocities + TOUCH
+    low = np.maximum(np.clip(low, -UNLIMITED, UNLIMITED), -np.sqrt(np.maximum(jerks * (fastest + velocities), 0.0)))
+    high = np.minimum(np.clip(high, -UNLIMITED, UNLIMITED), np.sqrt(np.maximum(jerks * (fastest - velocities), 0.0)))
     lowest, highest = limits.positions[:, 0] - TOUCH, limits.positions[:, 1] + TOUCH
     ends = stop_extremes(positions, velocities, np.stack([low, high]), limits.accelerations, limits.jerks)
-    if np.all(ends[0][0] >= lowest) and np.all(ends[1][1] <= highest):
-        return low, high
+    below_at_low, below_at_high = ends[1] <= highest
+    above_at_low, above_at_high = ends[0] >= lowest
 
     def below(a: np.ndarray) -> np.ndarray:
         _, p_max, _, _ = stop_extremes(positions, velocities, a, limits.accelerations, limits.jerks)
         return p_max <= highest
 
     def above(a: np.ndarray) -> np.ndarray:
-        p_min, _, _, _ = stop_extremes(positions, velocities, a, limits.accelerations, limits.jerks)
+        p_min, _, _, _ = stop_extremes(positions, velocities, -a, limits.accelerations, limits.jerks)
         return p_min >= lowest
 
-    lowest_stoppable, highest_stoppable = -_largest(lambda a: above(-a), -high, -low), _largest(below, low, high)
-    return np.where(low <= high, lowest_stoppable, np.inf), highest_stoppable
+    bottom = -_largest(above, -high, -low, above_at_high, above_at_low)
+    top = _largest(below, low, high, below_at_low, below_at_high)
+    return np.where(low <= high, bottom, np.inf), top
 
 
-def _largest(holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def _largest(
+    holds: Callable[[np.ndarray], np.ndarray],
+    low: np.ndarray,
+    high: np.ndarray,
+    somewhere: np.ndarray,
+    everywhere: np.ndarray,
+) -> np.ndarray:
     """The largest values (J,) in [low, high] at which a predicate that turns false once still holds.
 
-    −inf where it does not even hold at `low`. The predicate takes (n, J).
+    −inf where it does not even hold at `low`. The predicate takes (n, J); `somewhere` and `everywhere` (J,) are what
+    it says at `low` and `high`.
     """
-    everywhere = holds(high)
     if everywhere.all():
         return high
-    somewhere = holds(low)
     left, right = low, high
     for _ in range(_ROUNDS):
         points = left + (right - left) * np.linspace(0, 1, _POINTS)[:, None]
@@ -103,5 +109,5 @@ def _max_velocity(request: MotionRequest, joint: int, acceleration: float) -> fl
         return (low <= high).reshape(speeds.shape)
 
     top = np.array([abs(request.goal.velocities[joint])])
-    largest = float(_largest(stoppable, np.zeros(1), top)[0])
+    largest = float(_largest(stoppable, np.zeros(1), top, stoppable(np.zeros(1)), stoppable(top))[0])
     return sign * max(largest, 0.0) * (1 - 1e-6)
