@@ -35,6 +35,11 @@ class Lives:
         """The newest tick laid, −1 before the first."""
         return max((life.offset + life.newest for life in self._lives[-2:]), default=-1)
 
+    @property
+    def offset(self) -> int:
+        """Where tick 0 of the present life lies."""
+        return self._lives[-1].offset if self._lives else 0
+
     def lay_state(self, run: int, tick: int) -> int:
         """Return where the state of `tick` lies; another run, or a tick that went back, begins a life."""
         if not self._lives or self._lives[-1].run != run or tick <= self._lives[-1].newest:
@@ -66,8 +71,7 @@ class Lives:
 
     def lay_ahead(self, time: float) -> int:
         """Return where something lies that will happen at `time` (s) of the present life."""
-        offset = self._lives[-1].offset if self._lives else 0
-        return offset + round(time * self.rate_hz)
+        return self.offset + round(time * self.rate_hz)
 
     def _begin(self, run: int, tick: int) -> None:
         life = Life(run, self.newest + 1, newest=tick - 1, answered=-1)

@@ -45,7 +45,6 @@ class PlanDrawer:
         self._robot_limits = _robot_limits(canvas)
         self._limits: Limits | None = None
         self._limits_tick = -1
-        self._lives_seen = 0
         trace = canvas.trace
         trace.static("/world/plan/path", rr.LineStrips3D.from_fields(colors=PLANNED, radii=0.004))
         trace.static("/world/plan/demonstration", rr.LineStrips3D.from_fields(colors=DEMONSTRATED, radii=0.002))
@@ -54,9 +53,9 @@ class PlanDrawer:
     def draw(self, received: list[Received[m.Plan]]) -> None:
         """Take new plans in, and write all curves up to now."""
         canvas = self._canvas
-        if self._lives_seen != canvas.begun:
-            self._tracks.clear()
-            self._lives_seen = canvas.begun
+        for track in self._tracks:  # a new run ends what was planned in the one before
+            if track.ticks[0] < canvas.lives.offset:
+                track.end = min(track.end, canvas.lives.offset)
         for one in received:
             track = self._track(one.message)
             for before in self._tracks:

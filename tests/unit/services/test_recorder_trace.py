@@ -249,6 +249,16 @@ def test_plan_of_a_run_that_is_over_is_drawn_no_further(desk: Desk) -> None:
     assert np.array_equal(desk.read().column("/joints/joint_1/position/planned").ticks(), range(10, 30))
 
 
+def test_plan_is_drawn_to_its_end_where_the_next_run_begins_in_the_same_batch(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick) for tick in range(30)))
+    desk.say(PLAN, plan(0.010, count=40))
+    desk.draw()
+    desk.say(STATE, *(state(tick) for tick in range(30, 90)), *(state(tick, run=RUN + 1) for tick in range(60)))
+    planned = desk.read().column("/joints/joint_1/position/planned")
+    assert np.array_equal(planned.ticks(), range(10, 50))
+    assert planned.times["tick"][-1] == 50  # the pen is lifted
+
+
 def test_status_and_its_changes(desk: Desk) -> None:
     statuses = [
         status(0.000, "holding"),
