@@ -1,0 +1,1 @@
+"""What a machine can promise before an arm is moved by it."""
