@@ -98,7 +98,7 @@ class ActiveLimit(Struct, kw_only=True):
 
     Attributes:
         joint: its name
-        quantity: positions, velocities, accelerations or jerks
+        quantity: position, velocity, acceleration or jerk
         time_from_start: when
     """
 

@@ -312,7 +312,7 @@ def test_limits_of_a_goal_are_kept(stack: Stack):
     assert first[0].max() <= 0.5 + 1e-6
     for values, bound in zip(first[1:], (5.0, 60.0, 5000.0), strict=True):
         assert np.abs(values).max() <= bound * (1 + 1e-6)
-    assert "joint_1" in {active.joint for active in reply.report.active}
+    assert ("joint_1", "position") in {(active.joint, active.quantity) for active in reply.report.active}
     assert stack.finish(reply).outcome == "succeeded"
 
 
