@@ -1,0 +1,68 @@
+"""`docs/operations.md`: its table is the permission table, and its commands are commands."""
+
+import functools
+import importlib
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import tyro
+
+import deploy
+from deploy.zenoh.certificates import Authority
+from deploy.zenoh.configure import Cell
+from deploy.zenoh.permissions import ROLES, Role
+from protocol.topics import PUBLICATIONS, QUERIES
+from services.client.__main__ import COMMANDS, main
+from services.preflight.__main__ import Flags as PreflightFlags
+
+ROOT = Path(deploy.__file__).parents[1]
+TEXT = (ROOT / "docs" / "operations.md").read_text()
+COMMAND_LINES = re.findall(r"^    (\S.*)$", TEXT, re.MULTILINE)
+OWN_FLAGS = {
+    "deploy.zenoh.certificates": Authority,
+    "deploy.zenoh.configure": Cell,
+    "services.preflight": PreflightFlags,
+}
+
+
+def row(role: Role) -> str:
+    """Return a role's line of the table."""
+    keys = (
+        [topic.key for topic in PUBLICATIONS if topic.owner == role.name],
+        [topic.key for topic in QUERIES if topic.owner == role.name],
+        [topic.key for topic in role.asks],
+        role.tokens,
+    )
+    return (
+        " | ".join([f"| `{role.name}`: {role.about}", *(", ".join(f"`{key}`" for key in group) for group in keys)])
+        + " |"
+    )
+
+
+def test_the_table_is_the_permission_table():
+    rows = [line for line in TEXT.splitlines() if line.startswith(tuple(f"| `{role.name}`:" for role in ROLES))]
+    assert rows == [row(role) for role in ROLES]
+
+
+@pytest.mark.parametrize("line", [line for line in COMMAND_LINES if line.startswith("python -m ")])
+def test_commands_parse(line, monkeypatch):
+    module, *words = shlex.split(line)[2:]
+    if module == "services.client":
+        command = functools.wraps(COMMANDS[words[0]])(lambda *_, **__: 0)
+        monkeypatch.setitem(COMMANDS, words[0], command)
+        assert main(words) == 0
+    else:
+        flags = OWN_FLAGS.get(module) or importlib.import_module(f"{module}.__main__").Flags
+        tyro.cli(flags, args=words)
+
+
+@pytest.mark.parametrize("line", [line for line in COMMAND_LINES if line.startswith("cp ")])
+def test_what_is_copied_exists(line):
+    source = shlex.split(line)[1].removeprefix("/opt/volley/")
+    assert list(ROOT.glob(source)), source
+
+
+def test_there_is_something_to_test():
+    assert len([line for line in COMMAND_LINES if line.startswith(("python -m ", "cp "))]) == 9
