@@ -1,0 +1,107 @@
+"""Goals with active limits, drawn from a seed."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from motion.demonstration import Demonstration
+from motion.errors import MotionError
+from motion.limits import Limits
+from motion.plan import Plan, plan
+from motion.primitive import Primitive, learn
+from motion.request import Boundary, MotionRequest
+
+FOREHAND = Path(__file__).parents[1] / "deploy" / "demonstrations" / "forehand.csv"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Case:
+    """A goal that limits shape, and the one asked for before it: 5 mrad away, 1 % longer."""
+
+    request: MotionRequest
+    before: MotionRequest
+
+
+def forehand(basis_count: int = 50, joints: int = 6) -> Primitive:
+    """The demonstration that ships with Volley, of its first `joints` joints (repeated beyond six)."""
+    data = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
+    columns = 1 + np.arange(joints) % (data.shape[1] - 1)
+    return learn(Demonstration(data[:, 0], data[:, columns]), basis_count=basis_count)
+
+
+def joint_of(primitive: Primitive, joint: int) -> Primitive:
+    """One joint of a primitive, as a primitive."""
+
+    def only(boundary: Boundary) -> Boundary:
+        return Boundary(
+            *(x[joint : joint + 1] for x in (boundary.positions, boundary.velocities, boundary.accelerations))
+        )
+
+    return replace(
+        primitive,
+        theta=primitive.theta[joint : joint + 1],
+        positions=primitive.positions[:, joint : joint + 1],
+        accelerations=primitive.accelerations[:, joint : joint + 1],
+        start=only(primitive.start),
+        goal=only(primitive.goal),
+        fit_rms=primitive.fit_rms[joint : joint + 1],
+        noise_estimate=primitive.noise_estimate[joint : joint + 1],
+    )
+
+
+def draw(primitive: Primitive, count: int, seed: int) -> list[Case]:
+    """`count` cases in which every joint's velocity, acceleration and jerk limits lie at 0.85 or 0.95 of what the
+    motion without limits would use, and its position limits inside of where it would go. Refused goals are left out."""
+    rng = np.random.default_rng(seed)
+    cases: list[Case] = []
+    while len(cases) < count:
+        request = _wish(primitive, rng)
+        try:
+            request = replace(
+                request, limits=_tight(plan(primitive, request), float(rng.choice([0.95, 0.85]))), tail="stop"
+            )
+            before = _nearby(request)
+            plan(primitive, before)
+            if plan(primitive, request).report.active:
+                cases.append(Case(request, before))
+        except MotionError:
+            continue
+    return cases
+
+
+def _wish(primitive: Primitive, rng: np.random.Generator) -> MotionRequest:
+    """A goal near the demonstrated one, without limits."""
+    joints = primitive.joint_count
+    free = np.full(joints, np.nan)
+    start = Boundary(primitive.start.positions + rng.uniform(-0.05, 0.05, joints), np.zeros(joints), np.zeros(joints))
+    goal = Boundary(
+        primitive.goal.positions + rng.uniform(-0.2, 0.2, joints),
+        primitive.goal.velocities * rng.uniform(0.7, 1.2, joints),
+        free,
+    )
+    duration = round(primitive.duration * rng.uniform(0.7, 1.3), 3)
+    return MotionRequest(start, goal, duration, Limits.unlimited(joints), tail="coast")
+
+
+def _nearby(request: MotionRequest) -> MotionRequest:
+    goal = replace(request.goal, positions=request.goal.positions - 0.005)
+    return replace(request, goal=goal, duration=round(request.duration * 1.01, 3))
+
+
+def _tight(wished: Plan, fraction: float) -> Limits:
+    """Limits inside what the wished motion uses, outside of what its ends fix, with room to stop after it."""
+    request, extremes = wished.request, wished.report.extremes
+    largest = {name: np.abs(values).max(axis=1) * fraction for name, values in extremes.items()}
+    ends = np.stack([request.start.positions, request.goal.positions])
+    centre = extremes["position"].mean(axis=1)
+    reach = centre[:, None] + fraction * (extremes["position"] - centre[:, None])
+    velocities = np.maximum(largest["velocity"], 1.02 * np.abs(request.goal.velocities)) + 1e-2
+    accelerations, jerks = largest["acceleration"], largest["jerk"]
+    # The stop from the goal with the acceleration at its limit travels this far (design 1.9).
+    stop = np.abs(request.goal.velocities) ** 2 / (2 * accelerations) + accelerations**3 / (24 * jerks**2)
+    stop += np.abs(request.goal.velocities) * accelerations / jerks
+    after = request.goal.positions + 1.1 * np.sign(request.goal.velocities) * stop
+    low = np.minimum(np.minimum(ends.min(axis=0) - 2e-2, reach[:, 0]), after - 1e-3)
+    high = np.maximum(np.maximum(ends.max(axis=0) + 2e-2, reach[:, 1]), after + 1e-3)
+    return Limits(np.stack([low, high], axis=1), velocities, accelerations, jerks)

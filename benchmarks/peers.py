@@ -1,0 +1,133 @@
+"""The same goal given to others: solvers on the full problem, and planners that know only part of it.
+
+The full problem is the paper's eq. 17 with all limits at 1001 instants, in the weights of one joint; its matrices are
+made once, only right-hand sides are made per goal.
+"""
+
+from collections.abc import Callable
+from ctypes import c_int
+
+import clarabel
+import cvxopt
+import cvxopt.solvers
+import daqp
+import numpy as np
+import piqp
+import ruckig
+from movement_primitives.dmp import DMPWithFinalVelocity
+from scipy import sparse
+
+from motion.basis import make_grid
+from motion.primitive import Primitive
+from motion.problem import limit_ranges
+from motion.request import MotionRequest
+
+cvxopt.solvers.options["show_progress"] = False
+
+Answer = np.ndarray | None
+"""Accelerations (n,) equally spaced over the motion, rad/s²; None where nothing was found."""
+
+
+class FullProblem:
+    """min wᵀΨw − 2θᵀw with equalities and 4004 two-sided rows, for each solver in its own form."""
+
+    def __init__(self, primitive: Primitive) -> None:
+        basis, s = make_grid(primitive.basis_count).basis, np.linspace(0, 1, 1001)
+        self.size = primitive.basis_count
+        self.psi = basis.rows(s, 0)
+        self.rows = np.concatenate([basis.rows(s, order) for order in (-2, -1, 0, 1)])
+        self.equalities = np.array([self.rows[1000], self.rows[2001], self.rows[2002]])
+        self.hessian, self.linear = 2 * basis.gram(), -2 * primitive.theta[0]
+        both = np.vstack([self.rows, -self.rows])
+        self._cvxopt = [cvxopt.matrix(x) for x in (self.hessian, self.linear, both, self.equalities)]
+        self._piqp = [np.asfortranarray(x) for x in (self.hessian, self.equalities, self.rows)]
+        self._daqp = np.ascontiguousarray(np.vstack([self.equalities, self.rows]))
+        self._clarabel = sparse.triu(self.hessian, format="csc"), sparse.csc_matrix(np.vstack([self.equalities, both]))
+
+    def sides(self, request: MotionRequest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Targets (3,), lower and upper sides (4004,), for a start at rest without acceleration."""
+        duration, start = request.duration, request.start.positions[0]
+        ranges = limit_ranges(request.limits)[0] * duration ** np.arange(4.0)[:, None]
+        ranges[0] -= start
+        targets = np.array([request.goal.positions[0] - start, duration * request.goal.velocities[0], 0.0])
+        return targets, np.repeat(ranges[:, 0], 1001), np.repeat(ranges[:, 1], 1001)
+
+    def accelerations(self, weights: np.ndarray, request: MotionRequest) -> np.ndarray:
+        """What the weights mean in rad/s²."""
+        return self.psi @ weights / request.duration**2
+
+    def cvxopt(self, request: MotionRequest) -> np.ndarray | None:
+        """The paper's solver."""
+        targets, lower, upper = self.sides(request)
+        hessian, linear, rows, equalities = self._cvxopt
+        sides = cvxopt.matrix(np.concatenate([upper, -lower]))
+        found = cvxopt.solvers.qp(hessian, linear, rows, sides, equalities, cvxopt.matrix(targets))
+        return np.array(found["x"])[:, 0] if found["status"] == "optimal" else None
+
+    def piqp(self, request: MotionRequest) -> np.ndarray | None:
+        """PIQP, dense."""
+        targets, lower, upper = self.sides(request)
+        hessian, equalities, rows = self._piqp
+        solver = piqp.DenseSolver()
+        solver.setup(hessian, self.linear, equalities, targets, rows, lower, upper)
+        return solver.result.x.copy() if solver.solve() == piqp.PIQP_SOLVED else None
+
+    def daqp(self, request: MotionRequest) -> np.ndarray | None:
+        """DAQP, cold."""
+        targets, lower, upper = self.sides(request)
+        sense = np.zeros(len(lower) + 3, dtype=c_int)
+        sense[:3] = 5
+        high, low = np.concatenate([targets, upper]), np.concatenate([targets, lower])
+        weights, _, flag, _ = daqp.solve(self.hessian, self.linear, self._daqp, high, low, sense)
+        return weights if flag >= 1 else None
+
+    def clarabel(self, request: MotionRequest) -> np.ndarray | None:
+        """Clarabel; sparse, so not at home here."""
+        targets, lower, upper = self.sides(request)
+        settings = clarabel.DefaultSettings()  # pyright: ignore[reportAttributeAccessIssue]
+        settings.verbose = False
+        hessian, rows = self._clarabel
+        sides = np.concatenate([targets, upper, -lower])
+        cones = [clarabel.ZeroConeT(3), clarabel.NonnegativeConeT(len(sides) - 3)]  # pyright: ignore[reportAttributeAccessIssue]
+        found = clarabel.DefaultSolver(hessian, self.linear, rows, sides, cones, settings).solve()  # pyright: ignore[reportAttributeAccessIssue]
+        return np.array(found.x) if str(found.status) == "Solved" else None
+
+
+def ruckig_motion(request: MotionRequest, samples: int = 1001) -> Answer:
+    """Ruckig: from start to goal in the duration within velocity, acceleration and jerk limits; no position limits, no
+    imitation, the final acceleration zero."""
+    wanted = ruckig.InputParameter(1)
+    start, goal, limits = request.start, request.goal, request.limits
+    wanted.current_position, wanted.target_position = start.positions.tolist(), goal.positions.tolist()
+    wanted.target_velocity = goal.velocities.tolist()
+    wanted.max_velocity, wanted.max_acceleration = limits.velocities.tolist(), limits.accelerations.tolist()
+    wanted.max_jerk = limits.jerks.tolist()
+    wanted.minimum_duration = request.duration
+    trajectory = ruckig.Trajectory(1)
+    try:
+        outcome = ruckig.Ruckig(1).calculate(wanted, trajectory)
+    except ruckig.RuckigError:
+        return None
+    if outcome not in (ruckig.Result.Working, ruckig.Result.Finished) or trajectory.duration > request.duration + 1e-6:
+        return None
+    return np.array([trajectory.at_time(t)[2][0] for t in np.linspace(0, request.duration, samples)])
+
+
+def dmp_solver(primitive: Primitive) -> Callable[[MotionRequest], Answer]:
+    """DMPWithFinalVelocity, learned once: imitation and final velocity, no limits."""
+    duration = primitive.duration
+    s = np.linspace(0, 1, len(primitive.positions))
+    learned = DMPWithFinalVelocity(n_dims=1, execution_time=duration, dt=duration / 1000, n_weights_per_dim=50)
+    learned.imitate(s * duration, primitive.positions)
+
+    def solve(request: MotionRequest) -> Answer:
+        learned.configure(
+            start_y=request.start.positions, goal_y=request.goal.positions, goal_yd=request.goal.velocities
+        )
+        learned.execution_time_ = request.duration
+        learned.dt_ = request.duration / 1000
+        _, positions = learned.open_loop(run_t=request.duration)
+        velocities = np.gradient(positions[:, 0], request.duration / (len(positions) - 1), edge_order=2)
+        return np.gradient(velocities, request.duration / (len(positions) - 1), edge_order=2)
+
+    return solve
