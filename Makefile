@@ -4,8 +4,6 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-PAPER_STAMP := $(VENV)/.installed-paper
-
 .PHONY: setup demo paper test check format clean help
 .DEFAULT_GOAL := help
 
@@ -17,20 +15,16 @@ setup: $(STAMP) ## the environment, .venv with pinned dependencies
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Volley needs Python 3.11 or newer; name one with: make PYTHON=python3.12")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check,paper,bench]'
 	@touch $@
 
 demo: setup ## five strikes in real time, a table and a trace
 	$(BIN)/python -m services.demo
 
-paper: $(PAPER_STAMP) ## the paper's figures, table and traces, made anew
+paper: setup ## the paper's figures, table and traces, made anew
 	$(BIN)/python -m experiments
 
-$(PAPER_STAMP): $(STAMP)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check,paper]'
-	@touch $@
-
-test: $(PAPER_STAMP) ## every test, about five minutes
+test: setup ## every test, about ten minutes
 	$(BIN)/python -m pytest
 
 check: setup ## lint, format, types, import direction
