@@ -1,0 +1,27 @@
+"""A client on another host: one JSON line `[topic, fields]` in, one line out, the reply or null where there is none."""
+
+import json
+import sys
+from pathlib import Path
+
+import msgspec
+
+from protocol import topics
+from protocol.bus import Bus, open_session
+from protocol.errors import NoAnswer, Refusal
+
+
+def answer(bus: Bus, key: str, fields: dict) -> object:
+    """Ask and return the reply as JSON can hold it."""
+    topic = next(topic for topic in topics.QUERIES if topic.key == key)
+    try:
+        return msgspec.to_builtins(bus.ask(topic, topic.request(**fields), timeout=min(topic.timeout_s, 5.0)))
+    except (NoAnswer, Refusal) as error:
+        print(error, file=sys.stderr)
+        return None
+
+
+if __name__ == "__main__":
+    with Bus(open_session(config_file=Path(sys.argv[1]))) as bus:
+        for line in sys.stdin:
+            print(json.dumps(answer(bus, *json.loads(line))), flush=True)

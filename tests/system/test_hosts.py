@@ -1,0 +1,160 @@
+"""Robot, planner and operator on three addresses over TLS, in network namespaces that this test makes and removes.
+
+The cables end in a switch, a fourth namespace, so that the test can cut one without its ends taking part.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from cell import SecureCell
+
+from services.robot import load_robot
+
+HOSTS = {"robot": "10.77.0.1", "planner": "10.77.0.2", "operator": "10.77.0.3"}
+PATIENCE_S = 60.0
+HOME = load_robot().home.tolist()
+
+
+def run(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run a command that may fail."""
+    return subprocess.run(words, check=False, capture_output=True, text=True)
+
+
+class Network:
+    """Namespaces `PREFIX-NAME`, each with one cable to the namespace `PREFIX-switch`."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        self._prefix = f"volley{os.getpid()}"
+        for name in ("switch", *HOSTS):
+            self._do("ip", "netns", "add", self.name(name))
+            stack.callback(run, "ip", "netns", "del", self.name(name))
+            self.inside(name, "ip", "link", "set", "lo", "up")
+        self.inside("switch", "ip", "link", "add", "bridge", "type", "bridge")
+        self.inside("switch", "ip", "link", "set", "bridge", "up")
+        for name, address in HOSTS.items():
+            peer = ("peer", "name", "cable", "netns", self.name(name))
+            self.inside("switch", "ip", "link", "add", name, "type", "veth", *peer)
+            self.inside("switch", "ip", "link", "set", name, "master", "bridge", "up")
+            self.inside(name, "ip", "address", "add", f"{address}/24", "dev", "cable")
+            self.inside(name, "ip", "link", "set", "cable", "up")
+
+    def name(self, host: str) -> str:
+        """Return the name of a host's namespace."""
+        return f"{self._prefix}-{host}"
+
+    def inside(self, host: str, *words: str) -> None:
+        """Run a command on a host, which must succeed; skip the test where this machine cannot."""
+        self._do("ip", "netns", "exec", self.name(host), *words)
+
+    def cable(self, host: str, state: str) -> None:
+        """Cut a host's cable (`down`) or restore it (`up`)."""
+        self.inside("switch", "ip", "link", "set", host, state)
+
+    @staticmethod
+    def _do(*words: str) -> None:
+        try:
+            done = run(*words)
+        except FileNotFoundError as error:
+            pytest.skip(f"this machine has no {error.filename}")
+        if done.returncode != 0:
+            pytest.skip(f"this machine cannot {' '.join(words)}: {done.stderr.strip()}")
+
+
+class Hosts:
+    """Services on their hosts, and an operator on hers."""
+
+    def __init__(self, network: Network, cell: SecureCell, stack: ExitStack, library: Path) -> None:
+        self.network = network
+        self._stack = stack
+        client = str(Path(__file__).parent / "remote_client.py")
+        self._start("robot", "-m", "services.sim", "--listen", cell.endpoint, "--zenoh-config", cell.file("router"))
+        self._start("robot", "-m", "services.controller", "--zenoh-config", cell.file("controller"))
+        flags = ("--zenoh-config", cell.file("planner"), "--library", library)
+        self._start("planner", "-m", "services.planner", *flags)
+        self._operator = self._start("operator", client, cell.file("operator"))
+
+    def _start(self, host: str, *words: str | Path) -> subprocess.Popen[str]:
+        command = ("ip", "netns", "exec", self.network.name(host), sys.executable, *words)
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self._stack.callback(end, process)
+        return process
+
+    def ask(self, key: str, **fields: object) -> dict | None:
+        """Return the reply to the operator's request, or None where it is refused or nobody answers."""
+        assert self._operator.stdin and self._operator.stdout
+        self._operator.stdin.write(json.dumps([key, fields]) + "\n")
+        self._operator.stdin.flush()
+        return json.loads(self._operator.stdout.readline())
+
+    def eventually(self, key: str, **fields: object) -> dict:
+        """Repeat a request that changes nothing until there is a reply."""
+        deadline = time.monotonic() + PATIENCE_S
+        while (reply := self.ask(key, **fields)) is None:
+            assert time.monotonic() < deadline, f"no answer to {key} within {PATIENCE_S} s"
+            time.sleep(0.1)
+        return reply
+
+    def goal(self, duration: float) -> str:
+        """Send the arm home within `duration`, and return the name of the motion."""
+        reply = self.ask("goal", primitive="forehand", positions=HOME, duration=duration)
+        assert reply is not None
+        return reply["goal_id"]
+
+    def outcome(self, goal_id: str) -> str:
+        """Return how a goal ended, once it has."""
+        while (outcome := self.eventually("result", goal_id=goal_id)["outcome"]) == "running":
+            time.sleep(0.1)
+        return outcome
+
+
+def end(process: subprocess.Popen[str]) -> None:
+    """End a process and whatever it holds."""
+    process.terminate()
+    try:
+        process.communicate(timeout=20.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def hosts(tmp_path: Path) -> Iterator[Hosts]:
+    """Three hosts, the services on two of them, ready."""
+    with ExitStack() as stack:
+        network = Network(stack)
+        cell = SecureCell(tmp_path, host=HOSTS["robot"], port=7447)
+        hosts = Hosts(network, cell, stack, tmp_path / "library")
+        hosts.eventually("primitives")
+        hosts.eventually("status")
+        yield hosts
+
+
+@pytest.mark.realtime
+def test_a_cable_cut_in_a_motion(hosts: Hosts):
+    """The robot plays on what it accepted, by itself; afterwards planner and operator are served as before."""
+    goal_id = hosts.goal(duration=8.0)
+    for host in ("planner", "operator"):
+        hosts.network.cable(host, "down")
+    assert hosts.ask("status") is None
+    for host in ("planner", "operator"):
+        hosts.network.cable(host, "up")
+    assert hosts.outcome(goal_id) == "succeeded"
+    hosts.eventually("primitives")
+    assert hosts.outcome(hosts.goal(duration=0.5)) == "succeeded"
+
+
+@pytest.mark.realtime
+def test_a_poor_network(hosts: Hosts):
+    """5 ms of delay and 1 % of loss between planner, operator and robot cost time, and nothing else."""
+    for host in ("planner", "operator"):
+        hosts.network.inside("switch", "tc", "qdisc", "add", "dev", host, "root", "netem", "delay", "5ms", "loss", "1%")
+        hosts.network.inside(host, "tc", "qdisc", "add", "dev", "cable", "root", "netem", "delay", "5ms", "loss", "1%")
+    for _ in range(3):
+        assert hosts.outcome(hosts.goal(duration=0.5)) == "succeeded"
