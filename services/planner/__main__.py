@@ -44,7 +44,9 @@ def main() -> None:
     lead = Lead(config.tick, flags.own.lead)
     with service_bus("planner", flags.common, config.name, stopping, log) as bus:
         runtime.become_polite()
-        serve(bus, Planner(bus, config, library, lead, log), lead, stopping)
+        planner = Planner(bus, config, library, lead, log)
+        planner.warm_up()
+        serve(bus, planner, lead, stopping)
 
 
 def learn_shipped(library: Library, config: RobotConfig, log: logging.Logger) -> None:

@@ -1,0 +1,32 @@
+"""How far ahead the planner lets a plan begin."""
+
+import pytest
+
+from services.planner.core import Lead
+
+
+def test_it_follows_what_planning_takes():
+    lead = Lead(0.001)
+    unknown = lead.seconds()
+    for _ in range(50):
+        lead.note(0.004)
+    assert lead.seconds() == pytest.approx(0.002 + 1.25 * 0.004)
+    assert lead.seconds() < unknown
+    for _ in range(50):
+        lead.note(0.02)
+    assert lead.seconds() == pytest.approx(0.002 + 1.25 * 0.02)
+
+
+def test_one_slow_plan_counts_only_after_a_late_one():
+    lead = Lead(0.001)
+    for seconds in [0.004] * 49 + [0.1]:
+        lead.note(seconds)
+    assert lead.seconds() == pytest.approx(0.007)
+    assert lead.seconds(again=True) == pytest.approx(0.127)
+
+
+def test_fixed_and_stepped_leads_do_not_adapt():
+    for lead, expected in ((Lead(0.001, 0.03), 0.03), (Lead(0.001), 0.02)):
+        lead.stepped = expected == 0.02
+        lead.note(1.0)
+        assert lead.seconds() == lead.seconds(again=True) == expected
