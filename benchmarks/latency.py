@@ -1,0 +1,157 @@
+"""`python -m benchmarks.latency`: from a client's goal to the arm's first command of the new motion, in real time.
+
+All services run as they do in use. Plan-only goals show planning and the bus; the same goals played show what a client
+waits for; a stream of goals for one hit at 50 per second shows replanning.
+"""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import msgspec
+import numpy as np
+import tyro
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.machine import save
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Bus, open_session
+from protocol.errors import Refusal
+from services.demo.strikes import FASTER, TIGHT, goal
+from services.options import Options, free_endpoint
+from services.supervisor import Supervisor, command_lines
+
+RATE_HZ = 50
+HIT_AFTER_S = 1.4
+STREAM_S = 0.7
+SETTLED_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Latencies:
+    """Milliseconds from request to reply, and to the first command; how many goals were refused, by code."""
+
+    reply: list[float]
+    first_command: list[float]
+    refused: dict[str, int]
+
+    def summary(self) -> dict[str, float | dict[str, int]]:
+        """Medians and 99th percentiles."""
+        found: dict[str, float | dict[str, int]] = {"goals": len(self.reply), "refused": self.refused}
+        for name, values in (("reply", self.reply), ("first_command", self.first_command)):
+            for part in (50, 99):
+                found[f"{name}_p{part}_ms"] = float(np.percentile(values, part)) if values else float("nan")
+        return found
+
+
+def tight_goal(rng: np.random.Generator, **fields: object) -> m.Goal:
+    """A strike with active limits, its target moved a little."""
+    wanted = goal(FASTER, limits=TIGHT, **fields)
+    moved = (np.array(wanted.positions) + rng.uniform(-0.01, 0.01, len(wanted.positions))).tolist()
+    return msgspec.structs.replace(wanted, positions=moved)
+
+
+class Client:
+    """Asks for goals and notes how long each took."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.bus = bus
+        self.reply: list[float] = []
+        self.asked: dict[str, int] = {}
+        self.refused: dict[str, int] = {}
+
+    def ask(self, wanted: m.Goal) -> m.GoalReply | None:
+        """The reply, or None for a refusal."""
+        began, began_ns = time.perf_counter(), time.time_ns()
+        try:
+            answer = self.bus.ask(topics.GOAL, wanted)
+        except Refusal as refusal:
+            self.refused[refusal.code] = self.refused.get(refusal.code, 0) + 1
+            return None
+        self.reply.append(1e3 * (time.perf_counter() - began))
+        self.asked[answer.goal_id] = began_ns
+        return answer
+
+    def latencies(self) -> Latencies:
+        """With the controller's stamps of the first commands of all goals that got that far."""
+        first = []
+        for goal_id, asked in self.asked.items():
+            try:
+                stamp = self.bus.ask(topics.RESULT, m.ResultRequest(goal_id=goal_id)).stamps.first_command
+            except Refusal:
+                continue
+            if stamp is not None:
+                first.append((stamp - asked) / 1e6)
+        return Latencies(self.reply, first, self.refused)
+
+
+def plan_only(bus: Bus, count: int) -> Latencies:
+    """Goals that move nothing, from home."""
+    client, rng = Client(bus), np.random.default_rng(1)
+    rest = m.Start(positions=list(bus.ask(topics.DESCRIPTION, m.Empty()).home), velocities=[0.0] * 6)
+    for _ in range(count):
+        client.ask(tight_goal(rng, plan_only=True, start=rest, duration=0.8))
+    return Latencies(client.reply, [], client.refused)
+
+
+def played(bus: Bus, count: int) -> Latencies:
+    """Goals that move the arm, each asked for while the one before is under way."""
+    client, rng = Client(bus), np.random.default_rng(2)
+    for _ in range(count):
+        client.ask(tight_goal(rng, duration=1.0))
+        time.sleep(rng.uniform(0.1, 0.3))
+    time.sleep(SETTLED_S)
+    return client.latencies()
+
+
+def streamed(bus: Bus, strikes: int) -> Latencies:
+    """Fifty goals a second for the same hit, its target drifting."""
+    client, rng = Client(bus), np.random.default_rng(3)
+    for _ in range(strikes):
+        hit = bus.ask(topics.STATE_QUERY, m.Empty()).time + HIT_AFTER_S
+        began, k = time.monotonic(), 0
+        while (due := k / RATE_HZ) < STREAM_S:
+            time.sleep(max(0.0, began + due - time.monotonic()))
+            client.ask(msgspec.structs.replace(tight_goal(rng, arrival_time=hit), limits=None))
+            k += 1
+        time.sleep(HIT_AFTER_S - STREAM_S + SETTLED_S)
+    return client.latencies()
+
+
+def main(goals: int = 100, strikes: int = 5) -> None:
+    """Measure with this many goals of each kind, and print and save what was found."""
+    endpoint = free_endpoint()
+    with TemporaryDirectory() as scratch:
+        lines = command_lines(Options(listen=(endpoint,)), {"library": Path(scratch) / "library"})
+        names = ("sim", "planner", "controller")
+        supervisor = Supervisor({name: lines[name] for name in names}, quiet=True)
+        with supervisor as services, Bus(open_session([endpoint])) as bus:
+            services.wait_ready(bus)
+            time.sleep(SETTLED_S)
+            found = {
+                "plan only, warm": plan_only(bus, goals).summary(),
+                "played": played(bus, goals).summary(),
+                "50 a second": streamed(bus, strikes).summary(),
+            }
+            cycle = bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
+    report(found, cycle)
+
+
+def report(found: dict[str, dict[str, float | dict[str, int]]], cycle: m.Cycle) -> None:
+    """Print and save."""
+    names = ("reply_p50_ms", "reply_p99_ms", "first_command_p50_ms", "first_command_p99_ms")
+    table = Table("", "goals", *(name.replace("_", " ") for name in names), "refused", title="Latency")
+    for name, row in found.items():
+        numbers = [f"{row[key]:.1f}" for key in names]
+        table.add_row(name, str(row["goals"]), *numbers, str(row["refused"]))
+    console = Console(width=120)
+    console.print(table)
+    console.print(f"controller: {cycle.on_time_ratio:.4f} of {cycle.count} ticks on time meanwhile")
+    console.print(f"saved to {save('latency', {**found, 'on_time_ratio': cycle.on_time_ratio}).name}")
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
