@@ -15,7 +15,7 @@ def answer(bus: Bus, key: str, fields: dict) -> object:
     """Ask and return the reply as JSON can hold it."""
     topic = next(topic for topic in topics.QUERIES if topic.key == key)
     try:
-        return msgspec.to_builtins(bus.ask(topic, topic.request(**fields), timeout=min(topic.timeout_s, 5.0)))
+        return msgspec.to_builtins(bus.ask(topic, topic.request(**fields)))
     except (NoAnswer, Refusal) as error:
         print(error, file=sys.stderr)
         return None

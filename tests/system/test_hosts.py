@@ -76,7 +76,7 @@ class Hosts:
         client = str(Path(__file__).parent / "remote_client.py")
         self._start("robot", "-m", "services.sim", "--listen", cell.endpoint, "--zenoh-config", cell.file("router"))
         self._start("robot", "-m", "services.controller", "--zenoh-config", cell.file("controller"))
-        flags = ("--zenoh-config", cell.file("planner"), "--library", library)
+        flags = ("--zenoh-config", cell.file("planner"), "--library", library, "--lead", "0.3")
         self._start("planner", "-m", "services.planner", *flags)
         self._operator = self._start("operator", client, cell.file("operator"))
 
@@ -132,7 +132,8 @@ def hosts(tmp_path: Path) -> Iterator[Hosts]:
         cell = SecureCell(tmp_path, host=HOSTS["robot"], port=7447)
         hosts = Hosts(network, cell, stack, tmp_path / "library")
         hosts.eventually("primitives")
-        hosts.eventually("status")
+        while hosts.eventually("status")["mode"] != "holding":  # a machine that stalls while all start makes it brake
+            hosts.ask("reset")
         yield hosts
 
 
