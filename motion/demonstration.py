@@ -12,6 +12,8 @@ from motion.errors import InvalidMotion
 
 MIN_SAMPLES = 10
 AUTO_ORDER = 5
+LONGEST_AUTO = 1001
+"""Samples of the longest window that "auto" tries: filtering takes time in proportion."""
 _DIFFERENCE = 6
 _RESIDUAL_FLOOR = 1e-6
 
@@ -113,7 +115,7 @@ def _uniform(demonstration: Demonstration) -> tuple[np.ndarray, np.ndarray]:
 def _auto_window(positions: np.ndarray, noise: np.ndarray) -> int:
     """The longest odd window (samples) whose residual stays within the noise (discrepancy principle)."""
     shortest = AUTO_ORDER + 2
-    longest = max(shortest, int(0.3 * len(positions)))
+    longest = max(shortest, min(LONGEST_AUTO, int(0.3 * len(positions))))
     best = shortest
     for window in np.unique(np.geomspace(shortest, longest, 25).astype(int) | 1):
         if window > len(positions):

@@ -24,6 +24,10 @@ MAX_ORDER = 10
 """Of the smoothing polynomial; beyond it the fit is ill-conditioned."""
 
 
+MAX_SAMPLES = 100_000
+"""Samples of a demonstration: 100 s at 1 kHz; more would keep goals waiting while it is smoothed."""
+
+
 def learn_from_request(request: m.Learn) -> Primitive:
     """Return the primitive that `request` demonstrates.
 
@@ -31,6 +35,9 @@ def learn_from_request(request: m.Learn) -> Primitive:
         Refusal: `bad_message`, naming the field.
     """
     positions = _positions(request)
+    if len(positions) > MAX_SAMPLES:
+        sentence = f"positions has {len(positions)} samples; at most {MAX_SAMPLES} are taken, so send every nth"
+        raise bad_message("positions", sentence)
     times = _times(request, len(positions))
     try:
         return learn(Demonstration(times, positions), _smoothing(request.smoothing))
