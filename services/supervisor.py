@@ -12,7 +12,7 @@ from deploy.processes import PROCESSES, Process
 from protocol.bus import DEFAULT_ENDPOINT, Bus
 from services.options import Options
 
-PATIENCE_S = 8.0
+PATIENCE_S = 20.0
 
 
 class NotReady(Exception):
