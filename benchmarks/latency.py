@@ -4,6 +4,8 @@ All services run as they do in use. Plan-only goals show planning and the bus; t
 waits for; a stream of goals for one hit at 50 per second shows replanning.
 """
 
+import signal
+import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -123,6 +125,7 @@ def streamed(bus: Bus, strikes: int) -> Latencies:
 
 def main(goals: int = 100, strikes: int = 5) -> None:
     """Measure with this many goals of each kind, and print and save what was found."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # leaves the block below, which ends the services
     endpoint = free_endpoint()
     with TemporaryDirectory() as scratch:
         lines = command_lines(Options(listen=(endpoint,)), {"library": Path(scratch) / "library"})

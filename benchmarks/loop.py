@@ -1,0 +1,127 @@
+"""`python -m benchmarks.loop`: how fast the stepped clock runs, how well the real one is kept, what the recorder costs.
+
+Stepped: sim, planner and controller in lock-step. Real time: all services, an arm that strikes now and then; the
+recorder's share of a core is its CPU time over the wall's, and its loss what the trace lacks of either stream.
+"""
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import tyro
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.machine import save
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Bus, open_session
+from services.demo.strikes import goal
+from services.options import Options, free_endpoint
+from services.recorder.trace import read_trace
+from services.supervisor import Supervisor, command_lines
+
+BLOCKS = 5
+STEPS = 2000
+RUN_SETTLES_S = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Flags:
+    """Measure the loop.
+
+    Attributes:
+        seconds: How long the real-time part lasts.
+    """
+
+    seconds: float = 30.0
+
+
+@contextmanager
+def running(names: tuple[str, ...], **flags: object) -> Iterator[tuple[Supervisor, Bus]]:
+    """The named services on a bus of their own, the controller in touch with the arm."""
+    endpoint = free_endpoint()
+    lines = command_lines(Options(listen=(endpoint,)), flags)
+    with (
+        Supervisor({name: lines[name] for name in lines if name in names}, quiet=True) as services,
+        Bus(open_session([endpoint])) as bus,
+    ):
+        services.wait_ready(bus)
+        time.sleep(RUN_SETTLES_S)
+        bus.ask(topics.SIM_RESET, m.Reset())
+        yield services, bus
+
+
+def stepped(scratch: str) -> dict[str, float]:
+    """Ticks per second of lock-step over the robot's rate, by block."""
+    with running(("sim", "planner", "controller"), clock="stepped", library=f"{scratch}/library") as (_, bus):
+        ratios = []
+        for _ in range(BLOCKS):
+            began = time.perf_counter()
+            bus.ask(topics.SIM_STEP, m.Step(ticks=STEPS))
+            ratios.append(STEPS / 1000 / (time.perf_counter() - began))
+    return {"times real time, median": float(np.median(ratios)), "least": min(ratios), "most": max(ratios)}
+
+
+def real_time(scratch: str, seconds: float) -> dict[str, float]:
+    """On-time ratio and response times of the loop, CPU share and losses of the recorder."""
+    file = Path(scratch) / "loop.rrd"
+    names = ("sim", "planner", "controller", "recorder")
+    with running(names, clock="realtime", library=f"{scratch}/library", record=file) as (services, bus):
+        recorder = services.running["recorder"].pid
+        began, used = time.perf_counter(), cpu_seconds(recorder)
+        while time.perf_counter() - began < seconds:
+            bus.ask(topics.GOAL, goal())
+            time.sleep(2.5)
+        share = (cpu_seconds(recorder) - used) / (time.perf_counter() - began)
+        cycle = bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
+    return {
+        "on time, %": 100 * cycle.on_time_ratio,
+        "ticks": cycle.count,
+        "answer p50, µs": cycle.late_us.p50,
+        "answer p99, µs": cycle.late_us.p99,
+        "recorder, % of a core": 100 * share,
+        **lost(file),
+    }
+
+
+def lost(file: Path) -> dict[str, float]:
+    """Ticks that the trace lacks of either stream, since the last reset."""
+    trace = read_trace(file)
+    missing = {}
+    for stream, entity in (
+        ("state", "/joints/joint_1/position/measured"),
+        ("command", "/joints/joint_1/position/reference"),
+    ):
+        ticks = trace.column(entity).ticks()
+        missing[f"ticks without {stream}"] = int(ticks[-1] - ticks[0] + 1 - len(ticks))
+    return missing
+
+
+def cpu_seconds(pid: int) -> float:
+    """User and system time that a process has used."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def main() -> None:
+    """Measure, print, save."""
+    flags = tyro.cli(Flags)
+    with TemporaryDirectory() as scratch:
+        results = {"stepped clock": stepped(scratch), "real time": real_time(scratch, flags.seconds)}
+    console = Console()
+    for title, values in results.items():
+        shown = Table("", "", title=title, show_header=False)
+        for name, value in values.items():
+            shown.add_row(name, f"{value:.4g}")
+        console.print(shown)
+    console.print(f"saved in {save('loop', results)}", highlight=False)
+
+
+if __name__ == "__main__":
+    main()
