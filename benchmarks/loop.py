@@ -94,11 +94,8 @@ def lost(file: Path) -> dict[str, float]:
     """Ticks that the trace lacks of either stream, since the last reset."""
     trace = read_trace(file)
     missing = {}
-    for stream, entity in (
-        ("state", "/joints/joint_1/position/measured"),
-        ("command", "/joints/joint_1/position/reference"),
-    ):
-        ticks = trace.column(entity).ticks()
+    for stream, curve in (("state", "measured"), ("command", "reference")):
+        ticks = trace.column(f"/joints/joint_1/position/{curve}").ticks()
         missing[f"ticks without {stream}"] = int(ticks[-1] - ticks[0] + 1 - len(ticks))
     return missing
 
