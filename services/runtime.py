@@ -30,11 +30,15 @@ def start_logging(service: str) -> logging.Logger:
 def stop_on_signals() -> threading.Event:
     """Return an event that SIGTERM and SIGINT set, in place of killing the process.
 
-    Call it before any thread is made. A thread of its own waits for the signals and all others block them: in Python
-    3.11 a signal that interrupts `SimpleQueue.get` near the end of its timeout leaves it waiting for ever.
+    A thread of its own waits for the signals, and this one blocks them: in Python 3.11 a signal that interrupts
+    `SimpleQueue.get` near the end of its timeout leaves it waiting for ever. Threads that a library made before this
+    call do not block them; the handlers keep a signal that reaches one of those from killing the process, and set the
+    event when this thread next runs: wait for it in short pieces.
     """
     stopping = threading.Event()
     numbers = {signal.SIGTERM, signal.SIGINT}
+    for number in numbers:
+        signal.signal(number, lambda *_: stopping.set())
     signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
 
     def wait() -> None:

@@ -54,3 +54,23 @@ def test_after_a_stall_nothing_is_run_back_to_back():
     deadlines.wait()
     assert deadlines.stalls == 1
     assert deadlines.next_ns >= before
+
+
+def test_a_thread_that_was_there_before_does_not_let_a_signal_kill():
+    """Rerun makes threads when it is imported, before the service asks for its signals."""
+    script = (
+        "import threading, time\n"
+        "threading.Thread(target=time.sleep, args=(30,), daemon=True).start()\n"
+        "from services import runtime\n"
+        "stopping = runtime.stop_on_signals()\n"
+        "print('ready', flush=True)\n"
+        "end = time.monotonic() + 20\n"
+        "while not stopping.wait(0.1) and time.monotonic() < end: pass\n"
+        "raise SystemExit(not stopping.is_set())\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    with process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.terminate()
+        assert process.wait(20) == 0
