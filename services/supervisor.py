@@ -1,11 +1,13 @@
 """Starts the services as processes, waits until they are ready, and ends them in order."""
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Self
 
 from deploy.processes import PROCESSES, Process
@@ -51,11 +53,15 @@ def _command_line(
 
 
 class Supervisor:
-    """The running processes, each in a process group of its own, so that a Ctrl-C reaches only this one."""
+    """The running processes, each in a process group of its own, so that a Ctrl-C reaches only this one.
 
-    def __init__(self, commands: Mapping[str, Sequence[str]], quiet: bool = False) -> None:
+    What they log goes to this process's own stderr, or nowhere where `quiet`, or into `NAME.log` in `logs`.
+    """
+
+    def __init__(self, commands: Mapping[str, Sequence[str]], quiet: bool = False, logs: Path | None = None) -> None:
         self._commands = commands
         self._output = subprocess.DEVNULL if quiet else None
+        self._logs = logs
         self.running: dict[str, subprocess.Popen[bytes]] = {}
 
     def __enter__(self) -> Self:
@@ -68,9 +74,11 @@ class Supervisor:
 
     def start(self, name: str) -> None:
         """Start the process called `name`."""
-        self.running[name] = subprocess.Popen(
-            self._commands[name], stdin=subprocess.DEVNULL, stderr=self._output, start_new_session=True
-        )
+        with contextlib.ExitStack() as files:
+            log = files.enter_context((self._logs / f"{name}.log").open("ab")) if self._logs else self._output
+            self.running[name] = subprocess.Popen(
+                self._commands[name], stdin=subprocess.DEVNULL, stderr=log, start_new_session=True
+            )
 
     def wait_ready(self, bus: Bus, timeout: float = 60.0) -> None:
         """Return once every process holds its liveliness token.

@@ -138,3 +138,13 @@ def test_one_that_ends_is_not_waited_for(bus: Bus):
         with pytest.raises(NotReady, match="brief ended with status 3"):
             services.wait_ready(bus)
         assert services.ended() == {"brief": 3}
+
+
+def test_logs_go_into_a_file_each(tmp_path: Path):
+    """What a process says before and after it was started anew."""
+    line = [sys.executable, "-c", "import sys; sys.exit('out of oil')"]
+    with Supervisor({"one": line}, logs=tmp_path) as services:
+        services.running["one"].wait()
+        services.start("one")
+        services.running["one"].wait()
+    assert (tmp_path / "one.log").read_text().split("\n")[:2] == ["out of oil"] * 2

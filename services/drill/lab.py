@@ -1,0 +1,52 @@
+"""Where scenarios are carried out."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
+from itertools import count
+from pathlib import Path
+from typing import Self
+
+from services.drill.cell import Cell, Plan, started
+from services.options import Options
+
+
+class Lab:
+    """Cells for scenarios: one on the stepped clock that those share which break no process, and fresh ones.
+
+    Attributes:
+        folder: For logs, libraries and traces; a folder in it for each cell.
+        long: Take the hour, not the minutes.
+        say: Told what goes on.
+    """
+
+    def __init__(self, options: Options, folder: Path, long: bool = False, say: Callable[[str], object] = str) -> None:
+        self.options = options
+        self.folder = folder
+        self.long = long
+        self.say = say
+        self._numbers = count(1)
+        self._sharing = ExitStack()
+        self._shared: Cell | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end_shared()
+
+    def cell(self, plan: Plan) -> AbstractContextManager[Cell]:
+        """Return a cell of its own, ended with the block."""
+        return started(plan, self.options, self.folder / f"cell-{next(self._numbers)}")
+
+    def shared(self) -> Cell:
+        """Return the shared cell at the start of a new run, with the arm at rest at home."""
+        if self._shared is None:
+            self._shared = self._sharing.enter_context(self.cell(Plan()))
+        self._shared.reset()
+        return self._shared
+
+    def end_shared(self) -> None:
+        """End the shared cell; the next scenario that asks for one finds a new one."""
+        self._shared = None
+        self._sharing.close()
+        self._sharing = ExitStack()

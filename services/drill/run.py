@@ -1,0 +1,21 @@
+"""Carries scenarios out, one after another."""
+
+import time
+
+from protocol.errors import NoAnswer, Refusal
+from services.drill.cell import Broken
+from services.drill.lab import Lab
+from services.drill.scenario import Measured, Outcome, Scenario, judge
+from services.supervisor import NotReady
+
+
+def carry_out(scenario: Scenario, lab: Lab) -> Outcome:
+    """Cause the fault and measure the reaction; what breaks the scenario off is told in the outcome."""
+    began, broken = time.monotonic(), ""
+    measured: Measured = {}
+    try:
+        measured = scenario.run(lab)
+    except (Broken, NoAnswer, NotReady, Refusal) as error:
+        broken = f"{type(error).__name__}: {error}"
+        lab.end_shared()
+    return judge(scenario, measured, time.monotonic() - began, broken)

@@ -1,0 +1,24 @@
+"""The table of scenarios, by family."""
+
+from collections.abc import Iterable
+
+from services.drill import silence
+from services.drill.scenario import Scenario
+
+FAMILIES: dict[str, tuple[Scenario, ...]] = {
+    "silence": silence.SCENARIOS,
+}
+SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for family in FAMILIES.values() for scenario in family}
+
+
+def chosen(names: Iterable[str]) -> list[Scenario]:
+    """Return the scenarios called, or all.
+
+    Raises:
+        KeyError: there is none of that name; the sentence lists what there is.
+    """
+    wanted = list(names)
+    unknown = [name for name in wanted if name not in SCENARIOS]
+    if unknown:
+        raise KeyError(f"there is no scenario {' or '.join(unknown)}; there is {', '.join(SCENARIOS)}")
+    return [SCENARIOS[name] for name in wanted or SCENARIOS]

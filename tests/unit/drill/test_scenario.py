@@ -1,0 +1,42 @@
+"""Bounds, and what is judged by them."""
+
+import math
+
+import pytest
+
+from services.drill.scenario import Bound, Scenario, Value, at_least, at_most, exactly, judge, none, told
+
+
+@pytest.mark.parametrize(
+    ("bound", "good", "bad"),
+    [
+        (exactly("ticks", 20), [20, 20.0], [19, 21, math.nan, "20"]),
+        (exactly("outcome", "succeeded"), ["succeeded"], ["aborted", "", 0]),
+        (none("jumps"), [0, 0.0], [1, -1, math.nan, ""]),
+        (at_most("delay", 0.3, "s"), [0.3, 0, -1.0], [0.301, math.nan, math.inf, "soon"]),
+        (at_least("ratio", 0.98), [0.98, 1], [0.979, math.nan, "high"]),
+    ],
+)
+def test_bounds(bound: Bound, good: list[Value], bad: list[Value]):
+    """Hold for what keeps them, never for what is no number."""
+    assert all(bound.holds(value) for value in good)
+    assert not any(bound.holds(value) for value in bad)
+
+
+def scenario(*bounds: Bound) -> Scenario:
+    """Return a scenario that causes nothing."""
+    return Scenario("nothing", "nothing happens", "stepped", bounds, lambda _: {})
+
+
+def test_every_bound_needs_its_measurement():
+    """What was not measured has not held, not even what is only told."""
+    row = scenario(none("jumps"), told("speed"))
+    assert judge(row, {"jumps": 0, "speed": 3.0}, 1.0).held
+    assert not judge(row, {"jumps": 1, "speed": 3.0}, 1.0).held
+    assert not judge(row, {"speed": 3.0}, 1.0).held
+    assert not judge(row, {"jumps": 0}, 1.0).held
+
+
+def test_what_broke_off_has_not_held():
+    """Though all that was measured did."""
+    assert not judge(scenario(none("jumps")), {"jumps": 0}, 1.0, "the sim did not start").held
