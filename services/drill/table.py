@@ -2,11 +2,15 @@
 
 from collections.abc import Iterable
 
-from services.drill import silence
+from services.drill import clients, clocks, planners, restarts, silence
 from services.drill.scenario import Scenario
 
 FAMILIES: dict[str, tuple[Scenario, ...]] = {
     "silence": silence.SCENARIOS,
+    "restarts": restarts.SCENARIOS,
+    "planner": planners.SCENARIOS,
+    "clients": clients.SCENARIOS,
+    "clocks": clocks.SCENARIOS,
 }
 SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for family in FAMILIES.values() for scenario in family}
 

@@ -1,0 +1,118 @@
+"""Clients that die, with a lease and without, and two that want the same arm."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Bus, open_session
+from protocol.errors import Refusal
+from services.drill.cell import Cell, Plan, wait_for
+from services.drill.lab import Lab
+from services.drill.reference import unlike_plan
+from services.drill.scenario import Measured, Scenario, at_most, exactly, none
+
+GOAL_ID = "followed"
+
+
+@contextmanager
+def client(cell: Cell, *flags: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A client process that follows a slow motion of joint_1."""
+    line = [sys.executable, "-m", "services.client", "goal", "forehand", "--connect", cell.endpoint]
+    line += ["--positions", "0.5", *map(str, cell.home[1:]), "--duration", "3", "--goal-id", GOAL_ID, *flags]
+    process = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def kill_client(lab: Lab, lease: bool) -> Measured:
+    """Kill a client in the middle of its motion."""
+    with lab.cell(Plan(clock="realtime")) as cell:
+        cell.recover()
+        with client(cell, "--wait", *(["--lease"] if lease else [])) as process:
+            wait_for(lambda: cell.mode() == "tracking", "the client's motion")
+            time.sleep(0.7)
+            process.kill()
+            killed = time.monotonic()
+            if lease:
+                wait_for(lambda: cell.mode() == "stopping", "the stop", 5.0)
+            stop_s = time.monotonic() - killed
+        wait_for(lambda: cell.result(GOAL_ID).outcome != "running", "the motion to end")
+        measured: Measured = {"the goal": cell.result(GOAL_ID).outcome, "the arm then": cell.mode()}
+        return {**measured, "the stop begins after": 1e3 * stop_s} if lease else measured
+
+
+def compete(lab: Lab) -> Measured:
+    """Two clients and an anonymous one want the arm that the first holds."""
+    cell = lab.shared()
+    with Bus(open_session([cell.endpoint]), cell.bus.robot) as alice:
+        alice.announce("client/alice")
+        held = cell.strike(client_id="alice", lease=True)
+        plan = cell.plan_of(held)
+        cell.step_to(cell.ticks(held.start_time) + 100)
+        refusals = [refusal(cell, client_id="bob"), refusal(cell), refusal(cell, client_id="bob", lease=True)]
+        cell.step_to(cell.end_tick(held) + 2)
+        unlike = unlike_plan(cell.commands(), plan, cell.config)
+        again = cell.strike(client_id="alice", lease=True)
+        cell.step_to(cell.ticks(again.start_time) + 300)
+        canceled = cell.bus.ask(topics.CANCEL, m.Cancel())
+        cell.step_to(cell.ticks(canceled.stop_time) + 2)
+        return {
+            "goals of others taken": sum(code != "not_holder" for code, _ in refusals),
+            "others not told who holds": sum(holder != "alice" for _, holder in refusals),
+            "commands unlike the plan's samples": unlike,
+            "the holder's goal": cell.result(held.goal_id).outcome,
+            "the holder's next, canceled by another": cell.result(again.goal_id).outcome,
+            "then another's goal": cell.finish(cell.goal(client_id="bob")).outcome,
+        }
+
+
+def refusal(cell: Cell, **fields: object) -> tuple[str, str]:
+    """Ask for a goal that must be refused, and return the code and who holds the arm."""
+    try:
+        cell.goal(**fields)
+    except Refusal as refused:
+        return refused.code, str(refused.detail.get("client_id"))
+    return "taken", ""
+
+
+ENDED_AT_REST = exactly("the arm then", "holding")
+
+SCENARIOS = (
+    Scenario(
+        "client-killed-lease",
+        "client killed that holds a lease",
+        "realtime",
+        (at_most("the stop begins after", 300.0, "ms"), exactly("the goal", "canceled"), ENDED_AT_REST),
+        lambda lab: kill_client(lab, lease=True),
+        "short",
+    ),
+    Scenario(
+        "client-killed",
+        "client killed that holds none",
+        "realtime",
+        (exactly("the goal", "succeeded"), ENDED_AT_REST),
+        lambda lab: kill_client(lab, lease=False),
+        "short",
+    ),
+    Scenario(
+        "two-clients",
+        "three clients want the arm, one has a lease",
+        "stepped",
+        (
+            none("goals of others taken"),
+            none("others not told who holds"),
+            none("commands unlike the plan's samples"),
+            exactly("the holder's goal", "succeeded"),
+            exactly("the holder's next, canceled by another", "canceled"),
+            exactly("then another's goal", "succeeded"),
+        ),
+        compete,
+    ),
+)

@@ -1,0 +1,93 @@
+"""A sim that dies or stops: controller and planner say so, come back by themselves, and the goal is aborted."""
+
+import signal
+import time
+
+from protocol.errors import NoAnswer, Refusal
+from services.drill.cell import Cell, Plan, wait_for
+from services.drill.lab import Lab
+from services.drill.scenario import Measured, Scenario, at_most, exactly, told
+
+CONTROLLER_SAYS, PLANNER_SAYS = "the arm fell silent", "the controller"
+"""How the log lines begin by which the two say that the arm is gone."""
+
+
+def silence_sim(lab: Lab, number: signal.Signals, hosted: bool) -> Measured:
+    """Kill or stop the sim in mid-motion, and bring it back after a second."""
+    with lab.cell(Plan(clock="realtime", hosted=hosted)) as cell:
+        cell.recover()
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=2.0)
+        wait_for(lambda: cell.state().time > reply.start_time + 0.7, "the motion to be under way")
+        at = cell.signal("sim", number)
+        time.sleep(1.5)
+        controller = cell.said_at("controller", CONTROLLER_SAYS, at)
+        planner = cell.said_at("planner", PLANNER_SAYS, at)
+        if number == signal.SIGSTOP:
+            cell.signal("sim", signal.SIGCONT)
+        else:
+            cell.restart("sim")
+            cell.services.wait_ready(cell.bus)
+        back_s = wait_for(lambda: outcome(cell, reply.goal_id) == "aborted", "the goal to be aborted")
+        reason = cell.result(reply.goal_id).reason
+        cell.recover()
+        return {
+            "controller says so after": 1e3 * (controller - at) if controller else "never",
+            "planner says so after": planner - at if planner else "never",
+            "the goal": outcome(cell, reply.goal_id),
+            "its reason": reason,
+            "back in service after": back_s,
+            "the next goal": cell.finish(cell.goal(duration=1.5)).outcome,
+        }
+
+
+def outcome(cell: Cell, goal_id: str) -> str:
+    """Return how a goal went, empty while nobody answers."""
+    try:
+        return cell.result(goal_id).outcome
+    except (NoAnswer, Refusal):
+        return ""
+
+
+BOUNDS = (
+    at_most("controller says so after", 20.0, "ms"),
+    at_most("planner says so after", 1.0, "s"),
+    exactly("the goal", "aborted"),
+    told("its reason"),
+    told("back in service after", "s"),
+    exactly("the next goal", "succeeded"),
+)
+
+SCENARIOS = (
+    Scenario(
+        "sim-killed",
+        "sim killed in a motion, and the bus with it; started again",
+        "realtime",
+        BOUNDS,
+        lambda lab: silence_sim(lab, signal.SIGKILL, hosted=False),
+        "short",
+    ),
+    Scenario(
+        "sim-killed-alone",
+        "sim killed in a motion, the bus hosted elsewhere; started again",
+        "realtime",
+        BOUNDS,
+        lambda lab: silence_sim(lab, signal.SIGKILL, hosted=True),
+        "full",
+    ),
+    Scenario(
+        "sim-stopped",
+        "sim stopped in a motion, and the bus with it; continued",
+        "realtime",
+        BOUNDS,
+        lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=False),
+        "full",
+    ),
+    Scenario(
+        "sim-stopped-alone",
+        "sim stopped in a motion, the bus hosted elsewhere; continued",
+        "realtime",
+        BOUNDS,
+        lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=True),
+        "full",
+    ),
+)
