@@ -37,10 +37,10 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 20) -> Kind:
     body = _unpack(data)
     if not isinstance(body, dict):
         raise bad_message("", f"the body is {_describe(body)}; send a msgpack map with string keys")
-    _check_finite(body, "", MAX_DEPTH)
     try:
         return msgspec.convert(body, kind, builtin_types=(bytes,))  # else a string would pass as base64
     except msgspec.ValidationError as error:
+        _check_sound(body, "", MAX_DEPTH)
         raise _explain(error, kind) from None
 
 
@@ -91,7 +91,8 @@ def _describe(body: Any) -> str:
     return f"the msgpack {type(body).__name__} {body!r:.40}"
 
 
-def _check_finite(value: Any, path: str, depth: int) -> None:
+def _check_sound(value: Any, path: str, depth: int) -> None:
+    """Refuse, with its path and value, what no message holds: numbers not finite, other keys than strings, depth."""
     if isinstance(value, float):
         if not math.isfinite(value):
             raise bad_message(path, f"{path} is {value}; only finite numbers are taken")
@@ -102,11 +103,11 @@ def _check_finite(value: Any, path: str, depth: int) -> None:
             for key, item in value.items():
                 if not isinstance(key, str):
                     raise bad_message(path, f"{path or 'the body'} has the key {key!r:.40}; keys are strings")
-                _check_finite(item, f"{path}.{key}" if path else str(key), depth - 1)
+                _check_sound(item, f"{path}.{key}" if path else str(key), depth - 1)
         else:
             for index, item in enumerate(value):
                 if type(item) is not float or not math.isfinite(item):
-                    _check_finite(item, f"{path}[{index}]", depth - 1)
+                    _check_sound(item, f"{path}[{index}]", depth - 1)
 
 
 def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct]) -> Refusal:

@@ -27,9 +27,9 @@ from protocol.messages.base import (
     ErrorBody,
     Message,
     Mode,
+    Number,
     Outcome,
     PartialVector,
-    PerQuantity,
     Point,
     Range,
     Request,
@@ -52,7 +52,17 @@ from protocol.messages.control import (
     ResultRequest,
     Status,
 )
-from protocol.messages.goals import ActiveLimit, FinalError, Goal, GoalLimits, GoalReply, Report, Start
+from protocol.messages.goals import (
+    ActiveLimit,
+    Extremes,
+    FinalError,
+    Goal,
+    GoalLimits,
+    GoalReply,
+    Margin,
+    Report,
+    Start,
+)
 from protocol.messages.primitives import Forget, Forgotten, Learn, Learned, PrimitiveEntry, Primitives, SavitzkyGolay
 from protocol.messages.trajectories import Plan, PlanLimits, Trajectory
 
@@ -74,6 +84,7 @@ __all__ = [
     "Disturbed",
     "Empty",
     "ErrorBody",
+    "Extremes",
     "FinalError",
     "Forget",
     "Forgotten",
@@ -84,12 +95,13 @@ __all__ = [
     "Lateness",
     "Learn",
     "Learned",
+    "Margin",
     "Message",
     "Mode",
     "ModeReply",
+    "Number",
     "Outcome",
     "PartialVector",
-    "PerQuantity",
     "Plan",
     "PlanLimits",
     "Point",

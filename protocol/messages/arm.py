@@ -4,7 +4,7 @@ from typing import Literal
 
 from msgspec import Struct
 
-from protocol.messages.base import Clock, Message, PartialVector, Point, Range, Request, Vector
+from protocol.messages.base import Clock, Message, Number, PartialVector, Point, Range, Request, Vector
 
 
 class State(Message, kw_only=True):
@@ -25,7 +25,7 @@ class State(Message, kw_only=True):
 
     run: int
     tick: int
-    time: float
+    time: Number
     positions: Vector
     velocities: Vector
     torques: Vector
@@ -68,7 +68,7 @@ class Description(Message, kw_only=True):
     joint_names: list[str]
     home: Vector
     limits: RobotLimits
-    rate_hz: float
+    rate_hz: Number
     clock: Clock
     run: int
 
@@ -87,14 +87,14 @@ class Stepped(Message, kw_only=True):
     """Where the clock stands."""
 
     tick: int
-    time: float
+    time: Number
 
 
 class Ball(Struct, forbid_unknown_fields=True, kw_only=True):
     """A ball in the world frame: m, m/s; at rest unless a velocity is given."""
 
-    position: tuple[float, float, float]
-    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    position: tuple[Number, Number, Number]
+    velocity: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
 
 
 class Reset(Request, kw_only=True):
@@ -115,7 +115,7 @@ class ResetDone(Message, kw_only=True):
     """The new run stands at tick 0."""
 
     tick: int
-    time: float
+    time: Number
     run: int
 
 
@@ -134,17 +134,17 @@ class Disturb(Request, kw_only=True):
 
     kind: Literal["acceleration", "torque", "sensor_noise", "loss"]
     values: Vector | None = None
-    start_time: float | None = None
-    duration: float | None = None
-    position_std: float | None = None
-    velocity_std: float | None = None
+    start_time: Number | None = None
+    duration: Number | None = None
+    position_std: Number | None = None
+    velocity_std: Number | None = None
     stream: Literal["state", "command"] | None = None
 
 
 class Disturbed(Message, kw_only=True):
     """The disturbance begins at `start_time`."""
 
-    start_time: float
+    start_time: Number
 
 
 class Contact(Message, kw_only=True):
@@ -157,16 +157,16 @@ class Contact(Message, kw_only=True):
         ball_velocity: after the contact, null where the ball took no part
     """
 
-    time: float
+    time: Number
     bodies: list[str]
-    impulse: float
+    impulse: Number
     ball_velocity: Vector | None
 
 
 class BallState(Message, kw_only=True):
     """The ball in the world frame: m, m/s."""
 
-    time: float
+    time: Number
     position: Vector
     velocity: Vector
 
@@ -185,14 +185,14 @@ class ActiveDisturbance(Struct, kw_only=True):
 
     kind: str
     values: Vector | None = None
-    position_std: float | None = None
-    velocity_std: float | None = None
+    position_std: Number | None = None
+    velocity_std: Number | None = None
     stream: str | None = None
-    end_time: float | None = None
+    end_time: Number | None = None
 
 
 class Disturbance(Message, kw_only=True):
     """Everything that disturbs the arm now."""
 
-    time: float
+    time: Number
     active: list[ActiveDisturbance]

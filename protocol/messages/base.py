@@ -1,12 +1,15 @@
 """What messages are made of."""
 
-from typing import Any, Literal
+import sys
+from typing import Annotated, Any, Literal
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
-Vector = list[float]
-PartialVector = list[float | None]
-Range = tuple[float, float]
+Number = Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)]
+"""A finite number: NaN fails both bounds."""
+Vector = list[Number]
+PartialVector = list[Number | None]
+Range = tuple[Number, Number]
 Outcome = Literal["running", "succeeded", "preempted", "canceled", "aborted"]
 Mode = Literal["holding", "tracking", "stopping", "fault"]
 Clock = Literal["realtime", "stepped"]
@@ -24,15 +27,6 @@ class Request(Message, forbid_unknown_fields=True):
 
 class Empty(Request, kw_only=True):
     """The request without fields, `{}`; an absent body counts as one."""
-
-
-class PerQuantity(Struct, kw_only=True):
-    """One list over joints for each limited quantity."""
-
-    positions: list[Any]
-    velocities: list[Any]
-    accelerations: list[Any]
-    jerks: list[Any]
 
 
 class Stamps(Struct, frozen=True):
@@ -81,6 +75,6 @@ class Waypoint(Struct, forbid_unknown_fields=True, kw_only=True):
         velocities: null, whole or for one joint: free
     """
 
-    time_from_start: float
+    time_from_start: Number
     positions: PartialVector | None = None
     velocities: PartialVector | None = None

@@ -2,14 +2,14 @@
 
 from msgspec import Struct
 
-from protocol.messages.base import Message, Mode, Outcome, Point, Request, Stamps, Vector
+from protocol.messages.base import Message, Mode, Number, Outcome, Point, Request, Stamps, Vector
 
 
 class Accepted(Message, kw_only=True):
     """A trajectory will be played from `start_time` on."""
 
     goal_id: str
-    start_time: float
+    start_time: Number
 
 
 class ReferenceRequest(Request, kw_only=True):
@@ -19,7 +19,7 @@ class ReferenceRequest(Request, kw_only=True):
         lead: from now, s
     """
 
-    lead: float
+    lead: Number
 
 
 class Reference(Message, kw_only=True):
@@ -33,7 +33,7 @@ class Reference(Message, kw_only=True):
         accelerations: of the reference
     """
 
-    time: float
+    time: Number
     epoch: int
     positions: Vector
     velocities: Vector
@@ -59,7 +59,7 @@ class Canceled(Message, kw_only=True):
     """
 
     goal_id: str | None
-    stop_time: float
+    stop_time: Number
 
 
 class ModeReply(Message, kw_only=True):
@@ -84,7 +84,7 @@ class Hit(Struct, kw_only=True):
         truth_error: true less reference, null where the truth is not known
     """
 
-    time: float
+    time: Number
     position_error: Vector
     velocity_error: Vector
     truth_error: Point | None = None
@@ -106,7 +106,7 @@ class Result(Message, kw_only=True):
     outcome: Outcome
     reason: str = ""
     hit: Hit | None = None
-    peak_tracking_error: float = 0.0
+    peak_tracking_error: Number = 0.0
     stamps: Stamps = Stamps()
 
 
@@ -119,9 +119,9 @@ class Lateness(Struct, kw_only=True):
         max: largest, µs
     """
 
-    p50: float
-    p99: float
-    max: float
+    p50: Number
+    p99: Number
+    max: Number
 
 
 class Cycle(Struct, kw_only=True):
@@ -137,7 +137,7 @@ class Cycle(Struct, kw_only=True):
 
     count: int
     missed: int
-    on_time_ratio: float
+    on_time_ratio: Number
     late_us: Lateness
     refused: int
 
@@ -158,11 +158,11 @@ class Status(Message, kw_only=True):
         fault: in words, null for none
     """
 
-    time: float
+    time: Number
     mode: Mode
     epoch: int
     goal_id: str | None
-    time_from_start: float | None
+    time_from_start: Number | None
     reference: Point
     feedback: Point
     error: Point

@@ -4,7 +4,7 @@ from typing import Literal
 
 from msgspec import Struct, field
 
-from protocol.messages.base import Message, PartialVector, PerQuantity, Range, Request, Vector, Waypoint
+from protocol.messages.base import Message, Number, PartialVector, Range, Request, Vector, Waypoint
 from protocol.messages.trajectories import Trajectory
 
 
@@ -70,15 +70,15 @@ class Goal(Request, kw_only=True):
     positions: Vector
     velocities: Vector | None = None
     accelerations: PartialVector | None = None
-    duration: float | None = None
-    arrival_time: float | None = None
+    duration: Number | None = None
+    arrival_time: Number | None = None
     goal_id: str | None = None
     client_id: str = ""
     lease: bool = False
     start: Start | None = None
     waypoints: list[Waypoint] = field(default_factory=list)
     limits: GoalLimits | None = None
-    rest_fraction: float = 0.0
+    rest_fraction: Number = 0.0
     tail: Literal["stop", "coast"] = "stop"
     method: Literal["qp", "dmp"] = "qp"
     plan_only: bool = False
@@ -104,7 +104,25 @@ class ActiveLimit(Struct, kw_only=True):
 
     joint: str
     quantity: str
-    time_from_start: float
+    time_from_start: Number
+
+
+class Extremes(Struct, kw_only=True):
+    """[least, greatest] value of each joint over the whole motion, between samples included."""
+
+    positions: list[Range]
+    velocities: list[Range]
+    accelerations: list[Range]
+    jerks: list[Range]
+
+
+class Margin(Struct, kw_only=True):
+    """How far each joint stays from the nearest limit; null where there is none."""
+
+    positions: PartialVector
+    velocities: PartialVector
+    accelerations: PartialVector
+    jerks: PartialVector
 
 
 class Report(Struct, kw_only=True):
@@ -124,11 +142,11 @@ class Report(Struct, kw_only=True):
 
     imitation_rms: Vector
     final_error: FinalError
-    extremes: PerQuantity
-    margin: PerQuantity
+    extremes: Extremes
+    margin: Margin
     active: list[ActiveLimit]
     certified: bool
-    solve_ms: float
+    solve_ms: Number
     rounds: int
     rows: int
 
@@ -146,8 +164,8 @@ class GoalReply(Message, kw_only=True):
     """
 
     goal_id: str
-    start_time: float
-    duration: float
-    total_duration: float
+    start_time: Number
+    duration: Number
+    total_duration: Number
     trajectory: Trajectory | None = None
     report: Report

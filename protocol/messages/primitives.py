@@ -4,7 +4,7 @@ from typing import Literal
 
 from msgspec import Struct
 
-from protocol.messages.base import Message, Request, Vector
+from protocol.messages.base import Message, Number, Request, Vector
 
 
 class SavitzkyGolay(Struct, forbid_unknown_fields=True, kw_only=True):
@@ -15,7 +15,7 @@ class SavitzkyGolay(Struct, forbid_unknown_fields=True, kw_only=True):
         order: of its polynomial
     """
 
-    window_s: float
+    window_s: Number
     order: int
 
 
@@ -35,7 +35,7 @@ class Learn(Request, kw_only=True):
     name: str
     positions: list[Vector] | bytes
     joint_count: int | None = None
-    rate: float | None = None
+    rate: Number | None = None
     times: Vector | None = None
     smoothing: Literal["auto", "none"] | SavitzkyGolay = "auto"
     replace: bool = False
@@ -54,7 +54,7 @@ class Learned(Message, kw_only=True):
     """
 
     name: str
-    duration: float
+    duration: Number
     basis_count: int
     fit_rms: Vector
     noise_estimate: Vector
@@ -74,9 +74,9 @@ class PrimitiveEntry(Struct, kw_only=True):
 
     name: str
     joint_count: int
-    duration: float
+    duration: Number
     samples: int
-    created: float
+    created: Number
 
 
 class Primitives(Message, kw_only=True):

@@ -1,8 +1,8 @@
 """Motions on their way from the planner to the controller, and as published."""
 
-from msgspec import field
+from msgspec import Struct, field
 
-from protocol.messages.base import Message, PerQuantity, Request, Stamps, Waypoint
+from protocol.messages.base import Message, Number, PartialVector, Range, Request, Stamps, Waypoint
 
 
 class Trajectory(Request, kw_only=True):
@@ -31,8 +31,8 @@ class Trajectory(Request, kw_only=True):
     preempt: bool = True
     epoch: int
     joint_names: list[str]
-    start_time: float
-    dt: float
+    start_time: Number
+    dt: Number
     count: int
     hit_index: int
     positions: bytes
@@ -41,7 +41,7 @@ class Trajectory(Request, kw_only=True):
     stamps: Stamps = Stamps()
 
 
-class PlanLimits(PerQuantity, kw_only=True):
+class PlanLimits(Struct, kw_only=True):
     """The limits a plan was made under, the robot's and the goal's together.
 
     Attributes:
@@ -50,6 +50,11 @@ class PlanLimits(PerQuantity, kw_only=True):
         accelerations: largest of either sign, null where there is none
         jerks: largest of either sign, null where there is none
     """
+
+    positions: list[Range | None]
+    velocities: PartialVector
+    accelerations: PartialVector
+    jerks: PartialVector
 
 
 class Plan(Message, kw_only=True):
@@ -82,8 +87,8 @@ class Plan(Message, kw_only=True):
     preempt: bool = True
     epoch: int
     joint_names: list[str]
-    start_time: float
-    dt: float
+    start_time: Number
+    dt: Number
     count: int
     hit_index: int
     positions: bytes

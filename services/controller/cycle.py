@@ -41,12 +41,11 @@ class CycleStatistics:
     def message(self) -> m.Cycle:
         """Return the statistics as published."""
         elapsed = self._last_tick - self._first_tick
-        times = self._response_us[: min(self.count, WINDOW)]
-        p50, p99, worst = np.percentile(times, (50, 99, 100)) if self.count else (0.0, 0.0, 0.0)
+        times = np.sort(self._response_us[: min(self.count, WINDOW)]).tolist() or [0.0]
         return m.Cycle(
             count=self.count,
             missed=self._missed,
             on_time_ratio=1.0 - self._missed / elapsed if elapsed else 1.0,
-            late_us=m.Lateness(p50=float(p50), p99=float(p99), max=float(worst)),
+            late_us=m.Lateness(p50=times[len(times) // 2], p99=times[len(times) * 99 // 100], max=times[-1]),
             refused=self.refused,
         )

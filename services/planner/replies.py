@@ -67,7 +67,7 @@ def plan_message(plan: Plan | DmpPlan, trajectory: m.Trajectory, goal: m.Goal, p
 def limits_message(limits: Limits) -> m.PlanLimits:
     """Return limits with null where there is none."""
     return m.PlanLimits(
-        positions=[list(map(float, pair)) if np.isfinite(pair).all() else None for pair in limits.positions],
+        positions=[tuple(pair) if np.isfinite(pair).all() else None for pair in limits.positions.tolist()],
         velocities=_finite(limits.velocities),
         accelerations=_finite(limits.accelerations),
         jerks=_finite(limits.jerks),
@@ -80,8 +80,8 @@ def _report(report: Report, solve_ms: float, config: RobotConfig) -> m.Report:
         final_error=m.FinalError(
             positions=report.final_error_positions.tolist(), velocities=report.final_error_velocities.tolist()
         ),
-        extremes=m.PerQuantity(**{name: report.extremes[key].tolist() for name, key in _FIELDS.items()}),
-        margin=m.PerQuantity(**{name: _finite(report.margin[key]) for name, key in _FIELDS.items()}),
+        extremes=m.Extremes(**{name: list(map(tuple, report.extremes[key].tolist())) for name, key in _FIELDS.items()}),
+        margin=m.Margin(**{name: _finite(report.margin[key]) for name, key in _FIELDS.items()}),
         active=[
             m.ActiveLimit(
                 joint=config.joint_names[active.joint],

@@ -22,13 +22,13 @@ STAMPS = m.Stamps(requested=RUN, planned=RUN + 5_000_000, accepted=RUN + 6_000_0
 REPORT = m.Report(
     imitation_rms=[0.25, 0.125, 0.5, 0.75, 0.0, 0.0625],
     final_error=m.FinalError(positions=[1e-13, 0.0, -2e-13, 0.0, 0.0, 3e-14], velocities=[0.0] * 6),
-    extremes=m.PerQuantity(
-        positions=[[-0.14, 0.21]] * 6,
-        velocities=[[-2.5, 1.5]] * 6,
-        accelerations=[[-41.0, 38.5]] * 6,
-        jerks=[[-900.0, 850.0]] * 6,
+    extremes=m.Extremes(
+        positions=[(-0.14, 0.21)] * 6,
+        velocities=[(-2.5, 1.5)] * 6,
+        accelerations=[(-41.0, 38.5)] * 6,
+        jerks=[(-900.0, 850.0)] * 6,
     ),
-    margin=m.PerQuantity(
+    margin=m.Margin(
         positions=[1.79, None, 1.5, 1.25, None, 2.0],
         velocities=[12.5] * 6,
         accelerations=[0.0, 120.0, 250.0, 400.0, 500.0, 480.0],
@@ -147,7 +147,7 @@ GOALS: dict[str, Struct] = {
         stamps=STAMPS,
         primitive="forehand",
         limits=m.PlanLimits(
-            positions=[[-2.0, 2.0], None, [-2.5, 2.5], [-3.0, 3.0], [-2.0, 2.0], None],
+            positions=[(-2.0, 2.0), None, (-2.5, 2.5), (-3.0, 3.0), (-2.0, 2.0), None],
             velocities=[8.0, 10.0, 12.0, 20.0, 20.0, None],
             accelerations=[300.0] * 6,
             jerks=[15000.0] * 6,

@@ -69,7 +69,7 @@ def plan(start_time: float, count: int = 4, goal_id: str = "g1", **changes: obje
         "accelerations": matrix_bytes(100 * positions),
         "primitive": "forehand",
         "limits": m.PlanLimits(
-            positions=[[-1.0, 1.5], *[None] * 5], velocities=[4.0] * 6, accelerations=[None] * 6, jerks=[None] * 6
+            positions=[(-1.0, 1.5), *[None] * 5], velocities=[4.0] * 6, accelerations=[None] * 6, jerks=[None] * 6
         ),
         "demonstration": matrix_bytes(positions[: count - 1] / 2),
         **changes,

@@ -14,14 +14,14 @@ STRIKE = Strike("test", STRIKES[0].goal, position_bound=1e-2, velocity_bound=1e-
 
 def report(**changes: object) -> m.Report:
     """Return a report of two joints in which the elbow's velocity uses most of its limit."""
-    zeros = [[0.0, 0.0]] * 2
+    zeros: list[m.Range] = [(0.0, 0.0)] * 2
     made = m.Report(
         imitation_rms=[3.0, 4.0],
         final_error=m.FinalError(positions=[0.0, 0.0], velocities=[0.0, 0.0]),
-        extremes=m.PerQuantity(
-            positions=[[-1.0, 0.5], [0.0, 0.1]], velocities=[[-2.0, 2.0], [-9.0, 1.0]], accelerations=zeros, jerks=zeros
+        extremes=m.Extremes(
+            positions=[(-1.0, 0.5), (0.0, 0.1)], velocities=[(-2.0, 2.0), (-9.0, 1.0)], accelerations=zeros, jerks=zeros
         ),
-        margin=m.PerQuantity(positions=[1.0, 1.0], velocities=[8.0, 1.0], accelerations=[None, None], jerks=[0.0, 0.0]),
+        margin=m.Margin(positions=[1.0, 1.0], velocities=[8.0, 1.0], accelerations=[None, None], jerks=[0.0, 0.0]),
         active=[],
         certified=True,
         solve_ms=1.0,

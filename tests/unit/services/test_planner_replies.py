@@ -99,5 +99,5 @@ def test_no_limit_is_null():
         np.array([[-1.0, 1.0], [-np.inf, np.inf]]), np.array([np.inf, 2.0]), np.array([3.0, np.inf]), np.full(2, np.inf)
     )
     said = limits_message(limits)
-    assert said.positions == [[-1.0, 1.0], None]
+    assert said.positions == [(-1.0, 1.0), None]
     assert (said.velocities, said.accelerations, said.jerks) == ([None, 2.0], [3.0, None], [None, None])
