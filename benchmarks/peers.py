@@ -19,7 +19,6 @@ from scipy import sparse
 
 from motion.basis import make_grid
 from motion.primitive import Primitive
-from motion.problem import limit_ranges
 from motion.request import MotionRequest
 
 cvxopt.solvers.options["show_progress"] = False
@@ -47,7 +46,7 @@ class FullProblem:
     def sides(self, request: MotionRequest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Targets (3,), lower and upper sides (4004,), for a start at rest without acceleration."""
         duration, start = request.duration, request.start.positions[0]
-        ranges = limit_ranges(request.limits)[0] * duration ** np.arange(4.0)[:, None]
+        ranges = request.limits.ranges()[0] * duration ** np.arange(4.0)[:, None]
         ranges[0] -= start
         targets = np.array([request.goal.positions[0] - start, duration * request.goal.velocities[0], 0.0])
         return targets, np.repeat(ranges[:, 0], 1001), np.repeat(ranges[:, 1], 1001)

@@ -20,7 +20,6 @@ from motion.basis import make_grid
 from motion.errors import MotionError
 from motion.plan import plan
 from motion.primitive import Primitive
-from motion.problem import limit_ranges
 from motion.request import MotionRequest, Waypoint
 
 
@@ -71,7 +70,7 @@ def judge(column: Column, primitive: Primitive, request: MotionRequest, accelera
     jerks = np.diff(accelerations) / step
     outside = 0.0
     for values, (low, high) in zip(
-        (positions, velocities, accelerations, jerks), limit_ranges(request.limits)[0], strict=True
+        (positions, velocities, accelerations, jerks), request.limits.ranges()[0], strict=True
     ):
         outside = max(outside, float(max(values.max() - high, low - values.min()) / ((high - low) / 2)))
     demonstrated = primitive.accelerations[:, 0] * (primitive.duration / request.duration) ** 2

@@ -54,38 +54,52 @@ class Basis:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """A basis on the grid s (M,), M = INTERVALS + 1, in whitened weights.
+    """A basis on the grid s (M,) = 0, 1/intervals, … 1, in the coordinates in which motions are planned.
 
-    With Ψ = LLᵀ and z = Lᵀw the cost of eq. 12 is |z − z_d|² + const, z_d = L⁻¹θ; `whitening` is L⁻¹.
-    `rows` (6, M, N) act on z and hold the orders −2 … 3, `norms` (4,) the largest norm among the rows of each
-    limited quantity. The fourth derivatives of position, velocity, acceleration and jerk are the orders
-    2 … 5: `spread` (4, M−1, N) bounds |ψ⁽ⁿ⁾| of each function on each interval, `peaks` (4,) anywhere.
+    A motion of one joint in normalised time is x = (z, p0, v0), N + 2 numbers: with Ψ = LLᵀ the whitened weights
+    z = Lᵀw, in which the cost of eq. 12 is |z − z_d|² + const, z_d = L⁻¹θ; and the start's position and velocity.
+    Everything about it is linear in x. `unit_curves` (N+2, 6, M): position and its first five derivatives of each
+    coordinate alone, `norms` (4,) the largest norm on z among the rows of each limited quantity; `whitening` is L⁻¹.
+    The fourth derivatives of position, velocity, acceleration and jerk are the orders 2 … 5: `spread` (4, M−1, N)
+    bounds |ψ⁽ⁿ⁾| of each function on each interval, `peaks` (4,) anywhere.
     """
 
     basis: Basis
     s: np.ndarray
     whitening: np.ndarray
-    rows: np.ndarray
+    unit_curves: np.ndarray
     norms: np.ndarray
     spread: np.ndarray
     peaks: np.ndarray
 
     @property
-    def flat_rows(self) -> np.ndarray:
-        """The rows (4·M, N) of the four limited quantities, one quantity after the other."""
-        return self.rows[:4].reshape(-1, self.rows.shape[2])
+    def intervals(self) -> int:
+        """M − 1."""
+        return len(self.s) - 1
+
+    def curves(self, x: np.ndarray) -> np.ndarray:
+        """Position and its first five derivatives with respect to s (n, 6, M) of the motions x (n, N+2)."""
+        return (x @ self.unit_curves.reshape(len(self.unit_curves), -1)).reshape(len(x), 6, -1)
+
+    def rows(self, flat: np.ndarray) -> np.ndarray:
+        """Rows (n, N+2) on x of the samples `flat` (n,) = quantity·M + sample."""
+        return self.unit_curves.reshape(len(self.unit_curves), -1)[:, flat].T
+
+    def row_at(self, quantity: int, s: float) -> np.ndarray:
+        """Row (N+2,) on x of position, velocity or acceleration at any s."""
+        index = round(s * self.intervals)
+        if index == s * self.intervals:
+            return self.unit_curves[:, quantity, index]
+        weights = (self.basis.rows(np.array([s]), quantity - 2) @ self.whitening.T)[0]
+        return np.concatenate([weights, [(1.0, 0.0, 0.0)[quantity], (s, 1.0, 0.0)[quantity]]])
 
     def whiten(self, theta: np.ndarray) -> np.ndarray:
-        """L⁻¹θ for columns θ (N, J)."""
-        return self.whitening @ theta
+        """z = L⁻¹θ for rows θ (J, N)."""
+        return theta @ self.whitening.T
 
-    def weights(self, z: np.ndarray) -> np.ndarray:
-        """w = L⁻ᵀz for columns z (N, …)."""
-        return self.whitening.T @ z
-
-    def rows_at(self, s: np.ndarray, order: int) -> np.ndarray:
-        """Rows (n, N) acting on z at any s (n,)."""
-        return self.basis.rows(s, order) @ self.whitening.T
+    def weights(self, x: np.ndarray) -> np.ndarray:
+        """w = L⁻ᵀz (n, N) of the motions x (n, N+2)."""
+        return x[:, :-2] @ self.whitening
 
 
 @cache
@@ -96,29 +110,27 @@ def make_basis(count: int) -> Basis:
 
 
 @cache
-def make_grid(count: int) -> Grid:
-    """The grid of the basis of `count` functions; it is a constant of the count, built once."""
+def make_grid(count: int, intervals: int = INTERVALS) -> Grid:
+    """The grid of the basis of `count` functions, built once."""
     basis = make_basis(count)
-    s = np.linspace(0, 1, INTERVALS + 1)
+    s = np.linspace(0, 1, intervals + 1)
     factor = cholesky(basis.gram(), lower=True)
     # The factor's condition number is 8, so its inverse loses nothing.
     whitening = solve_triangular(factor, np.eye(count), lower=True)
-    rows = np.stack([basis.rows(s, order) @ whitening.T for order in range(-2, 4)])
+    unit_curves = np.zeros((count + 2, 6, len(s)))
+    for k in range(6):
+        unit_curves[:-2, k] = (basis.rows(s, k - 2) @ whitening.T).T
+    unit_curves[-2:, 0] = np.ones_like(s), s
+    unit_curves[-1, 1] = 1.0
     orders = range(2, 6)
     # |f| between two points ≤ the larger end + h²/8·max|f″|.
     ends = [np.abs(basis.rows(s, order)) for order in orders]
     spread = [
         np.maximum(e[:-1], e[1:]) + s[1] ** 2 / 8 * basis.peak(order + 2) for e, order in zip(ends, orders, strict=True)
     ]
-    return Grid(
-        basis=basis,
-        s=s,
-        whitening=whitening,
-        rows=rows,
-        norms=np.linalg.norm(rows[:4], axis=2).max(axis=1),
-        spread=np.stack(spread),
-        peaks=np.array([basis.peak(order) for order in orders]),
-    )
+    peaks = np.array([basis.peak(order) for order in orders])
+    norms = np.linalg.norm(unit_curves[:-2, :4], axis=0).max(axis=1)
+    return Grid(basis, s, whitening, unit_curves, norms, np.stack(spread), peaks)
 
 
 def _hermite_gaussian(x: np.ndarray, order: int) -> np.ndarray:

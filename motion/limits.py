@@ -55,8 +55,14 @@ class Limits:
             np.minimum(self.jerks, other.jerks),
         )
 
+    def ranges(self) -> np.ndarray:
+        """Lowest and highest value (J, 4, 2) of each joint and quantity, in the order of QUANTITIES."""
+        ranges = np.empty((self.joint_count, 4, 2))
+        ranges[:, 0] = self.positions
+        ranges[:, 1:, 1] = np.stack([self.velocities, self.accelerations, self.jerks], axis=1)
+        ranges[:, 1:, 0] = -ranges[:, 1:, 1]
+        return ranges
+
     def joint(self, index: int) -> np.ndarray:
-        """Ranges (4, 2) of one joint in the order of QUANTITIES: lowest and highest."""
-        low, high = self.positions[index]
-        v, a, j = self.velocities[index], self.accelerations[index], self.jerks[index]
-        return np.array([[low, high], [-v, v], [-a, a], [-j, j]])
+        """Ranges (4, 2) of one joint."""
+        return self.ranges()[index]

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motion.basis import INTERVALS, Grid, make_grid
+from motion.basis import INTERVALS, make_grid
 from motion.curve import interpolate
 from motion.errors import Infeasible, InvalidMotion, SolverFailed
+from motion.fixed import Fixed, check_fixed, fixed_values
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.problem import build, check_fixed
+from motion.problem import build
 from motion.report import Active, Report, make_report
 from motion.request import MotionRequest
 from motion.samples import Samples
@@ -93,47 +94,44 @@ def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm
     if warm is not None and len(warm.rows) != request.joint_count:
         raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {request.joint_count}")
     # A goal outside its limits is named as such, not as one from which no stop leads back inside.
-    check_fixed(request)
-    grid = make_grid(primitive.basis_count)
+    fixed = fixed_values(request)
+    check_fixed(request, fixed)
     confined = final_accelerations(request)
     try:
-        solutions = _solved(grid, primitive, request, confined, warm)
+        solutions = _solved(primitive, request, fixed, confined, warm)
     except Clash as clash:
-        raise _infeasible(grid, primitive, request, confined, tick, clash) from None
-    return _assemble(grid, primitive, request, tick, solutions)
+        raise _infeasible(primitive, request, confined, tick, clash) from None
+    return _assemble(primitive, request, tick, solutions)
 
 
 def _solved(
-    grid: Grid, primitive: Primitive, request: MotionRequest, confined: np.ndarray, warm: Warm | None
+    primitive: Primitive, request: MotionRequest, fixed: Fixed, confined: np.ndarray, warm: Warm | None = None
 ) -> list[Solution]:
     """Every joint's optimum, certified. Raises Clash or SolverFailed."""
-    problem = build(grid, request, confined)
-    solutions = solve(grid, problem, grid.whiten(primitive.theta.T).T, warm.rows if warm else None)
+    grid = make_grid(primitive.basis_count)
+    problem = build(grid, request, fixed, primitive.theta, confined)
+    solutions = solve(grid, problem, warm.rows if warm else None)
     for joint, solution in enumerate(solutions):
         if solution.certificate.failures:
-            quantity, s = solution.certificate.failures[0]
-            status = f"no certificate for the {QUANTITIES[quantity]} near {s * request.duration:.3f} s"
-            raise SolverFailed(joint, status)
-        targets = problem.targets[joint]
-        residual = np.abs(problem.equalities[joint].rows @ solution.z - targets).max()
-        if not residual <= EQUALITY_TOLERANCE * max(1.0, np.abs(targets).max()):
-            raise SolverFailed(joint, f"equalities are off by {residual:.1e}")
+            failure = solution.certificate.failures[0]
+            time = (failure.sample + 0.5) / grid.intervals * request.duration
+            raise SolverFailed(joint, f"no certificate for the {QUANTITIES[failure.quantity]} near {time:.3f} s")
+    missed = np.abs(problem.equalities.missed(np.array([solution.x for solution in solutions]), problem.targets))
+    off = missed.max(axis=1) / np.maximum(1.0, np.abs(problem.targets).max(axis=1))
+    if not (off <= EQUALITY_TOLERANCE).all():
+        raise SolverFailed(int(off.argmax()), f"equalities are off by {off.max():.1e}")
     return solutions
 
 
 def _infeasible(
-    grid: Grid,
-    primitive: Primitive,
-    request: MotionRequest,
-    confined: np.ndarray,
-    tick: float,
-    clash: Clash,
+    primitive: Primitive, request: MotionRequest, confined: np.ndarray, tick: float, clash: Clash
 ) -> Infeasible:
     """The answer to a request whose limits clash, with a duration that works if one is found."""
 
     def works(longer: MotionRequest) -> object:
-        check_fixed(longer)
-        return _solved(grid, primitive, longer, confined, None)
+        fixed = fixed_values(longer)
+        check_fixed(longer, fixed)
+        return _solved(primitive, longer, fixed, confined)
 
     found = shortest_duration(request, works, tick)
     return Infeasible(
@@ -145,14 +143,16 @@ def _infeasible(
     )
 
 
-def _assemble(grid: Grid, primitive: Primitive, request: MotionRequest, tick: float, solutions: list[Solution]) -> Plan:
+def _assemble(primitive: Primitive, request: MotionRequest, tick: float, solutions: list[Solution]) -> Plan:
     """The plan of solved joints with its tail and its report."""
-    curves = np.array([solution.certificate.curve for solution in solutions])
+    powers = request.duration ** np.arange(6.0)
+    curves = np.array([solution.certificate.curves for solution in solutions])
+    curves /= powers[:, None]
     tail, reach = _tail(request, curves)
     total = request.duration + (tail.duration if tail else 0.0)
     return Plan(
         request=request,
-        weights=np.array([solution.z for solution in solutions]) @ grid.whitening,
+        weights=make_grid(primitive.basis_count).weights(np.array([solution.x for solution in solutions])),
         curves=curves,
         tail=tail,
         duration=request.duration,
@@ -160,7 +160,7 @@ def _assemble(grid: Grid, primitive: Primitive, request: MotionRequest, tick: fl
         hit_index=round(request.duration / tick),
         tick=tick,
         report=make_report(primitive, request, solutions, curves, tail, reach),
-        warm=Warm(tuple(solution.binding() for solution in solutions)),
+        warm=Warm(tuple(solution.rows[solution.binding()] for solution in solutions)),
     )
 
 

@@ -126,7 +126,7 @@ def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_cou
     psi = grid.basis.rows(grid.s, 0)
     target = duration**2 * accelerations
     theta = np.asarray(simpson(psi[:, :, None] * target[:, None, :], x=grid.s, axis=0))
-    fitted = psi @ grid.weights(grid.whiten(theta))
+    fitted = psi @ grid.whitening.T @ grid.whiten(theta.T).T
     residual = (fitted - target) / duration**2
     first, last = (Boundary(smoothed.positions[i], smoothed.velocities[i], smoothed.accelerations[i]) for i in (0, -1))
     return Primitive(

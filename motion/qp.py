@@ -2,60 +2,49 @@
 
 import numpy as np
 import piqp
-from scipy.linalg import get_lapack_funcs
 
-_factorise, _rotate = get_lapack_funcs(("geqrf", "ormqr"), dtype=np.float64)  # np.linalg.qr takes four times as long
-_TOLERANCES = {"loose": 1e-6, "tight": 1e-10}
-_UNREACHED = 1e6
-"""A bound this far away, in units of the largest violation, is none: PIQP would lose its way."""
+_UNBOUNDED = 1e6
+"""Multipliers beyond this, where the largest violation is 1, belong to rows that contradict each other."""
 
 
-def shortest_step(
-    matrix: np.ndarray, lower: np.ndarray, upper: np.ndarray, precision: str
-) -> tuple[np.ndarray, np.ndarray, str]:
-    """min ½|u|² with lower ≤ matrix·u ≤ upper for `matrix` (m, N): u (N,), multipliers (m,), "" or what went wrong.
+def shortest_step(matrix: np.ndarray, excess: np.ndarray, precise: bool) -> tuple[np.ndarray, np.ndarray, str]:
+    """min ½|u|² with matrix·u ≤ −excess for unit rows `matrix` (m, N): u (N,), multipliers (m,), "" or what went wrong.
 
-    Solved in the span of the rows, which holds the optimum. Anything but an optimum is tried once more, tight,
-    by a fresh solver; "infeasible" comes with the multipliers that show it.
+    Solved for the multipliers λ ≥ 0, of which u = −matrixᵀλ: min ½λᵀGλ − excessᵀλ with the small Gram matrix G. What
+    does not come out clearly is tried once more as it stands, by a fresh solver with tight settings; "infeasible" comes
+    with the multipliers that show it.
     """
-    size = min(matrix.shape)
-    factor, reflectors, _, _ = _factorise(matrix.T)
-    triangle = np.asfortranarray(np.tril(factor[:size].T))
-    x, multipliers, status = _solve_box(triangle, lower, upper, precision)
-    padded = np.zeros((matrix.shape[1], 1), order="F")
-    padded[:size, 0] = x
-    u, _, _ = _rotate("L", "N", factor[:, :size], reflectors, padded, 64, overwrite_c=True)
-    return u[:, 0], multipliers, status
+    gram = matrix @ matrix.T
+    solver = _solver(1e-10 if precise else 1e-6, scaled=False)
+    solver.setup(gram, -excess, None, None, None, None, None, np.zeros(len(excess)), None)
+    if solver.solve() == piqp.PIQP_SOLVED:
+        multipliers = solver.result.x.copy()
+        if multipliers.max() < _UNBOUNDED:  # False for NaN
+            return -multipliers @ matrix, multipliers, ""
+    return _as_it_stands(matrix, excess)
 
 
-def _solve_box(
-    matrix: np.ndarray, lower: np.ndarray, upper: np.ndarray, precision: str
-) -> tuple[np.ndarray, np.ndarray, str]:
-    """min ½|x|² with lower ≤ matrix·x ≤ upper: x, multipliers and "" or what went wrong."""
-    lower = np.where(lower < -_UNREACHED, -np.inf, lower)
-    upper = np.where(upper > _UNREACHED, np.inf, upper)
-    size = matrix.shape[1]
-    status, multipliers = "", np.zeros(len(lower))
-    for tolerance in {"loose": ("loose", "tight"), "tight": ("tight",)}[precision]:
-        solver = _solver(tolerance)
-        solver.setup(np.eye(size), np.zeros(size), None, None, matrix, lower, upper)
-        outcome = solver.solve()
-        result = solver.result
-        multipliers = result.z_u - result.z_l
-        if outcome == piqp.PIQP_SOLVED and np.isfinite(result.x).all():
-            return result.x.copy(), multipliers, ""
-        status = "infeasible" if outcome == piqp.PIQP_PRIMAL_INFEASIBLE else outcome.name
-    return np.zeros(size), multipliers, status
+def _as_it_stands(matrix: np.ndarray, excess: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:
+    """The same program in u, with tight settings; the form that knows what cannot be met."""
+    count = matrix.shape[1]
+    solver = _solver(1e-10, scaled=True)
+    lower = np.full(len(excess), -np.inf)
+    solver.setup(np.eye(count), np.zeros(count), None, None, np.asfortranarray(matrix), lower, -excess)
+    outcome = solver.solve()
+    multipliers = solver.result.z_u.copy()
+    if outcome == piqp.PIQP_SOLVED and np.isfinite(solver.result.x).all():
+        return solver.result.x.copy(), multipliers, ""
+    return np.zeros(count), multipliers, "infeasible" if outcome == piqp.PIQP_PRIMAL_INFEASIBLE else outcome.name
 
 
-def _solver(tolerance: str) -> piqp.DenseSolver:
+def _solver(tolerance: float, scaled: bool) -> piqp.DenseSolver:
     """Good solves take 22 iterations or fewer; the second try may take longer and scales its rows."""
     solver = piqp.DenseSolver()
     settings = solver.settings
-    if tolerance == "loose":
+    if not scaled:
         settings.max_iter = 60
         settings.preconditioner_iter = 0
         settings.tau = 0.995
-    settings.eps_abs = settings.eps_duality_gap_abs = _TOLERANCES[tolerance]
-    settings.eps_rel = settings.eps_duality_gap_rel = _TOLERANCES[tolerance] / 10
+    settings.eps_abs = settings.eps_duality_gap_abs = tolerance
+    settings.eps_rel = settings.eps_duality_gap_rel = tolerance / 10
     return solver

@@ -8,7 +8,6 @@ import numpy as np
 from motion.basis import INTERVALS
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.problem import limit_ranges
 from motion.request import MotionRequest
 from motion.solver import Solution
 from motion.tail import Stop
@@ -58,7 +57,7 @@ def make_report(
     """The report of a plan: `curves` (J, 6, M) its derivatives on the grid, `reach` (4, J) the lowest and highest
     position and velocity of its tail."""
     extremes = _extremes(request, solutions, tail, reach)
-    ranges = limit_ranges(request.limits)
+    ranges = request.limits.ranges()
     margin = np.minimum(extremes[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - extremes[:, :, 1])
     error_positions, error_velocities = _final_errors(request, curves)
     active = [a for joint, solution in enumerate(solutions) for a in _active(joint, request.duration, solution)]
@@ -71,7 +70,7 @@ def make_report(
         active=tuple(active),
         certified=not any(solution.certificate.failures for solution in solutions),
         rounds=max(solution.rounds for solution in solutions),
-        rows=max(solution.row_count for solution in solutions),
+        rows=max(len(solution.rows) for solution in solutions),
     )
 
 
@@ -95,6 +94,7 @@ def _final_errors(request: MotionRequest, curves: np.ndarray) -> tuple[np.ndarra
 def _extremes(request: MotionRequest, solutions: list[Solution], tail: Stop | None, reach: np.ndarray) -> np.ndarray:
     """Lowest and highest values (J, 4, 2) over motion and tail."""
     extremes = np.stack([solution.certificate.extremes for solution in solutions])
+    extremes /= request.duration ** np.arange(4.0)[:, None]
 
     def widen(quantity: int, low: np.ndarray, high: np.ndarray) -> None:
         np.minimum(extremes[:, quantity, 0], low, out=extremes[:, quantity, 0])
@@ -113,12 +113,12 @@ def _extremes(request: MotionRequest, solutions: list[Solution], tail: Stop | No
 
 def _active(joint: int, duration: float, solution: Solution) -> list[Active]:
     """One entry for each stretch of neighbouring rows with multipliers, at the largest of them."""
-    rows = solution.binding()
+    binding = solution.binding()
+    rows, multipliers = solution.rows[binding], solution.multipliers[binding]
     if not rows.size:
         return []
-    multipliers = solution.multipliers[np.searchsorted(solution.rows, rows)]
     # Peaks come with neighbours three samples away, so a gap wider than that starts another stretch.
     borders = [0, *(np.flatnonzero(rows[1:] - rows[:-1] > 8) + 1).tolist(), len(rows)]
     count = INTERVALS + 1
     found = [int(rows[a + multipliers[a:b].argmax()]) for a, b in pairwise(borders)]
-    return [Active(joint, QUANTITIES[row // count], row % count / INTERVALS * duration) for row in found]
+    return [Active(joint, QUANTITIES[row // count % 4], row % count / INTERVALS * duration) for row in found]

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from motion.errors import CannotStop
+from motion.fixed import FIXED_TOLERANCE
 from motion.limits import Limits
 from motion.request import MotionRequest
 from motion.tail import TOUCH, UNLIMITED, stop_extremes
@@ -20,11 +21,13 @@ def final_accelerations(request: MotionRequest) -> np.ndarray:
     stop from it stays inside the position and velocity limits. Raises CannotStop where there is none.
     """
     limits, wanted = request.limits, request.final_accelerations()
-    low = np.where(np.isnan(wanted), -limits.accelerations, wanted)
-    high = np.where(np.isnan(wanted), limits.accelerations, wanted)
+    positions, velocities = request.goal.positions, request.goal.velocities
+    # A joint that arrives at its velocity limit has come from inside it.
+    fastest = limits.velocities * (1 - FIXED_TOLERANCE)
+    low = np.where(np.isnan(wanted), np.where(velocities >= fastest, 0.0, -limits.accelerations), wanted)
+    high = np.where(np.isnan(wanted), np.where(velocities <= -fastest, 0.0, limits.accelerations), wanted)
     if request.tail == "coast":
         return np.stack([low, high], axis=1)
-    positions, velocities = request.goal.positions, request.goal.velocities
     low, high = _stoppable(positions, velocities, low, high, limits)
     stuck = np.flatnonzero(~(low <= high))
     if stuck.size:

@@ -11,15 +11,17 @@ from hypothesis import strategies as st
 from motion.basis import Grid, make_grid
 from motion.demonstration import Demonstration
 from motion.errors import CannotStop, Infeasible, MotionError
+from motion.fixed import TOUCH, fixed_values
 from motion.limits import QUANTITIES, Limits
 from motion.plan import Plan, plan
 from motion.primitive import Primitive, learn
-from motion.problem import TOUCH, Problem, build
+from motion.problem import Problem, build
 from motion.request import Boundary, MotionRequest, Waypoint
 from motion.solver import Clash, Solution, solve
 from motion.stopping import final_accelerations
 
 seeds = st.integers(0, 2**32 - 1)
+SIDES = np.array([-1.0, 1.0])[:, None, None]
 
 
 def make_primitive(rng: np.random.Generator) -> Primitive:
@@ -81,21 +83,20 @@ def random_request(rng: np.random.Generator, primitive: Primitive, tail: str = "
     return replace(request, limits=limits, tail=tail)
 
 
-def full_optimum(grid: Grid, problem: Problem, target: np.ndarray, demanded: bool) -> tuple[np.ndarray | None, float]:
-    """DAQP on all 4004 rows at the true limits or at the demanded ones: z (None: infeasible), |z − z_d|².
+def full_optimum(grid: Grid, problem: Problem, demanded: bool) -> tuple[np.ndarray | None, float]:
+    """DAQP on all 4004 rows of both sides at the true limits or at the demanded ones: z (None: infeasible), |z − z_d|²
+    but for a constant.
 
     In the null space of the equalities, so that its tolerance is one of the rows and not of what is fixed.
     """
-    equalities, targets = problem.equalities[0].rows, problem.targets[0]
-    full, _ = np.linalg.qr(equalities.T, mode="complete")
-    null = full[:, len(targets) :]
-    start = target + np.linalg.lstsq(equalities, targets - equalities @ target)[0]
-    band = float(demanded)
-    base = problem.values(grid, start[None], [0])
-    scale = problem.duration ** np.arange(4.0)[:, None]
-    lower = ((problem.lower + band * problem.lower_band - base) * scale).ravel()
-    upper = ((problem.upper - band * problem.upper_band - base) * scale).ravel()
-    rows = grid.rows[:4].reshape(-1, len(target)) @ null
+    equalities, origin = problem.equalities.rows[0], problem.origin[0]
+    on_weights = equalities[:, :-2]
+    full, r = np.linalg.qr(on_weights[np.any(on_weights != 0, axis=1)].T, mode="complete")
+    null = full[:, r.shape[1] :]
+    inside = problem.limit[:, 0] - float(demanded) * problem.band[:, 0] - SIDES * grid.curves(origin[None])[0, :4]
+    lower, upper = -inside[0].ravel(), inside[1].ravel()
+    unit_curves = grid.unit_curves[:-2, :4].reshape(len(null), -1)
+    rows = unit_curves.T @ null
     norms = np.linalg.norm(rows, axis=1)
     # What the equalities decide alone is no row, as in the planner (design 1.5).
     keep = norms > 1e-9 * np.repeat(grid.norms, len(grid.s))
@@ -104,26 +105,30 @@ def full_optimum(grid: Grid, problem: Problem, target: np.ndarray, demanded: boo
     matrix = np.ascontiguousarray(rows[keep] / norms[keep, None])
     sense = np.zeros(len(high), dtype=c_int)
     size = null.shape[1]
-    # The start is the nearest point that meets the equalities, so the cost is |u|² and a constant.
+    # The origin is the nearest motion that meets the equalities, so the cost is |u|² and a constant.
     u, _, flag, _ = daqp.solve(np.eye(size), np.zeros(size), matrix, high, low, sense, primal_tol=1e-9)
     if flag < 1:
         return None, np.inf
-    z = start + null @ u
-    return z, float(np.sum((z - target) ** 2))
+    z = origin[:-2] + null @ u
+    return z, objective(problem, z)
 
 
-def prepared(seed: int) -> tuple[Grid, Problem, np.ndarray, Primitive, MotionRequest]:
+def objective(problem: Problem, z: np.ndarray) -> float:
+    return float(np.sum((z - problem.target[0]) ** 2))
+
+
+def prepared(seed: int) -> tuple[Grid, Problem, Primitive, MotionRequest]:
     rng = np.random.default_rng(seed)
     primitive = make_primitive(rng)
     request = random_request(rng, primitive)
     grid = make_grid(primitive.basis_count)
-    problem = build(grid, request, final_accelerations(request))
-    return grid, problem, grid.whiten(primitive.theta[0]), primitive, request
+    problem = build(grid, request, fixed_values(request), primitive.theta, final_accelerations(request))
+    return grid, problem, primitive, request
 
 
-def attempt(grid: Grid, problem: Problem, target: np.ndarray) -> Solution | None:
+def attempt(grid: Grid, problem: Problem) -> Solution | None:
     try:
-        return solve(grid, problem, target[None])[0]
+        return solve(grid, problem)[0]
     except Clash:
         return None
 
@@ -131,23 +136,23 @@ def attempt(grid: Grid, problem: Problem, target: np.ndarray) -> Solution | None
 @settings(max_examples=30, deadline=None)
 @given(seeds)
 def test_objective_lies_between_the_true_and_the_demanded_optimum(seed: int) -> None:
-    grid, problem, target, *_ = prepared(seed)
-    _, true = full_optimum(grid, problem, target, demanded=False)
-    _, demanded = full_optimum(grid, problem, target, demanded=True)
-    found = attempt(grid, problem, target)
+    grid, problem, *_ = prepared(seed)
+    _, true = full_optimum(grid, problem, demanded=False)
+    _, demanded = full_optimum(grid, problem, demanded=True)
+    found = attempt(grid, problem)
     if found is None:
         # Nothing is left inside the band: the demanded problem has no solution either.
         assert not np.isfinite(demanded)
         return
-    check_objective(found, target, true, demanded)
+    check_objective(found, problem, true, demanded)
 
 
-def check_objective(found: Solution, target: np.ndarray, true: float, demanded: float) -> None:
-    objective = float(np.sum((found.z - target) ** 2))
-    assert objective >= true * (1 - 1e-6) - 1e-9
-    # A peak between samples higher than the band asks for rows that the full problem on the grid has not.
-    if found.row_count == len(found.rows):
-        assert objective <= demanded * (1 + 1e-6) + 1e-9
+def check_objective(found: Solution, problem: Problem, true: float, demanded: float) -> None:
+    value = objective(problem, found.x[:-2])
+    assert value >= true * (1 - 1e-6) - 1e-9
+    # A peak between samples higher than the band is demanded further inside than the full problem's rows.
+    if not found.mended:
+        assert value <= demanded * (1 + 1e-6) + 1e-9
 
 
 def fine_values(planned: Plan, primitive: Primitive, refinement: int) -> np.ndarray:
@@ -166,7 +171,7 @@ def fine_values(planned: Plan, primitive: Primitive, refinement: int) -> np.ndar
 @settings(max_examples=15, deadline=None)
 @given(seeds)
 def test_certified_means_no_violation_between_samples(seed: int) -> None:
-    _, problem, _, primitive, request = prepared(seed)
+    _, problem, primitive, request = prepared(seed)
     try:
         planned = plan(primitive, request)
     except MotionError:
@@ -177,7 +182,7 @@ def test_certified_means_no_violation_between_samples(seed: int) -> None:
     s = np.linspace(0, request.moving_fraction, fine.shape[1])
     touching = np.zeros((4, len(s)), dtype=bool)
     for quantity in range(4):
-        for band in (problem.lower_band[0, quantity], problem.upper_band[0, quantity]):
+        for band in problem.band[:, 0, quantity]:
             touching[quantity] |= (
                 np.interp(s, np.linspace(0, 1, 1001), band) < 11 * TOUCH * problem.half_range[0, quantity]
             )
@@ -225,14 +230,14 @@ def test_whatever_is_fixed_is_met(seed: int) -> None:
 @settings(max_examples=40, deadline=None)
 @given(seeds)
 def test_warm_start_lands_in_the_same_band(seed: int) -> None:
-    grid, problem, target, *_ = prepared(seed)
-    cold = attempt(grid, problem, target)
+    grid, problem, *_ = prepared(seed)
+    cold = attempt(grid, problem)
     assume(cold is not None)
     assert cold is not None
-    [warm] = solve(grid, problem, target[None], [cold.binding()])
-    _, true = full_optimum(grid, problem, target, demanded=False)
-    _, demanded = full_optimum(grid, problem, target, demanded=True)
-    check_objective(warm, target, true, demanded)
+    [warm] = solve(grid, problem, [cold.rows[cold.binding()]])
+    _, true = full_optimum(grid, problem, demanded=False)
+    _, demanded = full_optimum(grid, problem, demanded=True)
+    check_objective(warm, problem, true, demanded)
     assert warm.rounds <= cold.rounds + 2
 
 

@@ -57,14 +57,26 @@ def test_spread_bounds_every_function_on_every_interval() -> None:
         assert np.all(inside <= grid.spread[k] * (1 + 1e-12))
 
 
-def test_grid_rows_act_on_whitened_weights() -> None:
+def test_unit_curves_are_those_of_the_weights_and_the_start() -> None:
     grid = make_grid(30)
     w = np.random.default_rng(1).normal(size=30)
     gram = grid.basis.gram()
-    z = np.linalg.cholesky(gram).T @ w
-    assert grid.weights(z) == pytest.approx(w, abs=1e-11)
-    assert z @ z == pytest.approx(w @ gram @ w)
+    x = np.concatenate([np.linalg.cholesky(gram).T @ w, [0.3, -2.0]])
+    assert grid.weights(x[None])[0] == pytest.approx(w, abs=1e-11)
+    assert x[:30] @ x[:30] == pytest.approx(w @ gram @ w)
+    assert grid.whiten((gram @ w)[None])[0] == pytest.approx(x[:30])
+    [curves] = grid.curves(x[None])
     for order in range(-2, 4):
-        expected = grid.basis.rows(grid.s, order) @ w
-        assert np.abs(grid.rows[order + 2] @ z - expected).max() < 1e-11 * np.abs(expected).max()
-    assert grid.rows_at(np.array([0.1234]), 1) @ z == pytest.approx(grid.basis.rows(np.array([0.1234]), 1) @ w)
+        expected = grid.basis.rows(grid.s, order) @ w + (0.3 - 2.0 * grid.s, -2.0, 0, 0, 0, 0)[order + 2]
+        assert np.abs(curves[order + 2] - expected).max() < 1e-11 * np.abs(expected).max()
+    assert grid.rows(np.array([7, 1001 + 8])) @ x == pytest.approx([curves[0, 7], curves[1, 8]])
+
+
+@pytest.mark.parametrize("intervals", [500, 1000])
+def test_rows_on_and_off_the_grid_agree(intervals: int) -> None:
+    grid = make_grid(30, intervals)
+    x = np.random.default_rng(2).normal(size=32)
+    for quantity in range(3):
+        on, near = grid.row_at(quantity, 0.25), grid.row_at(quantity, 0.25 + 1e-9)
+        assert on @ x == pytest.approx(grid.curves(x[None])[0, quantity, intervals // 4])
+        assert near @ x == pytest.approx(on @ x, abs=1e-5)
