@@ -27,6 +27,23 @@ def start_logging(service: str) -> logging.Logger:
     return logging.getLogger(service)
 
 
+class Seldom:
+    """Warns of what may happen at every tick, but only once a second; each warning counts those before it."""
+
+    def __init__(self, log: logging.Logger) -> None:
+        self._log = log
+        self._count = 0
+        self._next_ns = 0
+
+    def warn(self, sentence: str) -> None:
+        """Count, and log `sentence` unless another was logged less than a second ago."""
+        self._count += 1
+        now_ns = time.monotonic_ns()
+        if now_ns >= self._next_ns:
+            self._next_ns = now_ns + 1_000_000_000
+            self._log.warning("%s (%d so far)", sentence, self._count)
+
+
 def stop_on_signals() -> threading.Event:
     """Return an event that SIGTERM and SIGINT set, in place of killing the process.
 
@@ -50,8 +67,16 @@ def stop_on_signals() -> threading.Event:
 
 
 def end_like_ctrl_c() -> None:
-    """Let SIGTERM raise KeyboardInterrupt, so that whatever was begun is ended in order."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    """Let the first SIGTERM raise KeyboardInterrupt, so that whatever was begun is ended in order.
+
+    Later ones are ignored: they would break off the ending and leave processes behind. `timeout` sends two.
+    """
+
+    def interrupt(*_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, interrupt)
 
 
 def become_real_time(priority: int) -> list[str]:
@@ -89,11 +114,15 @@ def freeze_garbage() -> None:
 
 @dataclass(slots=True)
 class Deadlines:
-    """Absolute deadlines `period_ns` apart; after a stall they are anchored anew instead of run back to back."""
+    """Absolute deadlines `period_ns` apart; after a stall they are anchored anew instead of run back to back.
+
+    `stalls` counts those, and `lag_ns` the time they took.
+    """
 
     period_ns: int
     next_ns: int = field(default_factory=time.monotonic_ns)
     stalls: int = 0
+    lag_ns: int = 0
 
     def wait(self) -> None:
         """Sleep until the next deadline, spinning for the last 100 µs."""
@@ -101,6 +130,7 @@ class Deadlines:
         left = self.next_ns - time.monotonic_ns()
         if left < -self.period_ns:
             self.stalls += 1
+            self.lag_ns -= left
             self.next_ns -= left
             return
         if left > SPIN_NS:

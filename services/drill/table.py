@@ -2,15 +2,17 @@
 
 from collections.abc import Iterable
 
-from services.drill import clients, clocks, planners, restarts, silence
+from services.drill import clients, clocks, load, planners, recorders, restarts, silence
 from services.drill.scenario import Scenario
 
 FAMILIES: dict[str, tuple[Scenario, ...]] = {
     "silence": silence.SCENARIOS,
     "restarts": restarts.SCENARIOS,
     "planner": planners.SCENARIOS,
+    "recorder": recorders.SCENARIOS,
     "clients": clients.SCENARIOS,
     "clocks": clocks.SCENARIOS,
+    "load": load.SCENARIOS,
 }
 SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for family in FAMILIES.values() for scenario in family}
 

@@ -1,0 +1,243 @@
+"""More requests than can be served, and noise on every key: bounded queues, nothing disturbed."""
+
+import multiprocessing
+import os
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+
+import msgpack
+import zenoh
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Bus, open_session
+from protocol.codec import ENCODING, encode
+from services.drill.cell import Cell, Plan, wait_for
+from services.drill.lab import Lab
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
+
+CLIENTS = 4
+IN_FLIGHT = 16
+FLOOD_S = 30.0
+IDLE_S = 8.0
+NOISE_S = 10.0
+NOISE_BYTES = 1000
+QUERIES = 10_000
+ANSWER_S = 20.0
+
+
+def on_time(cell: Cell, seconds: float) -> float:
+    """Return the share of ticks that the controller answers in time over the coming `seconds`."""
+    first = cell.status()
+    time.sleep(seconds)
+    last = cell.status()
+    return 1.0 - (last.cycle.missed - first.cycle.missed) / cell.ticks(last.time - first.time)
+
+
+class Flood:
+    """Sends requests without waiting, at most `IN_FLIGHT` unanswered, and counts the answers by code."""
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        self.answers: Counter[str] = Counter()
+        self.sent = 0
+        self._session = session
+        self._key = key
+        self._free = threading.Semaphore(IN_FLIGHT)
+
+    def send(self, body: bytes) -> None:
+        """Send a request once fewer than `IN_FLIGHT` are unanswered."""
+        self._free.acquire()
+        self.sent += 1
+        handlers = zenoh.handlers.Callback(self._hear, self._free.release)
+        self._session.get(self._key, handlers, payload=body, encoding=ENCODING, timeout=ANSWER_S)
+
+    def wait(self) -> None:
+        """Wait for the answers still due."""
+        for _ in range(IN_FLIGHT):
+            self._free.acquire(timeout=ANSWER_S)
+
+    def _hear(self, reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            self.answers["taken"] += 1
+        elif reply.err is not None:
+            body = msgpack.unpackb(reply.err.payload.to_bytes())
+            self.answers[body["code"] if isinstance(body, dict) else "silent"] += 1
+
+
+def flood_goals(endpoint: str, robot: str, home: list[float], seconds: float) -> tuple[int, Counter[str]]:
+    """Send goals for `seconds`; return how many, and the answers by code."""
+    goals = [encode(m.Goal(primitive="forehand", positions=[x, *home[1:]], duration=0.6)) for x in (-0.2, 0.2)]
+    with Bus(open_session([endpoint]), robot) as bus:
+        flood = Flood(bus.session, bus.key(topics.GOAL.key))
+        ends = time.monotonic() + seconds
+        while time.monotonic() < ends:
+            flood.send(goals[flood.sent % 2])
+        flood.wait()
+    return flood.sent, flood.answers
+
+
+def goals_from_four(lab: Lab) -> Measured:
+    """Four processes send goals as fast as answers come, 16 of each unanswered."""
+    with lab.cell(Plan(clock="realtime")) as cell:
+        cell.recover()
+        statuses = cell.listen(topics.STATUS)
+        before = on_time(cell, IDLE_S)
+        spawn = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(CLIENTS, mp_context=spawn) as pool:
+            floods = [
+                pool.submit(flood_goals, cell.endpoint, cell.bus.robot, cell.home, FLOOD_S) for _ in range(CLIENTS)
+            ]
+            time.sleep(3.0)
+            during = on_time(cell, FLOOD_S - 5.0)
+            results = [flood.result() for flood in floods]
+        wait_for(lambda: cell.mode() == "holding", "the arm to rest")
+        faults = sum(status.fault is not None for status in cell.drain(topics.STATUS)) if statuses else 0
+    sent = sum(count for count, _ in results)
+    answers = sum((counted for _, counted in results), Counter())
+    return {
+        "goals sent": sent,
+        "goals taken": answers["taken"],
+        "told busy": answers["busy"],
+        "goals without an answer": sent - answers.total() + answers["silent"],
+        "statuses in fault": faults,
+        **ratios(before, during),
+    }
+
+
+def queries_at_once(lab: Lab) -> Measured:
+    """10,000 `result` requests without waiting for an answer, during a motion."""
+    with lab.cell(Plan(clock="realtime")) as cell:
+        cell.recover()
+        before = on_time(cell, IDLE_S)
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=6.0)
+        body, answers = encode(m.ResultRequest(goal_id=reply.goal_id)), Counter[str]()
+        finished = threading.Semaphore(0)
+
+        def hear(answer: zenoh.Reply) -> None:
+            kind = "taken" if answer.ok else msgpack.unpackb(answer.err.payload.to_bytes())  # type: ignore[union-attr]
+            answers[kind["code"] if isinstance(kind, dict) else kind] += 1
+
+        first = cell.status()
+        for _ in range(QUERIES):
+            handler = zenoh.handlers.Callback(hear, finished.release)
+            cell.bus.session.get(cell.bus.key(topics.RESULT.key), handler, payload=body, timeout=ANSWER_S)
+        for _ in range(QUERIES):
+            finished.acquire(timeout=ANSWER_S)
+        last = cell.status()
+        result = cell.finish(reply)
+    during = 1.0 - (last.cycle.missed - first.cycle.missed) / max(1, cell.ticks(last.time - first.time))
+    return {
+        "queries": QUERIES,
+        "answered": answers["taken"],
+        "told busy": answers["busy"],
+        "queries without an answer": QUERIES - answers["taken"] - answers["busy"],
+        "the goal": result.outcome,
+        "peak tracking error": result.peak_tracking_error,
+        **ratios(before, during),
+    }
+
+
+def noise(lab: Lab) -> Measured:
+    """1 MB/s of random bytes, spread over every key that anyone publishes on, during a motion."""
+    with lab.cell(Plan(clock="realtime")) as cell:
+        cell.recover()
+        before = on_time(cell, IDLE_S)
+        refused = cell.status().cycle.refused
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=NOISE_S)
+        with noisy(cell) as sent:
+            during = on_time(cell, NOISE_S - 2.0)
+        result = cell.finish(reply)
+        counted = cell.status().cycle.refused - refused
+        kilobytes = {name: (cell.folder / f"{name}.log").stat().st_size / 1e3 for name in ("sim", "controller")}
+    return {
+        "noise sent": sent[0] * NOISE_BYTES / 1e6,
+        "refused by the controller": counted,
+        "the goal": result.outcome,
+        "peak tracking error": result.peak_tracking_error,
+        "log written": max(kilobytes.values()),
+        **ratios(before, during),
+    }
+
+
+@contextmanager
+def noisy(cell: Cell) -> Iterator[list[int]]:
+    """Publish noise until the block ends; the list holds how many messages were sent."""
+    sent, stopping = [0], threading.Event()
+
+    def publish(session: zenoh.Session, keys: list[str]) -> None:
+        began = time.monotonic()
+        while not stopping.wait(0.005):
+            while sent[0] * NOISE_BYTES < 1e6 * (time.monotonic() - began):
+                session.put(keys[sent[0] % len(keys)], os.urandom(NOISE_BYTES))
+                sent[0] += 1
+
+    keys = [cell.bus.key(topic.key) for topic in topics.PUBLICATIONS]
+    with open_session([cell.endpoint]) as session:
+        thread = threading.Thread(target=publish, args=(session, keys))
+        thread.start()
+        try:
+            yield sent
+        finally:
+            stopping.set()
+            thread.join()
+
+
+def ratios(before: float, during: float) -> Measured:
+    """Return the on-time ratios without load and under it, in percent, and their difference."""
+    return {
+        "on-time ratio without": 100 * before,
+        "on-time ratio under load": 100 * during,
+        "less than without by": 100 * (before - during),
+    }
+
+
+RATIOS = (
+    told("on-time ratio without", "%"),
+    told("on-time ratio under load", "%"),
+    at_most("less than without by", 2.0, "%"),
+)
+UNDISTURBED = (exactly("the goal", "succeeded"), at_most("peak tracking error", 0.02, "rad"))
+
+SCENARIOS = (
+    Scenario(
+        "goals-flood",
+        "goals as fast as four clients can send them for 30 s",
+        "realtime",
+        (
+            told("goals sent"),
+            told("goals taken"),
+            at_least("told busy", 1),
+            none("goals without an answer"),
+            none("statuses in fault"),
+            *RATIOS,
+        ),
+        goals_from_four,
+        "full",
+    ),
+    Scenario(
+        "queries-flood",
+        "10,000 `result` queries at once in a motion",
+        "realtime",
+        (
+            told("answered"),
+            told("told busy"),
+            none("queries without an answer"),
+            *UNDISTURBED,
+            *RATIOS,
+        ),
+        queries_at_once,
+        "full",
+    ),
+    Scenario(
+        "noise",
+        "1 MB/s of noise on the keys of all publications in a motion",
+        "realtime",
+        (at_least("noise sent", 7.0, "MB"), at_least("refused by the controller", 1), *UNDISTURBED, *RATIOS),
+        noise,
+        "full",
+    ),
+)

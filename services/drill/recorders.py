@@ -1,0 +1,121 @@
+"""A recorder that dies, stops, or finds the disk full: nobody notices, and the trace so far can be read."""
+
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rerun.chunk import RrdReader
+
+from services.drill.cell import ARM, Cell, Plan, wait_for
+from services.drill.lab import Lab
+from services.drill.load import on_time
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, told
+
+WINDOW_S = 4.0
+PAUSE_S = 1.0  # after the fault, until statistics are taken again
+SPARE_BYTES = 100_000
+
+
+def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None]) -> Measured:
+    """Compare the loop before and after the fault in a motion, and open the trace."""
+    trace = lab.folder / f"{time.monotonic_ns()}.rrd"
+    plan = Plan(clock="realtime", names=(*ARM, "recorder"), flags={"record": trace})
+    with lab.cell(plan) as cell:
+        cell.recover()
+        time.sleep(1.0)
+        before = on_time(cell, WINDOW_S)
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=8.0)
+        time.sleep(2.0)
+        fault(cell, trace)
+        tick = cell.state().tick
+        time.sleep(PAUSE_S)
+        after = on_time(cell, WINDOW_S)
+        cell.signal("recorder", signal.SIGCONT)
+        wait_for(lambda: cell.result(reply.goal_id).outcome != "running", "the motion to end")
+        result = cell.result(reply.goal_id)
+    readable = optimized(trace)
+    last = last_tick(readable) if readable else 0
+    return {
+        "on-time ratio after less before": 100 * (after - before),
+        "on-time ratio before": 100 * before,
+        "the goal": result.outcome,
+        "the trace opens": "yes" if last else "no",
+        "lost at the end": (tick - last) * cell.config.tick,
+    }
+
+
+def kill(cell: Cell, _: Path) -> None:
+    """Kill the recorder."""
+    cell.signal("recorder", signal.SIGKILL)
+
+
+def stop(cell: Cell, _: Path) -> None:
+    """Stop the recorder; it is continued in the middle of what follows."""
+    cell.signal("recorder", signal.SIGSTOP)
+
+
+def fill_disk(cell: Cell, trace: Path) -> None:
+    """Let every further write to the trace fail, as on a full disk: the file may not grow beyond its present size."""
+    pid = cell.services.running["recorder"].pid
+    limit = trace.stat().st_size + SPARE_BYTES
+    resource.prlimit(pid, resource.RLIMIT_FSIZE, (limit, limit))
+    wait_for(lambda: trace.stat().st_size >= limit, "the trace to be full")
+
+
+def optimized(trace: Path) -> Path | None:
+    """Mend a trace with Rerun's own tool and return it, or None where the tool could not."""
+    mended = trace.with_suffix(".mended.rrd")
+    tool = Path(sys.executable).with_name("rerun")
+    done = subprocess.run([tool, "rrd", "optimize", trace, "-o", mended], check=False, capture_output=True)
+    return mended if done.returncode == 0 and mended.exists() else None
+
+
+def last_tick(trace: Path) -> int:
+    """Return the newest tick of a measured position in a trace, 0 where there is none."""
+    newest = 0
+    for chunk in RrdReader(trace).stream():
+        if str(chunk.entity_path).endswith("position/measured"):
+            batch = chunk.to_record_batch()
+            if "tick" in batch.schema.names and batch.num_rows:
+                newest = max(newest, max(batch.column("tick").to_pylist()))
+    return newest
+
+
+BOUNDS = (
+    told("on-time ratio before", "%"),
+    at_least("on-time ratio after less before", -2.0, "%"),
+    exactly("the goal", "succeeded"),
+    exactly("the trace opens", "yes"),
+)
+LOST = at_most("lost at the end", 1.0, "s")
+
+SCENARIOS = (
+    Scenario(
+        "recorder-killed",
+        "recorder killed in a motion",
+        "realtime",
+        (*BOUNDS, LOST),
+        lambda lab: break_recorder(lab, kill),
+        "full",
+    ),
+    Scenario(
+        "recorder-stopped",
+        "recorder stopped in a motion, and continued at its end",
+        "realtime",
+        (*BOUNDS, LOST),
+        lambda lab: break_recorder(lab, stop),
+        "full",
+    ),
+    Scenario(
+        "disk-full",
+        "the recorder's writes fail in a motion (its file may not grow)",
+        "realtime",
+        (*BOUNDS, LOST),
+        lambda lab: break_recorder(lab, fill_disk),
+        "full",
+    ),
+)
