@@ -52,6 +52,7 @@ class Plan:
         hosted: The drill hosts the bus instead of the sim.
         shims: For a process by name, a directory whose sitecustomize.py it runs first: how to break it on purpose.
         flags: Values of the services' own flags.
+        robot_config: Description of the robot in place of the drill's own.
     """
 
     clock: m.Clock = "stepped"
@@ -59,6 +60,7 @@ class Plan:
     hosted: bool = False
     shims: dict[str, Path] = field(default_factory=dict)
     flags: dict[str, object] = field(default_factory=dict)
+    robot_config: Path | None = None
 
 
 class Cell:
@@ -210,8 +212,8 @@ class Cell:
         """Return every state of this run up to the present tick."""
         while self.run and (not self._states or self._states[-1].tick < self.tick):
             body = self._next(topics.STATE)
-            state = decode(body, m.State)
-            if state.run == self.run:
+            state = _read(body, m.State)
+            if state is not None and state.run == self.run:
                 self._states.append(state)
                 self._state_bodies.append(body)
         return self._states
@@ -224,8 +226,8 @@ class Cell:
     def commands(self) -> list[m.Command]:
         """Return every command of this run up to the present tick."""
         while self.run and (not self._commands or self._commands[-1].tick < self.tick):
-            command = decode(self._next(topics.COMMAND), m.Command)
-            if command.run == self.run:
+            command = _read(self._next(topics.COMMAND), m.Command)
+            if command is not None and (command.run, command.source) == (self.run, "controller"):
                 self._commands.append(command)
         return self._commands
 
@@ -241,9 +243,18 @@ class Cell:
             raise Broken(f"nothing was published on {topic.key} within {PATIENCE_S:g} s") from None
 
 
+def _read(body: bytes, kind: type[topics.Said]) -> topics.Said | None:
+    """Return the message in a body, None where a scenario has sent noise."""
+    try:
+        return decode(body, kind)
+    except Refusal:
+        return None
+
+
 @contextmanager
 def started(plan: Plan, options: Options, folder: Path) -> Iterator[Cell]:
     """Start the cell in `folder`, wait until it is ready, and end it with the block."""
+    options = replace(options, robot_config=plan.robot_config or options.robot_config)
     config = load_robot(options.robot_config)
     robot = options.robot or config.name
     endpoint = free_endpoint()

@@ -8,12 +8,14 @@ from typing import Self
 
 from services.drill.cell import Cell, Plan, started
 from services.options import Options
+from services.robot import load_robot
 
 
 class Lab:
     """Cells for scenarios: one on the stepped clock that those share which break no process, and fresh ones.
 
     Attributes:
+        config: The robot's description.
         folder: For logs, libraries and traces; a folder in it for each cell.
         long: Take the hour, not the minutes.
         say: Told what goes on.
@@ -22,6 +24,7 @@ class Lab:
     def __init__(self, options: Options, folder: Path, long: bool = False, say: Callable[[str], object] = str) -> None:
         self.options = options
         self.folder = folder
+        self.config = load_robot(options.robot_config)
         self.long = long
         self.say = say
         self._numbers = count(1)

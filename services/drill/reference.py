@@ -40,10 +40,14 @@ class Reference:
         steps = np.abs(np.diff(self.accelerations, axis=0))
         return float((steps / (self._config.limits.jerks * self._config.tick)).max())
 
-    def position_gap(self) -> float:
-        """Return the largest step of position that its velocities do not explain, rad."""
+    def unexplained(self) -> float:
+        """Return the largest step of position that velocity does not explain, as a share of what the jerk limit allows.
+
+        The trapezoid of the velocities is off by half of J·dt³/6 where the jerk is at its limit J.
+        """
         means = (self.velocities[1:] + self.velocities[:-1]) / 2
-        return float(np.abs(np.diff(self.positions, axis=0) - means * self._config.tick).max())
+        gaps = np.abs(np.diff(self.positions, axis=0) - means * self._config.tick)
+        return float((gaps / (self._config.limits.jerks * self._config.tick**3 / 6)).max())
 
     def limits_used(self) -> float:
         """Return the largest position, velocity or acceleration as a share of its limit."""

@@ -29,7 +29,8 @@ def bound_text(bound: Bound) -> str:
     """Return a bound as it is shown."""
     if bound.relation == "told":
         return ""
-    value = number(bound.value, bound.unit)
+    exact = bound.value if isinstance(bound.value, str) else f"{bound.value:.7g}"
+    value = f"{exact} {bound.unit}".strip()
     return value if bound.relation == "=" else f"{bound.relation} {value}"
 
 

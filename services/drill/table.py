@@ -2,7 +2,22 @@
 
 from collections.abc import Iterable
 
-from services.drill import clients, clocks, load, planners, recorders, restarts, silence
+from services.drill import (
+    clients,
+    clocks,
+    fuzz,
+    goals,
+    load,
+    messages,
+    misuse,
+    planners,
+    preemption,
+    pushes,
+    recorders,
+    restarts,
+    silence,
+    soak,
+)
 from services.drill.scenario import Scenario
 
 FAMILIES: dict[str, tuple[Scenario, ...]] = {
@@ -12,7 +27,14 @@ FAMILIES: dict[str, tuple[Scenario, ...]] = {
     "recorder": recorders.SCENARIOS,
     "clients": clients.SCENARIOS,
     "clocks": clocks.SCENARIOS,
+    "messages": messages.SCENARIOS,
+    "goals": goals.SCENARIOS,
+    "preemption": preemption.SCENARIOS,
+    "misuse": misuse.SCENARIOS,
+    "pushes": pushes.SCENARIOS,
     "load": load.SCENARIOS,
+    "fuzzing": fuzz.SCENARIOS,
+    "soak": soak.SCENARIOS,
 }
 SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for family in FAMILIES.values() for scenario in family}
 

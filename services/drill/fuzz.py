@@ -1,0 +1,103 @@
+"""Thousands of mutated messages on every key: nothing ends, nothing moves, every refusal has its code."""
+
+import random
+from collections import Counter
+from typing import Any
+
+import msgspec
+
+from protocol import topics
+from protocol.codec import decode
+from protocol.errors import CODES, Refusal
+from services.drill.cell import Cell
+from services.drill.lab import Lab
+from services.drill.messages import answer, good_bodies, publish, unmoved
+from services.drill.mutations import mutate
+from services.drill.scenario import Measured, Scenario, at_least, exactly, none, told
+
+MESSAGES, LONG_MESSAGES = 5_000, 100_000
+LOOK_EVERY = 250
+SEED = 20_26
+
+
+def fuzz(lab: Lab) -> Measured:
+    """Send mutated requests and publications one after another; look every 250 whether the arm stands where it stood.
+
+    A mutated request that is still good may be taken, and then a new run begins. A mutated publication that is still
+    good is not sent: who may publish is for the permissions to say.
+    """
+    cell, rng = lab.shared(), random.Random(SEED)
+    requests, said = good_bodies(cell), good_publications(cell)
+    codes: Counter[str] = Counter()
+    moved = ended = forged = published = 0
+    count = LONG_MESSAGES if lab.long else MESSAGES
+    for number in range(count):
+        key = rng.choice([*requests, *(topic.key + PUBLISHED for topic in said)])
+        if key.endswith(PUBLISHED):
+            topic = next(topic for topic in said if topic.key + PUBLISHED == key)
+            body = mutate(said[topic], rng)
+            forged += is_good(body, topic)
+            published += 0 if is_good(body, topic) else publish(cell, topic, [body])
+        else:
+            code = answer(cell, key, mutate(requests[key], rng))
+            codes[code] += 1
+            if code == "taken":
+                cell.reset()
+        if number % LOOK_EVERY == LOOK_EVERY - 1:
+            lab.say(f"{number + 1} of {count} messages")
+            found = unmoved(cell)
+            moved += int(found["positions away from home"])
+            ended = max(ended, int(found["processes ended"]))
+            cell.reset()
+    return {
+        "messages": count,
+        "publications sent": published,
+        "still good, not sent": forged,
+        "requests still good, taken": codes["taken"],
+        "requests refused": sum(codes[code] for code in CODES),
+        "refusals without a code of the table": codes.total() - codes["taken"] - sum(codes[code] for code in CODES),
+        "times the arm moved": moved,
+        "processes ended": ended,
+        "a good goal afterwards": cell.finish(cell.goal(duration=0.5)).outcome,
+    }
+
+
+PUBLISHED = " published"
+"""Tells the publication of a name from the request of that name."""
+
+
+def good_publications(cell: Cell) -> dict[topics.Publication, dict[str, Any]]:
+    """Return a message of every topic that a service listens to, and of others that the observer has at hand."""
+    command = cell.commands()[-1]
+    status = cell.status()
+    said = {topics.STATE: cell.state(), topics.COMMAND: command, topics.STATUS: status}
+    return {topic: msgspec.to_builtins(message) for topic, message in said.items()}
+
+
+def is_good(body: bytes, topic: topics.Publication) -> bool:
+    """Whether a body is a message of the topic."""
+    try:
+        decode(body, topic.message)
+    except Refusal:
+        return False
+    return True
+
+
+SCENARIOS = (
+    Scenario(
+        "fuzz",
+        "5,000 mutated messages on all keys (100,000 with --long)",
+        "stepped",
+        (
+            at_least("messages", MESSAGES),
+            told("requests refused"),
+            told("requests still good, taken"),
+            told("publications sent"),
+            none("refusals without a code of the table"),
+            none("times the arm moved"),
+            none("processes ended"),
+            exactly("a good goal afterwards", "succeeded"),
+        ),
+        fuzz,
+    ),
+)

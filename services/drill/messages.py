@@ -1,0 +1,199 @@
+"""Messages that are malformed, old, doubled or out of order, on every key: refused, counted, no sign of life."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import msgpack
+import msgspec
+import zenoh
+
+from protocol import messages as m
+from protocol import topics
+from protocol.codec import encode
+from protocol.errors import CODES
+from services.drill.cell import Cell, wait_for
+from services.drill.lab import Lab
+from services.drill.scenario import Measured, Scenario, exactly, none, told
+
+Body = dict[str, object]
+NOISE = "noise"
+AT_HOME = 1e-6
+"""rad; further from home than this, something has moved the arm."""
+
+
+def good_bodies(cell: Cell) -> dict[str, Body]:
+    """Return, for each request, a body that is right but for what is done to it afterwards."""
+    joints = len(cell.home)
+    trajectory = cell.strike(plan_only=True, include_trajectory=True).trajectory
+    return {
+        "goal": {"primitive": "forehand", "positions": cell.home, "duration": 1.0},
+        "primitives": {},
+        "learn": {"name": "nod", "positions": [[0.1 * k] * joints for k in range(50)], "rate": 100.0},
+        "forget": {"name": "nobody"},
+        "execute": msgspec.to_builtins(trajectory, builtin_types=(bytes,)),
+        "reference": {"lead": 0.1},
+        "cancel": {"goal_id": "nobody"},
+        "reset": {},
+        "result": {"goal_id": "nobody"},
+        "status": {},
+        "state": {},
+        "description": {},
+        "sim/step": {"ticks": 1},
+        "sim/reset": {"positions": cell.home, "seed": 1},
+        "sim/disturb": {"kind": "acceleration", "values": [1.0] * joints, "duration": 0.1},
+    }
+
+
+def spoiled(body: Body) -> Iterable[object]:
+    """Yield the body wrong in one way after another: numbers, lengths, version, fields, and no map at all."""
+    yield {**body, "version": 2}
+    yield {**body, "colour": "red"}
+    yield [body]
+    for name, value in body.items():
+        for wrong in (math.nan, math.inf, -math.inf):
+            if isinstance(value, float):
+                yield {**body, name: wrong}
+            elif isinstance(value, list) and value and isinstance(value[0], float):
+                yield {**body, name: [wrong, *value[1:]]}
+        if isinstance(value, list) and name != "joint_names":
+            yield {**body, name: value[:-1] if isinstance(value[0], float) else [[*value[0], 0.0], *value[1:]]}
+        if isinstance(value, bytes):
+            yield {**body, name: value[:-8]}
+            yield {**body, name: value[:-8] + b"\x00" * 6 + b"\xf8\x7f"}
+
+
+def bad_requests(lab: Lab) -> Measured:
+    """Send every request wrong in every way, and look whether anything moved."""
+    cell = lab.shared()
+    sent = taken = codeless = 0
+    for key, body in good_bodies(cell).items():
+        for wrong in spoiled(body):
+            code = answer(cell, key, msgpack.packb(wrong) or b"")
+            sent += 1
+            taken += code == "taken"
+            codeless += code not in CODES and code != "taken"
+    return {
+        "requests sent": sent,
+        "requests taken": taken,
+        "refusals without a code of the table": codeless,
+        **unmoved(cell),
+    }
+
+
+def answer(cell: Cell, key: str, body: bytes) -> str:
+    """Send a body and return the code of the refusal, `taken`, or `silent`."""
+    for reply in cell.bus.session.get(cell.bus.key(key), payload=body, timeout=20.0):
+        if reply.ok is not None:
+            return "taken"
+        if reply.err is not None:
+            error = msgpack.unpackb(reply.err.payload.to_bytes())
+            return str(error.get("code")) if isinstance(error, dict) else "silent"
+    return "silent"
+
+
+def unmoved(cell: Cell) -> Measured:
+    """Let the arm hold its pose for 20 ticks; tell how far it is from home, and who still lives."""
+    cell.step(20)
+    far = max(abs(x - y) for state in cell.states() for x, y in zip(state.positions, cell.home, strict=True))
+    return {"positions away from home": int(far > AT_HOME), "processes ended": len(cell.services.ended())}
+
+
+def publish(cell: Cell, topic: topics.Publication, bodies: Iterable[bytes]) -> int:
+    """Publish bodies as a stranger would, in order and without dropping any; return how many."""
+    count = 0
+    for body in bodies:
+        cell.bus.session.put(cell.bus.key(topic.key), body, congestion_control=zenoh.CongestionControl.BLOCK)
+        count += 1
+    return count
+
+
+def bad_publications(message: m.State | m.Command, joints: int) -> list[bytes]:
+    """Return a stream's message as no loop may take it: not finite, old, doubled, of wrong length or version."""
+    good: Body = msgspec.to_builtins(message)
+    if isinstance(message, m.Command):
+        good["source"] = NOISE
+    vectors = ("positions", "velocities")
+    changes: list[dict[str, Any]] = [{"version": 2}, {"tick": max(0, message.tick - 5)}, {"tick": 1e300}, {}]
+    for name in vectors:
+        changes += [{name: [wrong] * joints} for wrong in (math.nan, math.inf)] + [{name: [0.0] * (joints - 1)}]
+    packed = [msgpack.packb({**good, **change}) or b"" for change in changes]
+    return [*packed, b"", b"{", b"\xc1" * 100, packed[-1] + b"\x00"]
+
+
+def bad_states(lab: Lab) -> Measured:
+    """Send the controller states that it may not take; look whether it counts them and commands the same."""
+    cell = lab.shared()
+    cell.step(50)
+    before = cell.status()
+    sent = publish(cell, topics.STATE, bad_publications(cell.state(), len(cell.home)))
+    wait_for(lambda: cell.status().cycle.refused - before.cycle.refused >= sent, "the controller to count", 5.0)
+    counted = cell.status().cycle.refused - before.cycle.refused
+    cell.reset()
+    return {"states sent": sent, "not counted": sent - counted, **unmoved(cell)}
+
+
+def bad_commands(lab: Lab) -> Measured:
+    """While the controller's commands are lost, send the sim commands that it may not take: it must still brake."""
+    cell = lab.shared()
+    reply = cell.strike()
+    cell.step_to(cell.ticks(reply.start_time) + 300)
+    cell.lose("command", 100)
+    lost = cell.tick
+    sent = 0
+    for _ in range(25):
+        command = cell.commands()[-1]
+        bad = bad_publications(command, len(cell.home))
+        far = msgspec.structs.replace(command, tick=command.tick + 1000, source=NOISE)
+        sent += publish(cell, topics.COMMAND, [*bad, encode(far)])
+        cell.step(1)
+    braked = next((state for state in cell.states() if state.brake), None)
+    return {
+        "commands sent": sent,
+        "silent ticks until the arm brakes": braked.tick - lost - 1 if braked else math.nan,
+        "processes ended": len(cell.services.ended()),
+    }
+
+
+def wildcards(lab: Lab) -> Measured:
+    """Ask with a wildcard everything that changes something."""
+    cell = lab.shared()
+    wrong = 0
+    for topic in topics.QUERIES:
+        if not topic.reads:
+            wrong += answer(cell, topic.key[:-1] + "$*", msgpack.packb({}) or b"") != "bad_message"
+    return {"requests not refused": wrong, **unmoved(cell)}
+
+
+UNMOVED = (none("positions away from home"), none("processes ended"))
+
+SCENARIOS = (
+    Scenario(
+        "bad-requests",
+        "NaN, Inf, wrong lengths, versions and fields in every request",
+        "stepped",
+        (told("requests sent"), none("requests taken"), none("refusals without a code of the table"), *UNMOVED),
+        bad_requests,
+    ),
+    Scenario(
+        "bad-states",
+        "states not finite, old, doubled, of wrong length or version, and noise",
+        "stepped",
+        (told("states sent"), none("not counted"), *UNMOVED),
+        bad_states,
+    ),
+    Scenario(
+        "bad-commands",
+        "the same among commands, while the controller's own are lost",
+        "stepped",
+        (told("commands sent"), exactly("silent ticks until the arm brakes", 20), none("processes ended")),
+        bad_commands,
+    ),
+    Scenario(
+        "wildcards",
+        "requests that change something, sent to a key with a wildcard",
+        "stepped",
+        (none("requests not refused"), *UNMOVED),
+        wildcards,
+    ),
+)

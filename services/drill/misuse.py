@@ -1,0 +1,127 @@
+"""Requests at the wrong moment, and services that come twice."""
+
+import subprocess
+from collections import Counter
+from queue import SimpleQueue
+
+from protocol import messages as m
+from protocol import topics
+from services.drill.cell import ARM
+from services.drill.goals import code_of
+from services.drill.lab import Lab
+from services.drill.planners import library, nod
+from services.drill.reference import unlike_plan
+from services.drill.scenario import Measured, Scenario, exactly, none
+from services.options import Options
+from services.supervisor import command_lines
+
+TAKEN = 3
+
+
+def reset_moving(lab: Lab) -> Measured:
+    """Send `reset` at every tenth of a strike."""
+    cell = lab.shared()
+    reply = cell.strike()
+    plan, codes = cell.plan_of(reply), set()
+    for tenth in range(10):
+        cell.step_to(cell.ticks(reply.start_time) + 100 * tenth + 5)
+        codes.add(code_of(lambda: cell.bus.ask(topics.RESET, m.Empty())))
+    outcome = cell.finish(reply).outcome
+    return {
+        "refused as": ", ".join(sorted(codes)),
+        "commands unlike the plan's samples": unlike_plan(cell.commands(), plan, cell.config),
+        "the goal": outcome,
+    }
+
+
+def learn_planning(lab: Lab) -> Measured:
+    """Send ten goals to be planned and, between them, requests to learn and to forget; then see what came of each."""
+    cell = lab.shared()
+    answers: SimpleQueue[str] = SimpleQueue()
+    for k in range(5):
+        goal = m.Goal(primitive="forehand", positions=cell.home, plan_only=True, duration=1.0 + 0.1 * k)
+        cell.bus.ask_later(topics.GOAL, goal, lambda _: answers.put("planned"))
+        cell.bus.ask_later(topics.LEARN, nod(200 if k % 2 else 300, cell.home), lambda _: answers.put("learned"))
+    got = Counter(answers.get(timeout=20.0) for _ in range(10))
+    entries = [entry.samples for entry in library(cell) if entry.name == "nod"]
+    cell.bus.ask(topics.FORGET, m.Forget(name="nod"))
+    return {
+        "goals not planned": 5 - got["planned"],
+        "demonstrations not learned": 5 - got["learned"],
+        "the library has": ", ".join(map(str, entries)) + " samples",
+    }
+
+
+def forget_in_use(lab: Lab) -> Measured:
+    """Forget the primitive of a running motion, then ask for it."""
+    cell = lab.shared()
+    cell.bus.ask(topics.LEARN, nod(200, cell.home))
+    reply = cell.goal(primitive="nod")
+    plan = cell.plan_of(reply)
+    cell.step_to(cell.ticks(reply.start_time) + 500)
+    cell.bus.ask(topics.FORGET, m.Forget(name="nod"))
+    code = code_of(lambda: cell.goal(primitive="nod"))
+    outcome = cell.finish(reply).outcome
+    return {
+        "the goal": outcome,
+        "commands unlike the plan's samples": unlike_plan(cell.commands(), plan, cell.config),
+        "asked for again": code,
+    }
+
+
+def come_twice(lab: Lab) -> Measured:
+    """Start a second sim, planner and controller for the robot."""
+    cell = lab.shared()
+    lines = command_lines(
+        Options(robot=cell.bus.robot, robot_config=lab.options.robot_config, listen=(cell.endpoint,)),
+        {"clock": "stepped", "library": lab.folder / "second"},
+    )
+    statuses = {name: _status(lines[name]) for name in ARM}
+    reply = cell.strike()
+    return {
+        **{f"exit status of the second {name}": status for name, status in statuses.items()},
+        "the goal": cell.finish(reply).outcome,
+    }
+
+
+def _status(line: list[str]) -> int:
+    return subprocess.run(line, check=False, capture_output=True, timeout=30.0).returncode
+
+
+UNLIKE = none("commands unlike the plan's samples")
+PLAYS = exactly("the goal", "succeeded")
+
+SCENARIOS = (
+    Scenario(
+        "reset-moving",
+        "`reset` while the arm moves",
+        "stepped",
+        (exactly("refused as", "busy"), UNLIKE, PLAYS),
+        reset_moving,
+    ),
+    Scenario(
+        "learn-planning",
+        "`learn` while goals are planned",
+        "stepped",
+        (
+            none("goals not planned"),
+            none("demonstrations not learned"),
+            exactly("the library has", "300 samples"),
+        ),
+        learn_planning,
+    ),
+    Scenario(
+        "forget-in-use",
+        "`forget` of the primitive that is played",
+        "stepped",
+        (PLAYS, UNLIKE, exactly("asked for again", "unknown_primitive")),
+        forget_in_use,
+    ),
+    Scenario(
+        "second-owner",
+        "a second sim, planner and controller for one robot",
+        "stepped",
+        (*(exactly(f"exit status of the second {name}", TAKEN) for name in ARM), PLAYS),
+        come_twice,
+    ),
+)

@@ -1,0 +1,85 @@
+"""Goals for as long as it takes to see memory grow or clocks drift apart."""
+
+import time
+from pathlib import Path
+
+from protocol.errors import Refusal
+from services.drill.cell import ARM, Cell, Plan
+from services.drill.lab import Lab
+from services.drill.scenario import Measured, Scenario, at_most, exactly, none, told
+
+SECONDS, LONG_SECONDS = 600.0, 3600.0
+GOAL_S = 0.25
+SETTLED = 0.5
+"""Share of the time after which memory has to be flat: by then every bounded store is full."""
+
+
+def soak(lab: Lab) -> Measured:
+    """Send a goal every quarter of a second, each taking over from the last; watch memory and clocks."""
+    seconds = LONG_SECONDS if lab.long else SECONDS
+    with lab.cell(Plan(clock="realtime")) as cell:
+        cell.recover()
+        began, first = time.monotonic(), cell.state()
+        goals = refused = crooked = 0
+        settled: dict[str, float] = {}
+        while (passed := time.monotonic() - began) < seconds:
+            if not settled and passed > SETTLED * seconds:
+                settled = memory(cell)
+            lab.say(f"{passed:.0f} of {seconds:.0f} s, {goals} goals")
+            refused += not sent(cell, 0.2 if goals % 2 else -0.2)
+            goals += 1
+            state = cell.state()
+            crooked += state.time != state.tick / cell.config.rate_hz
+            time.sleep(max(0.0, began + goals * GOAL_S - time.monotonic()))
+        last, passed = cell.state(), time.monotonic() - began
+        after, status = memory(cell), cell.status()
+    return {
+        "goals": goals,
+        "goals refused": refused,
+        **{f"memory of the {name} grows by": after[name] - settled[name] for name in ARM},
+        "times that are not tick / rate": crooked,
+        "robot time behind the monotonic clock": passed - (last.time - first.time),
+        "processes ended": len(cell.services.ended()),
+        "on-time ratio": 100 * status.cycle.on_time_ratio,
+        "mode at the end": "fault" if status.fault else "no fault",
+    }
+
+
+def sent(cell: Cell, position: float) -> bool:
+    """Send a goal; whether it was taken."""
+    try:
+        cell.goal(positions=[position, *cell.home[1:]], duration=0.6)
+    except Refusal:
+        return False
+    return True
+
+
+def memory(cell: Cell) -> dict[str, float]:
+    """Return the resident memory of each process, MB."""
+
+    def resident(pid: int) -> float:
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+        return next(int(line.split()[1]) / 1e3 for line in lines if line.startswith("VmRSS"))
+
+    return {name: resident(process.pid) for name, process in cell.services.running.items()}
+
+
+SCENARIOS = (
+    Scenario(
+        "soak",
+        "goals for ten minutes (an hour with --long), four a second",
+        "realtime",
+        (
+            told("goals"),
+            told("goals refused"),
+            *(at_most(f"memory of the {name} grows by", 2.0, "MB") for name in ARM),
+            none("times that are not tick / rate"),
+            told("robot time behind the monotonic clock", "s"),
+            told("on-time ratio", "%"),
+            exactly("mode at the end", "no fault"),
+            none("processes ended"),
+        ),
+        soak,
+        "full",
+    ),
+)
