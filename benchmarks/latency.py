@@ -7,6 +7,7 @@ waits for; a stream of goals for one hit at 50 per second shows replanning.
 import signal
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,6 +18,7 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.cases import FOREHAND
 from benchmarks.machine import save
 from protocol import messages as m
 from protocol import topics
@@ -99,6 +101,19 @@ def plan_only(bus: Bus, count: int) -> Latencies:
     return Latencies(client.reply, [], client.refused)
 
 
+def cold(bus: Bus, count: int) -> Latencies:
+    """The same goals, each with a primitive that was learned just before and never planned with."""
+    client, rng = Client(bus), np.random.default_rng(1)
+    rest = m.Start(positions=list(bus.ask(topics.DESCRIPTION, m.Empty()).home), velocities=[0.0] * 6)
+    samples = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
+    learn = m.Learn(name="cold", times=samples[:, 0].tolist(), positions=samples[:, 1:].tolist(), replace=True)
+    for _ in range(count):
+        bus.ask(topics.LEARN, learn)
+        wanted = tight_goal(rng, plan_only=True, start=rest, duration=0.8)
+        client.ask(msgspec.structs.replace(wanted, primitive="cold"))
+    return Latencies(client.reply, [], client.refused)
+
+
 def played(bus: Bus, count: int) -> Latencies:
     """Goals that move the arm, each asked for while the one before is under way."""
     client, rng = Client(bus), np.random.default_rng(2)
@@ -110,16 +125,18 @@ def played(bus: Bus, count: int) -> Latencies:
 
 
 def streamed(bus: Bus, strikes: int) -> Latencies:
-    """Fifty goals a second for the same hit, its target drifting."""
+    """Fifty goals a second for the same hit, its target drifting, each asked for when it is due, whether or not those
+    before were answered."""
     client, rng = Client(bus), np.random.default_rng(3)
-    for _ in range(strikes):
-        hit = bus.ask(topics.STATE_QUERY, m.Empty()).time + HIT_AFTER_S
-        began, k = time.monotonic(), 0
-        while (due := k / RATE_HZ) < STREAM_S:
-            time.sleep(max(0.0, began + due - time.monotonic()))
-            client.ask(msgspec.structs.replace(tight_goal(rng, arrival_time=hit), limits=None))
-            k += 1
-        time.sleep(HIT_AFTER_S - STREAM_S + SETTLED_S)
+    with ThreadPoolExecutor(max_workers=RATE_HZ) as askers:
+        for _ in range(strikes):
+            hit = bus.ask(topics.STATE_QUERY, m.Empty()).time + HIT_AFTER_S
+            began = time.monotonic()
+            for k in range(round(STREAM_S * RATE_HZ)):
+                wanted = msgspec.structs.replace(tight_goal(rng, arrival_time=hit), limits=None)
+                time.sleep(max(0.0, began + k / RATE_HZ - time.monotonic()))
+                askers.submit(client.ask, wanted)
+            time.sleep(HIT_AFTER_S - STREAM_S + SETTLED_S)
     return client.latencies()
 
 
@@ -136,6 +153,7 @@ def main(goals: int = 100, strikes: int = 5) -> None:
             time.sleep(SETTLED_S)
             found = {
                 "plan only, warm": plan_only(bus, goals).summary(),
+                "plan only, cold": cold(bus, goals).summary(),
                 "played": played(bus, goals).summary(),
                 "50 a second": streamed(bus, strikes).summary(),
             }

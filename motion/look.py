@@ -22,7 +22,10 @@ class Look:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        inside = problem.limit - (1 - WORTH_ADDING) * problem.band
+        # Limits that are the same at every sample are one number each, stretched over the samples.
+        stretched = not (problem.limit.flags.writeable or problem.band.flags.writeable)
+        samples = slice(1) if stretched else slice(None)
+        inside = problem.limit[..., samples] - (1 - WORTH_ADDING) * problem.band[..., samples]
         inside += ROUNDING * problem.half_range[:, :, None]
         self.lowest, self.highest = -inside[0], inside[1]
 

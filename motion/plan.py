@@ -17,7 +17,7 @@ from motion.request import MotionRequest
 from motion.samples import Samples
 from motion.shortest import shortest_duration
 from motion.solver import Clash, Solution, solve
-from motion.stopping import final_accelerations
+from motion.stopping import arriving, final_accelerations
 from motion.tail import TOUCH, Stop, stop, stop_extremes
 
 __all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan"]
@@ -96,12 +96,27 @@ def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm
     # A goal outside its limits is named as such, not as one from which no stop leads back inside.
     fixed = fixed_values(request)
     check_fixed(request, fixed)
-    confined = final_accelerations(request)
+    try:
+        solutions = _solved(primitive, request, fixed, arriving(request), warm)
+        return _assemble(primitive, request, tick, solutions)
+    except (Clash, _NoWayToStop):
+        # Only now does it pay to ask which final accelerations leave room for the stop.
+        confined = final_accelerations(request)
     try:
         solutions = _solved(primitive, request, fixed, confined, warm)
+        return _assemble(primitive, request, tick, solutions)
     except Clash as clash:
         raise _infeasible(primitive, request, confined, tick, clash) from None
-    return _assemble(primitive, request, tick, solutions)
+    except _NoWayToStop as error:
+        raise SolverFailed(error.joint, "the stop after the goal leaves the limits") from None
+
+
+class _NoWayToStop(Exception):
+    """The stop from this motion's end leaves the limits of a joint."""
+
+    def __init__(self, joint: int) -> None:
+        super().__init__(f"joint {joint}: no way to stop")
+        self.joint = joint
 
 
 def _solved(
@@ -167,7 +182,7 @@ def _assemble(primitive: Primitive, request: MotionRequest, tick: float, solutio
 def _tail(request: MotionRequest, curves: np.ndarray) -> tuple[Stop | None, np.ndarray]:
     """The stop from the goal, and its lowest and highest positions and velocities (4, J).
 
-    Raises SolverFailed should it leave the limits after all.
+    Raises _NoWayToStop where it leaves the limits.
     """
     goal, limits = request.goal, request.limits
     if request.tail == "coast":
@@ -180,5 +195,5 @@ def _tail(request: MotionRequest, curves: np.ndarray) -> tuple[Stop | None, np.n
     highest = np.array([limits.positions[:, 1], limits.velocities])
     inside = ((reach[::2] >= lowest - TOUCH) & (reach[1::2] <= highest + TOUCH)).all(axis=0)
     if not inside.all():
-        raise SolverFailed(int(np.argmin(inside)), "the stop after the goal leaves the limits")
+        raise _NoWayToStop(int(np.argmin(inside)))
     return stop(*state, limits), reach

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motion.basis import Grid
-from motion.certificate import Certificate, certify
+from motion.certificate import Certificate, Failure, certify
 from motion.errors import SolverFailed
 from motion.look import Look, with_neighbours
 from motion.problem import SIGNS, Problem
@@ -18,10 +18,14 @@ from motion.qp import shortest_step
 MAX_ROUNDS = 30
 MAX_MENDS = 5
 
-WARM_NEIGHBOURS = np.array([-4, -2, -1, 0, 1, 2, 4])
+WARM_NEIGHBOURS = np.array([-2, 0, 2])
 """Where, in samples around the peaks of the previous plan, those of the next one are expected."""
 
+DROPPING_ROUNDS = 6
+"""Rows without a multiplier are dropped between these first rounds; the objective grows all the same, so it ends."""
+
 _BINDING = 1e-5
+_IDLE = 1e-8
 _DEAD = 1e-9
 
 
@@ -62,23 +66,35 @@ def solve(grid: Grid, problem: Problem, warm: Sequence[np.ndarray] | None = None
     for work, rows in zip(everything, warm or (), strict=False):
         if rows.size:
             work.demand(with_neighbours(rows, WARM_NEIGHBOURS, len(grid.s)))
-    look = Look(problem)
-    working = everything
-    while working:
-        joints = np.array([work.joint for work in working])
-        x = np.array([work.x for work in working])
-        curves = grid.curves(x)
-        missing = look.missing(joints, curves, first=all(work.rounds == 0 for work in working))
-        sound = np.array([rows is None for rows in missing])
-        for work, rows in zip(working, missing, strict=True):
+    look, every = Look(problem), np.arange(len(everything))
+    curves = _generate_rows(look, grid, everything, every, np.empty((len(every), 6, len(grid.s))))
+    certificates = certify(grid, problem, every, np.array([work.x for work in everything]), curves)
+    for _ in range(MAX_MENDS):
+        failed = np.array([joint for joint in every if certificates[joint].failures], dtype=int)
+        if not failed.size:
+            break
+        for joint in failed:
+            everything[joint].mend(certificates[joint].failures)
+        curves = _generate_rows(look, grid, everything, failed, curves)
+        x = np.array([everything[joint].x for joint in failed])
+        for joint, certificate in zip(failed, certify(grid, problem, failed, x, curves[failed]), strict=True):
+            certificates[joint] = certificate
+    return [work.solution(certificate) for work, certificate in zip(everything, certificates, strict=True)]
+
+
+def _generate_rows(
+    look: Look, grid: Grid, everything: list["_WorkingSet"], joints: np.ndarray, curves: np.ndarray
+) -> np.ndarray:
+    """Demand rows of the joints until all their samples are accepted; `curves` (J, 6, M) with theirs in place."""
+    while joints.size:
+        found = grid.curves(np.array([everything[joint].x for joint in joints]))
+        missing = look.missing(joints, found, first=all(everything[joint].rounds == 0 for joint in joints))
+        curves[joints] = found
+        for joint, rows in zip(joints, missing, strict=True):
             if rows is not None:
-                work.demand_more(rows)
-        if sound.any():
-            found = certify(grid, problem, joints[sound], x[sound], curves[sound])
-            for n, certificate in zip(np.flatnonzero(sound), found, strict=True):
-                working[n].judge(certificate)
-        working = [work for work in working if work.certificate is None]
-    return [work.solution() for work in everything]
+                everything[joint].demand_more(rows)
+        joints = joints[[rows is not None for rows in missing]]
+    return curves
 
 
 class _WorkingSet:
@@ -94,14 +110,12 @@ class _WorkingSet:
         self.rows = np.zeros(0, dtype=int)
         self.multipliers = np.zeros(0)
         self.further: dict[int, float] = {}
-        self.rounds = self.mends = 0
+        self.rounds = 0
         self.precise = False
-        self.certificate: Certificate | None = None
 
-    def solution(self) -> Solution:
-        """What was found; there is a certificate."""
-        assert self.certificate is not None
-        return Solution(self.x, self.certificate, self.rows, self.multipliers, self.rounds, bool(self.further))
+    def solution(self, certificate: Certificate) -> Solution:
+        """What was found."""
+        return Solution(self.x, certificate, self.rows, self.multipliers, self.rounds, bool(self.further))
 
     def demand(self, rows: np.ndarray, precise: bool = False) -> None:
         """Take rows in and solve. Raises Clash or SolverFailed."""
@@ -129,19 +143,16 @@ class _WorkingSet:
         known = bool(np.isin(rows, self.rows).all())
         if known and self.precise:
             raise SolverFailed(self.joint, "rows already demanded stay violated")
+        if not known and self.rounds <= DROPPING_ROUNDS:
+            self.rows = self.rows[self.multipliers > _IDLE * self.multipliers.max(initial=0.0)]
         self.demand(rows, precise=known)
 
-    def judge(self, certificate: Certificate) -> None:
-        """Keep the certificate, or demand what it found missing: the samples on both sides of where a limit is passed
-        between them, and where they are demanded already, further inside by as much."""
-        if not certificate.failures or self.mends == MAX_MENDS:
-            self.certificate = certificate
-            return
-        self.mends += 1
-        count = len(self.grid.s)
+    def mend(self, failures: tuple[Failure, ...]) -> None:
+        """Demand the samples on both sides of where a limit is passed between them, and where they are demanded
+        already, further inside by as much."""
         rows = []
-        for failure in certificate.failures:
-            left = (failure.side * 4 + failure.quantity) * count + failure.sample
+        for failure in failures:
+            left = (failure.side * 4 + failure.quantity) * len(self.grid.s) + failure.sample
             if left in self.rows and left + 1 in self.rows:
                 for row in (left, left + 1):
                     self.further[row] = self.further.get(row, 0.0) + 1.1 * failure.overshoot
@@ -159,7 +170,7 @@ class _WorkingSet:
         place = side, joint, quantity, sample
         excess = matrix @ problem.origin[joint] - problem.limit[place] + problem.band[place]
         for row, further in self.further.items():
-            excess[np.searchsorted(self.rows, row)] += further
+            excess[self.rows == row] += further
         span = problem.equalities.span[joint]
         on_weights = matrix[:, :-2]
         matrix = on_weights - (on_weights @ span) @ span.T

@@ -152,6 +152,8 @@ def test_samples_lie_on_the_tick_and_end_at_rest(figure: Primitive, ask: Ask, pa
     assert samples.positions[planned.hit_index, 0] == pytest.approx(1.0, abs=1e-10)
 
 
+FREE = np.full(1, np.nan)
+
 BOUNDARY_CASES: dict[str, tuple[dict[str, object], dict[str, object]]] = {
     "final velocity on its limit": ({"goal": (1.0, 11.0)}, {"velocities": 11.0}),
     "goal on the position limit, at rest": ({"goal": (1.0, 0.0)}, {"high": 1.0}),
@@ -160,6 +162,9 @@ BOUNDARY_CASES: dict[str, tuple[dict[str, object], dict[str, object]]] = {
     "start acceleration on its limit": ({"start": (0.0, 0.0, 300.0), "goal": (-1.0, 0.0)}, {}),
     "start velocity on its limit": ({"start": (0.0, 15.0, -100.0), "goal": (1.9, 0.0)}, {}),
     "way-point on the limit": ({"waypoints": (Waypoint(0.5, np.array([2.0]), np.zeros(1)),)}, {}),
+    "way-point on the limit, free velocity": ({"waypoints": (Waypoint(0.5, np.array([1.5]), FREE),)}, {"high": 1.5}),
+    "way-point off the grid, on the limit": ({"waypoints": (Waypoint(0.50037, np.array([1.5]), FREE),)}, {"high": 1.5}),
+    "way-point's velocity on its limit": ({"waypoints": (Waypoint(0.5, FREE, np.array([9.0])),)}, {"velocities": 9.0}),
 }
 
 
