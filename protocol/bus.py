@@ -105,22 +105,23 @@ class Inbox(Generic[Item]):
 
 
 class Stream:
-    """The newest bodies of a stream, each with its arrival time (`perf_counter_ns`); the oldest are dropped first."""
+    """The newest bodies of a stream, to be waited for; of more than `length` the oldest are dropped first.
+
+    Zenoh's own thread puts each sample into the queue without running any Python of ours, since a second thread that
+    computes delays the loop that waits.
+    """
 
     def __init__(self, length: int = QUEUE_LENGTH) -> None:
-        self._queue: SimpleQueue[tuple[bytes, int]] = SimpleQueue()
+        self._queue: SimpleQueue[zenoh.Sample] = SimpleQueue()
         self._length = length
+        self.callback = zenoh.handlers.Callback(self._queue.put, indirect=False)
 
-    def push(self, data: bytes) -> None:
-        """Append `data`; called from Zenoh's thread."""
-        if self._queue.qsize() >= self._length:
-            self.take()
-        self._queue.put((data, time.perf_counter_ns()))
-
-    def take(self, timeout: float = 0.0) -> tuple[bytes, int] | None:
-        """Return the oldest body and its arrival time, after waiting up to `timeout` s for one, or None."""
+    def take(self, timeout: float = 0.0) -> bytes | None:
+        """Return the oldest body, after waiting up to `timeout` s for one, or None."""
         try:
-            return self._queue.get(block=timeout > 0.0, timeout=timeout)
+            while self._queue.qsize() > self._length:
+                self._queue.get_nowait()
+            return self._queue.get(block=timeout > 0.0, timeout=timeout).payload.to_bytes()
         except QueueEmpty:
             return None
 
@@ -219,6 +220,12 @@ class Bus:
         self._keep(
             self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
         )
+
+    def stream(self, topic: Publication) -> Stream:
+        """Queue the samples of a topic for a loop that answers each at once."""
+        stream = Stream()
+        self._keep(self.session.declare_subscriber(self.key(topic.key), stream.callback))
+        return stream
 
     def collect(self, topic: Publication, length: int) -> Collector:
         """Collect the samples of a topic, at most `length`, to be taken in batches; a publisher never waits for it."""

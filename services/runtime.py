@@ -124,6 +124,12 @@ class Deadlines:
     stalls: int = 0
     lag_ns: int = 0
 
+    def near(self, ahead_ns: int) -> None:
+        """Sleep until `ahead_ns` before the deadline that `wait` will wait for."""
+        left = self.next_ns + self.period_ns - ahead_ns - time.monotonic_ns()
+        if left > 0:
+            time.sleep(left * 1e-9)
+
     def wait(self) -> None:
         """Sleep until the next deadline, spinning for the last 100 µs."""
         self.next_ns += self.period_ns

@@ -14,7 +14,7 @@ from rich.styled import Styled
 from rich.text import Text
 
 from protocol import messages as m
-from protocol.bus import Stream
+from protocol.bus import Collector
 from protocol.codec import decode
 from protocol.errors import Refusal
 from protocol.topics import CONTACT, DISTURBANCE, ENDED, PLAN, STATUS, Publication, alive_key
@@ -108,16 +108,14 @@ def watch(*, shell: Shared) -> None:
     """
     stopping = stop_on_signals()
     with reach(shell) as link:
-        streams = [(topic, Stream(64)) for topic in WATCHED]
-        for topic, stream in streams:
-            link.bus.listen(topic, stream.push)
+        streams = [(topic, link.bus.collect(topic, 64)) for topic in WATCHED]
         if shell.json:
             _print_lines(link, streams, stopping)
         else:
             _paint(link, streams, stopping)
 
 
-def _paint(link: Shell, streams: list[tuple[Publication, Stream]], stopping: threading.Event) -> None:
+def _paint(link: Shell, streams: list[tuple[Publication, Collector]], stopping: threading.Event) -> None:
     description = link.description()
     view = View(
         joint_names=description.joint_names if description else [],
@@ -137,12 +135,12 @@ def _paint(link: Shell, streams: list[tuple[Publication, Stream]], stopping: thr
             live.update(render(view, time.monotonic()), refresh=True)
 
 
-def _print_lines(link: Shell, streams: list[tuple[Publication, Stream]], stopping: threading.Event) -> None:
+def _print_lines(link: Shell, streams: list[tuple[Publication, Collector]], stopping: threading.Event) -> None:
     while not stopping.wait(1.0 / REFRESH_HZ):
         _drain(streams, lambda topic, data: link.print(decode(data, topic.message, max_bytes=1 << 26)))
 
 
-def _drain(streams: list[tuple[Publication, Stream]], take: Callable[[Publication, bytes], None]) -> None:
+def _drain(streams: list[tuple[Publication, Collector]], take: Callable[[Publication, bytes], None]) -> None:
     for topic, stream in streams:
         while (entry := stream.take()) is not None:
             take(topic, entry[0])

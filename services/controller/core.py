@@ -68,15 +68,12 @@ class Controller:
             self.raise_fault("the arm braked by itself for want of commands", hold=True)
         self._braked = state.brake
         self._timeline.forget_before(state.tick)
-        reference = self._timeline.at(state.tick)
-        self._follow_goals(state, reference, now_ns)
-        tracking_acceleration(
-            self.config.alpha,
-            (reference[0], reference[1], self._timeline.mean_acceleration(state.tick, self.config.tick)),
-            np.array(state.positions),
-            np.array(state.velocities),
-            out=self._acceleration,
-        )
+        positions, reference = np.array(state.positions), self._timeline.at(state.tick)
+        self._follow_goals(state, positions, reference, now_ns)
+        # The command is held for a tick, so what it adds to the velocity is the reference's change over that tick.
+        held = (self._timeline.at(state.tick + 1)[1] - reference[1]) * self.config.rate_hz
+        target = reference[0], reference[1], held
+        tracking_acceleration(self.config.alpha, target, positions, np.array(state.velocities), out=self._acceleration)
         goal = self.ledger.current(state.tick)
         return m.Command(
             run=state.run,
@@ -235,9 +232,9 @@ class Controller:
     # --- inside ---------------------------------------------------------------------------------------
 
     def _fits(self, state: m.State) -> bool:
-        lengths = {len(state.positions), len(state.velocities)}
+        joints = self.config.joint_count
         old = self._state is not None and state.run == self._state.run and 0 < state.tick <= self._state.tick
-        return lengths == {self.config.joint_count} and not old
+        return len(state.positions) == len(state.velocities) == joints and not old
 
     def _opens_run(self, state: m.State) -> bool:
         return self._state is None or state.run != self._state.run or state.tick <= self._state.tick
@@ -252,9 +249,11 @@ class Controller:
         self._braked = False
         self._switch(Event.RUN)
 
-    def _follow_goals(self, state: m.State, reference: tuple[np.ndarray, ...], now_ns: int) -> None:
+    def _follow_goals(
+        self, state: m.State, positions: np.ndarray, reference: tuple[np.ndarray, ...], now_ns: int
+    ) -> None:
         """Note the tracking error, first command and hit of the goal under way, and what is over."""
-        errors = np.abs(np.array(state.positions) - reference[0])
+        errors = np.abs(positions - reference[0])
         worst = int(errors.argmax())
         goal = self.ledger.current(state.tick)
         if goal is not None:

@@ -10,15 +10,16 @@ from typing import Any
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Asking, Bus, Inbox, Stream
+from protocol.bus import Asking, Bus, Inbox
 from protocol.codec import decode
 from protocol.errors import Refusal
 from services.controller.checks import Checked, check_trajectory
 from services.controller.core import Controller
 from services.controller.modes import Mode
 from services.robot import RobotConfig
+from services.runtime import Seldom
 
-WAIT_S = 0.001
+WAIT_NS = 1_000_000
 STATUS_PERIOD_NS = 20_000_000
 FAREWELL_S = 3.0
 
@@ -35,11 +36,12 @@ class ControllerLoop:
         self._config = config
         self._log = log
         self._core = Controller(config)
-        self._states = Stream()
         self._requests: Inbox[Asking] = Inbox()
         self._trajectories: Inbox[Asking] = Inbox()
         self._events: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._refusals = Seldom(log)
         self._silent_waits = 0
+        self._wait_ends_ns = 0
         self._clock: m.Clock | None = None
         self._next_status_ns = 0
         self._closed = threading.Event()
@@ -57,7 +59,7 @@ class ControllerLoop:
 
     def open(self) -> None:
         """Declare everything on the bus; the arm introduces itself as soon as it is there."""
-        self._bus.listen(topics.STATE, self._states.push)
+        self._states = self._bus.stream(topics.STATE)
         for query in topics.QUERIES:
             if query.owner == "controller" and query.key in self._handlers:
                 self._bus.serve(query, self._requests)
@@ -89,32 +91,41 @@ class ControllerLoop:
 
     # --- the three verbs ------------------------------------------------------------------------------
 
-    def _receive(self) -> tuple[bytes, int] | None:
-        """Return the newest state (in stepped time the next one), after waiting up to 1 ms for it."""
-        taken = self._states.take(WAIT_S)
-        while taken and self._clock == "realtime" and (newer := self._states.take()):
-            taken = newer
-        return taken
+    def _receive(self) -> list[bytes]:
+        """Return the states that wait (in stepped time the next one), after waiting for one until 1 ms is over."""
+        left_ns = self._wait_ends_ns - time.perf_counter_ns()
+        taken = self._states.take(max(0, left_ns) * 1e-9)
+        waiting = [taken] if taken is not None else []
+        while waiting and self._clock == "realtime" and (newer := self._states.take()) is not None:
+            waiting.append(newer)
+        return waiting
 
-    def _answer(self, received: tuple[bytes, int] | None) -> None:
-        """Publish the command that answers a state; count the silence where there is none."""
-        if received is None:
-            self._silent_waits += 1
-            if self._silent_waits == self._config.silence_ticks and self._clock == "realtime":
-                self._core.raise_fault(f"no state for {self._silent_waits} waits of 1 ms")
-                self._log.error("the arm fell silent; any motion is aborted")
+    def _answer(self, received: list[bytes]) -> None:
+        """Publish the command that answers the newest good state; count the silence where there is none."""
+        began_ns = time.perf_counter_ns()
+        for data in reversed(received):
+            command = self._command(data)
+            if command is not None:
+                self._commands.put(command)
+                self._silent_waits, self._wait_ends_ns = 0, began_ns + WAIT_NS
+                self._core.cycle.note_response(time.perf_counter_ns() - began_ns)
+                return
+        if began_ns < self._wait_ends_ns:
             return
-        data, arrival_ns = received
+        self._wait_ends_ns = max(self._wait_ends_ns + WAIT_NS, began_ns)  # a stall of the machine is one wait
+        self._silent_waits += 1
+        if self._silent_waits == self._config.silence_ticks and self._clock == "realtime":
+            self._core.raise_fault(f"no state for {self._silent_waits} waits of 1 ms")
+            self._log.error("the arm fell silent; any motion is aborted")
+
+    def _command(self, data: bytes) -> m.Command | None:
+        """Return the command that answers a state, or None where it is old, doubled or malformed."""
         try:
-            command = self._core.answer(decode(data, m.State), time.time_ns())
+            return self._core.answer(decode(data, m.State), time.time_ns())
         except Refusal as refusal:
             self._core.cycle.refused += 1
-            self._log.warning("a state was refused: %s", refusal)
-            return
-        if command is not None:
-            self._silent_waits = 0
-            self._commands.put(command)
-            self._core.cycle.note_response(time.perf_counter_ns() - arrival_ns)
+            self._refusals.warn(f"a state was refused: {refusal}")
+            return None
 
     def _attend(self) -> None:
         """Apply at most one event or request, then tell what changed."""
@@ -181,7 +192,7 @@ class ControllerLoop:
         def answer_if_new() -> None:
             state = decode(data, m.State)
             if not self._core.has_seen(state.run, state.tick):
-                self._answer((data, time.perf_counter_ns()))
+                self._answer([data])
 
         self._events.put(answer_if_new)
 

@@ -54,10 +54,6 @@ class Timeline:
         samples = segment.samples
         return samples.positions[index], samples.velocities[index], samples.accelerations[index]
 
-    def mean_acceleration(self, tick: int, length: float) -> np.ndarray:
-        """Return the mean acceleration (J,) over the tick of `length` s that follows: a command is held that long."""
-        return (self.at(tick + 1)[1] - self.at(tick)[1]) / length
-
     def stop(self, tick: int, limits: Limits, length: float) -> tuple[int, int]:
         """Splice in the earliest jerk-limited stop, from `tick` on, that stays inside `limits`.
 

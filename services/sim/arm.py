@@ -3,6 +3,7 @@
 A real arm's backend has `reset`, `step` and `observe` alike.
 """
 
+import math
 from dataclasses import dataclass
 
 import mujoco
@@ -86,11 +87,11 @@ class SimulatedArm:
         model, data = scene.model, scene.data
         mujoco.mj_step1(model, data)
         demanded = self._dynamics.torques(accelerations)
-        if not np.isfinite(demanded).all():
+        if not math.isfinite(demanded.sum()):
             raise ValueError(f"accelerations: {accelerations} cannot be turned into torques; they have to be finite")
         limits = self.config.torques
-        self._torques = np.clip(demanded, -limits, limits)
-        self._saturated = np.abs(demanded) > limits
+        self._torques = np.minimum(np.maximum(demanded, -limits), limits)  # np.clip takes three times as long
+        self._saturated = self._torques != demanded
         data.qfrc_applied[scene.dofs] = self._torques + self._pushes()
         self._contacts = []
         for substep in range(scene.substeps):

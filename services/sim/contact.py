@@ -11,6 +11,9 @@ from services.sim.model import BALL, TEE, Scene
 MIN_IMPULSE = 0.01
 """A contact with less, N·s, is none: a ball that comes to rest rattles through hundreds. It turns a ball by 0.2 m/s."""
 
+Bodies = tuple[str, str]
+"""Names of both sides of a contact, the ball last, else in alphabetical order."""
+
 
 @dataclass(slots=True)
 class _Episode:
@@ -25,9 +28,10 @@ class ContactLog:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._open: dict[tuple[str, str], _Episode] = {}
+        self._open: dict[Bodies, _Episode] = {}
         self._force = np.zeros(6)
-        self._names = [self._geom_owner(geom) for geom in range(scene.model.ngeom)]
+        names = [self._geom_owner(geom) for geom in range(scene.model.ngeom)]
+        self._pairs = [[_in_order(first, second) for second in names] for first in names]
 
     def clear(self) -> None:
         """Forget every contact that lasts."""
@@ -39,32 +43,34 @@ class ContactLog:
         The `time` of a contact is its first touch, its velocity the ball's after it.
         """
         scene = self._scene
-        touching: set[tuple[str, str]] = set()
-        for index in range(scene.data.ncon):
-            bodies = self._bodies(scene.data.contact[index])
+        touching: set[Bodies] = set()
+        for index, (first, second) in enumerate(scene.data.contact.geom.tolist()):
+            bodies = self._pairs[first][second]
             if bodies == (TEE, BALL):
                 continue
             mujoco.mj_contactForce(scene.model, scene.data, index, self._force)
             episode = self._open.setdefault(bodies, _Episode(time))
             episode.impulse += float(np.linalg.norm(self._force[:3])) * scene.model.opt.timestep
             touching.add(bodies)
+        if len(touching) == len(self._open):
+            return []
         ended = {bodies: self._open.pop(bodies) for bodies in self._open.keys() - touching}
         return [self._report(bodies, ended[bodies]) for bodies in sorted(ended) if ended[bodies].impulse >= MIN_IMPULSE]
 
-    def _report(self, bodies: tuple[str, str], episode: _Episode) -> Contact:
+    def _report(self, bodies: Bodies, episode: _Episode) -> Contact:
         ball = self._scene.ball
         velocity = None
         if ball is not None and BALL in bodies:
             velocity = self._scene.data.qvel[ball.dof : ball.dof + 3].tolist()
         return Contact(time=episode.start_time, bodies=list(bodies), impulse=episode.impulse, ball_velocity=velocity)
 
-    def _bodies(self, contact: mujoco.MjContact) -> tuple[str, str]:
-        """Names of both sides, the ball last, else in alphabetical order."""
-        first, second = sorted(self._names[geom] for geom in contact.geom)
-        return (second, first) if first == BALL else (first, second)
-
     def _geom_owner(self, geom: int) -> str:
         """The geom's body; of what belongs to the world, the geom's own name."""
         model = self._scene.model
         body = model.geom_bodyid[geom]
         return model.body(body).name if body else model.geom(geom).name or "world"
+
+
+def _in_order(first: str, second: str) -> Bodies:
+    first, second = sorted((first, second))
+    return (second, first) if first == BALL else (first, second)

@@ -12,11 +12,11 @@ import numpy as np
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Asking, Bus, Inbox, Stream
+from protocol.bus import Asking, Bus, Inbox
 from protocol.codec import bad_message, decode
 from protocol.errors import Refusal
 from services.robot import RobotConfig
-from services.runtime import Deadlines
+from services.runtime import Deadlines, Seldom
 from services.sim.arm import SimulatedArm
 from services.sim.drive import Drive, Loss
 
@@ -24,6 +24,8 @@ PATIENCE_S = 2.0
 IDLE_S = 0.02
 MAX_STEPS = 10_000
 BALL_EVERY = 10
+HEAD_START_NS = 300_000
+"""Time for a step, which takes 0.1 to 0.2 ms, and for a late wake-up."""
 
 
 @dataclass(slots=True)
@@ -47,12 +49,11 @@ class SimLoop:
         self._config = config
         self._clock: m.Clock = clock
         self._stepped = clock == "stepped"
-        self._log = log
+        self._refusals, self._stalls = Seldom(log), Seldom(log)
         self._bus = bus
         self._arm = SimulatedArm(config, seed)
         self._drive = Drive(config)
         self._loss = Loss(config.rate_hz)
-        self._commands = Stream()
         self._requests: Inbox[Asking] = Inbox()
         self._debt: Debt | None = None
         self._acting: list[m.ActiveDisturbance] = []
@@ -69,7 +70,7 @@ class SimLoop:
 
     def open(self) -> None:
         """Declare everything on the bus and publish tick 0."""
-        self._bus.listen(topics.COMMAND, self._commands.push)
+        self._commands = self._bus.stream(topics.COMMAND)
         for query in topics.QUERIES:
             if query.owner == "sim":
                 self._bus.serve(query, self._requests)
@@ -84,13 +85,22 @@ class SimLoop:
             self._run_realtime(stopping)
 
     def _run_realtime(self, stopping: threading.Event) -> None:
-        """At each deadline take the newest command, step, publish."""
+        """At each deadline take the newest command, step, publish.
+
+        A step whose command is there is taken a little ahead, so that the state comes out at the deadline and the
+        controller has the whole tick for its answer.
+        """
         deadlines = Deadlines(round(1e9 / self._config.rate_hz))
         while not stopping.is_set():
+            stalls = deadlines.stalls
+            deadlines.near(HEAD_START_NS)
+            ahead = self._step_if_answered()
             deadlines.wait()
-            while taken := self._commands.take():
-                self._hear(taken[0])
-            self._step()
+            if deadlines.stalls > stalls:
+                self._stalls.warn(f"the machine stalled; robot time lags by {deadlines.lag_ns * 1e-9:.3f} s in all")
+            if not ahead:
+                self._hear_all()
+                self._step()
             self._publish()
             self._attend(self._requests.take())
             self._pay()
@@ -104,8 +114,8 @@ class SimLoop:
                 self._step()
                 self._publish()
                 debt.deadline = time.monotonic() + PATIENCE_S
-            elif taken := self._commands.take(IDLE_S if debt else 0.0):
-                self._hear(taken[0])
+            elif (taken := self._commands.take(IDLE_S if debt else 0.0)) is not None:
+                self._hear(taken)
             self._attend(self._requests.take(0.0 if debt else IDLE_S))
             self._pay()
 
@@ -118,10 +128,21 @@ class SimLoop:
             command = decode(data, m.Command)
         except Refusal as refusal:
             self._drive.refused += 1
-            self._log.warning("a command was refused: %s", refusal)
+            self._refusals.warn(f"a command was refused: {refusal}")
             return
         if self._drive.take(command, tick) and self._loss.has("command", command.tick):
             self._drive.lose()
+
+    def _hear_all(self) -> None:
+        while (taken := self._commands.take()) is not None:
+            self._hear(taken)
+
+    def _step_if_answered(self) -> bool:
+        self._hear_all()
+        answered = self._drive.answered_tick == self._arm.observe().tick
+        if answered:
+            self._step()
+        return answered
 
     def _step(self) -> None:
         now = self._arm.observe()
