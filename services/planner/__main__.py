@@ -2,6 +2,7 @@
 
 import logging
 import threading
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +20,7 @@ from services.options import Common, Options, service_bus
 from services.planner.core import Lead, Planner
 from services.planner.learning import learn_from_csv
 from services.planner.library import Library
+from services.planner.watch import ControllerWatch
 from services.robot import RobotConfig, load_robot
 
 SHIPPED = Path(__file__).resolve().parents[2] / "deploy" / "demonstrations"
@@ -46,7 +48,7 @@ def main() -> None:
         runtime.become_polite()
         planner = Planner(bus, config, library, lead, log)
         planner.warm_up()
-        serve(bus, planner, lead, stopping)
+        serve(bus, planner, lead, log, stopping)
 
 
 def learn_shipped(library: Library, config: RobotConfig, log: logging.Logger) -> None:
@@ -62,10 +64,11 @@ def learn_shipped(library: Library, config: RobotConfig, log: logging.Logger) ->
             log.info("learned %s from the demonstration that ships with Volley", path.stem)
 
 
-def serve(bus: Bus, planner: Planner, lead: Lead, stopping: threading.Event) -> None:
+def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping: threading.Event) -> None:
     """Answer requests one at a time until `stopping` is set."""
     inbox: Inbox[Asking] = Inbox()
     arm_appeared = threading.Event()
+    watch = ControllerWatch(bus, log)
     handlers = {
         topics.GOAL.key: lambda asking: planner.goal(asking.decode(), asking.arrival_ns),
         topics.LEARN.key: lambda asking: planner.learn(asking.decode()),
@@ -79,6 +82,7 @@ def serve(bus: Bus, planner: Planner, lead: Lead, stopping: threading.Event) -> 
     bus.watch_alive(topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else None)
     while not stopping.is_set():
         asking = inbox.take(0.1)
+        watch.look(time.monotonic())
         if arm_appeared.is_set():
             arm_appeared.clear()
             lead.stepped = is_stepped(bus)
@@ -87,6 +91,7 @@ def serve(bus: Bus, planner: Planner, lead: Lead, stopping: threading.Event) -> 
                 asking.reply(handlers[asking.topic.key](asking))
             except Refusal as refusal:
                 asking.refuse(refusal)
+                log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal)
 
 
 def is_stepped(bus: Bus) -> bool:

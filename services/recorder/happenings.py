@@ -26,6 +26,7 @@ class StatusDrawer:
         self._mode: str | None = None
         self._fault: str | None = None
         self._refused = 0
+        self._missed = 0
 
     def draw(self, received: list[Received[m.Status]]) -> None:
         """Write every status."""
@@ -59,6 +60,10 @@ class StatusDrawer:
             more = status.cycle.refused - self._refused
             canvas.event("controller", row, f"refused {more} malformed message(s)", "WARN")
         self._refused = status.cycle.refused
+        if status.cycle.missed > self._missed:
+            more = status.cycle.missed - self._missed
+            canvas.event("controller", row, f"late: {more} tick(s) without an answer in time", "WARN")
+        self._missed = status.cycle.missed
 
 
 class EndedDrawer:

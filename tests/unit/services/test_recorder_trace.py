@@ -279,6 +279,7 @@ def test_status_and_its_changes(desk: Desk) -> None:
     assert modes.times["tick"].tolist() == [0, 20, 60]
     said = trace.texts("/events/controller")
     assert any("refused 2 malformed" in text for text in said)
+    assert [text for text in said if "late" in text] == ["late: 3 tick(s) without an answer in time"]
     assert any("joint_1 is 0.31 rad off" in text for text in said)
 
 

@@ -1,5 +1,6 @@
 """What a process asks of the operating system."""
 
+import logging
 import signal
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import time
 
 import pytest
 
+from services import runtime
 from services.runtime import Deadlines
 
 WAITING = """
@@ -74,3 +76,34 @@ def test_a_thread_that_was_there_before_does_not_let_a_signal_kill():
         assert process.stdout.readline() == "ready\n"
         process.terminate()
         assert process.wait(20) == 0
+
+
+def test_what_happens_at_every_tick_is_warned_of_seldom(caplog: pytest.LogCaptureFixture):
+    """The first is told at once; a later one, after a second, counts those in between."""
+    seldom = runtime.Seldom(logging.getLogger("sim"))
+    for _ in range(5):
+        seldom.warn("a command was refused")
+    assert caplog.messages == ["a command was refused (1 so far)"]
+    seldom._next_ns = 0
+    seldom.warn("a command was refused")
+    assert caplog.messages[1:] == ["a command was refused (6 so far)"]
+
+
+def test_a_stall_is_counted(monkeypatch: pytest.MonkeyPatch):
+    """With the time it took; the deadlines go on from there."""
+    deadlines = runtime.Deadlines(1_000_000, next_ns=0)
+    monkeypatch.setattr(runtime.time, "monotonic_ns", lambda: 501_000_000)
+    deadlines.wait()
+    assert (deadlines.stalls, deadlines.lag_ns, deadlines.next_ns) == (1, 500_000_000, 501_000_000)
+
+
+def test_a_second_sigterm_does_not_interrupt_the_ending():
+    """`timeout` sends two: one to the process, one to its group."""
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        runtime.end_like_ctrl_c()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,51 @@
+"""What the planner logs of the controller: that it fell silent, came back, or is in a fault."""
+
+import logging
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus import Bus
+from protocol.codec import decode
+from protocol.errors import Refusal
+
+SILENT_S = topics.STATUS.max_age_s or 0.5
+
+
+class ControllerWatch:
+    """Hears every `status`; `look`, called often, logs what has changed since."""
+
+    def __init__(self, bus: Bus, log: logging.Logger) -> None:
+        self._log = log
+        self._newest: bytes | None = None
+        self._heard_s = 0.0
+        self._there = False
+        self._fault: str | None = None
+        bus.listen(topics.STATUS, self._hear)
+
+    def _hear(self, body: bytes) -> None:
+        self._newest = body
+
+    def look(self, now_s: float) -> None:
+        """Log what changed by `now_s`, on any clock that does not jump."""
+        body, self._newest = self._newest, None
+        if body is not None:
+            self._heard_s = now_s
+            self._note(body)
+        elif self._there and now_s - self._heard_s > SILENT_S:
+            self._there = False
+            self._log.error("the controller fell silent; motions that it has accepted may have ended")
+
+    def _note(self, body: bytes) -> None:
+        try:
+            fault = decode(body, m.Status).fault
+        except Refusal:
+            return
+        if not self._there:
+            self._there = True
+            self._log.info("the controller is there")
+        if fault != self._fault:
+            self._fault = fault
+            if fault:
+                self._log.error("the controller is in fault: %s", fault)
+            else:
+                self._log.info("the controller has left its fault")

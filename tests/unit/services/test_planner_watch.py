@@ -1,0 +1,49 @@
+"""What the planner logs of the controller."""
+
+import logging
+from collections.abc import Callable
+
+import msgspec
+import pytest
+
+from protocol import messages as m
+from protocol.codec import encode
+from services.planner.watch import ControllerWatch
+from tests.golden.examples import EXAMPLES
+
+
+class Heard:
+    """A bus on which only this test publishes."""
+
+    def listen(self, _: object, callback: Callable[[bytes], object]) -> None:
+        """Keep what wants to hear."""
+        self.say = callback
+
+
+def status(fault: str | None) -> bytes:
+    """Return a status."""
+    example = EXAMPLES["Status"]
+    assert isinstance(example, m.Status)
+    return encode(msgspec.structs.replace(example, fault=fault))
+
+
+def test_it_tells_every_change_once(caplog: pytest.LogCaptureFixture):
+    """There, in a fault, out of it, silent, back: one line each, however often it looks."""
+    caplog.set_level(logging.INFO)
+    bus = Heard()
+    watch = ControllerWatch(bus, logging.getLogger("planner"))  # type: ignore[arg-type]
+    watch.look(0.0)
+    watch.look(9.0)
+    assert caplog.messages == []
+    said = [None, None, "hot", "hot", None, b"\xc1"]
+    for k, fault in enumerate(said):
+        bus.say(fault if isinstance(fault, bytes) else status(fault))
+        watch.look(10.0 + k / 10)
+    watch.look(10.9)
+    watch.look(11.1)
+    watch.look(12.0)
+    bus.say(status(None))
+    watch.look(13.0)
+    words = ["is there", "in fault: hot", "left its fault", "fell silent", "is there"]
+    assert len(caplog.messages) == len(words)
+    assert all(word in line for word, line in zip(words, caplog.messages, strict=True))
