@@ -141,6 +141,6 @@ SCENARIOS = (
             told("the goal"),
         ),
         stall,
-        "short",
+        "full",
     ),
 )

@@ -10,7 +10,7 @@ from protocol import messages as m
 from protocol import topics
 from services.drill.cell import Cell, Plan
 from services.drill.lab import Lab
-from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, told
+from services.drill.scenario import Measured, Scenario, at_least, exactly, none, told
 from services.robot import Kinematics
 
 RECOVERED = 1e-3
@@ -34,16 +34,20 @@ def end(cell: Cell) -> Measured:
     """Say how the run ended: recovered or in a fault; then reset, if need be, and play a goal."""
     status = cell.status()
     off = max(map(abs, status.error.positions))
-    ended = f"fault: {status.fault}" if status.fault else "recovered" if off < RECOVERED else f"{off:.3g} rad off"
     if status.fault:
         cell.bus.ask(topics.RESET, m.Empty())
         cell.step(50)
     return {
-        "the arm": ended.partition(":")[0],
-        "in words": ended,
+        "the arm": "in a fault" if status.fault else "recovered" if off < RECOVERED else f"{off:.3g} rad off",
+        "neither recovered nor in a fault that says why": int(not status.fault and off >= RECOVERED),
+        "in words": status.fault or "",
         "ticks saturated": sum(any(state.saturated) for state in cell.states()),
-        "the next goal": cell.finish(cell.goal()).outcome,
     }
+
+
+def play(cell: Cell) -> Measured:
+    """Play a goal to home."""
+    return {"the next goal": cell.finish(cell.goal()).outcome}
 
 
 def push_in_strike(lab: Lab, acceleration: float) -> Measured:
@@ -53,7 +57,7 @@ def push_in_strike(lab: Lab, acceleration: float) -> Measured:
     push(cell, one(cell, acceleration), reply.start_time + 0.1, 0.2)
     cell.step_to(cell.end_tick(reply) + 600)
     result = cell.result(reply.goal_id)
-    return {"the goal": result.outcome, "peak tracking error": result.peak_tracking_error, **end(cell)}
+    return {"the goal": result.outcome, "peak tracking error": result.peak_tracking_error, **end(cell), **play(cell)}
 
 
 def touch_limit(lab: Lab) -> Measured:
@@ -65,7 +69,7 @@ def touch_limit(lab: Lab) -> Measured:
     push(cell, one(cell, 300.0), 0.02, 0.1)
     cell.step(1000)
     beyond = max(state.positions[0] for state in cell.states()) - top
-    return {"beyond the range by": max(0.0, beyond), **end(cell)}
+    return {"beyond the range by": max(0.0, beyond), **end(cell), **play(cell)}
 
 
 def hit_post(lab: Lab) -> Measured:
@@ -73,18 +77,9 @@ def hit_post(lab: Lab) -> Measured:
     config = post_in_the_way(lab)
     with lab.cell(Plan(robot_config=config)) as cell:
         cell.reset()
-        contacts = cell.listen(topics.CONTACT)
         reply = cell.strike()
         cell.step_to(cell.end_tick(reply) + 1500)
-        result = cell.result(reply.goal_id)
-        status = cell.status()
-        return {
-            "contacts told": contacts.qsize(),
-            "the goal": result.outcome,
-            "its reason": result.reason,
-            "the arm": "fault" if status.fault else "recovered",
-            "speed at the end": max(map(abs, cell.state().velocities)),
-        }
+        return {"the goal": cell.result(reply.goal_id).outcome, **end(cell)}
 
 
 def post_in_the_way(lab: Lab) -> Path:
@@ -101,6 +96,7 @@ def post_in_the_way(lab: Lab) -> Path:
     return folder / source.name
 
 
+ENDS = (told("the arm"), told("in words"), none("neither recovered nor in a fault that says why"))
 GOES_ON = exactly("the next goal", "succeeded")
 
 SCENARIOS = (
@@ -109,7 +105,7 @@ SCENARIOS = (
         "a push of 100 rad/s² for 0.2 s in a strike",
         "stepped",
         (
-            at_most("peak tracking error", 0.3, "rad"),
+            told("peak tracking error", "rad"),
             exactly("the goal", "succeeded"),
             exactly("the arm", "recovered"),
             GOES_ON,
@@ -120,33 +116,21 @@ SCENARIOS = (
         "saturation",
         "a push of 1000 rad/s² for 0.2 s, more than the torques can hold",
         "stepped",
-        (
-            at_least("ticks saturated", 1),
-            exactly("the goal", "aborted"),
-            exactly("the arm", "fault"),
-            told("in words"),
-            GOES_ON,
-        ),
+        (at_least("ticks saturated", 1), exactly("the goal", "aborted"), *ENDS, GOES_ON),
         lambda lab: push_in_strike(lab, 1000.0),
     ),
     Scenario(
         "joint-end",
         "joint_1 pushed with 300 rad/s² against the end of its range",
         "stepped",
-        (told("beyond the range by", "rad"), exactly("the arm", "recovered"), GOES_ON),
+        (told("beyond the range by", "rad"), *ENDS, GOES_ON),
         touch_limit,
     ),
     Scenario(
         "obstacle",
         "a post in the racket's way",
         "stepped",
-        (
-            at_least("contacts told", 1),
-            exactly("the goal", "aborted"),
-            told("its reason"),
-            exactly("the arm", "fault"),
-            told("speed at the end", "rad/s"),
-        ),
+        (exactly("the goal", "aborted"), *ENDS),
         hit_post,
     ),
 )

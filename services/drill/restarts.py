@@ -64,7 +64,7 @@ SCENARIOS = (
         "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGKILL, hosted=False),
-        "short",
+        "full",
     ),
     Scenario(
         "sim-killed-alone",

@@ -1,0 +1,45 @@
+"""The drill's scenarios: all that are exact, and the short ones in real time."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from services.drill.lab import Lab
+from services.drill.run import carry_out
+from services.drill.scenario import Scenario
+from services.drill.table import SCENARIOS
+from services.options import Options
+
+TRIES = 3
+"""In real time: a machine under test may stall for longer than an arm waits."""
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    """A lab for all scenarios."""
+    with Lab(Options(), tmp_path_factory.mktemp("drill")) as lab:
+        yield lab
+
+
+def chosen(kind: str) -> list[Scenario]:
+    """Return the scenarios of a kind; the fuzzer has a module of its own."""
+    return [scenario for name, scenario in SCENARIOS.items() if scenario.kind == kind and name != "fuzz"]
+
+
+@pytest.mark.parametrize("scenario", chosen("exact"), ids=lambda scenario: scenario.name)
+def test_exact(lab: Lab, scenario: Scenario):
+    """Every bound holds, at the first try."""
+    outcome = carry_out(scenario, lab)
+    assert outcome.held, outcome
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("scenario", chosen("short"), ids=lambda scenario: scenario.name)
+def test_in_real_time(lab: Lab, scenario: Scenario):
+    """Every bound holds, if need be at a later try."""
+    outcomes = []
+    for _ in range(TRIES):
+        outcomes.append(carry_out(scenario, lab))
+        if outcomes[-1].held:
+            return
+    raise AssertionError(outcomes)

@@ -1,0 +1,29 @@
+"""Thousands of mutated messages: nothing ends, nothing moves, every refusal has a code."""
+
+import random
+from pathlib import Path
+
+import pytest
+
+from services.drill.lab import Lab
+from services.drill.mutations import MUTATIONS, mutate
+from services.drill.run import carry_out
+from services.drill.table import SCENARIOS
+from services.options import Options
+
+
+def test_mutations_are_the_same_for_the_same_seed():
+    """And reach every kind, an empty body's too."""
+    body = {"name": "nod", "positions": [1.0, 2.0], "data": b"123"}
+    for wrong in (body, {}):
+        once, again = ([mutate(wrong, rng) for _ in range(500)] for rng in (random.Random(1), random.Random(1)))
+        assert once == again
+        assert len(set(once)) > 5 * len(MUTATIONS)
+
+
+@pytest.mark.timeout(300)
+def test_five_thousand_mutated_messages(tmp_path: Path):
+    """The drill's scenario."""
+    with Lab(Options(), tmp_path) as lab:
+        outcome = carry_out(SCENARIOS["fuzz"], lab)
+    assert outcome.held, outcome
