@@ -22,8 +22,6 @@ MAX_BODY_BYTES = 16 * MIB
 MAX_TICK = 1 << 48
 MAX_RUN = 1 << 63
 MAX_TIME_S = 1e9
-STATE_VECTORS = ("positions", "velocities", "torques", "saturated")
-COMMAND_VECTORS = ("accelerations", "positions", "velocities")
 
 
 class Received(NamedTuple, Generic[Said]):
@@ -91,39 +89,71 @@ def read(topic: Publication[Said], body: bytes, joint_count: int) -> Said:
         Refusal: `bad_message`, naming the field.
     """
     message = decode(body, topic.message, MAX_BODY_BYTES)
-    _check_times(message)
-    for field, values in _vectors(message):
-        if len(values) != joint_count:
-            raise bad_message(field, f"{field} has {len(values)} entries; the arm has {joint_count} joints")
-    if isinstance(message, m.Plan):
-        _check_plan(message, joint_count)
-    if isinstance(message, m.BallState):
-        for field in ("position", "velocity"):
-            if len(getattr(message, field)) != 3:
-                raise bad_message(field, f"{field} has {len(getattr(message, field))} entries; space has 3")
+    CHECKS[topic.message](message, joint_count)
     return message
 
 
-def _check_times(message: Any) -> None:
-    """Refuse what would not fit on a timeline."""
-    if isinstance(message, m.State | m.Command):
-        _check_range("tick", message.tick, MAX_TICK)
-        _check_range("run", message.run, MAX_RUN)
-    if isinstance(message, m.Plan):
-        _check_range("start_time", message.start_time, MAX_TIME_S)
-    elif not isinstance(message, m.Command | m.Result):
-        _check_range("time", message.time, MAX_TIME_S)
-    elif isinstance(message, m.Result) and message.hit:
-        _check_range("hit.time", message.hit.time, MAX_TIME_S)
+def _check_state(state: m.State, joint_count: int) -> None:
+    _check_range("tick", state.tick, MAX_TICK)
+    _check_range("run", state.run, MAX_RUN)
+    _check_range("time", state.time, MAX_TIME_S)
+    _check_lengths(
+        joint_count,
+        positions=state.positions,
+        velocities=state.velocities,
+        torques=state.torques,
+        saturated=state.saturated,
+    )
+    if state.truth:
+        _check_point("truth", state.truth, joint_count)
 
 
-def _check_range(field: str, value: float, bound: float) -> None:
-    if not 0 <= value < bound:
-        raise bad_message(field, f"{field} is {value}; it must be at least 0 and less than {bound:g}")
+def _check_command(command: m.Command, joint_count: int) -> None:
+    _check_range("tick", command.tick, MAX_TICK)
+    _check_range("run", command.run, MAX_RUN)
+    _check_lengths(
+        joint_count,
+        accelerations=command.accelerations,
+        positions=command.positions,
+        velocities=command.velocities,
+    )
+
+
+def _check_status(status: m.Status, joint_count: int) -> None:
+    _check_range("time", status.time, MAX_TIME_S)
+    _check_point("error", status.error, joint_count)
+
+
+def _check_result(result: m.Result, joint_count: int) -> None:
+    if result.hit:
+        _check_range("hit.time", result.hit.time, MAX_TIME_S)
+        errors = {"hit.position_error": result.hit.position_error, "hit.velocity_error": result.hit.velocity_error}
+        _check_lengths(joint_count, **errors)
+
+
+def _check_disturbance(disturbance: m.Disturbance, joint_count: int) -> None:
+    _check_range("time", disturbance.time, MAX_TIME_S)
+    for active in disturbance.active:
+        if active.values is not None:
+            _check_lengths(joint_count, **{"active.values": active.values})
+
+
+def _check_ball(ball: m.BallState, _: int) -> None:
+    _check_range("time", ball.time, MAX_TIME_S)
+    for field in ("position", "velocity"):
+        if len(getattr(ball, field)) != 3:
+            raise bad_message(field, f"{field} has {len(getattr(ball, field))} entries; space has 3")
+
+
+def _check_contact(contact: m.Contact, _: int) -> None:
+    _check_range("time", contact.time, MAX_TIME_S)
 
 
 def _check_plan(plan: m.Plan, joint_count: int) -> None:
     """Refuse a plan whose matrices, limits or way-points do not fit each other."""
+    _check_range("start_time", plan.start_time, MAX_TIME_S)
+    limits = {f"limits.{field}": getattr(plan.limits, field) for field in m.PlanLimits.__struct_fields__}
+    _check_lengths(joint_count, joint_names=plan.joint_names, **limits)
     if not 0 <= plan.hit_index < plan.count or not 0 < plan.dt < MAX_TIME_S:
         raise bad_message("count", f"count {plan.count}, hit_index {plan.hit_index}, dt {plan.dt} are no trajectory")
     for field in ("positions", "velocities", "accelerations"):
@@ -137,24 +167,29 @@ def _check_plan(plan: m.Plan, joint_count: int) -> None:
             raise bad_message("waypoints", f"waypoints: time_from_start {waypoint.time_from_start} is no time")
 
 
-def _vectors(message: Any) -> list[tuple[str, list[Any]]]:
-    """The fields of a message that have one entry a joint."""
-    if isinstance(message, m.State):
-        truth = _points("truth", message.truth) if message.truth else []
-        return [(field, getattr(message, field)) for field in STATE_VECTORS] + truth
-    if isinstance(message, m.Command):
-        return [(field, getattr(message, field)) for field in COMMAND_VECTORS]
-    if isinstance(message, m.Plan):
-        limits = [(f"limits.{field}", getattr(message.limits, field)) for field in m.PlanLimits.__struct_fields__]
-        return [("joint_names", message.joint_names), *limits]
-    if isinstance(message, m.Status):
-        return _points("error", message.error)
-    if isinstance(message, m.Result) and message.hit:
-        return [("hit.position_error", message.hit.position_error), ("hit.velocity_error", message.hit.velocity_error)]
-    if isinstance(message, m.Disturbance):
-        return [("active.values", active.values) for active in message.active if active.values is not None]
-    return []
+def _check_range(field: str, value: float, bound: float) -> None:
+    if not 0 <= value < bound:
+        raise bad_message(field, f"{field} is {value}; it must be at least 0 and less than {bound:g}")
 
 
-def _points(field: str, point: m.Point) -> list[tuple[str, list[Any]]]:
-    return [(f"{field}.positions", point.positions), (f"{field}.velocities", point.velocities)]
+def _check_lengths(joint_count: int, **vectors: list[Any]) -> None:
+    """Refuse what has not one entry a joint."""
+    for field, values in vectors.items():
+        if len(values) != joint_count:
+            raise bad_message(field, f"{field} has {len(values)} entries; the arm has {joint_count} joints")
+
+
+def _check_point(field: str, point: m.Point, joint_count: int) -> None:
+    _check_lengths(joint_count, **{f"{field}.positions": point.positions, f"{field}.velocities": point.velocities})
+
+
+CHECKS: dict[type, Callable[[Any, int], None]] = {
+    m.State: _check_state,
+    m.Command: _check_command,
+    m.Status: _check_status,
+    m.Result: _check_result,
+    m.Plan: _check_plan,
+    m.Disturbance: _check_disturbance,
+    m.BallState: _check_ball,
+    m.Contact: _check_contact,
+}
