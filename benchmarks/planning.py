@@ -18,9 +18,13 @@ from benchmarks.machine import save
 from benchmarks.peers import Answer, FullProblem, dmp_solver, ruckig_motion
 from motion.basis import make_grid
 from motion.errors import MotionError
+from motion.fixed import Fixed, fixed_values
 from motion.plan import plan
 from motion.primitive import Primitive
+from motion.problem import build
 from motion.request import MotionRequest, Waypoint
+from motion.solver import solve
+from motion.stopping import arriving
 
 
 @dataclass
@@ -116,11 +120,15 @@ def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[
 
 
 def growth(count: int) -> dict[str, dict[str, float]]:
-    """Milliseconds of a cold plan by basis functions, joints and way-points."""
+    """Milliseconds of a cold plan by basis functions, instants, joints and way-points."""
     found = {}
     for size in (25, 50, 100):
         primitive = joint_of(forehand(size), 1)
         found[f"{size} basis functions"] = _cold(primitive, [c.request for c in draw(primitive, count, 7)])
+    primitive = joint_of(forehand(), 1)
+    for intervals in (500, 1000, 2000, 4000):
+        requests = [c.request for c in draw(primitive, count, 7)]
+        found[f"{intervals + 1} instants, program alone"] = _programs(primitive, requests, intervals)
     for joints in (1, 2, 4, 6, 12):
         primitive = forehand(joints=joints)
         found[f"{joints} joints"] = _cold(primitive, [c.request for c in draw(primitive, count, 7)])
@@ -147,6 +155,21 @@ def _cold(primitive: Primitive, requests: list[MotionRequest]) -> dict[str, floa
         except MotionError:  # way-points can ask for too much; refusals do not count
             continue
     return milliseconds(seconds or [np.nan])
+
+
+def _programs(primitive: Primitive, requests: list[MotionRequest], intervals: int) -> dict[str, float]:
+    """The programs of cold plans on a grid of another size, with their certificates."""
+    grid = make_grid(primitive.basis_count, intervals)
+    seconds = []
+    for request in requests:
+        fixed, confined = fixed_values(request), arriving(request)
+
+        def work(request: MotionRequest = request, fixed: Fixed = fixed, confined: Answer = confined) -> Answer:
+            assert confined is not None
+            return solve(grid, build(grid, request, fixed, primitive.theta, confined))[0].x
+
+        seconds.append(timed(work)[0])
+    return milliseconds(seconds)
 
 
 def main(goals: int = 60, seed: int = 5) -> None:

@@ -175,9 +175,9 @@ class _WorkingSet:
         on_weights = matrix[:, :-2]
         matrix = on_weights - (on_weights @ span) @ span.T
         norms = np.sqrt(np.einsum("ij,ij->i", matrix, matrix))
-        alive = norms > _DEAD * grid.norms[quantity]
+        alive = (norms > _DEAD * grid.norms[quantity]) & np.isfinite(excess)
         if not alive.all():
-            # What the equalities alone decide was compared with the limits before.
+            # What the equalities alone decide was compared with the limits before; neighbours may have no limit.
             self.rows = self.rows[alive]
             matrix, excess, norms = matrix[alive], excess[alive], norms[alive]
         return matrix / norms[:, None], excess / norms

@@ -54,7 +54,7 @@ def final_accelerations(request: MotionRequest) -> np.ndarray:
 def _stoppable(
     positions: np.ndarray, velocities: np.ndarray, interval: np.ndarray, limits: Limits
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Ends (J,) of the part of the `interval` (J, 2) from which a stop keeps the position limits; empty where low > high.
+    """Ends (J,) of the part of an interval (J, 2) from which a stop keeps the position limits; empty where low > high.
 
     Both extremes of position grow with the acceleration the stop starts from.
     """
