@@ -115,8 +115,8 @@ class ControllerLoop:
         self._wait_ends_ns = max(self._wait_ends_ns + WAIT_NS, began_ns)  # a stall of the machine is one wait
         self._silent_waits += 1
         if self._silent_waits == self._config.silence_ticks and self._clock == "realtime":
-            self._core.raise_fault(f"no state for {self._silent_waits} waits of 1 ms")
             self._log.error("the arm fell silent; any motion is aborted")
+            self._core.raise_fault(f"no state for {self._silent_waits} waits of 1 ms")
 
     def _command(self, data: bytes) -> m.Command | None:
         """Return the command that answers a state, or None where it is old, doubled or malformed."""
