@@ -35,7 +35,8 @@ class Bound:
             return self.relation == "=" and measured == self.value
         if math.isnan(measured):
             return False
-        return {"=": measured == self.value, "≤": measured <= self.value, "≥": measured >= self.value}[self.relation]
+        kept = {"=": measured == self.value, "≤": measured <= self.value, "≥": measured >= self.value}[self.relation]
+        return bool(kept)
 
 
 def exactly(reaction: str, value: Value, unit: str = "") -> Bound:
