@@ -79,10 +79,12 @@ def real_time(scratch: str, seconds: float) -> dict[str, float]:
             bus.ask(topics.GOAL, goal())
             time.sleep(2.5)
         share = (cpu_seconds(recorder) - used) / (time.perf_counter() - began)
-        cycle = bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
+        status = bus.ask(topics.STATUS_QUERY, m.Empty())
+    cycle = status.cycle
     return {
         "on time, %": 100 * cycle.on_time_ratio,
         "ticks": cycle.count,
+        "ticks that the controller passed over": round(status.time * 1000) + 1 - cycle.count,
         "answer p50, µs": cycle.late_us.p50,
         "answer p99, µs": cycle.late_us.p99,
         "recorder, % of a core": 100 * share,
@@ -91,7 +93,7 @@ def real_time(scratch: str, seconds: float) -> dict[str, float]:
 
 
 def lost(file: Path) -> dict[str, float]:
-    """Ticks that the trace lacks of either stream, since the last reset."""
+    """Ticks that the trace lacks of either stream; a command that was never given is no loss of the recorder."""
     trace = read_trace(file)
     missing = {}
     for stream, curve in (("state", "measured"), ("command", "reference")):

@@ -1,0 +1,108 @@
+"""The .rrd that the recorder leaves behind, read back and held against what was said on the bus."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from harness import SERVICES, Stack, running
+
+from protocol import messages as m
+from protocol import topics
+from protocol.codec import matrix
+from services.demo.strikes import goal
+from services.recorder.trace import Trace, read_trace
+from services.robot import load_robot
+
+NAMES = load_robot().joint_names
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What the bus said of one run, and how its goal went."""
+
+    states: list[m.State]
+    commands: list[m.Command]
+    plan: m.Plan
+    result: m.Result
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Told], Trace]:
+    """Two runs beside a recorder that is then ended; each has a push and a strike from another place."""
+    directory = tmp_path_factory.mktemp("trace")
+    file = directory / "strikes.rrd"
+    with running(directory, names=(*SERVICES, "recorder"), record=file) as stack:
+        told = [play(stack, 0.0), play(stack, 0.1)]
+    return told, read_trace(file)
+
+
+def play(stack: Stack, shift: float) -> Told:
+    """Strike once, `shift` rad from home, against a push."""
+    home = load_robot().home + shift
+    stack.reset(positions=home.tolist())
+    push = [20.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    stack.bus.ask(topics.SIM_DISTURB, m.Disturb(kind="acceleration", values=push, start_time=0.2, duration=0.1))
+    reply = stack.bus.ask(topics.GOAL, goal())
+    plan, result = stack.plan_of(reply), stack.finish(reply)
+    stack.step(20)
+    return Told(stack.states(), stack.commands(), plan, result)
+
+
+def rows(trace: Trace, entity: str, told: list[Told], run: int) -> np.ndarray:
+    """The numbers of an entity with one row a tick, over one of the runs, which lie one behind the other."""
+    lengths = [len(one.states) for one in told]
+    values = trace.scalars(entity)[-sum(lengths) :]
+    first = sum(lengths[:run])
+    return values[first : first + lengths[run]]
+
+
+@pytest.mark.parametrize("run", [0, 1])
+def test_the_trace_holds_what_the_states_said(recorded: tuple[list[Told], Trace], run: int):
+    told, trace = recorded
+    states = told[run].states
+    for quantity, field in (("position", "positions"), ("velocity", "velocities")):
+        for joint, name in enumerate(NAMES):
+            seen = rows(trace, f"/joints/{name}/{quantity}/measured", told, run)
+            assert np.array_equal(seen.ravel(), [getattr(state, field)[joint] for state in states]), (quantity, name)
+    assert np.array_equal(rows(trace, "/arm/torques", told, run), [state.torques for state in states])
+    truths = [state.truth.positions for state in states if state.truth]
+    assert np.array_equal(rows(trace, "/arm/true_position", told, run), truths)
+
+
+@pytest.mark.parametrize("run", [0, 1])
+def test_the_trace_holds_what_the_commands_said(recorded: tuple[list[Told], Trace], run: int):
+    told, trace = recorded
+    commands = told[run].commands
+    curves = (("position/reference", "positions"), ("velocity/reference", "velocities"))
+    for curve, field in (*curves, ("acceleration/commanded", "accelerations")):
+        for joint, name in enumerate(NAMES):
+            seen = rows(trace, f"/joints/{name}/{curve}", told, run)
+            assert np.array_equal(seen.ravel(), [getattr(command, field)[joint] for command in commands]), (curve, name)
+
+
+def test_every_tick_lies_in_the_trace_once_and_in_order(recorded: tuple[list[Told], Trace]):
+    told, trace = recorded
+    for curve in ("position/measured", "position/reference"):
+        ticks = trace.column(f"/joints/{NAMES[0]}/{curve}").ticks()[-sum(len(one.states) for one in told) :]
+        assert np.array_equal(np.diff(ticks), np.ones(len(ticks) - 1)), curve
+
+
+def test_the_trace_tells_the_plan_and_how_it_went(recorded: tuple[list[Told], Trace]):
+    told, trace = recorded
+    for one, errors in zip(told, trace.scalars("/goals/position_error"), strict=True):
+        assert one.result.outcome == "succeeded"
+        assert one.result.hit
+        assert errors.tolist() == one.result.hit.position_error
+    wanted = np.concatenate([matrix(one.plan.positions, one.plan.count, len(NAMES), "positions")[:, 0] for one in told])
+    planned = trace.scalars(f"/joints/{NAMES[0]}/position/planned").ravel()
+    assert set(planned) <= set(wanted)
+    assert planned.max() == pytest.approx(wanted.max(), abs=1e-3)  # not every sample is drawn
+
+
+def test_the_push_is_an_event_and_an_arrow_on_its_link(recorded: tuple[list[Told], Trace]):
+    told, trace = recorded
+    said = [text for text in trace.texts("/events/disturbance") if "no disturbance" not in text]
+    assert len(said) == len(told)
+    [pushed] = [entity for entity in trace.entities if entity.endswith("/push")]
+    drawn = [len(row) for row in trace.column(pushed, "Arrows3D:vectors").values]
+    assert drawn == [1, 0] * len(told)  # it appears, and goes with the push
