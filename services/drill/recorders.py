@@ -44,7 +44,7 @@ def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None]) -> Measured:
         "on-time ratio before": 100 * before,
         "the goal": result.outcome,
         "the trace opens": "yes" if last else "no",
-        "lost at the end": (tick - last) * cell.config.tick,
+        "lost at the end": max(0, tick - last) * cell.config.tick,
     }
 
 
