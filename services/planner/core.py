@@ -20,20 +20,20 @@ from services.planner.answers import Answers
 from services.planner.goals import Origin, check_goal, motion_request, refusal_of, start_boundary
 from services.planner.learning import learn_from_request, learned_message
 from services.planner.library import Library
+from services.planner.rehearsal import rehearse
 from services.planner.replies import goal_reply, plan_message, trajectory_message
 from services.robot import RobotConfig
 
 STEPPED_LEAD_TICKS = 20
 UNKNOWN_PLANNING_S = 0.05
-WARM_UPS = 10
-ROUND_TRIPS_S = 0.003  # what asking for the reference and having the plan accepted adds, while nothing was measured
 
 
 class Lead:
     """How far ahead a plan begins: what nine in ten of the last plans took, and a quarter more.
 
-    The tenth is late, which moves nothing, and is planned again with the lead of the slowest. `fixed` (s) overrides.
-    In stepped time nothing is late, and the lead is 20 ticks.
+    The tenth is late, which moves nothing, and is planned again with the lead of the slowest, at least twice what the
+    late one took. Before anything was measured, and for the first ten plans, 50 ms count as one that was. `fixed` (s)
+    overrides. In stepped time nothing is late, and the lead is 20 ticks.
     """
 
     def __init__(self, tick: float, fixed: float | None = None) -> None:
@@ -41,7 +41,7 @@ class Lead:
         self._stepped_lead = STEPPED_LEAD_TICKS * tick
         self._fixed = fixed
         self._margin = 2 * tick
-        self._took: deque[float] = deque(maxlen=50)
+        self._took: deque[float] = deque([UNKNOWN_PLANNING_S], maxlen=50)
 
     def seconds(self, again: bool = False) -> float:
         """Return the lead of the next plan; `again` after one that came late."""
@@ -49,11 +49,13 @@ class Lead:
             return self._stepped_lead
         if self._fixed is not None:
             return self._fixed
-        took = sorted(self._took) or [UNKNOWN_PLANNING_S]
-        return self._margin + 1.25 * took[-1 if again else 9 * len(took) // 10]
+        took = sorted(self._took)
+        if again:
+            return self._margin + max(1.25 * took[-1], 2 * self._took[-1])
+        return self._margin + 1.25 * took[9 * len(took) // 10]
 
     def note(self, seconds: float) -> None:
-        """Note what a plan took from its reference to its acceptance."""
+        """Note what a plan took from its reference to its acceptance or refusal."""
         self._took.append(seconds)
 
 
@@ -71,22 +73,15 @@ class Planner:
         self._answers = Answers()
 
     def warm_up(self) -> None:
-        """Plan some motions, so that the first goal finds everything built and the lead is known."""
+        """Plan and encode some motions that limits shape, so that the first goal finds everything built and loaded."""
         for described in self._library:
             primitive = self._library.get(described.name)
             if primitive.joint_count != self._config.joint_count:
                 continue
-            rest = np.zeros(self._config.joint_count)
-            ends = Boundary(self._config.home, rest, rest), Boundary(self._config.home, rest, rest)
-            request = MotionRequest(*ends, primitive.duration, self._config.limits)
-            for _ in range(WARM_UPS):
-                began = time.monotonic()
-                try:
-                    plan(primitive, request, self._config.tick).samples()
-                except MotionError as error:
-                    self._log.info("no warm-up with %s: %s", described.name, error)
-                    break
-                self._lead.note(time.monotonic() - began + ROUND_TRIPS_S)
+            try:
+                rehearse(primitive, self._config)
+            except MotionError as error:
+                self._log.info("no warm-up with %s: %s", described.name, error)
             return
 
     def primitives(self, _: m.Empty) -> m.Primitives:
