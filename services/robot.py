@@ -8,8 +8,7 @@ import mujoco
 import numpy as np
 
 from motion.limits import Limits
-
-DEFAULT_ROBOT = Path(__file__).parents[1] / "deploy" / "robots" / "arm.toml"
+from services.options import DEFAULT_ROBOT_CONFIG
 
 
 class RobotError(ValueError):
@@ -77,7 +76,7 @@ class RobotConfig:
         return mujoco.MjModel.from_xml_path(str(self.mjcf_path))
 
 
-def load_robot(path: Path | str = DEFAULT_ROBOT) -> RobotConfig:
+def load_robot(path: Path | str = DEFAULT_ROBOT_CONFIG) -> RobotConfig:
     """The robot described by the TOML file at `path`. Raises RobotError in a sentence."""
     path = Path(path)
     try:

@@ -53,9 +53,9 @@ def test_plan_only_reports_the_violations(stack: Stack):
     assert not report.certified
     low, high = np.array(report.extremes.positions).T
     limits = ROBOT.limits.positions
-    assert np.allclose(report.margin.positions, np.minimum(low - limits[:, 0], limits[:, 1] - high), atol=1e-9)
-    margins = [report.margin.positions, report.margin.velocities, report.margin.accelerations, report.margin.jerks]
-    assert min(min(margin) for margin in margins) < -0.01
+    margin = report.margin
+    assert np.allclose(np.array(margin.positions), np.minimum(low - limits[:, 0], limits[:, 1] - high), atol=1e-9)
+    assert np.array([margin.positions, margin.velocities, margin.accelerations, margin.jerks]).min() < -0.01
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from services.robot import DEFAULT_ROBOT, Kinematics, RobotError, load_robot
+from services.options import DEFAULT_ROBOT_CONFIG
+from services.robot import Kinematics, RobotError, load_robot
 
 PAPER_POSES = {
     "home": (0.0, 0.52, 0.82, -0.2, 0.0, 0.09),
@@ -76,8 +77,8 @@ def test_the_shipped_arm_has_room_for_the_papers_cases():
 
 def test_the_default_does_not_depend_on_the_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
-    assert load_robot().mjcf_path == DEFAULT_ROBOT.parent / "arm.xml"
-    assert load_robot(str(DEFAULT_ROBOT)).name == "arm"
+    assert load_robot().mjcf_path == DEFAULT_ROBOT_CONFIG.parent / "arm.xml"
+    assert load_robot(str(DEFAULT_ROBOT_CONFIG)).name == "arm"
 
 
 def test_the_acceleration_limits_are_reachable_in_the_papers_poses():
