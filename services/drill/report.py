@@ -100,17 +100,20 @@ def markdown(document: dict[str, Any]) -> str:
     lines = [f"Measured on: {described}.", ""]
     for family, scenarios in FAMILIES.items():
         lines += [f"### {family}", "", "| fault | reaction measured | bound | |", "|---|---|---|---|"]
-        lines += [_line(scenario, document["rows"][scenario.name]) for scenario in scenarios]
+        lines += [_line(scenario, document["rows"].get(scenario.name)) for scenario in scenarios]
         lines.append("")
     return "\n".join(lines)
 
 
-def _line(scenario: Scenario, row: dict[str, Any]) -> str:
-    reactions = row["reactions"]
-    measured = "<br>".join(f"{r['reaction']}: {number(r['measured'], r['unit'])}" for r in reactions)
+def _line(scenario: Scenario, row: dict[str, Any] | None) -> str:
+    """Return a scenario's line of the table; `row` is None where it was not drilled."""
     bounds = "<br>".join(bound_text(bound) or "told" for bound in scenario.bounds)
-    held = "held" if row["held"] else "**fell short**"
-    return f"| `{scenario.name}` {scenario.fault} | {row['broken'] or measured} | {bounds} | {held} |"
+    if row is None:
+        measured, held = "not measured", ""
+    else:
+        measured = "<br>".join(f"{r['reaction']}: {number(r['measured'], r['unit'])}" for r in row["reactions"])
+        measured, held = row["broken"] or measured, "held" if row["held"] else "**fell short**"
+    return f"| `{scenario.name}`: {scenario.fault} | {measured} | {bounds} | {held} |"
 
 
 def _row(outcome: Outcome) -> dict[str, Any]:

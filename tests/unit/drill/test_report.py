@@ -1,0 +1,78 @@
+"""The drill's files, and the page that is made from them."""
+
+import json
+from pathlib import Path
+
+from services.drill.report import BEGIN, END, markdown, number, save, write_markdown
+from services.drill.scenario import judge
+from services.drill.table import FAMILIES, SCENARIOS, chosen
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "reliability.md"
+
+
+def measured(name: str, good: bool) -> dict[str, float | str]:
+    """Return a measurement for every bound of a scenario: the bound itself, or none that keeps it."""
+    return {bound.reaction: bound.value if good else "nothing" for bound in SCENARIOS[name].bounds}
+
+
+def test_numbers():
+    """Whole ones as they are, others to three digits, words as words."""
+    assert [number(20, "ms"), number(0.012345, "s"), number("busy"), number(None)] == [
+        "20 ms",
+        "0.0123 s",
+        "busy",
+        "not measured",
+    ]
+
+
+def test_later_measurements_join_the_earlier(tmp_path: Path):
+    """A scenario drilled again replaces its row; the others stay."""
+    file = tmp_path / "drill.json"
+    one, other = SCENARIOS["push"], SCENARIOS["cancel"]
+    save(file, [judge(one, measured("push", True), 1.0), judge(other, measured("cancel", True), 1.0)])
+    document = save(file, [judge(one, measured("push", False), 2.0)])
+    assert json.loads(file.read_text()) == document
+    assert {name: row["held"] for name, row in document["rows"].items()} == {"push": False, "cancel": True}
+    text = markdown(document)
+    assert text.count("**fell short**") == 1
+    assert text.count("not measured") == len(SCENARIOS) - 2
+
+
+def test_only_the_table_of_a_page_is_replaced(tmp_path: Path):
+    """What stands around it stays."""
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{BEGIN}\noutdated\n{END}\nafter\n")
+    write_markdown(page, {"machine": {"cores": "2"}, "rows": {}})
+    text = page.read_text()
+    assert text.startswith("before\n")
+    assert text.endswith("\nafter\n")
+    assert "outdated" not in text
+    assert "cores 2" in text
+
+
+def test_the_page_is_made_from_the_measurements():
+    """Those beside it."""
+    document = json.loads(PAGE.with_suffix(".json").read_text())
+    assert f"{BEGIN}\n\n{markdown(document)}\n{END}" in PAGE.read_text()
+
+
+def test_the_page_has_every_scenario_and_no_other():
+    """With the fault and bounds as they are now."""
+    lines = PAGE.read_text().splitlines()
+    rows = [line for line in lines if line.startswith("| `")]
+    assert [row.split("`")[1] for row in rows] == list(SCENARIOS)
+    for row, scenario in zip(rows, SCENARIOS.values(), strict=True):
+        assert scenario.fault in row
+
+
+def test_names_choose():
+    """All without any, and what is not there is told with what is."""
+    assert chosen([]) == [scenario for family in FAMILIES.values() for scenario in family]
+    assert [scenario.name for scenario in chosen(["push", "cancel"])] == ["push", "cancel"]
+    try:
+        chosen(["pull"])
+    except KeyError as error:
+        assert "pull" in error.args[0]
+        assert "push" in error.args[0]
+    else:
+        raise AssertionError("pull is no scenario")
