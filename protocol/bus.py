@@ -11,7 +11,7 @@ from typing import Generic, Self, TypeVar
 import zenoh
 
 from protocol import messages as m
-from protocol.codec import ENCODING, bad_message, decode, encode
+from protocol.codec import ENCODING, bad_message, check_size, decode, encode
 from protocol.errors import NoAnswer, Refusal
 from protocol.topics import (
     QUEUE_LENGTH,
@@ -142,8 +142,10 @@ class Asking(Generic[Asked, Answered]):
             Refusal: `bad_message`.
         """
         payload = self._query.payload
-        data = payload.to_bytes() if payload else b"\x80"
-        return decode(data, self.topic.request, self.topic.max_bytes)
+        if not payload:
+            return decode(b"\x80", self.topic.request)
+        check_size(len(payload), self.topic.max_bytes)  # before it is copied: a loop may be waiting
+        return decode(payload.to_bytes(), self.topic.request, self.topic.max_bytes)
 
     def reply(self, answer: Answered) -> None:
         """Answer the request."""

@@ -32,8 +32,7 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 20) -> Kind:
         Refusal: `bad_message`, naming the field, for more than `max_bytes`, broken or trailing bytes, a body that is
             not a map, unknown or missing fields, wrong types, and numbers that are not finite.
     """
-    if len(data) > max_bytes:
-        raise bad_message("", f"the body has {len(data)} bytes; at most {max_bytes} are taken here")
+    check_size(len(data), max_bytes)
     body = _unpack(data)
     if not isinstance(body, dict):
         raise bad_message("", f"the body is {_describe(body)}; send a msgpack map with string keys")
@@ -42,6 +41,16 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 20) -> Kind:
     except msgspec.ValidationError as error:
         _check_sound(body, "", MAX_DEPTH)
         raise _explain(error, kind) from None
+
+
+def check_size(size: int, max_bytes: int) -> None:
+    """Refuse a body of `size` bytes where that is more than `max_bytes`.
+
+    Raises:
+        Refusal: `bad_message`.
+    """
+    if size > max_bytes:
+        raise bad_message("", f"the body has {size} bytes; at most {max_bytes} are taken here")
 
 
 def bad_message(field: str, sentence: str) -> Refusal:
