@@ -5,7 +5,7 @@ import os
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 
@@ -164,8 +164,8 @@ def noise(lab: Lab) -> Measured:
 
 
 @contextmanager
-def noisy(cell: Cell) -> Iterator[list[int]]:
-    """Publish noise until the block ends; the list holds how many messages were sent."""
+def noisy(cell: Cell, where: Sequence[topics.Publication] = topics.PUBLICATIONS) -> Iterator[list[int]]:
+    """Publish 1 MB/s of noise until the block ends; the list holds how many messages were sent."""
     sent, stopping = [0], threading.Event()
 
     def publish(session: zenoh.Session, keys: list[str]) -> None:
@@ -175,7 +175,7 @@ def noisy(cell: Cell) -> Iterator[list[int]]:
                 session.put(keys[sent[0] % len(keys)], os.urandom(NOISE_BYTES))
                 sent[0] += 1
 
-    keys = [cell.bus.key(topic.key) for topic in topics.PUBLICATIONS]
+    keys = [cell.bus.key(topic.key) for topic in where]
     with open_session([cell.endpoint]) as session:
         thread = threading.Thread(target=publish, args=(session, keys))
         thread.start()

@@ -2,26 +2,32 @@
 
 import signal
 import time
+from contextlib import ExitStack
 
+from protocol import topics
 from protocol.errors import NoAnswer, Refusal
 from services.drill.cell import Cell, Plan, wait_for
 from services.drill.lab import Lab
+from services.drill.load import noisy
 from services.drill.scenario import Measured, Scenario, at_most, exactly, told
 
 CONTROLLER_SAYS, PLANNER_SAYS = "the arm fell silent", "the controller"
 """How the log lines begin by which the two say that the arm is gone."""
 
 
-def silence_sim(lab: Lab, number: signal.Signals, hosted: bool) -> Measured:
-    """Kill or stop the sim in mid-motion, and bring it back after a second."""
-    with lab.cell(Plan(clock="realtime", hosted=hosted)) as cell:
+def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = False) -> Measured:
+    """Kill or stop the sim in mid-motion, if asked amid noise on `state`, and bring it back after a second."""
+    with lab.cell(Plan(clock="realtime", hosted=hosted)) as cell, ExitStack() as meanwhile:
         cell.recover()
+        if noise:
+            meanwhile.enter_context(noisy(cell, (topics.STATE,)))
         reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=2.0)
         wait_for(lambda: cell.state().time > reply.start_time + 0.7, "the motion to be under way")
         at = cell.signal("sim", number)
         time.sleep(1.5)
         controller = cell.said_at("controller", CONTROLLER_SAYS, at)
         planner = cell.said_at("planner", PLANNER_SAYS, at)
+        meanwhile.close()
         if number == signal.SIGSTOP:
             cell.signal("sim", signal.SIGCONT)
         else:
@@ -88,6 +94,14 @@ SCENARIOS = (
         "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=True),
+        "full",
+    ),
+    Scenario(
+        "sim-stopped-noise",
+        "the same, with 1 MB/s of noise among the states: noise is no sign of life",
+        "realtime",
+        BOUNDS,
+        lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=True, noise=True),
         "full",
     ),
 )

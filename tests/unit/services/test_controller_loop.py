@@ -1,0 +1,96 @@
+"""The controller's loop amid noise on the stream of states."""
+
+import logging
+from typing import Any
+
+import pytest
+
+from protocol import messages as m
+from protocol.codec import encode
+from services.controller.loop import ControllerLoop
+from services.robot import load_robot
+
+CONFIG = load_robot()
+NOISE = b"\xc1" * 100
+
+
+class Publisher:
+    """Keeps what is published."""
+
+    def __init__(self) -> None:
+        self.said: list[Any] = []
+
+    def put(self, message: Any) -> None:
+        """Keep a message."""
+        self.said.append(message)
+
+
+class Desk:
+    """A loop in real time, and the commands it publishes."""
+
+    def __init__(self) -> None:
+        self.commands: list[m.Command] = []
+        self.loop = ControllerLoop(self, CONFIG, logging.getLogger("controller"))  # type: ignore[arg-type]
+        self.loop._clock = "realtime"
+
+    def publisher(self, topic: Any, blocking: bool = False) -> Publisher:
+        """Stand in for the bus."""
+        publisher = Publisher()
+        if topic.key == "command":
+            self.commands = publisher.said
+        return publisher
+
+
+@pytest.fixture
+def desk() -> Desk:
+    """A loop that has heard nothing yet."""
+    return Desk()
+
+
+def state(tick: int) -> bytes:
+    """Return the state of an arm at rest at home."""
+    home, still = CONFIG.home.tolist(), [0.0] * CONFIG.joint_count
+    saturated = [False] * CONFIG.joint_count
+    return encode(
+        m.State(
+            run=1,
+            tick=tick,
+            time=tick / 1000,
+            positions=home,
+            velocities=still,
+            torques=still,
+            saturated=saturated,
+            brake=False,
+            applied_tick=tick - 1,
+        )
+    )
+
+
+def test_noise_behind_a_state_does_not_take_its_place(desk: Desk):
+    """The newest good state is answered, and what was refused is counted."""
+    desk.loop._answer([state(5)])
+    desk.loop._answer([state(6), state(7), NOISE, state(3), b""])
+    assert [command.tick for command in desk.commands] == [5, 7]
+    assert desk.loop._core.cycle.refused == 3
+
+
+def test_noise_is_no_sign_of_life(desk: Desk):
+    """However much of it comes, every millisecond without a state is a silent wait, and the twentieth a fault."""
+    desk.loop._answer([state(5)])
+    assert desk.loop._silent_waits == 0
+    for wait in range(1, CONFIG.silence_ticks + 1):
+        desk.loop._wait_ends_ns = 0  # a millisecond is over
+        desk.loop._answer([NOISE, NOISE])
+        assert desk.loop._silent_waits == wait
+        assert (desk.loop._core.fault is None) == (wait < CONFIG.silence_ticks)
+    desk.loop._answer([state(6)])
+    assert desk.loop._silent_waits == 0
+
+
+def test_within_the_millisecond_nothing_is_counted(desk: Desk):
+    """A wait that noise cut short is waited on."""
+    desk.loop._answer([state(5)])
+    desk.loop._wait_ends_ns = 1 << 62
+    desk.loop._answer([NOISE])
+    desk.loop._answer([])
+    assert desk.loop._silent_waits == 0
