@@ -2,14 +2,16 @@
 
 import random
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
 
+from protocol import messages as m
 from protocol import topics
 from protocol.codec import decode
 from protocol.errors import CODES, Refusal
-from services.drill.cell import Cell
+from services.drill.cell import ARM, Cell, Plan
 from services.drill.lab import Lab
 from services.drill.messages import answer, good_bodies, publish, unmoved
 from services.drill.mutations import mutate
@@ -26,11 +28,17 @@ def fuzz(lab: Lab) -> Measured:
     A mutated request that is still good may be taken, and then a new run begins. A mutated publication that is still
     good is not sent: who may publish is for the permissions to say.
     """
-    cell, rng = lab.shared(), random.Random(SEED)
-    requests, said = good_bodies(cell), good_publications(cell)
+    plan = Plan(names=(*ARM, "recorder"), flags={"record": lab.folder / "fuzz.rrd"})
+    with lab.cell(plan) as cell:
+        cell.reset()
+        return fuzz_cell(cell, LONG_MESSAGES if lab.long else MESSAGES, lab.say)
+
+
+def fuzz_cell(cell: Cell, count: int, say: Callable[[str], object]) -> Measured:
+    """Send `count` messages."""
+    rng, requests, said = random.Random(SEED), good_bodies(cell), good_publications(cell)
     codes: Counter[str] = Counter()
     moved = ended = forged = published = 0
-    count = LONG_MESSAGES if lab.long else MESSAGES
     for number in range(count):
         key = rng.choice([*requests, *(topic.key + PUBLISHED for topic in said)])
         if key.endswith(PUBLISHED):
@@ -44,7 +52,7 @@ def fuzz(lab: Lab) -> Measured:
             if code == "taken":
                 cell.reset()
         if number % LOOK_EVERY == LOOK_EVERY - 1:
-            lab.say(f"{number + 1} of {count} messages")
+            say(f"{number + 1} of {count} messages")
             found = unmoved(cell)
             moved += int(found["positions away from home"])
             ended = max(ended, int(found["processes ended"]))
@@ -67,17 +75,28 @@ PUBLISHED = " published"
 
 
 def good_publications(cell: Cell) -> dict[topics.Publication, dict[str, Any]]:
-    """Return a message of every topic that a service listens to, and of others that the observer has at hand."""
-    command = cell.commands()[-1]
-    status = cell.status()
-    said = {topics.STATE: cell.state(), topics.COMMAND: command, topics.STATUS: status}
-    return {topic: msgspec.to_builtins(message) for topic, message in said.items()}
+    """Return a message of every topic."""
+    reply = cell.strike()
+    plan, vector = cell.plan_of(reply), [0.1, 0.2, 0.3]
+    cell.finish(reply)
+    said = {
+        topics.STATE: cell.state(),
+        topics.COMMAND: cell.commands()[-1],
+        topics.PLAN: plan,
+        topics.STATUS: cell.status(),
+        topics.ENDED: cell.result(reply.goal_id),
+        topics.CONTACT: m.Contact(time=0.1, bodies=["racket", "ball"], impulse=0.1, ball_velocity=vector),
+        topics.BALL: m.BallState(time=0.1, position=vector, velocity=vector),
+        topics.DISTURBANCE: m.Disturbance(time=0.1, active=[]),
+    }
+    cell.reset()
+    return {topic: msgspec.to_builtins(message, builtin_types=(bytes,)) for topic, message in said.items()}
 
 
 def is_good(body: bytes, topic: topics.Publication) -> bool:
     """Whether a body is a message of the topic."""
     try:
-        decode(body, topic.message)
+        decode(body, topic.message, 1 << 24)
     except Refusal:
         return False
     return True
