@@ -154,10 +154,11 @@ def _struct(kind: type[Struct], shown: list[type[Struct]]) -> list[str]:
 
 
 def _docstring(kind: type[Struct]) -> tuple[str, dict[str, str]]:
-    """Return a docstring's prose, and the meaning of each field from its Attributes section."""
+    """Return a docstring's prose, and the meaning of each field from its Attributes section or its base's."""
     prose, _, attributes = inspect.cleandoc(kind.__doc__ or "").partition("\n\nAttributes:\n")
     entries = re.findall(r"^    (\w+): (.*(?:\n {6,}.*)*)", attributes, re.MULTILINE)
-    return prose, {name: re.sub(r"\s+", " ", meaning) for name, meaning in entries}
+    inherited = _docstring(kind.__base__)[1] if kind.__base__ and issubclass(kind.__base__, Struct) else {}
+    return prose, inherited | {name: re.sub(r"\s+", " ", meaning) for name, meaning in entries}
 
 
 def _type(hint: Any) -> str:

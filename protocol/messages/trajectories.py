@@ -2,11 +2,11 @@
 
 from msgspec import Struct, field
 
-from protocol.messages.base import Message, Number, PartialVector, Range, Request, Stamps, Waypoint
+from protocol.messages.base import Message, Number, PartialVector, Range, Stamps, Waypoint
 
 
-class Trajectory(Request, kw_only=True):
-    """A sampled motion from `start_time` through the goal to rest.
+class Motion(Message, kw_only=True):
+    """What a trajectory has, as a request and as published.
 
     Attributes:
         goal_id: the goal it serves
@@ -39,6 +39,10 @@ class Trajectory(Request, kw_only=True):
     velocities: bytes
     accelerations: bytes
     stamps: Stamps = Stamps()
+
+
+class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):
+    """A sampled motion from `start_time` through the goal to rest."""
 
 
 class PlanLimits(Struct, kw_only=True):
@@ -57,44 +61,16 @@ class PlanLimits(Struct, kw_only=True):
     jerks: PartialVector
 
 
-class Plan(Message, kw_only=True):
+class Plan(Motion, kw_only=True):
     """A trajectory that was accepted, with what it was made of.
 
     Attributes:
-        goal_id: the goal it serves
-        client_id: whose goal it is
-        lease: as in the [Goal](#goal)
-        preempt: as in the [Goal](#goal)
-        epoch: the controller's when the plan was made: a plan made under an older one is `superseded`
-        joint_names: in the controller's order
-        start_time: of sample 0
-        dt: 1 / `rate_hz`
-        count: number of samples
-        hit_index: the sample at the goal
-        positions: matrix of `count` × joints
-        velocities: matrix of `count` × joints
-        accelerations: matrix of `count` × joints
-        stamps: so far
         primitive: what it imitates
         limits: it was made under
         waypoints: as asked for
         demonstration: the demonstrated positions, warped to the duration: matrix of (`hit_index` + 1) × joints
     """
 
-    goal_id: str
-    client_id: str = ""
-    lease: bool = False
-    preempt: bool = True
-    epoch: int
-    joint_names: list[str]
-    start_time: Number
-    dt: Number
-    count: int
-    hit_index: int
-    positions: bytes
-    velocities: bytes
-    accelerations: bytes
-    stamps: Stamps = Stamps()
     primitive: str
     limits: PlanLimits
     waypoints: list[Waypoint] = field(default_factory=list)

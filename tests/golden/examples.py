@@ -1,7 +1,10 @@
 """One realistic message of every type of the wire contract; where fields exclude each other, several."""
 
+from typing import Any
+
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import asdict
 
 from protocol import messages as m
 from protocol.codec import matrix_bytes
@@ -57,6 +60,7 @@ TRAJECTORY = m.Trajectory(
     accelerations=matrix_bytes(np.outer([0.0, 1.5, -1.5, 0.0], SWING)),
     stamps=m.Stamps(requested=RUN, planned=RUN + 5_000_000),
 )
+MOTION: dict[str, Any] = asdict(TRAJECTORY) | {"stamps": STAMPS}
 
 STATUS = m.Status(
     time=4.5,
@@ -131,20 +135,7 @@ GOALS: dict[str, Struct] = {
     "Trajectory": TRAJECTORY,
     "Accepted": m.Accepted(goal_id="forehand-7", start_time=4.25),
     "Plan": m.Plan(
-        goal_id="forehand-7",
-        client_id="shell-1",
-        lease=True,
-        preempt=False,
-        epoch=12,
-        joint_names=JOINTS,
-        start_time=4.25,
-        dt=0.001,
-        count=4,
-        hit_index=2,
-        positions=TRAJECTORY.positions,
-        velocities=TRAJECTORY.velocities,
-        accelerations=TRAJECTORY.accelerations,
-        stamps=STAMPS,
+        **MOTION,
         primitive="forehand",
         limits=m.PlanLimits(
             positions=[(-2.0, 2.0), None, (-2.5, 2.5), (-3.0, 3.0), (-2.0, 2.0), None],
