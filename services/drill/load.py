@@ -84,7 +84,7 @@ def goals_from_four(lab: Lab) -> Measured:
     """Four processes send goals as fast as answers come, 16 of each unanswered."""
     with lab.cell(Plan(clock="realtime")) as cell:
         cell.recover()
-        statuses = cell.listen(topics.STATUS)
+        cell.listen(topics.STATUS)
         before = on_time(cell, IDLE_S)
         spawn = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(CLIENTS, mp_context=spawn) as pool:
@@ -95,7 +95,7 @@ def goals_from_four(lab: Lab) -> Measured:
             during = on_time(cell, FLOOD_S - 5.0)
             results = [flood.result() for flood in floods]
         wait_for(lambda: cell.mode() == "holding", "the arm to rest")
-        faults = sum(status.fault is not None for status in cell.drain(topics.STATUS)) if statuses else 0
+        faults = sum(status.fault is not None for status in cell.drain(topics.STATUS))
     sent = sum(count for count, _ in results)
     answers = sum((counted for _, counted in results), Counter())
     return {
