@@ -38,27 +38,31 @@ def certify(grid: Grid, problem: Problem, joints: np.ndarray, x: np.ndarray, cur
     h²/8·max|f⁗|. Where that does not decide, f is the cubic Hermite polynomial through its ends and slopes
     within h⁴/384·max|f⁗|, and max|f⁗| ≤ Σ|w_i|·max|ψ_i⁽⁴⁾ of f|.
     """
-    h = grid.s[1]
+    h, shape = grid.s[1], curves.shape
     weights = np.abs(grid.weights(x))
     anywhere = h**4 * weights.sum(axis=1)[:, None] * grid.peaks
     highest, (side, n, k, i) = _near_the_top(problem, joints, curves, anywhere, h)
     sign = SIGNS[side]
-    f0, f1 = sign * curves[n, k, i], sign * curves[n, k, i + 1]
-    top = _hermite_peak(f0, f1, sign * h * curves[n, k + 1, i], sign * h * curves[n, k + 1, i + 1])
+    # Value, slope and curvature at both ends.
+    place = (n * shape[1] + k) * shape[2] + i
+    f, d, bend = (sign * curves.take(place + step + _ENDS) for step in (0, shape[2], 2 * shape[2]))
+    top = _hermite_peak(*f, *(h * d))
     np.maximum.at(highest, (side, n, k), top)
-    bend = h**2 * np.maximum(np.abs(curves[n, k + 2, i]), np.abs(curves[n, k + 2, i + 1]))
-    bound = np.maximum(f0, f1) + (bend + anywhere[n, k] / 8) / 8
-    allowed = _allowed(problem, side, joints[n], k, i)
-    doubtful = np.flatnonzero((bound > allowed) & (top > allowed - anywhere[n, k] / 384))
+    bound = f.max(axis=0) + (h**2 * np.abs(bend).max(axis=0) + anywhere[n, k] / 8) / 8
     failures: list[list[Failure]] = [[] for _ in joints]
+    doubtful = (bound > problem.tightest[side, joints[n], k]).nonzero()[0]
     if doubtful.size:
-        side, n, k, i = side[doubtful], n[doubtful], k[doubtful], i[doubtful]
+        side, n, k, i, top, bound = (values[doubtful] for values in (side, n, k, i, top, bound))
         fourth = h**4 * np.einsum("ij,ij->i", grid.spread[k, i], weights[n])
-        over = top[doubtful] + fourth / 384 - allowed[doubtful]
+        allowed = _allowed(problem, side, joints[n], k, i)
+        over = np.minimum(top + fourth / 384, bound) - allowed
         for m in _highest_of_stretches((side * len(joints) + n) * 4 + k, i, over):
             failures[n[m]].append(Failure(int(side[m]), int(k[m]), int(i[m]), float(over[m])))
-    extremes = np.stack([-highest[0], highest[1]], axis=2)
+    extremes = np.array([-highest[0], highest[1]]).transpose(1, 2, 0)
     return [Certificate(*parts) for parts in zip(curves, extremes, map(tuple, failures), strict=True)]
+
+
+_ENDS = np.array([[0], [1]])
 
 
 def _near_the_top(
@@ -72,12 +76,17 @@ def _near_the_top(
     moving = curves[:, :, : problem.last + 1]
     largest, smallest = moving.max(axis=2), moving.min(axis=2)
     bulge = (h**2 * np.maximum(largest[:, 2:], -smallest[:, 2:]) + anywhere / 8) / 8
-    highest = np.stack([-smallest[:, :4], largest[:, :4]])
+    highest = np.array([-smallest[:, :4], largest[:, :4]])
     threshold = np.minimum(highest, problem.tightest[:, joints]) - bulge
     values = moving[:, :4]
-    high = np.stack([values <= -threshold[0, :, :, None], values >= threshold[1, :, :, None]])
+    high = np.empty((2, *values.shape), dtype=bool)
+    np.less_equal(values, -threshold[0, :, :, None], out=high[0])
+    np.greater_equal(values, threshold[1, :, :, None], out=high[1])
     high[..., :-1] |= high[..., 1:]
-    return highest, np.nonzero(high[..., :-1])
+    high[..., -1] = False
+    rest, i = np.divmod(high.ravel().nonzero()[0], values.shape[2])
+    rest, k = np.divmod(rest, 4)
+    return highest, (*np.divmod(rest, len(joints)), k, i)
 
 
 def _allowed(problem: Problem, side: np.ndarray, joint: np.ndarray, k: np.ndarray, i: np.ndarray) -> np.ndarray:
@@ -89,7 +98,7 @@ def _allowed(problem: Problem, side: np.ndarray, joint: np.ndarray, k: np.ndarra
 
 def _highest_of_stretches(curve: np.ndarray, sample: np.ndarray, over: np.ndarray) -> list[int]:
     """Of each stretch of neighbouring intervals of one curve with a positive `over`: which one has the largest."""
-    passed = np.flatnonzero(over > 0)
+    passed = (over > 0).nonzero()[0]
     starts = np.flatnonzero((np.diff(sample[passed]) > 2) | (np.diff(curve[passed]) != 0)) + 1
     return [int(stretch[over[stretch].argmax()]) for stretch in np.split(passed, starts) if stretch.size]
 
@@ -102,5 +111,5 @@ def _hermite_peak(f0: np.ndarray, f1: np.ndarray, d0: np.ndarray, d1: np.ndarray
     root = np.sqrt(np.maximum(b * b - 3 * c * d0, 0.0))
     below = root - b
     x = np.divide(d0, below, out=np.zeros_like(d0), where=np.abs(below) > 0)
-    x = np.clip(x, 0.0, 1.0)
+    x = x.clip(0.0, 1.0)
     return np.maximum(f0 + x * (d0 + x * (b + x * c)), np.maximum(f0, f1))

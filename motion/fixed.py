@@ -50,14 +50,13 @@ class Equalities:
 
     def nearest(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """The nearest motions that meet the targets; corrected twice, so that they hold to rounding."""
-        x = x.copy()
-        for _ in range(2):
-            x[:, :-2] += (self.missed(x, targets)[:, None] @ self.correction)[:, 0]
-        return x
+        every = np.arange(len(x))
+        return self.corrected(every, self.corrected(every, x.copy(), targets), targets)
 
-    def corrected(self, joint: int, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """One joint's motion x (N+2,), which met its targets but for rounding."""
-        x[:-2] += (targets[joint] - self.rows[joint] @ x) @ self.correction[joint]
+    def corrected(self, joints: np.ndarray | list[int], x: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """The joints' motions x (n, N+2), in place, brought to their targets by the least change."""
+        missed = targets[joints] - (self.rows[joints] @ x[:, :, None])[:, :, 0]
+        x[:, :-2] += (missed[:, None] @ self.correction[joints])[:, 0]
         return x
 
 

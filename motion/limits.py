@@ -59,8 +59,8 @@ class Limits:
         """Lowest and highest value (J, 4, 2) of each joint and quantity, in the order of QUANTITIES."""
         ranges = np.empty((self.joint_count, 4, 2))
         ranges[:, 0] = self.positions
-        ranges[:, 1:, 1] = np.stack([self.velocities, self.accelerations, self.jerks], axis=1)
-        ranges[:, 1:, 0] = -ranges[:, 1:, 1]
+        for k, values in enumerate((self.velocities, self.accelerations, self.jerks), start=1):
+            ranges[:, k, 0], ranges[:, k, 1] = -values, values
         return ranges
 
     def joint(self, index: int) -> np.ndarray:

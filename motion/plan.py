@@ -28,9 +28,10 @@ EQUALITY_TOLERANCE = 1e-10
 
 @dataclass(frozen=True, slots=True)
 class Warm:
-    """Rows that carried multipliers, per joint: a start for the next plan of the same joints."""
+    """A motion's curves (J, 6, M) in normalised time: the next plan of the same joints begins with the rows at which
+    they come near its limits."""
 
-    rows: tuple[np.ndarray, ...]
+    curves: np.ndarray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,8 +92,8 @@ def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm
             "primitive",
             f"moves {primitive.joint_count} joints, the request {request.joint_count}; both have to agree",
         )
-    if warm is not None and len(warm.rows) != request.joint_count:
-        raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {request.joint_count}")
+    if warm is not None and len(warm.curves) != request.joint_count:
+        raise InvalidMotion("warm", f"belongs to {len(warm.curves)} joints, not to {request.joint_count}")
     # A goal outside its limits is named as such, not as one from which no stop leads back inside.
     fixed = fixed_values(request)
     check_fixed(request, fixed)
@@ -125,7 +126,7 @@ def _solved(
     """Every joint's optimum, certified. Raises Clash or SolverFailed."""
     grid = make_grid(primitive.basis_count)
     problem = build(grid, request, fixed, primitive.theta, confined)
-    solutions = solve(grid, problem, warm.rows if warm else None)
+    solutions = solve(grid, problem, warm.curves if warm else None)
     for joint, solution in enumerate(solutions):
         if solution.certificate.failures:
             failure = solution.certificate.failures[0]
@@ -160,9 +161,8 @@ def _infeasible(
 
 def _assemble(primitive: Primitive, request: MotionRequest, tick: float, solutions: list[Solution]) -> Plan:
     """The plan of solved joints with its tail and its report."""
-    powers = request.duration ** np.arange(6.0)
-    curves = np.array([solution.certificate.curves for solution in solutions])
-    curves /= powers[:, None]
+    normalised = np.array([solution.certificate.curves for solution in solutions])
+    curves = normalised / request.duration ** np.arange(6.0)[:, None]
     tail, reach = _tail(request, curves)
     total = request.duration + (tail.duration if tail else 0.0)
     return Plan(
@@ -175,7 +175,7 @@ def _assemble(primitive: Primitive, request: MotionRequest, tick: float, solutio
         hit_index=round(request.duration / tick),
         tick=tick,
         report=make_report(primitive, request, solutions, curves, tail, reach),
-        warm=Warm(tuple(solution.rows[solution.binding()] for solution in solutions)),
+        warm=Warm(normalised),
     )
 
 

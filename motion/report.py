@@ -93,7 +93,7 @@ def _final_errors(request: MotionRequest, curves: np.ndarray) -> tuple[np.ndarra
 
 def _extremes(request: MotionRequest, solutions: list[Solution], tail: Stop | None, reach: np.ndarray) -> np.ndarray:
     """Lowest and highest values (J, 4, 2) over motion and tail."""
-    extremes = np.stack([solution.certificate.extremes for solution in solutions])
+    extremes = np.array([solution.certificate.extremes for solution in solutions])
     extremes /= request.duration ** np.arange(4.0)[:, None]
 
     def widen(quantity: int, low: np.ndarray, high: np.ndarray) -> None:

@@ -32,7 +32,7 @@ def arriving(request: MotionRequest) -> np.ndarray:
     outside = (wanted < low) | (wanted > high)
     given = ~np.isnan(wanted)
     low, high = np.where(given, wanted, low), np.where(given, wanted, high)
-    return np.stack([np.where(outside, np.inf, low), high], axis=1)
+    return np.array([np.where(outside, np.inf, low), high]).T
 
 
 def final_accelerations(request: MotionRequest) -> np.ndarray:
@@ -48,7 +48,7 @@ def final_accelerations(request: MotionRequest) -> np.ndarray:
     if stuck.size:
         joint = int(stuck[0])
         raise CannotStop(joint, _max_velocity(request, joint))
-    return np.stack([low, high], axis=1)
+    return np.array([low, high]).T
 
 
 def _stoppable(

@@ -76,7 +76,7 @@ def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarra
     profiles = trajectory.profiles[0]
     lengths = np.array([[*p.brake.t, *p.t] for p in profiles])
     jerks = np.array([[*p.brake.j, *p.j, 0.0] for p in profiles])
-    states = _integrate(np.stack([positions, velocities, accelerations]), lengths, jerks)
+    states = _integrate(np.array([positions, velocities, accelerations]), lengths, jerks)
     states[1:, :, -1] = 0.0
     knots = np.concatenate([np.zeros((count, 1)), np.cumsum(lengths, axis=1)], axis=1)
     return Stop(float(knots[:, -1].max()), knots, states, jerks)

@@ -151,7 +151,7 @@ def check_objective(found: Solution, problem: Problem, true: float, demanded: fl
     value = objective(problem, found.x[:-2])
     assert value >= true * (1 - 1e-6) - 1e-9
     # A peak between samples higher than the band is demanded further inside than the full problem's rows.
-    if not found.mended:
+    if not found.further:
         assert value <= demanded * (1 + 1e-6) + 1e-9
 
 
@@ -234,7 +234,7 @@ def test_warm_start_lands_in_the_same_band(seed: int) -> None:
     cold = attempt(grid, problem)
     assume(cold is not None)
     assert cold is not None
-    [warm] = solve(grid, problem, [cold.rows[cold.binding()]])
+    [warm] = solve(grid, problem, cold.certificate.curves[None])
     _, true = full_optimum(grid, problem, demanded=False)
     _, demanded = full_optimum(grid, problem, demanded=True)
     check_objective(warm, problem, true, demanded)

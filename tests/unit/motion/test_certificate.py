@@ -77,4 +77,4 @@ def test_rows_further_inside_mend_what_the_grid_misses(figure: Primitive, monkey
         curve = fine(figure, solution.x, quantity)
         assert curve.max() <= problem.limit[1, 0, quantity].max() * (1 + 1e-9)
         assert -curve.min() <= problem.limit[0, 0, quantity].max() * (1 + 1e-9)
-    assert solution.mended
+    assert solution.further

@@ -14,6 +14,7 @@ from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, 
 from motion.limits import Limits
 from motion.plan import Warm, plan
 from motion.primitive import Primitive, learn
+from motion.problem import BAND
 from motion.request import Boundary, MotionRequest, Waypoint
 
 Ask = Callable[..., MotionRequest]
@@ -116,9 +117,26 @@ def test_joints_are_planned_as_if_alone(figure: Primitive, ask: Ask, paper_limit
     assert np.allclose(planned.sample(times).positions[:, 0], single.sample(times).positions[:, 0], atol=1e-6)
     assert {a.joint for a in planned.report.active} == {0}
     assert planned.report.imitation_rms.shape == (2,)
-    assert len(planned.warm.rows) == 2
-    again = plan(both, request, warm=planned.warm)
-    assert np.allclose(again.sample(times).positions, planned.sample(times).positions, atol=4e-3)
+    assert planned.warm.curves.shape == (2, 6, 1001)
+
+
+def test_a_warm_plan_is_as_good_as_a_cold_one(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    """Both may use up the band in their own way, so they differ by millimetres, but not in what they miss: the optimum
+    of limits wider by the band misses less, that of limits narrower by it more."""
+
+    def within(part: float) -> Limits:
+        return Limits(*(part * getattr(paper_limits, name) for name in paper_limits.__slots__))
+
+    def missed(limits: Limits, warm: Warm | None = None) -> float:
+        planned = plan(figure, ask(goal=(-1.0, 10.0), limits=limits), warm=warm)
+        assert planned.report.certified
+        return float(planned.report.imitation_rms[0])
+
+    near = plan(figure, ask(goal=(-0.95, 9.5), duration=1.02, limits=paper_limits)).warm
+    least, most = missed(within(1 / (1 - BAND))), missed(within(1 - BAND))
+    assert least < most
+    assert least <= missed(paper_limits) <= most
+    assert least <= missed(paper_limits, near) <= most
 
 
 def test_rest_fraction_ends_in_a_straight_line(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
@@ -272,7 +290,7 @@ def test_mismatched_joints_are_refused(figure: Primitive, ask: Ask) -> None:
     with pytest.raises(InvalidMotion, match="primitive"):
         plan(figure, MotionRequest(ends, ends, 1.0, Limits.unlimited(2)))
     with pytest.raises(InvalidMotion, match="warm"):
-        plan(figure, ask(), warm=Warm(()))
+        plan(figure, ask(), warm=Warm(np.zeros((2, 6, 1001))))
 
 
 def test_the_solver_is_not_believed(
