@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from queue import Empty, SimpleQueue
+from typing import TypeVar
 
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
 from protocol import messages as m
@@ -259,9 +260,12 @@ def _read(body: bytes, kind: type[topics.Said]) -> topics.Said | None:
         return None
 
 
+Kind = TypeVar("Kind", bound=Cell)
+
+
 @contextmanager
-def started(plan: Plan, options: Options, folder: Path) -> Iterator[Cell]:
-    """Start the cell in `folder`, wait until it is ready, and end it with the block."""
+def started(plan: Plan, options: Options, folder: Path, kind: type[Kind] = Cell) -> Iterator[Kind]:
+    """Start a cell of a `kind` in `folder`, wait until it is ready, and end it with the block."""
     options = replace(options, robot_config=plan.robot_config or options.robot_config)
     config = load_robot(options.robot_config)
     robot = options.robot or config.name
@@ -277,7 +281,7 @@ def started(plan: Plan, options: Options, folder: Path) -> Iterator[Cell]:
         Bus(open_session([endpoint]), robot) as bus,
     ):
         services.wait_ready(bus)
-        cell = Cell(services, bus, endpoint, folder, config, plan.clock == "stepped")
+        cell = kind(services, bus, endpoint, folder, config, plan.clock == "stepped")
         if {"sim", "controller"} <= set(plan.names):
             wait_for(cell.mode, "the controller to hear of the arm")
         yield cell

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from harness import ROBOT, SERVICES, Stack, end_tick, running, wait_for, wait_for_controller
+from harness import ROBOT, SERVICES, Stack, running, wait_for, wait_for_controller
 
 from protocol import messages as m
 from protocol import topics
@@ -39,7 +39,7 @@ def test_services_start_in_any_order(tmp_path: Path):
         supervisor.start("sim")
         with Bus(open_session([endpoint])) as bus:
             supervisor.wait_ready(bus)
-            stack = Stack(supervisor, bus, endpoint, tmp_path)
+            stack = Stack(supervisor, bus, endpoint, tmp_path, ROBOT, True)
             wait_for_controller(stack)
             stack.reset()
             reply = stack.goal(primitive="forehand", positions=HOME, duration=0.4)
@@ -91,7 +91,7 @@ def test_a_planner_alone_plans(tmp_path: Path):
     line = [sys.executable, "-m", "services.planner", "--listen", endpoint, "--library", str(tmp_path / "library")]
     with Supervisor({"planner": line}) as supervisor, Bus(open_session([endpoint])) as bus:
         supervisor.wait_ready(bus)
-        stack = Stack(supervisor, bus, endpoint, tmp_path)
+        stack = Stack(supervisor, bus, endpoint, tmp_path, ROBOT, True)
         reply = stack.goal(primitive="forehand", positions=HOME, plan_only=True, include_trajectory=True)
         assert reply.trajectory is not None
         assert np.frombuffer(reply.trajectory.positions)[:6] == pytest.approx(HOME, abs=1e-12)
@@ -140,7 +140,7 @@ def test_a_restarted_sim_is_found_again(tmp_path: Path):
         back = stack.goal(primitive="forehand", positions=HOME, duration=0.5)
         assert back.start_time == pytest.approx(0.020, abs=1e-12)
         assert stack.finish(back).outcome == "succeeded"
-        assert end_tick(back) < stack.tick
+        assert stack.end_tick(back) < stack.tick
 
 
 def aborted(stack: Stack, goal_id: str) -> bool:

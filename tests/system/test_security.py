@@ -308,7 +308,7 @@ def secure_services(cell: SecureCell, library: Path) -> Iterator[Stack]:
         lines[name] = command_lines(options, flags)[name]
     with Supervisor(lines) as supervisor, cell.join("tester") as bus:
         supervisor.wait_ready(bus)
-        stack = Stack(supervisor, bus, cell.endpoint, library)
+        stack = Stack(supervisor, bus, cell.endpoint, library.parent, ROBOT, True)
         wait_for_controller(stack)
         yield stack
 

@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 import pytest
-from harness import ROBOT, Reference, Stack, end_tick, samples_of, wait_for
+from harness import ROBOT, Reference, Stack, samples_of, wait_for
 
 from motion.samples import Samples
 from motion.tail import first_stop
@@ -48,7 +48,7 @@ def test_a_goal_takes_over_at_any_time(stack: Stack, tenth: int):
     start, splice = round(first.start_time * 1000), round(second.start_time * 1000)
     kept = reference.positions[start : splice + 1]
     assert np.abs(kept - before.positions[: len(kept)]).max() < 1e-6
-    assert np.abs(reference.positions[end_tick(second)] - HOME).max() < 1e-9
+    assert np.abs(reference.positions[stack.end_tick(second)] - HOME).max() < 1e-9
 
 
 @TENTHS
