@@ -45,35 +45,45 @@ class Look:
         outside = values > self._highest[here]
         outside |= values < self._lowest[here]
         found: list[np.ndarray | None] = [None] * len(joints)
-        for k in outside.any(axis=(1, 2)).nonzero()[0].tolist():
-            joint = int(joints[k])
-            rows, sample, peak, _ = self._beyond(joint, values[k], (1 - WORTH_ADDING) * self._band[:, joint])
-            found[k] = with_neighbours(rows[peak], PEAK_NEIGHBOURS, values.shape[2])
+        unsound = outside.any(axis=(1, 2)).nonzero()[0]
+        if not unsound.size:
+            return found
+        worth = (1 - WORTH_ADDING) * self._band[:, joints[unsound]]
+        n, rows, sample, peak, _ = self._beyond(joints[unsound], values[unsound], worth)
+        eighth = sample % FIRST_STRIDE == 0
+        for m, k in enumerate(unsound.tolist()):
+            of_joint = n == m
+            found[k] = with_neighbours(rows[peak & of_joint], PEAK_NEIGHBOURS, values.shape[2])
             if first:
-                found[k] = np.concatenate([found[k], rows[sample % FIRST_STRIDE == 0]])
+                found[k] = np.concatenate([found[k], rows[eighth & of_joint]])
         return found
 
-    def near(self, joint: int, curves: np.ndarray) -> np.ndarray:
-        """The rows (m,) at which a motion like that of the curves (≥ 4, M) may come to a limit of the joint: where it
-        runs along one, and its peaks a little below."""
-        half, count = self.problem.half_range[joint], curves.shape[1]
-        rows, sample, peak, over = self._beyond(joint, curves[:4], TOWARDS * half[:, None])
-        quantity = rows // count % 4
-        along = (over > (TOWARDS - ALONG) * half[quantity]) & (sample % ALONG_STRIDE == 0)
+    def near(self, curves: np.ndarray) -> list[np.ndarray]:
+        """For each joint the rows (m,) at which a motion like that of the curves (J, ≥ 4, M) may come to its limits:
+        where it runs along one, and its peaks a little below."""
+        every, half = np.arange(len(curves)), self.problem.half_range
+        n, rows, sample, peak, over = self._beyond(every, curves[:, :4], TOWARDS * half[:, :, None])
+        side, quantity = np.divmod(rows // curves.shape[2], 4)
+        half = half[n, quantity]
+        along = (over > (TOWARDS - ALONG) * half) & (sample % ALONG_STRIDE == 0)
         # Beside a boundary value on its limit there is nothing to gain.
-        wide = self.problem.band[rows // (4 * count), joint, quantity, sample] > 0.1 * BAND * half[quantity]
-        return rows[(peak | along) & wide]
+        wide = self.problem.band[side, n, quantity, sample] > 0.1 * BAND * half
+        chosen = (peak | along) & wide
+        return [rows[chosen & (n == joint)] for joint in every]
 
-    def _beyond(self, joint: int, values: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Where one joint's `values` (4, M) pass what lies by `depth` (broadcast to (2, 4, M)) inside the limits: the
-        rows, their samples, which are peaks, and by how much they pass it."""
-        over = (SIGNS[:, None, None] * values - self._limit[:, joint] + depth).ravel()
-        rows = (over > 0).nonzero()[0]
-        sample = rows % values.shape[1]
-        here = over[rows]
-        rises = (here >= over.take(rows - 1)) | (sample == 0)
-        falls = (here >= over.take(rows + 1, mode="clip")) | (sample == values.shape[1] - 1)
-        return rows, sample, rises & falls, here
+    def _beyond(self, joints: np.ndarray, values: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Where the joints' `values` (n, 4, M) pass what lies by `depth` (broadcast to (2, n, 4, M)) inside the limits:
+        which of the n, the rows, their samples, which are peaks, and by how much they pass it."""
+        here = slice(None) if len(joints) == len(self._highest) else joints
+        over = (SIGNS[:, None, None, None] * values - self._limit[:, here] + depth).ravel()
+        place = (over > 0).nonzero()[0]
+        rest, sample = np.divmod(place, values.shape[2])
+        rest, quantity = np.divmod(rest, 4)
+        side, n = np.divmod(rest, len(joints))
+        above = over[place]
+        rises = (above >= over.take(place - 1)) | (sample == 0)
+        falls = (above >= over.take(place + 1, mode="clip")) | (sample == values.shape[2] - 1)
+        return n, (side * 4 + quantity) * values.shape[2] + sample, sample, rises & falls, above
 
 
 def with_neighbours(rows: np.ndarray, offsets: np.ndarray, count: int) -> np.ndarray:

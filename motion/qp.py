@@ -15,7 +15,7 @@ def shortest_step(matrix: np.ndarray, excess: np.ndarray, precise: bool) -> tupl
     with the multipliers that show it.
     """
     gram = matrix @ matrix.T
-    solver = _solver(1e-10 if precise else 1e-6, scaled=False)
+    solver = _solver(1e-10 if precise else 1e-7, scaled=False)
     solver.setup(gram, -excess, None, None, None, None, None, np.zeros(len(excess)), None)
     if solver.solve() == piqp.PIQP_SOLVED:
         multipliers = solver.result.x.copy()

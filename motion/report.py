@@ -1,7 +1,6 @@
 """What a plan promises, recomputed from its weights."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -43,6 +42,10 @@ class Report:
     rows: int
 
 
+APART = 8
+"""Rows farther apart than this many samples belong to different stretches: peaks and plateaus bring rows three to six
+apart."""
+
 _SIMPSON = np.array([1.0, *[4.0, 2.0] * (INTERVALS // 2 - 1), 4.0, 1.0]) / (3 * INTERVALS)
 
 
@@ -60,14 +63,13 @@ def make_report(
     ranges = request.limits.ranges()
     margin = np.minimum(extremes[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - extremes[:, :, 1])
     error_positions, error_velocities = _final_errors(request, curves)
-    active = [a for joint, solution in enumerate(solutions) for a in _active(joint, request.duration, solution)]
     return Report(
         imitation_rms=_imitation_rms(primitive, request, curves[:, 2]),
         final_error_positions=error_positions,
         final_error_velocities=error_velocities,
         extremes={name: extremes[:, k] for k, name in enumerate(QUANTITIES)},
         margin={name: margin[:, k] for k, name in enumerate(QUANTITIES)},
-        active=tuple(active),
+        active=_active(request.duration, solutions),
         certified=not any(solution.certificate.failures for solution in solutions),
         rounds=max(solution.rounds for solution in solutions),
         rows=max(len(solution.rows) for solution in solutions),
@@ -111,14 +113,20 @@ def _extremes(request: MotionRequest, solutions: list[Solution], tail: Stop | No
     return extremes
 
 
-def _active(joint: int, duration: float, solution: Solution) -> list[Active]:
+def _active(duration: float, solutions: list[Solution]) -> tuple[Active, ...]:
     """One entry for each stretch of neighbouring rows with multipliers, at the largest of them."""
-    binding = solution.binding()
-    rows, multipliers = solution.rows[binding], solution.multipliers[binding]
-    if not rows.size:
-        return []
-    # Peaks come with neighbours three samples away, so a gap wider than that starts another stretch.
-    borders = [0, *(np.flatnonzero(rows[1:] - rows[:-1] > 8) + 1).tolist(), len(rows)]
+    found: list[tuple[int, int]] = []
+    for joint, solution in enumerate(solutions):
+        binding = solution.binding()
+        previous, largest = -APART - 1, 0.0
+        for row, multiplier in zip(
+            solution.rows[binding].tolist(), solution.multipliers[binding].tolist(), strict=True
+        ):
+            if row - previous > APART:
+                found.append((joint, row))
+                largest = multiplier
+            elif multiplier > largest:
+                found[-1], largest = (joint, row), multiplier
+            previous = row
     count = INTERVALS + 1
-    found = [int(rows[a + multipliers[a:b].argmax()]) for a, b in pairwise(borders)]
-    return [Active(joint, QUANTITIES[row // count % 4], row % count / INTERVALS * duration) for row in found]
+    return tuple(Active(j, QUANTITIES[row // count % 4], row % count / INTERVALS * duration) for j, row in found)

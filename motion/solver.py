@@ -58,8 +58,8 @@ def solve(grid: Grid, problem: Problem, warm: np.ndarray | None = None) -> list[
     works = [WorkingSet(joint, origin) for joint, origin in enumerate(problem.origin)]
     look, failed = Look(problem), np.arange(len(works))
     if warm is not None:
-        near = [look.near(joint, earlier) for joint, earlier in enumerate(warm)]
-        _solve_programs(grid, problem, [work.take(rows) for work, rows in zip(works, near, strict=True) if rows.size])
+        near = zip(works, look.near(warm), strict=True)
+        _solve_programs(grid, problem, [work.take(rows) for work, rows in near if rows.size])
     curves = np.empty((len(works), 6, len(grid.s)))
     certificates: dict[int, Certificate] = {}
     for mends in range(MAX_MENDS + 1):

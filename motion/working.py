@@ -31,7 +31,7 @@ class WorkingSet:
 
     def take(self, rows: np.ndarray, precise: bool = False) -> Self:
         """Take rows in, to be solved next. Raises SolverFailed after too many rounds."""
-        self.rows = np.union1d(self.rows, rows) if self.rows.size else np.unique(rows)
+        self.rows = np.array(sorted({*self.rows.tolist(), *rows.tolist()}), dtype=int)
         self.precise = precise
         self.rounds += 1
         if self.rounds > MAX_ROUNDS:
