@@ -1,9 +1,11 @@
 """`python -m services`: everything with one robot, until Ctrl-C."""
 
+import threading
 from dataclasses import asdict, dataclass, field
 from typing import Annotated
 
 import tyro
+import zenoh
 from rich.console import Console
 
 from services import runtime
@@ -35,17 +37,36 @@ def main() -> None:
     robot = options.robot or load_robot(options.robot_config).name
     commands = command_lines(options, {**asdict(flags.sim), **asdict(flags.planner), **asdict(flags.recorder)})
     reach = Options(options.robot, options.robot_config, options.connect or options.listen, (), options.zenoh_config)
-    with Supervisor(commands) as services, open_bus(reach, robot, give_up=stopping.is_set) as bus:
-        try:
-            services.wait_ready(bus)
-        except NotReady as error:
-            raise SystemExit(f"volley: {error}") from None
-        greet(console, robot, reach)
+    with Supervisor(commands) as services:
+        wait_ready(services, reach, robot, stopping)
+        if not stopping.is_set():
+            greet(console, robot, reach)
         while not stopping.wait(0.5):
             for name, status in services.ended().items():
                 del services.running[name]
                 console.print(f"[red]{name} ended with status {status}[/red]; the others go on")
         console.print("stopping")
+
+
+def wait_ready(services: Supervisor, reach: Options, robot: str, stopping: threading.Event) -> None:
+    """Return once every service is ready, or `stopping` was set meanwhile.
+
+    Raises:
+        SystemExit: a service ended, or said nothing, or the bus cannot be joined; the sentence says which.
+    """
+
+    def give_up() -> bool:
+        services.check_running()
+        return stopping.is_set()
+
+    try:
+        with open_bus(reach, robot, give_up=give_up) as bus:
+            services.wait_ready(bus, give_up=stopping.is_set)
+    except NotReady as error:
+        raise SystemExit(f"volley: {error}") from None
+    except zenoh.ZError as error:
+        if not stopping.is_set():
+            raise SystemExit(f"volley: cannot join the bus: {error}") from None
 
 
 def greet(console: Console, robot: str, reach: Options) -> None:

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Self
 
@@ -80,22 +80,26 @@ class Supervisor:
                 self._commands[name], stdin=subprocess.DEVNULL, stderr=log, start_new_session=True
             )
 
-    def wait_ready(self, bus: Bus, timeout: float = 60.0) -> None:
-        """Return once every process holds its liveliness token.
+    def wait_ready(self, bus: Bus, timeout: float = 60.0, give_up: Callable[[], bool] = lambda: False) -> None:
+        """Return once every process holds its liveliness token, or `give_up`, asked 20 times a second, says so.
 
         Raises:
             NotReady: one ended, or `timeout` s have passed.
         """
         deadline = time.monotonic() + timeout
         waiting = list(self.running)
-        while waiting:
-            ended = self.ended()
-            if ended:
-                raise NotReady(" and ".join(f"{name} ended with status {status}" for name, status in ended.items()))
+        while waiting and not give_up():
+            self.check_running()
             if time.monotonic() > deadline:
                 raise NotReady(f"{' and '.join(waiting)} did not become ready within {timeout:.0f} s")
             waiting = [name for name in waiting if not bus.is_alive(name)]
             time.sleep(0.05)
+
+    def check_running(self) -> None:
+        """Raise NotReady where a process has ended."""
+        ended = self.ended()
+        if ended:
+            raise NotReady(" and ".join(f"{name} ended with status {status}" for name, status in ended.items()))
 
     def ended(self) -> dict[str, int]:
         """Return the exit status of every process that has ended."""

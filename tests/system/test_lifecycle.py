@@ -179,3 +179,35 @@ def test_everything_from_start_to_ctrl_c(tmp_path: Path):
     assert endpoint in "".join(said) + rest
     assert "ended with status" not in rest
     assert trace.stat().st_size > 0
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("flag", ["--listen", "--connect"])
+def test_ctrl_c_while_everything_starts(tmp_path: Path, flag: str, number: signal.Signals):
+    """Ends with status 0 and leaves no process, whether the services are still to come or wait for a bus in vain."""
+    line = [sys.executable, "-m", "services", flag, free_endpoint()]
+    line += ["--library", str(tmp_path / "library"), "--record", str(tmp_path / "trace.rrd")]
+    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    wait_for(lambda: len(children(process.pid)) == len(SERVICES) + 1, "the services to be started")
+    started = children(process.pid)
+    process.send_signal(number)
+    said, _ = process.communicate(timeout=60.0)
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
+    assert "volley is ready" not in said
+    assert [child for child in started if Path(f"/proc/{child}").exists()] == []
+
+
+def test_a_sim_that_cannot_start_is_told_at_once(tmp_path: Path):
+    """Nobody waits for the bus that it was to host, here at an address that belongs to no machine."""
+    line = [sys.executable, "-m", "services", "--listen", "tcp/192.0.2.1:7447", "--insecure"]
+    line += ["--library", str(tmp_path / "library"), "--record", str(tmp_path / "trace.rrd")]
+    done = subprocess.run(line, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "volley: sim ended with status 1" in done.stderr
+
+
+def children(pid: int) -> list[int]:
+    """Return the processes that a process has started."""
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]

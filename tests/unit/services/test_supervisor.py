@@ -132,6 +132,14 @@ def test_ready_is_who_holds_its_token(bus: Bus):
         services.wait_ready(bus)
 
 
+def test_who_gives_up_waits_no_longer(bus: Bus):
+    """Without an error: the one who waits was told to end."""
+    answers = iter((False, True))
+    with Supervisor({"slow": SLEEP}) as services:
+        services.wait_ready(bus, give_up=lambda: next(answers))
+    assert next(answers, None) is None
+
+
 def test_one_that_ends_is_not_waited_for(bus: Bus):
     """Its status is told at once."""
     with Supervisor({"slow": SLEEP, "brief": [sys.executable, "-c", "raise SystemExit(3)"]}) as services:
