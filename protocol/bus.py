@@ -15,6 +15,7 @@ from protocol.codec import ENCODING, bad_message, check_size, decode, encode
 from protocol.errors import NoAnswer, Refusal
 from protocol.topics import (
     QUEUE_LENGTH,
+    SMALL,
     Answered,
     Asked,
     Publication,
@@ -121,7 +122,8 @@ class Stream:
         try:
             while self._queue.qsize() > self._length:
                 self._queue.get_nowait()
-            return self._queue.get(block=timeout > 0.0, timeout=timeout).payload.to_bytes()
+            payload = self._queue.get(block=timeout > 0.0, timeout=timeout).payload
+            return payload.to_bytes() if len(payload) <= SMALL else b""  # too large to be copied in a tick, and refused
         except QueueEmpty:
             return None
 

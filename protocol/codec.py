@@ -16,7 +16,8 @@ ENCODING = "application/msgpack"
 MAX_DEPTH = 8
 MAX_FIELD = 120
 MAX_SENTENCE = 400
-_WHERE = re.compile(r"^(?P<what>.*?)(?: - at `\$\.?(?P<path>.*?)`)?$", re.DOTALL)
+_WHERE = re.compile(r"^(?P<what>.*?)(?: - at (?P<key>`key` in )?`\$\.?(?P<path>.*?)`)?$", re.DOTALL)
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _NAMED = re.compile(r"(unknown|required) field `(.*?)`")
 
 
@@ -25,7 +26,7 @@ def encode(message: msgspec.Struct) -> bytes:
     return cast(bytes, msgpack.packb(msgspec.to_builtins(message, builtin_types=(bytes,))))
 
 
-def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 20) -> Kind:
+def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 14) -> Kind:
     """Return the message of type `kind` in `data`.
 
     Raises:
@@ -39,8 +40,7 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 20) -> Kind:
     try:
         return msgspec.convert(body, kind, builtin_types=(bytes,))  # else a string would pass as base64
     except msgspec.ValidationError as error:
-        _check_sound(body, "", MAX_DEPTH)
-        raise _explain(error, kind) from None
+        raise _explain(error, kind, body) from None
 
 
 def check_size(size: int, max_bytes: int) -> None:
@@ -100,29 +100,21 @@ def _describe(body: Any) -> str:
     return f"the msgpack {type(body).__name__} {body!r:.40}"
 
 
-def _check_sound(value: Any, path: str, depth: int) -> None:
-    """Refuse, with its path and value, what no message holds: numbers not finite, other keys than strings, depth."""
-    if isinstance(value, float):
-        if not math.isfinite(value):
-            raise bad_message(path, f"{path} is {value}; only finite numbers are taken")
-    elif isinstance(value, dict | list):
-        if not depth:
-            raise bad_message(path, f"{_short(path, MAX_FIELD)} is nested more than {MAX_DEPTH} deep")
-        if isinstance(value, dict):
-            for key, item in value.items():
-                if not isinstance(key, str):
-                    raise bad_message(path, f"{path or 'the body'} has the key {key!r:.40}; keys are strings")
-                _check_sound(item, f"{path}.{key}" if path else str(key), depth - 1)
-        else:
-            for index, item in enumerate(value):
-                if type(item) is not float or not math.isfinite(item):
-                    _check_sound(item, f"{path}[{index}]", depth - 1)
+def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: dict[str, Any]) -> Refusal:
+    """Turn msgspec's sentence and JSON path into the refusal that names the field.
 
-
-def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct]) -> Refusal:
-    """Turn msgspec's sentence and JSON path into the refusal that names the field."""
+    Only what lies on the path is looked at: a loop may be waiting, and the body may have a million entries.
+    """
     matched = _WHERE.match(str(error))
     what, path = (matched["what"], matched["path"] or "") if matched else (str(error), "")
+    value = _value_at(body, path)
+    if matched and matched["key"]:
+        strange = next((key for key in value if not isinstance(key, str)), None)
+        return bad_message(path, f"{path or 'the body'} has the key {strange!r:.40}; keys are strings")
+    if isinstance(value, float) and not math.isfinite(value):
+        return bad_message(path, f"{path} is {value}; only finite numbers are taken")
+    if _depth(value) > MAX_DEPTH:
+        return bad_message(path, f"{_short(path, MAX_FIELD)} is nested more than {MAX_DEPTH} deep")
     named = _NAMED.search(what)
     field = ".".join(part for part in (path, named[2] if named else "") if part)
     if named and named[1] == "required":
@@ -135,6 +127,25 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct]) -> Refu
         choices = _choices(get_type_hints(kind).get(field))
         sentence += f"; choose from {', '.join(repr(choice) for choice in choices)}" if choices else ""
     return bad_message(field, f"{field}: {sentence[0].lower()}{sentence[1:]}" if field else sentence)
+
+
+def _value_at(body: Any, path: str) -> Any:
+    """Return what lies at a path like `waypoints[0].positions[2]`, or None."""
+    try:
+        for name, index in _STEP.findall(path):
+            body = body[int(index)] if index else body[name]
+    except (KeyError, IndexError, TypeError):
+        return None
+    return body
+
+
+def _depth(value: Any) -> int:
+    """How deep the first entries of maps and lists are nested."""
+    depth = 0
+    while isinstance(value, dict | list) and value:
+        value = next(iter(value.values() if isinstance(value, dict) else value))
+        depth += 1
+    return depth
 
 
 def _choices(hint: Any) -> list[Any]:

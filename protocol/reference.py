@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from protocol import messages as m
 from protocol.errors import CODES
-from protocol.topics import MAX_PLAN_S, MIB, PUBLICATIONS, QUERIES, QUEUE_LENGTH, Publication, Query
+from protocol.topics import MAX_PLAN_S, MIB, PUBLICATIONS, QUERIES, QUEUE_LENGTH, SMALL, Publication, Query
 
 INTRODUCTION = f"""\
 # The wire contract, version 1
@@ -41,8 +41,8 @@ may be left out.
 | `stamps` | ns since 1970, UTC |
 | of the ball: `position`, `velocity`, `impulse` | m, m/s, N·s, in the world frame, z up |
 
-**Sizes.** A request has at most 1 MiB unless its table says more; a plan lasts at most {MAX_PLAN_S:.0f} s; an owner
-holds at most {QUEUE_LENGTH} requests that it has not answered.
+**Sizes.** A request has at most {SMALL >> 10} KiB unless its section says more; a plan lasts at most
+{MAX_PLAN_S:.0f} s; an owner holds at most {QUEUE_LENGTH} requests that it has not answered.
 
 **Refusals.** A body that is not a map, trailing bytes, unknown or missing fields, wrong types or lengths, and
 numbers that are not finite, at any depth, are refused as `bad_message`. Publications and replies may gain fields:
@@ -120,7 +120,7 @@ def _rate(publication: Publication) -> str:
 
 
 def _query_section(query: Query, shown: list[type[Struct]]) -> str:
-    size = f" At most {query.max_bytes // MIB} MiB." if query.max_bytes != MIB else ""
+    size = f" At most {query.max_bytes // MIB} MiB." if query.max_bytes != SMALL else ""
     exchange = f"{_link(query.request)} → {_link(query.reply)}, answered by the {query.owner}.{size}\n"
     said = f"{_sentence(query.about)} {exchange}"
     return "\n".join([f"### {_heading(query)}\n", said, *_struct(query.request, shown), *_struct(query.reply, shown)])

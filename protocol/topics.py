@@ -11,6 +11,7 @@ Asked = TypeVar("Asked", bound=Struct)
 Answered = TypeVar("Answered", bound=Struct)
 Said = TypeVar("Said", bound=Struct)
 
+SMALL = 1 << 14
 MIB = 1 << 20
 QUEUE_LENGTH = 16
 MAX_PLAN_S = 20.0
@@ -21,6 +22,7 @@ class Query(Generic[Asked, Answered]):
     """A request and its reply on `key`, answered by `owner`.
 
     `reads`: changes nothing, and may therefore be asked with a wildcard key. `timeout_s`: how long a client waits.
+    `max_bytes`: of the request; where a 1 kHz loop reads it, no more than it unpacks in a tick.
     """
 
     key: str
@@ -29,7 +31,7 @@ class Query(Generic[Asked, Answered]):
     reply: type[Answered]
     about: str
     reads: bool = False
-    max_bytes: int = MIB
+    max_bytes: int = SMALL
     timeout_s: float = 5.0
 
 
@@ -51,7 +53,7 @@ class Publication(Generic[Said]):
     stream: bool = False
 
 
-GOAL = Query("goal", "planner", m.Goal, m.GoalReply, "plan a motion and play it", timeout_s=15.0)
+GOAL = Query("goal", "planner", m.Goal, m.GoalReply, "plan a motion and play it", max_bytes=MIB, timeout_s=15.0)
 PRIMITIVES = Query("primitives", "planner", m.Empty, m.Primitives, "list the library", reads=True)
 LEARN = Query("learn", "planner", m.Learn, m.Learned, "learn a primitive", max_bytes=16 * MIB, timeout_s=30.0)
 FORGET = Query("forget", "planner", m.Forget, m.Forgotten, "remove a primitive")

@@ -24,7 +24,7 @@ class Controller:
     """Tracks a timeline by eq. 11 and keeps the books of the goals on it.
 
     Time is the tick of the newest state; Unix times are passed in as `now_ns`. `source` names this controller's
-    life in its commands.
+    life in its commands. In `stepped` time a run may begin anew under its own number, which there is the seed.
     """
 
     def __init__(self, config: RobotConfig, source: str = "controller") -> None:
@@ -40,6 +40,8 @@ class Controller:
         self._state: m.State | None = None
         self._timeline = Timeline(config.home)
         self._braked = False
+        self._release_by = 0
+        self.stepped = False
         self._clients: set[str] = set()
         self._acceleration = np.zeros(config.joint_count)
 
@@ -47,6 +49,11 @@ class Controller:
     def awake(self) -> bool:
         """Whether the arm has been heard of."""
         return self._state is not None
+
+    @property
+    def resting(self) -> bool:
+        """Whether the reference is at rest for good."""
+        return self._state is None or self._state.tick >= self._timeline.end
 
     def has_seen(self, run: int, tick: int) -> bool:
         """Return whether the state of `tick` in `run`, or a later one, was answered."""
@@ -66,6 +73,8 @@ class Controller:
         self._state = state
         if state.brake and not self._braked:
             self.raise_fault("the arm braked by itself for want of commands", hold=True)
+        elif state.brake and self.fault is None and state.tick > self._release_by:
+            self.raise_fault("the arm still brakes, held too far from where it is measured; send `reset`", hold=True)
         self._braked = state.brake
         self._timeline.forget_before(state.tick)
         positions, reference = np.array(state.positions), self._timeline.at(state.tick)
@@ -190,6 +199,7 @@ class Controller:
             raise Refusal("busy", sentence, goal_id=goal.result.goal_id if goal else None)
         if self.fault is not None:
             self._timeline.hold(np.array(state.positions), state.tick)
+            self._release_by = state.tick + self.config.silence_ticks
             self.fault = None
         self._break_epoch()
         self._switch(Event.RESET)
@@ -233,8 +243,12 @@ class Controller:
 
     def _fits(self, state: m.State) -> bool:
         joints = self.config.joint_count
-        old = self._state is not None and state.run == self._state.run and 0 < state.tick <= self._state.tick
-        return len(state.positions) == len(state.velocities) == joints and not old
+        points = [state] if state.truth is None else [state, state.truth]
+        if any(len(point.positions) != joints or len(point.velocities) != joints for point in points):
+            return False
+        again = self.stepped and state.tick == 0
+        old = self._state is not None and state.run == self._state.run and state.tick <= self._state.tick
+        return state.tick >= 0 and (again or not old)
 
     def _opens_run(self, state: m.State) -> bool:
         return self._state is None or state.run != self._state.run or state.tick <= self._state.tick

@@ -15,7 +15,6 @@ from protocol.codec import decode
 from protocol.errors import Refusal
 from services.controller.checks import Checked, check_trajectory
 from services.controller.core import Controller
-from services.controller.modes import Mode
 from services.robot import RobotConfig
 from services.runtime import Seldom
 
@@ -36,6 +35,7 @@ class ControllerLoop:
         self._config = config
         self._log = log
         self._core = Controller(config)
+        self._urgent: Inbox[Asking] = Inbox()
         self._requests: Inbox[Asking] = Inbox()
         self._trajectories: Inbox[Asking] = Inbox()
         self._events: SimpleQueue[Callable[[], None]] = SimpleQueue()
@@ -62,7 +62,7 @@ class ControllerLoop:
         self._states = self._bus.stream(topics.STATE)
         for query in topics.QUERIES:
             if query.owner == "controller" and query.key in self._handlers:
-                self._bus.serve(query, self._requests)
+                self._bus.serve(query, self._requests if query.reads else self._urgent)
         self._bus.serve(topics.EXECUTE, self._trajectories)
         self._bus.watch_alive(topics.alive_key("sim"), self._see_arm)
         self._bus.watch_alive(topics.client_alive_key("*"), self._see_client)
@@ -84,8 +84,9 @@ class ControllerLoop:
         with contextlib.suppress(Refusal):
             self._core.cancel(m.Cancel())
         deadline = time.monotonic() + FAREWELL_S
-        while self._core.mode is Mode.STOPPING and self._silent_waits < 20 and time.monotonic() < deadline:
+        while not self._core.resting and self._silent_waits < 20 and time.monotonic() < deadline:
             self._answer(self._receive())
+            self._tell()
         self._closed.set()
         self._checker.join(1.0)
 
@@ -114,7 +115,7 @@ class ControllerLoop:
             return
         self._wait_ends_ns = max(self._wait_ends_ns + WAIT_NS, began_ns)  # a stall of the machine is one wait
         self._silent_waits += 1
-        if self._silent_waits == self._config.silence_ticks and self._clock == "realtime":
+        if self._silent_waits == self._config.silence_ticks and self._clock == "realtime" and self._core.awake:
             self._log.error("the arm fell silent; any motion is aborted")
             self._core.raise_fault(f"no state for {self._silent_waits} waits of 1 ms")
 
@@ -128,13 +129,15 @@ class ControllerLoop:
             return None
 
     def _attend(self) -> None:
-        """Apply at most one event or request, then tell what changed."""
-        try:
+        """Apply at most one event and one request, a stop before a question, then tell what changed."""
+        with contextlib.suppress(Empty):
             self._events.get_nowait()()
-        except Empty:
-            asking = self._requests.take()
-            if asking is not None:
-                self._reply(asking, lambda: self._handlers[asking.topic.key](asking.decode()))
+        asking = self._urgent.take() or self._requests.take()
+        if asking is not None:
+            self._reply(asking, lambda: self._handlers[asking.topic.key](asking.decode()))
+        self._tell()
+
+    def _tell(self) -> None:
         for result in self._core.ledger.take_ended():
             self._ended.put(result)
             self._log.info("goal %s %s %s", result.goal_id, result.outcome, result.reason)
@@ -181,7 +184,7 @@ class ControllerLoop:
         ours = list(self._config.joint_names), self._config.rate_hz
         if (arm.joint_names, arm.rate_hz) != ours:
             raise WrongRobot(f"the arm has joints {arm.joint_names} at {arm.rate_hz} Hz, the robot config {ours}")
-        self._clock = arm.clock
+        self._clock, self._core.stepped = arm.clock, arm.clock == "stepped"
         self._commands = self._bus.publisher(topics.COMMAND, blocking=arm.clock == "stepped")
         self._log.info("the arm is there: %d joints, %s clock, run %d", len(arm.joint_names), arm.clock, arm.run)
         self._bus.ask_later(topics.STATE_QUERY, m.Empty(), self._catch_up)

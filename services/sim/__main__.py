@@ -9,6 +9,7 @@ from services import runtime
 from services.flags import SimFlags
 from services.options import Common, Options, service_bus
 from services.robot import load_robot
+from services.sim.arm import Diverged
 from services.sim.loop import SimLoop
 
 
@@ -34,7 +35,10 @@ def main() -> None:
         loop.open()
         log.info("robot %s, %s clock", bus.robot, flags.own.clock)
         runtime.freeze_garbage()
-        loop.run(stopping)
+        try:
+            loop.run(stopping)
+        except Diverged as diverged:
+            raise SystemExit(f"sim: {diverged}") from None
 
 
 if __name__ == "__main__":

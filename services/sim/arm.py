@@ -24,6 +24,10 @@ BALL_REACH = 100.0
 """A ball is placed within this distance (m) of the origin on each axis, at this speed (m/s) at most."""
 
 
+class Diverged(Exception):
+    """The simulation has no finite state any more."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
     """What the arm says at a tick; arrays (J,), rad, rad/s, N·m.
@@ -50,7 +54,7 @@ class SimulatedArm:
         self._scene: Scene = build_scene(config)
         self._dynamics = InverseDynamics(self._scene)
         self._contact_log = ContactLog(self._scene)
-        self._disturbances = Disturbances(config.joint_names, config.rate_hz)
+        self._disturbances = Disturbances(config)
         self.reset(seed=seed)
 
     def reset(self, positions: list[float] | None = None, ball: Ball | None = None, seed: int = 0) -> None:
@@ -81,7 +85,7 @@ class SimulatedArm:
     def step(self, accelerations: np.ndarray) -> None:
         """One tick with commanded `accelerations` (J,), rad/s²: torque by inverse dynamics, held for the tick.
 
-        Raises ValueError, before anything moves, where they are not J finite numbers.
+        Raises ValueError, before anything moves, where they are not J finite numbers, and Diverged.
         """
         scene = self._scene
         model, data = scene.model, scene.data
@@ -100,6 +104,8 @@ class SimulatedArm:
             self._advance(self._observation.time + substep * model.opt.timestep)
         self._tick += 1
         self._observation = self._measure()
+        if not math.isfinite(self._observation.true_velocities.sum()):
+            raise Diverged(f"the physics diverged at {self._observation.time:.3f} s; ask for weaker pushes")
 
     def observe(self) -> Observation:
         """The arm at the present tick; the same object until the next step."""

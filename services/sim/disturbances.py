@@ -8,12 +8,16 @@ import numpy as np
 
 from protocol.errors import Refusal
 from protocol.messages import ActiveDisturbance
+from services.robot import RobotConfig
 
 MAX_PUSHES = 64
 """Pushes that act or wait."""
 
-MAX_PUSH = 1e4
-"""rad/s² or N·m on a joint: far beyond any arm, and still a number the physics can carry."""
+MAX_PUSH = 10.0
+"""Of a joint's own largest acceleration or torque; far beyond it the physics diverges."""
+
+UNLIMITED_PUSH = 1e4
+"""rad/s² or N·m on a joint without such a limit."""
 
 MAX_NOISE = 10.0
 """rad or rad/s."""
@@ -37,9 +41,13 @@ class Push:
 class Disturbances:
     """Pushes and noise of one run, kept by tick so that a run repeats exactly."""
 
-    def __init__(self, joint_names: tuple[str, ...], rate_hz: float) -> None:
-        self._joint_names = joint_names
-        self._rate_hz = rate_hz
+    def __init__(self, config: RobotConfig) -> None:
+        self._joint_names = config.joint_names
+        self._rate_hz = config.rate_hz
+        limits = {"acceleration": config.limits.accelerations, "torque": config.torques}
+        self._largest = {
+            kind: np.where(np.isfinite(limit), MAX_PUSH * limit, UNLIMITED_PUSH) for kind, limit in limits.items()
+        }
         self._pushes: list[Push] = []
         self.position_std = 0.0
         self.velocity_std = 0.0
@@ -68,7 +76,7 @@ class Disturbances:
         """
         now = tick / self._rate_hz
         start = now if start is None else start
-        self._check(values, start, duration, now)
+        self._check(values, self._largest[kind], start, duration, now)
         self._pushes = [push for push in self._pushes if push.end_tick > tick]
         if len(self._pushes) >= MAX_PUSHES:
             raise Refusal("busy", f"{MAX_PUSHES} disturbances act or wait already; wait for one to end", goal_id=None)
@@ -94,14 +102,14 @@ class Disturbances:
             active.append(noise)
         return active
 
-    def _check(self, values: list[float], start: float, duration: float, now: float) -> None:
+    def _check(self, values: list[float], largest: np.ndarray, start: float, duration: float, now: float) -> None:
         joints = self._joint_names
         if len(values) != len(joints):
             message = f"values has {len(values)} numbers; the arm has {len(joints)} joints: {', '.join(joints)}"
             raise Refusal("bad_message", message, field="values")
-        for name, value in zip(joints, values, strict=True):
-            if not abs(value) <= MAX_PUSH:
-                message = f"values: {name} is {value}; it has to lie within {MAX_PUSH:g} of 0"
+        for name, value, bound in zip(joints, values, largest, strict=True):
+            if not abs(value) <= bound:
+                message = f"values: {name} is {value}; it has to lie within {bound:g} of 0"
                 raise Refusal("bad_message", message, field="values")
         if not 0 < duration <= MAX_SPAN_S:
             message = f"duration is {duration} s; it has to be greater than 0 and at most {MAX_SPAN_S} s"

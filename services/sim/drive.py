@@ -38,10 +38,14 @@ class Drive:
         self._brake = Brake(self._config, positions)
 
     def take(self, command: m.Command, tick: int) -> bool:
-        """Keep `command` for the coming tick; False, and counted, where it is old, of another run, or malformed."""
+        """Keep `command` for the coming tick; False, and counted, where it is no news, of another run, or malformed.
+
+        What answers a tick `silence_ticks` ago is no sign of life: an arm that is led so far behind has to brake.
+        """
         joints = self._config.joint_count
         lengths = {len(command.accelerations), len(command.positions), len(command.velocities)}
-        fits = command.run == self.run and self.answered_tick < command.tick <= tick and lengths == {joints}
+        news = max(self.answered_tick, tick - self._config.silence_ticks) < command.tick <= tick
+        fits = command.run == self.run and news and lengths == {joints}
         if not fits or max(map(abs, command.accelerations)) > MAX_ACCELERATION:
             self.refused += 1
             return False

@@ -16,7 +16,7 @@ from msgspec import Struct
 from protocol import messages as m
 from protocol.codec import MAX_DEPTH, MAX_FIELD, MAX_SENTENCE, decode, encode
 from protocol.errors import Refusal
-from protocol.topics import PUBLICATIONS, QUERIES
+from protocol.topics import MIB, PUBLICATIONS, QUERIES
 from tests.golden.examples import EXAMPLES
 
 REQUESTS: list[type[Struct]] = list(dict.fromkeys(query.request for query in QUERIES))
@@ -167,7 +167,7 @@ def test_numbers_that_are_not_finite_are_refused_by_path(message, number, data):
 def test_nesting_bombs_are_refused(depth, opening):
     body = b"\x81\xa9primitive" + opening * depth + b"\x00"
     with pytest.raises(Refusal, match=r"nested (more than|too deep)"):
-        decode(body, m.Goal)
+        decode(body, m.Goal, MIB)
 
 
 @given(st.text(min_size=1, max_size=300).filter(lambda name: not name.isidentifier()), st.sampled_from(KINDS))
@@ -203,7 +203,7 @@ def test_noise_of_16_mib(opening):
 
 def test_oversize_is_refused_before_it_is_read():
     with pytest.raises(Refusal, match="has 1048577 bytes; at most 1048576"):
-        decode(bytes((1 << 20) + 1), m.Goal)
+        decode(bytes(MIB + 1), m.Goal, MIB)
 
 
 def test_required_fields_are_named():

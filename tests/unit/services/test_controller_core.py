@@ -128,6 +128,7 @@ def test_a_state_that_is_old_doubled_or_malformed_gets_no_answer(arm: PerfectArm
 
 def test_tick_0_of_the_same_run_opens_a_new_life(arm: PerfectArm):
     """In stepped time the seed names the run, and the same seed may come twice."""
+    arm.controller.stepped = True
     execute(arm, trajectory(arm.controller, 30))
     arm.turn(100)
     pose = (ROBOT.home + 0.1).tolist()
@@ -136,6 +137,36 @@ def test_tick_0_of_the_same_run_opens_a_new_life(arm: PerfectArm):
     assert command.positions == pose
     assert arm.controller.ledger.result("goal").outcome == "aborted"
     assert arm.controller.mode is Mode.HOLDING
+
+
+@pytest.mark.parametrize("tick", [0, -5])
+def test_in_real_time_an_old_tick_is_never_a_new_life(arm: PerfectArm, tick: int):
+    """A state replayed would bring the arm back to where it was then."""
+    execute(arm, trajectory(arm.controller, 30))
+    arm.turn(100)
+    assert arm.controller.answer(arm.state(tick=tick), 0) is None
+    assert arm.controller.mode is Mode.TRACKING
+
+
+def test_a_truth_that_does_not_fit_the_arm_is_refused(arm: PerfectArm):
+    """What is compared with the reference at the hit has an entry for every joint."""
+    for positions, velocities in (([], []), ([0.0] * JOINTS, [0.0])):
+        truth = m.Point(positions=positions, velocities=velocities)
+        assert arm.controller.answer(arm.state(truth=truth), 0) is None
+    assert arm.controller.cycle.refused == 2
+
+
+def test_a_brake_that_does_not_let_go_is_a_fault_again(arm: PerfectArm):
+    """Where noise makes the arm seem too far from the pose it holds, no goal may run on beside the brake."""
+    controller = arm.controller
+    arm.brake = True
+    arm.turn(1)
+    controller.reset()
+    arm.turn(ROBOT.silence_ticks)
+    assert controller.mode is Mode.HOLDING
+    arm.turn(1)
+    assert controller.mode is Mode.FAULT
+    assert "still brakes" in (controller.fault or "")
 
 
 def test_before_the_first_state_nothing_can_be_asked():

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from protocol import messages as m
+from protocol import topics
 from protocol.codec import encode
 from services.controller.loop import ControllerLoop
 from services.robot import load_robot
@@ -94,3 +95,33 @@ def test_within_the_millisecond_nothing_is_counted(desk: Desk):
     desk.loop._answer([NOISE])
     desk.loop._answer([])
     assert desk.loop._silent_waits == 0
+
+
+class Question:
+    """A request that notes when it is answered."""
+
+    def __init__(self, topic: topics.Query, request: Any, answered: list[str]) -> None:
+        self.topic, self._request, self._answered = topic, request, answered
+
+    def decode(self) -> Any:
+        """Return the request."""
+        return self._request
+
+    def reply(self, _: object) -> None:
+        """Note the answer."""
+        self._answered.append(self.topic.key)
+
+    refuse = reply
+
+
+def test_a_stop_is_attended_to_before_what_only_reads(desk: Desk):
+    answered: list[str] = []
+    for inbox, topic, request in (
+        (desk.loop._requests, topics.RESULT, m.ResultRequest(goal_id="a")),
+        (desk.loop._requests, topics.STATUS_QUERY, m.Empty()),
+        (desk.loop._urgent, topics.CANCEL, m.Cancel()),
+    ):
+        assert inbox.offer(Question(topic, request, answered))  # type: ignore[arg-type]
+    for _ in range(3):
+        desk.loop._attend()
+    assert answered == ["cancel", "result", "status"]

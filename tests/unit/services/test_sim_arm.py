@@ -1,5 +1,7 @@
 """The simulated arm: tracking, torques, disturbances, noise, repeatability, and what it refuses."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from motion.tracking import tracking_acceleration
 from protocol.errors import Refusal
 from protocol.messages import Ball, Disturb
 from services.robot import load_robot
-from services.sim.arm import SimulatedArm
+from services.sim.arm import Diverged, SimulatedArm
 
 ROBOT = load_robot()
 FAR_BALL = Ball(position=(3.0, 3.0, 1.0))
@@ -243,6 +245,27 @@ def test_a_refused_disturbance_disturbs_nothing(request_: Disturb, field: str, s
     assert raised.value.detail == {"field": field}
     assert sentence in raised.value.message
     assert arm.disturbances() == []
+
+
+@pytest.mark.parametrize("kind", ["acceleration", "torque"])
+def test_the_strongest_push_that_is_taken_leaves_a_finite_arm(kind: Literal["acceleration", "torque"]):
+    """Ten times what a joint can do itself, on all joints, for as long as it takes to run into every limit."""
+    arm = SimulatedArm(ROBOT)
+    limits = ROBOT.limits.accelerations if kind == "acceleration" else ROBOT.torques
+    arm.disturb(Disturb(kind=kind, values=(10 * limits).tolist(), duration=0.5))
+    for _ in range(1000):
+        arm.step(np.zeros(6))
+    assert np.isfinite(arm.observe().true_positions).all()
+
+
+def test_a_simulation_that_diverges_says_so():
+    arm = SimulatedArm(ROBOT)
+    strong = Disturb(kind="torque", values=(10 * ROBOT.torques).tolist(), duration=10.0)
+    for _ in range(64):
+        arm.disturb(strong)
+    with pytest.raises(Diverged, match="diverged at"):
+        for _ in range(2000):
+            arm.step(np.zeros(6))
 
 
 def test_waiting_pushes_are_bounded():

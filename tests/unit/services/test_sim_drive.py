@@ -1,0 +1,45 @@
+"""Which commands lead the arm, and when it leads itself."""
+
+import numpy as np
+import pytest
+
+from protocol import messages as m
+from services.robot import load_robot
+from services.sim.drive import Drive
+
+ROBOT = load_robot()
+STILL = [0.0] * ROBOT.joint_count
+
+
+def command(tick: int, run: int = 1) -> m.Command:
+    """A command that answers `tick` and wants the arm where it is."""
+    home = ROBOT.home.tolist()
+    return m.Command(
+        run=run, tick=tick, source="test", accelerations=STILL, positions=home, velocities=STILL, goal_id=None
+    )
+
+
+@pytest.fixture
+def drive() -> Drive:
+    """A drive at tick 100 that has been led up to tick 50 and repeats what it was told."""
+    drive = Drive(ROBOT)
+    drive.begin(1, ROBOT.home)
+    assert drive.take(command(50), 50)
+    return drive
+
+
+@pytest.mark.parametrize(("tick", "taken"), [(100, True), (81, True), (80, False), (50, False), (101, False)])
+def test_only_what_answers_a_recent_tick_is_news(drive: Drive, tick: int, taken: bool):
+    assert drive.take(command(tick), 100) is taken
+    assert drive.refused == (not taken)
+
+
+def test_commands_that_come_twenty_ticks_late_do_not_keep_the_brake_away(drive: Drive):
+    for tick in range(51, 51 + 2 * ROBOT.silence_ticks):
+        drive.take(command(tick - ROBOT.silence_ticks), tick)
+        drive.acceleration(ROBOT.home, np.zeros(ROBOT.joint_count))
+    assert drive.brake
+
+
+def test_a_command_of_another_run_leads_nobody(drive: Drive):
+    assert not drive.take(command(100, run=2), 100)
