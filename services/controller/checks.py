@@ -1,5 +1,6 @@
 """What a trajectory must satisfy before the loop sees it."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,9 @@ from services.robot import RobotConfig
 TIGHT = 1e-6
 LED_BACK = 0.02
 """A plan may begin this far (rad) outside a position limit, where an arm was pushed, and lead back inside."""
+
+LED_BACK_BY = 0.2
+"""Part of the way to the hit by which it is back."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +42,7 @@ def check_trajectory(trajectory: m.Trajectory, config: RobotConfig) -> Checked:
     samples = Samples(
         *(matrix(getattr(trajectory, name), *shape, name) for name in ("positions", "velocities", "accelerations"))
     )
-    _check_limits(samples, config)
+    _check_limits(samples, trajectory.hit_index, config)
     _check_smooth(samples, config)
     return Checked(trajectory, Segment(round(trajectory.start_time * config.rate_hz), samples))
 
@@ -61,20 +65,22 @@ def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
         raise bad_message("goal_id", "goal_id must have 1 to 128 characters")
 
 
-def _check_limits(samples: Samples, config: RobotConfig) -> None:
+def _check_limits(samples: Samples, hit_index: int, config: RobotConfig) -> None:
     limits: Limits = config.limits
     low, high = limits.positions.T
-    first = samples.positions[0]
-    low = np.minimum(low, np.maximum(first, low - LED_BACK))
-    high = np.maximum(high, np.minimum(first, high + LED_BACK))
+    first, back = samples.positions[0], math.ceil(LED_BACK_BY * hit_index) + 1
+    widest = np.minimum(low, np.maximum(first, low - LED_BACK)), np.maximum(high, np.minimum(first, high + LED_BACK))
     jerks = np.diff(samples.accelerations, axis=0) * config.rate_hz
-    _check_range("position", samples.positions, low, high, config)
+    _check_range("position", samples.positions[:back], *widest, config)
+    _check_range("position", samples.positions[back:], low, high, config, back)
     _check_range("velocity", samples.velocities, -limits.velocities, limits.velocities, config)
     _check_range("acceleration", samples.accelerations, -limits.accelerations, limits.accelerations, config)
     _check_range("jerk", jerks, -limits.jerks, limits.jerks, config)
 
 
-def _check_range(quantity: str, values: np.ndarray, low: np.ndarray, high: np.ndarray, config: RobotConfig) -> None:
+def _check_range(
+    quantity: str, values: np.ndarray, low: np.ndarray, high: np.ndarray, config: RobotConfig, first: int = 0
+) -> None:
     slack = TIGHT * np.where(np.isfinite(high - low), high - low, 0.0)
     outside = (values < low - slack) | (values > high + slack)
     if not outside.any():
@@ -83,18 +89,28 @@ def _check_range(quantity: str, values: np.ndarray, low: np.ndarray, high: np.nd
     value, name = float(values[row, joint]), config.joint_names[joint]
     bound = float(low[joint] if value < low[joint] else high[joint])
     sentence = (
-        f"the {quantity} of {name} is {value:.6g} at sample {row}, beyond its limit of {bound:.6g}; "
+        f"the {quantity} of {name} is {value:.6g} at sample {first + row}, beyond its limit of {bound:.6g}; "
         "plan inside the limits of `description`"
     )
     raise Refusal("limit", sentence, joint=name, quantity=quantity, value=value, bound=bound)
 
 
 def _check_smooth(samples: Samples, config: RobotConfig) -> None:
-    """Positions, velocities and accelerations belong together: a trapezium a tick, within what the jerk can bend."""
-    dt, jerks = config.tick, config.limits.jerks
+    """Positions, velocities and accelerations belong together: a trapezium a tick, within what the limits can bend."""
+    dt, limits = config.tick, config.limits
     for name, values, rates, bend in (
-        ("positions", samples.positions, samples.velocities, dt**3 / 4 * jerks),
-        ("velocities", samples.velocities, samples.accelerations, dt**2 / 2 * jerks),
+        (
+            "positions",
+            samples.positions,
+            samples.velocities,
+            np.minimum.reduce([dt**3 / 4 * limits.jerks, dt**2 / 4 * limits.accelerations, dt * limits.velocities]),
+        ),
+        (
+            "velocities",
+            samples.velocities,
+            samples.accelerations,
+            np.minimum.reduce([dt**2 / 2 * limits.jerks, dt * limits.accelerations, 2 * limits.velocities]),
+        ),
     ):
         step = np.diff(values, axis=0) - dt / 2 * (rates[1:] + rates[:-1])
         jumps = np.argwhere(np.abs(step) > bend + 1e-9)

@@ -1,6 +1,7 @@
 """What a trajectory must satisfy before it can move the arm."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -120,16 +121,38 @@ def test_a_sample_outside_the_limits(quantity: str, spoil: Callable[[Arrays], No
     assert abs(refused.detail["value"]) > abs(refused.detail["bound"])
 
 
-def test_a_pushed_arm_may_be_led_back():
-    """A start up to 0.02 rad outside its position limit."""
-    values = arrays()
-    for name in ("velocities", "accelerations"):
-        values[name][:] = 0.0
+def led_back(outside: float, ticks: int) -> Arrays:
+    """A thousand ticks that begin at rest `outside` rad beyond a position limit and are back inside after `ticks`."""
+    s, seconds = np.minimum(np.arange(1000) / ticks, 1.0), ticks / 1000
+    way = -outside - 0.01
+    move = {
+        "positions": outside + way * s**3 * (10 - 15 * s + 6 * s**2),
+        "velocities": way / seconds * 30 * s**2 * (1 - s) ** 2,
+        "accelerations": way / seconds**2 * 60 * s * (1 - s) * (1 - 2 * s),
+    }
+    values = {name: np.zeros((1000, JOINTS)) for name in move}
     values["positions"][:] = ROBOT.home
-    values["positions"][:, 0] = ROBOT.limits.positions[0, 1] + LED_BACK * 0.99
-    check_trajectory(message(values), ROBOT)
-    values["positions"][:, 0] = ROBOT.limits.positions[0, 1] + LED_BACK * 1.01
-    assert refusal(values).code == "limit"
+    values["positions"][:, 0] = ROBOT.limits.positions[0, 1]
+    for name, along in move.items():
+        values[name][:, 0] += along
+    return values
+
+
+def test_a_pushed_arm_may_be_led_back():
+    """From up to 0.02 rad outside its position limit, within the first fifth of the way; nothing may stay outside."""
+    check_trajectory(message(led_back(0.99 * LED_BACK, 150), hit_index=999), ROBOT)
+    assert refusal(led_back(1.01 * LED_BACK, 150), hit_index=999).code == "limit"
+    assert refusal(led_back(0.99 * LED_BACK, 800), hit_index=999).code == "limit"
+
+
+def test_a_jump_is_one_without_a_limit_on_jerk_too():
+    """The other limits bound what lies between two samples where there is none."""
+    free = replace(ROBOT, limits=replace(ROBOT.limits, jerks=np.full(JOINTS, np.inf)))
+    values = arrays()
+    check_trajectory(message(values), free)
+    values["positions"][5:, 3] += 1e-2
+    with pytest.raises(Refusal, match="positions of joint_4 jump"):
+        check_trajectory(message(values), free)
 
 
 def test_a_jump_is_refused():
