@@ -78,7 +78,7 @@ class Hit(Struct, kw_only=True):
     """The errors at exactly the hit time.
 
     Attributes:
-        time: of the hit
+        time: of the hit, or of the next state where that tick's was lost
         position_error: measured less reference
         velocity_error: measured less reference
         truth_error: true less reference, null where the truth is not known
