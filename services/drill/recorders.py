@@ -13,15 +13,18 @@ from rerun.chunk import RrdReader
 from services.drill.cell import ARM, Cell, Plan, wait_for
 from services.drill.lab import Lab
 from services.drill.load import on_time
-from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, told
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
 
 WINDOW_S = 4.0
 PAUSE_S = 1.0  # after the fault, until statistics are taken again
 SPARE_BYTES = 100_000
 
 
-def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None]) -> Measured:
-    """Compare the loop before and after the fault in a motion, and open the trace."""
+def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None], goes_on: bool = False) -> Measured:
+    """Compare the loop before and after the fault in a motion, and open the trace.
+
+    The trace is due until the fault, or until the end of the motion where the recorder `goes_on`.
+    """
     trace = lab.folder / f"{time.monotonic_ns()}.rrd"
     plan = Plan(clock="realtime", names=(*ARM, "recorder"), flags={"record": trace})
     with lab.cell(plan) as cell:
@@ -31,20 +34,23 @@ def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None]) -> Measured:
         reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=8.0)
         time.sleep(2.0)
         fault(cell, trace)
-        tick = cell.state().tick
+        due = cell.state().tick
         time.sleep(PAUSE_S)
         after = on_time(cell, WINDOW_S)
         cell.signal("recorder", signal.SIGCONT)
         wait_for(lambda: cell.result(reply.goal_id).outcome != "running", "the motion to end")
         result = cell.result(reply.goal_id)
+        if goes_on:
+            due = cell.state().tick
     readable = optimized(trace)
-    last = last_tick(readable) if readable else 0
+    ticks = ticks_of(readable) if readable else []
     return {
         "on-time ratio after less before": 100 * (after - before),
         "on-time ratio before": 100 * before,
         "the goal": result.outcome,
-        "the trace opens": "yes" if last else "no",
-        "lost at the end": max(0, tick - last) * cell.config.tick,
+        "the trace opens": "yes" if ticks else "no",
+        "lost at the end": max(0, due - max(ticks, default=0)) * cell.config.tick,
+        "ticks missing inside": missing_inside(ticks),
     }
 
 
@@ -74,15 +80,20 @@ def optimized(trace: Path) -> Path | None:
     return mended if done.returncode == 0 and mended.exists() else None
 
 
-def last_tick(trace: Path) -> int:
-    """Return the newest tick of a measured position in a trace, 0 where there is none."""
-    newest = 0
+def ticks_of(trace: Path) -> list[int]:
+    """Return the ticks of the first joint's measured position in a trace, in no order."""
+    ticks: list[int] = []
     for chunk in RrdReader(trace).stream():
-        if str(chunk.entity_path).endswith("position/measured"):
+        if str(chunk.entity_path).endswith("joint_1/position/measured"):
             batch = chunk.to_record_batch()
-            if "tick" in batch.schema.names and batch.num_rows:
-                newest = max(newest, max(batch.column("tick").to_pylist()))
-    return newest
+            if "tick" in batch.schema.names:
+                ticks += batch.column("tick").to_pylist()
+    return ticks
+
+
+def missing_inside(ticks: list[int]) -> int:
+    """Return how many ticks are missing between the first and the last."""
+    return max(ticks) - min(ticks) + 1 - len(set(ticks)) if ticks else 0
 
 
 BOUNDS = (
@@ -91,14 +102,14 @@ BOUNDS = (
     exactly("the goal", "succeeded"),
     exactly("the trace opens", "yes"),
 )
-LOST = at_most("lost at the end", 1.0, "s")
+LOST = (at_most("lost at the end", 1.0, "s"), none("ticks missing inside"))
 
 SCENARIOS = (
     Scenario(
         "recorder-killed",
         "recorder killed in a motion",
         "realtime",
-        (*BOUNDS, LOST),
+        (*BOUNDS, *LOST),
         lambda lab: break_recorder(lab, kill),
         "full",
     ),
@@ -106,15 +117,15 @@ SCENARIOS = (
         "recorder-stopped",
         "recorder stopped in a motion, and continued at its end",
         "realtime",
-        (*BOUNDS, LOST),
-        lambda lab: break_recorder(lab, stop),
+        (*BOUNDS, *LOST),
+        lambda lab: break_recorder(lab, stop, goes_on=True),
         "full",
     ),
     Scenario(
         "disk-full",
         "the recorder's writes fail in a motion (its file may not grow)",
         "realtime",
-        (*BOUNDS, LOST),
+        (*BOUNDS, *LOST),
         lambda lab: break_recorder(lab, fill_disk),
         "full",
     ),

@@ -1,0 +1,36 @@
+"""The drill's wall clock that jumps leaves a mark of itself, and only it does."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from services.drill.cell import Plan
+from services.drill.clocks import jumps_seen
+from services.drill.shims import shim
+
+LOOK = """
+import os, time
+print(os.getpid())
+jumps, last = 0, time.time()
+while jumps < 3:
+    now = time.time()
+    jumps += abs(now - last) > 3600
+    last = now
+"""
+STILL = "import os; print(os.getpid())"
+
+
+def run(program: str, environment: dict[str, str]) -> int:
+    """Run a program that prints its process's id, and return that."""
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    return int(done.stdout)
+
+
+def test_the_jumps_that_a_process_saw(tmp_path: Path):
+    """Where it ran with the shim; one that ran without is left out."""
+    directory = shim("jumping_clock", tmp_path)
+    root = Path(__file__).parents[3]
+    pids = {"sim": run(LOOK, {"PYTHONPATH": f"{directory}:{root}"}), "planner": run(STILL, {"PYTHONPATH": str(root)})}
+    jumps = jumps_seen(Plan(shims=dict.fromkeys(pids, directory)), pids)
+    assert list(jumps) == ["sim"]
+    assert jumps["sim"] in (3, 4), "it may jump once before it is looked at"
