@@ -1,5 +1,6 @@
 """`python -m services.planner`: learn primitives and plan goals."""
 
+import gc
 import logging
 import threading
 import time
@@ -48,6 +49,7 @@ def main() -> None:
         runtime.become_polite()
         planner = Planner(bus, config, library, lead, log)
         planner.warm_up()
+        runtime.freeze_garbage()
         serve(bus, planner, lead, log, stopping)
 
 
@@ -92,6 +94,8 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
             except Refusal as refusal:
                 asking.refuse(refusal)
                 log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal)
+        # Never while one plans: after each what is new, when there is time everything.
+        gc.collect(1 if asking is not None else 2)
 
 
 def is_stepped(bus: Bus) -> bool:

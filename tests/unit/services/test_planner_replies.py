@@ -77,7 +77,7 @@ def test_the_reply_has_samples_only_where_asked(made: Plan, trajectory: m.Trajec
     assert reply.total_duration == made.total_duration > 1.0
     assert reply.report.certified is True
     assert reply.report.solve_ms == 1.25
-    assert decode(encode(reply), m.GoalReply) == reply
+    assert decode(encode(reply), m.GoalReply, max_bytes=1 << 20) == reply
     for vector in (reply.report.extremes.jerks, reply.report.margin.positions, reply.report.imitation_rms):
         assert len(vector) == JOINTS
 
@@ -85,7 +85,7 @@ def test_the_reply_has_samples_only_where_asked(made: Plan, trajectory: m.Trajec
 def test_the_published_plan_tells_what_it_was_made_of(made: Plan, trajectory: m.Trajectory, primitive: Primitive):
     """Limits, way-points, and the demonstration warped to the plan's duration."""
     said = plan_message(made, trajectory, GOAL, primitive)
-    assert decode(encode(said), m.Plan) == said
+    assert decode(encode(said), m.Plan, max_bytes=1 << 20) == said
     assert (said.primitive, said.waypoints, said.goal_id) == ("forehand", GOAL.waypoints, "g")
     assert said.limits.velocities == ROBOT.limits.velocities.tolist()
     demonstration = matrix(said.demonstration, said.hit_index + 1, JOINTS, "demonstration")
