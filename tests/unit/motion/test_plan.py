@@ -34,7 +34,9 @@ def test_without_limits_the_optimum_is_the_demonstration_plus_a_line(figure: Pri
     line = np.linalg.solve([[0.8, 0.8**2 / 2], [0.8**2 / 2, 0.8**3 / 6]], [gained, travelled])
     optimum = imitated + line[0] + line[1] * t
     found = planned.sample(t).accelerations[:, 0]
-    assert np.sqrt(np.mean((found - optimum) ** 2) / np.mean(optimum**2)) < 0.011
+    # No 50 functions of this width come nearer to this optimum, in closed form, than 0.936 %, most of it at the ends.
+    missed = np.sqrt(np.trapezoid((found - optimum) ** 2, t) / np.trapezoid(optimum**2, t))
+    assert missed == pytest.approx(0.0094, abs=2e-4)
     missed = np.sqrt(np.trapezoid((found - imitated) ** 2, t) / 0.8)
     assert planned.report.imitation_rms[0] == pytest.approx(missed, rel=2e-4)
 

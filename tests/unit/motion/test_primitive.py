@@ -18,8 +18,10 @@ def test_the_figures_demonstration_is_fitted(figure: Primitive) -> None:
     assert figure.start.velocities == pytest.approx([-1], abs=1e-2)
     assert figure.goal.positions == pytest.approx([1], abs=1e-4)
     assert figure.goal.velocities == pytest.approx([3], abs=1e-2)
+    # Of d̈ in closed form, 50 functions of this width miss 0.893 % at best (their projection, on 20,001 instants; 0.2 %
+    # away from the ends): so the learned θ is as good as the basis allows.
     rms = np.sqrt(np.mean(figure.accelerations**2))
-    assert figure.fit_rms[0] < 0.01 * rms
+    assert figure.fit_rms[0] / rms == pytest.approx(0.00893, abs=1e-4)
 
 
 def test_a_longer_demonstration_has_the_same_theta(figure: Primitive) -> None:
