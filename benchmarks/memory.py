@@ -1,27 +1,37 @@
-"""`python -m benchmarks.memory`: the memory that planning takes over many goals, resident, in this process."""
+"""`python -m benchmarks.memory`: the memory that planning takes over many goals, resident: in this process, and in a
+planner's that is asked over the bus."""
 
 import gc
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import tyro
 
 from benchmarks.cases import draw, forehand
+from benchmarks.latency import tight_goal
 from benchmarks.machine import save
 from motion.errors import MotionError
 from motion.plan import plan
 from motion.request import Waypoint
+from protocol import topics
+from protocol.bus import Bus, open_session
+from services.options import Options, free_endpoint
+from services.supervisor import Supervisor, command_lines
+
+MARKS = 20
+"""How often memory is read along the way."""
 
 
-def resident_kb() -> int:
-    """Resident memory of this process, kB."""
-    lines = Path("/proc/self/status").read_text().splitlines()
+def resident_kb(process: int | str = "self") -> int:
+    """Resident memory of a process, kB."""
+    lines = Path(f"/proc/{process}/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS"))
 
 
-def main(goals: int = 100_000, seed: int = 3) -> None:
-    """Plan this many six-joint goals, warm, a tenth of them with way-points of their own time, and say what it took."""
+def here(goals: int, seed: int) -> dict[str, object]:
+    """Six-joint goals, warm, a tenth of them with way-points of their own time."""
     primitive, rng = forehand(), np.random.default_rng(seed)
     requests = [case.request for case in draw(primitive, 20, seed)]
     warm, refused, kilobytes = None, 0, []
@@ -37,12 +47,34 @@ def main(goals: int = 100_000, seed: int = 3) -> None:
             warm = made.warm
         except MotionError:
             refused += 1
-        if k % max(1, goals // 20) == 0:
+        if k % max(1, goals // MARKS) == 0:
             gc.collect()
             kilobytes.append(resident_kb())
     kilobytes.append(resident_kb())
-    print(f"{goals} goals, {refused} refused; resident kB along the way: {kilobytes}")
-    save("memory", {"goals": goals, "refused": refused, "resident_kB": kilobytes})
+    return {"goals": goals, "refused": refused, "resident_kB": kilobytes}
+
+
+def on_the_wire(goals: int, seed: int) -> dict[str, object]:
+    """Plan-only goals of a planner without an arm, a tenth of them answered with their trajectories."""
+    endpoint, rng, kilobytes = free_endpoint(), np.random.default_rng(seed), []
+    with TemporaryDirectory() as scratch:
+        lines = command_lines(Options(listen=(endpoint,)), {"library": Path(scratch) / "library"})
+        alone = ["--listen" if word == "--connect" else word for word in lines["planner"]]
+        with Supervisor({"planner": alone}, quiet=True) as services, Bus(open_session([endpoint])) as bus:
+            services.wait_ready(bus)
+            for k in range(goals):
+                bus.ask(topics.GOAL, tight_goal(rng, plan_only=True, duration=0.8, include_trajectory=k % 10 == 0))
+                if k % max(1, goals // MARKS) == 0:
+                    kilobytes.append(resident_kb(services.running["planner"].pid))
+    return {"goals": goals, "resident_kB": kilobytes}
+
+
+def main(goals: int = 100_000, asked: int = 3000, seed: int = 3) -> None:
+    """Plan and ask this many, and print and save what was resident along the way."""
+    found = {"here": here(goals, seed), "on the wire": on_the_wire(asked, seed)}
+    for name, row in found.items():
+        print(name, row)
+    save("memory", found)
 
 
 if __name__ == "__main__":
