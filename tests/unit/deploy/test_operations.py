@@ -10,6 +10,7 @@ import pytest
 import tyro
 
 import deploy
+from deploy.processes import PROCESSES
 from deploy.zenoh.certificates import Authority
 from deploy.zenoh.configure import Cell
 from deploy.zenoh.permissions import ROLES, Role
@@ -20,6 +21,8 @@ from services.preflight.__main__ import Flags as PreflightFlags
 ROOT = Path(deploy.__file__).parents[1]
 TEXT = (ROOT / "docs" / "operations.md").read_text()
 COMMAND_LINES = re.findall(r"^    (\S.*)$", TEXT, re.MULTILINE)
+PYTHON_LINES = [line for line in COMMAND_LINES if re.match(r"\S*\.venv/bin/python -m ", line)]
+INSTALLING = re.findall(r"^    (\S.*)$", TEXT.partition("## Installing")[2].partition("\n## ")[0], re.MULTILINE)
 OWN_FLAGS = {
     "deploy.zenoh.certificates": Authority,
     "deploy.zenoh.configure": Cell,
@@ -46,7 +49,7 @@ def test_the_table_is_the_permission_table():
     assert rows == [row(role) for role in ROLES]
 
 
-@pytest.mark.parametrize("line", [line for line in COMMAND_LINES if line.startswith("python -m ")])
+@pytest.mark.parametrize("line", PYTHON_LINES)
 def test_commands_parse(line, monkeypatch):
     module, *words = shlex.split(line)[2:]
     if module == "services.client":
@@ -65,4 +68,21 @@ def test_what_is_copied_exists(line):
 
 
 def test_there_is_something_to_test():
-    assert len([line for line in COMMAND_LINES if line.startswith(("python -m ", "cp "))]) == 10
+    assert len(PYTHON_LINES) == 7
+    assert len([line for line in COMMAND_LINES if line.startswith("cp ")]) == 3
+
+
+def test_the_services_are_started_once_all_is_there():
+    """Robot, certificates and configurations, and systemd knows the units."""
+    *before, daemon, last = INSTALLING
+    assert (daemon, last) == ("systemctl daemon-reload", "systemctl enable --now volley@arm.target")
+    for needed in ("arm.toml", "arm.xml", "deploy.zenoh.certificates", "deploy.zenoh.configure", "deploy/systemd"):
+        assert any(needed in line for line in before), needed
+
+
+def test_the_units_user_can_read_every_key():
+    """And nobody else."""
+    (line,) = (line for line in INSTALLING if ".key" in line)
+    command, _, keys = line.partition("~/volley-tls/")
+    assert command.split() == ["install", "-o", "volley", "-g", "volley", "-m", "0400"]
+    assert keys == f"{{{','.join(process.name for process in PROCESSES)}}}.key /etc/volley/tls"

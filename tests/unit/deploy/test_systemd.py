@@ -20,6 +20,9 @@ NAMES = [process.name for process in PROCESSES]
 REAL_TIME = {"sim": 50, "controller": 40}
 """The priorities for which these two ask."""
 
+FOOTER_BYTES_PER_S = 1e6
+"""What a trace keeps in the recorder's memory until its end."""
+
 EACH = pytest.mark.parametrize("process", PROCESSES, ids=NAMES)
 
 
@@ -92,6 +95,15 @@ def test_loops_have_cores_of_their_own():
     rest = [set(unit(process)["CPUAffinity"].split()) for process in PROCESSES if process.name not in REAL_TIME]
     assert not cores[0] & cores[1]
     assert not set.union(*cores) & set.union(*rest)
+
+
+def test_a_trace_ends_before_the_recorder_s_memory_does():
+    """And systemd starts the next one; the flags of the unit name no file, so that each has its own."""
+    settings = unit(next(process for process in PROCESSES if process.name == "recorder"))
+    minutes, gigabytes = settings["RuntimeMaxSec"].removesuffix("min"), settings["MemoryMax"].removesuffix("G")
+    assert int(minutes) * 60 * FOOTER_BYTES_PER_S < 0.5 * int(gigabytes) * 2**30
+    assert settings["Restart"] == "on-failure", "a timeout is a failure"
+    assert "--record " not in settings["ExecStart"]
 
 
 @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze on this machine")
