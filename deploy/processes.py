@@ -19,7 +19,7 @@ class Process:
 
 PROCESSES = (
     Process("sim", "services.sim", hosts_bus=True, flags=("clock", "seed")),
-    Process("recorder", "services.recorder", flags=("record", "live", "live_port")),
+    Process("recorder", "services.recorder", flags=("record", "unindexed", "live", "live_port")),
     Process("planner", "services.planner", flags=("library", "lead")),
     Process("controller", "services.controller"),
 )

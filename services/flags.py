@@ -40,10 +40,13 @@ class RecorderFlags:
     Attributes:
         record: The trace to write; an existing file is overwritten. By default volley-DATE-TIME.rrd in the current
             directory, unless --live is given.
+        unindexed: End the trace without the index by which viewers jump in it, and which takes 1 MB of memory a second
+            until then: for recordings of hours. `rerun rrd optimize` adds it afterwards.
         live: Serve a live view on loopback, to be opened with `rerun`.
         live_port: Port of the live view.
     """
 
     record: Path | None = None
+    unindexed: bool = False
     live: bool = False
     live_port: int = 9876

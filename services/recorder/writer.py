@@ -70,13 +70,13 @@ class _ScalarColumn(rr.ComponentColumn):
 
 
 class TraceWriter:
-    """A trace being written to `file`, served by `live`, or both."""
+    """A trace being written to `file` (with an `index` at its end), served by `live`, or both."""
 
-    def __init__(self, blueprint: rrb.Blueprint, file: Path | None, live: Live | None) -> None:
+    def __init__(self, blueprint: rrb.Blueprint, file: Path | None, live: Live | None, index: bool = True) -> None:
         self.recording = rr.RecordingStream(APPLICATION)
         sinks: list[rr.FileSink | rr.GrpcServerSink] = []
         if file:
-            sinks.append(rr.FileSink(file))  # until its end the file's footer is kept in memory, about 1 MB a second
+            sinks.append(rr.FileSink(file, write_footer=index))
         if live:
             sinks.append(rr.GrpcServerSink("127.0.0.1", live.port, server_memory_limit=LIVE_MEMORY))
         self.recording.set_sinks(*sinks, default_blueprint=blueprint)

@@ -30,7 +30,7 @@ from services.recorder.canvas import Canvas
 from services.recorder.intake import listen
 from services.recorder.recorder import Recorder, build_drawers
 from services.recorder.trace import Trace, read_trace
-from services.recorder.writer import TraceWriter
+from services.recorder.writer import Rows, TraceWriter
 from services.robot import Kinematics, load_robot
 from tests.unit.services.recorder_messages import (
     JOINTS,
@@ -103,6 +103,21 @@ def test_every_recorded_topic_has_a_drawer(tmp_path: Path) -> None:
     drawers = build_drawers(Canvas(writer, CONFIG))
     assert set(drawers) == {topic for topic in PUBLICATIONS if topic.recorded}
     assert next(iter(drawers)) == STATE
+
+
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")
+@pytest.mark.parametrize("index", [True, False])
+def test_a_trace_reads_alike_with_and_without_its_index(tmp_path: Path, index: bool) -> None:
+    """The index makes a file larger and nothing else."""
+    file = tmp_path / "trace.rrd"
+    writer = TraceWriter(build_blueprint(JOINTS, live=False), file, None, index)
+    values = np.arange(1000.0)
+    for first in range(0, 1000, 10):
+        writer.scalars("/x", Rows(np.arange(first, first + 10), 1000.0), values[first : first + 10])
+        writer.recording.flush()
+    writer.close()
+    assert np.array_equal(read_trace(file).scalars("/x").ravel(), values)
+    assert (b"FOOT" in file.read_bytes()[-64:]) is index
 
 
 def test_states_read_back_to_the_last_bit(desk: Desk) -> None:

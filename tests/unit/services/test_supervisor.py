@@ -76,6 +76,7 @@ def test_every_command_line_is_understood(process: Process):
         "record": "x.rrd",
         "live": True,
         "live_port": 9,
+        "unindexed": True,
     }
     line = command_lines(Options(), {name: values[name] for name in process.flags})[process.name]
     said = subprocess.run([*line, "--help"], capture_output=True, text=True, timeout=60, check=False)
