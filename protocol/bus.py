@@ -207,14 +207,17 @@ class Bus:
         return f"volley/{self.robot}/{name}"
 
     def publisher(self, topic: Publication[Said], blocking: bool = False) -> Publisher[Said]:
-        """Declare a publisher; a stream drops what it cannot send at once unless `blocking`."""
-        drop = topic.stream and not blocking
+        """Declare a publisher, which drops what it cannot send at once unless `blocking`.
+
+        The hub passes on what blocks as it came: where one subscriber's link is dead, all that its publisher says to
+        anybody waits for seconds.
+        """
         return Publisher(
             self.session.declare_publisher(
                 self.key(topic.key),
                 encoding=ENCODING,
                 priority=zenoh.Priority.REAL_TIME if topic.stream else zenoh.Priority.DATA,
-                congestion_control=zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK,
+                congestion_control=zenoh.CongestionControl.BLOCK if blocking else zenoh.CongestionControl.DROP,
                 express=topic.stream,
             )
         )

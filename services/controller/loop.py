@@ -53,9 +53,7 @@ class ControllerLoop:
             topics.RESULT.key: lambda request: self._core.ledger.result(request.goal_id),
             topics.STATUS_QUERY.key: lambda _: self._core.status(),
         }
-        self._commands = bus.publisher(topics.COMMAND)
-        self._status = bus.publisher(topics.STATUS)
-        self._ended = bus.publisher(topics.ENDED)
+        self._declare_publishers(blocking=False)
 
     def open(self) -> None:
         """Declare everything on the bus; the arm introduces itself as soon as it is there."""
@@ -185,9 +183,14 @@ class ControllerLoop:
         if (arm.joint_names, arm.rate_hz) != ours:
             raise WrongRobot(f"the arm has joints {arm.joint_names} at {arm.rate_hz} Hz, the robot config {ours}")
         self._clock, self._core.stepped = arm.clock, arm.clock == "stepped"
-        self._commands = self._bus.publisher(topics.COMMAND, blocking=arm.clock == "stepped")
+        self._declare_publishers(blocking=self._core.stepped)
         self._log.info("the arm is there: %d joints, %s clock, run %d", len(arm.joint_names), arm.clock, arm.run)
         self._bus.ask_later(topics.STATE_QUERY, m.Empty(), self._catch_up)
+
+    def _declare_publishers(self, blocking: bool) -> None:
+        self._commands = self._bus.publisher(topics.COMMAND, blocking)
+        self._status = self._bus.publisher(topics.STATUS, blocking)
+        self._ended = self._bus.publisher(topics.ENDED, blocking)
 
     def _catch_up(self, data: bytes) -> None:
         """Take the state asked for, unless the stream has brought it or a newer one meanwhile."""

@@ -68,7 +68,7 @@ class Planner:
         self._library = library
         self._lead = lead
         self._log = log
-        self._plans: Publisher[m.Plan] = bus.publisher(topics.PLAN)
+        self._plans: Publisher[m.Plan] = bus.publisher(topics.PLAN, blocking=True)
         self._warm: dict[str, Warm] = {}
         self._answers = Answers()
 

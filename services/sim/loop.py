@@ -58,9 +58,9 @@ class SimLoop:
         self._debt: Debt | None = None
         self._acting: list[m.ActiveDisturbance] = []
         self._state = bus.publisher(topics.STATE, blocking=self._stepped)
-        self._ball = bus.publisher(topics.BALL)
-        self._contact = bus.publisher(topics.CONTACT)
-        self._disturbance = bus.publisher(topics.DISTURBANCE)
+        self._ball = bus.publisher(topics.BALL, blocking=self._stepped)
+        self._contact = bus.publisher(topics.CONTACT, blocking=self._stepped)
+        self._disturbance = bus.publisher(topics.DISTURBANCE, blocking=self._stepped)
         self._handlers: dict[str, Callable[[Any], Any]] = {
             topics.STATE_QUERY.key: lambda _: self._state_message(),
             topics.DESCRIPTION.key: lambda _: self._description(),
