@@ -99,6 +99,8 @@ class Inbox(Generic[Item]):
 
     def take(self, timeout: float | None = 0.0) -> Item | None:
         """Return the oldest item, after waiting up to `timeout` s for one (None: for ever), or None."""
+        if timeout == 0.0 and self._queue.empty():
+            return None
         try:
             return self._queue.get(block=timeout != 0.0, timeout=timeout)
         except QueueEmpty:
@@ -119,6 +121,8 @@ class Stream:
 
     def take(self, timeout: float = 0.0) -> bytes | None:
         """Return the oldest body, after waiting up to `timeout` s for one, or None."""
+        if timeout <= 0.0 and self._queue.empty():
+            return None
         try:
             while self._queue.qsize() > self._length:
                 self._queue.get_nowait()

@@ -242,9 +242,9 @@ class Controller:
     # --- inside ---------------------------------------------------------------------------------------
 
     def _fits(self, state: m.State) -> bool:
-        joints = self.config.joint_count
-        points = [state] if state.truth is None else [state, state.truth]
-        if any(len(point.positions) != joints or len(point.velocities) != joints for point in points):
+        joints, truth = self.config.joint_count, state.truth or state
+        lengths = len(state.positions), len(state.velocities), len(truth.positions), len(truth.velocities)
+        if lengths != (joints, joints, joints, joints):
             return False
         again = self.stepped and state.tick == 0
         old = self._state is not None and state.run == self._state.run and state.tick <= self._state.tick

@@ -5,7 +5,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any
 
 from protocol import messages as m
@@ -128,7 +128,7 @@ class ControllerLoop:
 
     def _attend(self) -> None:
         """Apply at most one event and one request, a stop before a question, then tell what changed."""
-        with contextlib.suppress(Empty):
+        if not self._events.empty():
             self._events.get_nowait()()
         asking = self._urgent.take() or self._requests.take()
         if asking is not None:
