@@ -7,17 +7,16 @@ import numpy as np
 
 from motion.basis import Grid
 from motion.errors import LimitExceeded, SolverFailed
-from motion.limits import QUANTITIES
+from motion.limits import LED_BACK_FROM, QUANTITIES
 from motion.request import MotionRequest
 
 TOUCH = 1e-6
 """Beside a boundary value on its limit, certified means within this part of the limit's range."""
 
-POSITION_OUTSIDE = 0.02
-"""A start may lie outside its position limits by this much, rad: an arm that was pushed."""
-
 FIXED_TOLERANCE = 1e-9
 """Values fixed by the request may pass their limit by this part of its range: rounding."""
+
+Joints = np.ndarray | list[int] | slice
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,19 +43,18 @@ class Equalities:
     span: np.ndarray
     correction: np.ndarray
 
-    def missed(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """How far (J, m) the motions x are from their targets (J, m)."""
-        return targets - (self.rows @ x[:, :, None])[:, :, 0]
+    def missed(self, x: np.ndarray, targets: np.ndarray, joints: Joints = slice(None)) -> np.ndarray:
+        """How far (n, m) the joints' motions x (n, N+2) are from their targets, which are those of all (J, m)."""
+        return targets[joints] - (self.rows[joints] @ x[:, :, None])[:, :, 0]
 
     def nearest(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """The nearest motions that meet the targets; corrected twice, so that they hold to rounding."""
-        every = np.arange(len(x))
+        every = slice(None)
         return self.corrected(every, self.corrected(every, x.copy(), targets), targets)
 
-    def corrected(self, joints: np.ndarray | list[int], x: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    def corrected(self, joints: Joints, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """The joints' motions x (n, N+2), in place, brought to their targets by the least change."""
-        missed = targets[joints] - (self.rows[joints] @ x[:, :, None])[:, :, 0]
-        x[:, :-2] += (missed[:, None] @ self.correction[joints])[:, 0]
+        x[:, :-2] += (self.missed(x, targets, joints)[:, None] @ self.correction[joints])[:, 0]
         return x
 
 
@@ -86,7 +84,7 @@ def check_fixed(request: MotionRequest, fixed: Fixed) -> None:
     width = ranges[:, :, 1] - ranges[:, :, 0]
     width = np.where(np.isfinite(width), width, 1.0)
     tolerance = np.where(fixed.s == 0, 2 * TOUCH, FIXED_TOLERANCE) * width
-    tolerance[:, 0] = POSITION_OUTSIDE
+    tolerance[:, 0] = LED_BACK_FROM
     values = fixed.values.T
     outside = (values < ranges[:, :, 0] - tolerance) | (values > ranges[:, :, 1] + tolerance)
     if outside.any():

@@ -8,6 +8,12 @@ from motion.errors import InvalidMotion
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
+LED_BACK_FROM = 0.02
+"""A motion may begin this far (rad) outside a position limit, where an arm was pushed, …"""
+
+LED_BACK_BY = 0.2
+"""… and has to be inside from this part of its way to the goal on."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limits:

@@ -10,6 +10,7 @@ import numpy as np
 
 from motion.basis import Grid
 from motion.fixed import Equalities, Fixed, equalities_of
+from motion.limits import LED_BACK_BY
 from motion.request import MotionRequest
 
 BAND = 1e-3
@@ -17,9 +18,6 @@ BAND = 1e-3
 
 TAPER = 0.1
 """Distance in s from a fixed boundary value within which the band grows to its full width."""
-
-LED_BACK = 0.2
-"""A start outside its limits has to be inside from this s on."""
 
 SIGNS = np.array([-1.0, 1.0])
 """A lower limit is an upper one seen upside down: value·sign ≤ limit for both sides."""
@@ -104,7 +102,7 @@ def _limits(
         here = side, joint, fixed.quantity[k]
         inside = slack[side, joint, k]
         if inside < 0 and k < 3:
-            limit[here][: round(LED_BACK * grid.intervals)] -= inside
+            limit[here][: round(LED_BACK_BY * grid.intervals)] -= inside
         taper = max(inside, 0.0) + BAND * half[here[1:]] * (np.abs(grid.s - fixed.s[k]) / TAPER) ** 3
         np.minimum(band[here], taper, out=band[here])
     if last < grid.intervals:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motion.limits import Limits
+from motion.limits import LED_BACK_BY, LED_BACK_FROM, Limits
 from motion.samples import Samples
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
@@ -15,11 +15,6 @@ from services.controller.timeline import Segment
 from services.robot import RobotConfig
 
 TIGHT = 1e-6
-LED_BACK = 0.02
-"""A plan may begin this far (rad) outside a position limit, where an arm was pushed, and lead back inside."""
-
-LED_BACK_BY = 0.2
-"""Part of the way to the hit by which it is back."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,9 +64,10 @@ def _check_limits(samples: Samples, hit_index: int, config: RobotConfig) -> None
     limits: Limits = config.limits
     low, high = limits.positions.T
     first, back = samples.positions[0], math.ceil(LED_BACK_BY * hit_index) + 1
-    widest = np.minimum(low, np.maximum(first, low - LED_BACK)), np.maximum(high, np.minimum(first, high + LED_BACK))
+    lowest = np.minimum(low, np.maximum(first, low - LED_BACK_FROM))
+    highest = np.maximum(high, np.minimum(first, high + LED_BACK_FROM))
     jerks = np.diff(samples.accelerations, axis=0) * config.rate_hz
-    _check_range("position", samples.positions[:back], *widest, config)
+    _check_range("position", samples.positions[:back], lowest, highest, config)
     _check_range("position", samples.positions[back:], low, high, config, back)
     _check_range("velocity", samples.velocities, -limits.velocities, limits.velocities, config)
     _check_range("acceleration", samples.accelerations, -limits.accelerations, limits.accelerations, config)

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from motion.limits import LED_BACK_FROM
 from motion.tail import stop
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
-from services.controller.checks import LED_BACK, check_continuity, check_trajectory
+from services.controller.checks import check_continuity, check_trajectory
 from services.robot import load_robot
 
 ROBOT = load_robot()
@@ -88,7 +89,7 @@ def test_numbers_that_are_not_finite(name: str):
 
 
 def _shift_position(values: Arrays) -> None:
-    values["positions"][:, 0] += ROBOT.limits.positions[0, 1] - values["positions"][0, 0] + LED_BACK + 0.001
+    values["positions"][:, 0] += ROBOT.limits.positions[0, 1] - values["positions"][0, 0] + LED_BACK_FROM + 0.001
 
 
 def _raise_velocity(values: Arrays) -> None:
@@ -140,9 +141,9 @@ def led_back(outside: float, ticks: int) -> Arrays:
 
 def test_a_pushed_arm_may_be_led_back():
     """From up to 0.02 rad outside its position limit, within the first fifth of the way; nothing may stay outside."""
-    check_trajectory(message(led_back(0.99 * LED_BACK, 150), hit_index=999), ROBOT)
-    assert refusal(led_back(1.01 * LED_BACK, 150), hit_index=999).code == "limit"
-    assert refusal(led_back(0.99 * LED_BACK, 800), hit_index=999).code == "limit"
+    check_trajectory(message(led_back(0.99 * LED_BACK_FROM, 150), hit_index=999), ROBOT)
+    assert refusal(led_back(1.01 * LED_BACK_FROM, 150), hit_index=999).code == "limit"
+    assert refusal(led_back(0.99 * LED_BACK_FROM, 800), hit_index=999).code == "limit"
 
 
 def test_a_jump_is_one_without_a_limit_on_jerk_too():
