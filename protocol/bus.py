@@ -4,8 +4,6 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from queue import Empty as QueueEmpty
-from queue import SimpleQueue
 from typing import Generic, Self, TypeVar
 
 import zenoh
@@ -13,9 +11,9 @@ import zenoh
 from protocol import messages as m
 from protocol.codec import ENCODING, bad_message, check_size, decode, encode
 from protocol.errors import NoAnswer, Refusal
+from protocol.queues import Collector, Inbox, Stream
 from protocol.topics import (
     QUEUE_LENGTH,
-    SMALL,
     Answered,
     Asked,
     Publication,
@@ -83,55 +81,6 @@ def session_config(connect: Sequence[str], listen: Sequence[str], config_file: P
     return config
 
 
-class Inbox(Generic[Item]):
-    """A bounded queue between Zenoh's threads and the loop that owns the state."""
-
-    def __init__(self, length: int = QUEUE_LENGTH) -> None:
-        self._queue: SimpleQueue[Item] = SimpleQueue()
-        self._length = length
-
-    def offer(self, item: Item) -> bool:
-        """Append `item`, or return False where the queue is full."""
-        if self._queue.qsize() >= self._length:
-            return False
-        self._queue.put(item)
-        return True
-
-    def take(self, timeout: float | None = 0.0) -> Item | None:
-        """Return the oldest item, after waiting up to `timeout` s for one (None: for ever), or None."""
-        if timeout == 0.0 and self._queue.empty():
-            return None
-        try:
-            return self._queue.get(block=timeout != 0.0, timeout=timeout)
-        except QueueEmpty:
-            return None
-
-
-class Stream:
-    """The newest bodies of a stream, to be waited for; of more than `length` the oldest are dropped first.
-
-    Zenoh's own thread puts each sample into the queue without running any Python of ours, since a second thread that
-    computes delays the loop that waits.
-    """
-
-    def __init__(self, length: int = QUEUE_LENGTH) -> None:
-        self._queue: SimpleQueue[zenoh.Sample] = SimpleQueue()
-        self._length = length
-        self.callback = zenoh.handlers.Callback(self._queue.put, indirect=False)
-
-    def take(self, timeout: float = 0.0) -> bytes | None:
-        """Return the oldest body, after waiting up to `timeout` s for one, or None."""
-        if timeout <= 0.0 and self._queue.empty():
-            return None
-        try:
-            while self._queue.qsize() > self._length:
-                self._queue.get_nowait()
-            payload = self._queue.get(block=timeout > 0.0, timeout=timeout).payload
-            return payload.to_bytes() if len(payload) <= SMALL else b""  # too large to be copied in a tick, and refused
-        except QueueEmpty:
-            return None
-
-
 class Asking(Generic[Asked, Answered]):
     """One request on its way to an answer, exactly one: `reply` or `refuse`. `arrival_ns` is Unix time."""
 
@@ -174,22 +123,6 @@ class Publisher(Generic[Said]):
     def put(self, message: Said) -> None:
         """Publish `message`; a session that is closing drops it."""
         self._publisher.put(encode(message))
-
-
-class Collector:
-    """The newest samples of a topic, kept by Zenoh itself until they are taken; the oldest are dropped first."""
-
-    def __init__(self, subscriber: zenoh.Subscriber) -> None:
-        self._subscriber = subscriber
-
-    def take(self) -> tuple[bytes, int] | None:
-        """Return the oldest body and when the hub had it (Unix ns; now, where the hub stamps nothing), or None."""
-        sample = self._subscriber.try_recv()
-        if sample is None:
-            return None
-        stamp = sample.timestamp
-        received_ns = stamp.get_time_as_ntp64().as_nanos() if stamp else time.time_ns()
-        return sample.payload.to_bytes(), received_ns
 
 
 class Bus:

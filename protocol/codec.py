@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 
 from protocol.errors import Refusal
+from protocol.topics import SMALL
 
 Kind = TypeVar("Kind", bound=msgspec.Struct)
 
@@ -26,7 +27,7 @@ def encode(message: msgspec.Struct) -> bytes:
     return cast(bytes, msgpack.packb(msgspec.to_builtins(message, builtin_types=(bytes,))))
 
 
-def decode(data: bytes, kind: type[Kind], max_bytes: int = 1 << 14) -> Kind:
+def decode(data: bytes, kind: type[Kind], max_bytes: int = SMALL) -> Kind:
     """Return the message of type `kind` in `data`.
 
     Raises:

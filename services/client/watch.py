@@ -14,9 +14,9 @@ from rich.styled import Styled
 from rich.text import Text
 
 from protocol import messages as m
-from protocol.bus import Collector
 from protocol.codec import decode
 from protocol.errors import Refusal
+from protocol.queues import Collector
 from protocol.topics import CONTACT, DISTURBANCE, ENDED, PLAN, STATUS, Publication, alive_key
 from services.client.shell import Shared, Shell, reach
 from services.client.show import cell, show

@@ -10,9 +10,10 @@ from typing import Any
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Asking, Bus, Inbox
+from protocol.bus import Asking, Bus
 from protocol.codec import decode
 from protocol.errors import Refusal
+from protocol.queues import Inbox
 from services.controller.checks import Checked, check_trajectory
 from services.controller.core import Controller
 from services.robot import RobotConfig

@@ -13,8 +13,9 @@ import tyro
 from motion.errors import InvalidMotion
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Asking, Bus, Inbox
+from protocol.bus import Asking, Bus
 from protocol.errors import NoAnswer, Refusal
+from protocol.queues import Inbox
 from services import runtime
 from services.flags import PlannerFlags
 from services.options import Common, Options, service_bus

@@ -12,9 +12,10 @@ import numpy as np
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Asking, Bus, Inbox
+from protocol.bus import Asking, Bus
 from protocol.codec import bad_message, decode
 from protocol.errors import Refusal
+from protocol.queues import Inbox
 from services.robot import RobotConfig
 from services.runtime import Deadlines, Seldom
 from services.sim.arm import SimulatedArm

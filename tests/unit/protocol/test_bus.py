@@ -10,9 +10,10 @@ import pytest
 import zenoh
 
 from protocol import messages as m
-from protocol.bus import Asking, Bus, Inbox, Stream, open_session
+from protocol.bus import Asking, Bus, open_session
 from protocol.codec import ENCODING, encode
 from protocol.errors import NoAnswer, Refusal
+from protocol.queues import Inbox
 from protocol.topics import CANCEL, CONTACT, PRIMITIVES, QUEUE_LENGTH, STATE, STATUS_QUERY, alive_key
 from tests.golden.examples import EXAMPLES, STATUS
 
@@ -244,18 +245,3 @@ def test_client_waits_for_a_hub_and_outlives_one(endpoint, inbox):
 def test_taken_endpoint_is_an_error(hub, endpoint):
     with pytest.raises(zenoh.ZError):
         open_session(listen=[endpoint])
-
-
-def test_inbox_is_bounded_and_in_order():
-    inbox = Inbox[int](length=2)
-    assert [inbox.offer(item) for item in (1, 2, 3)] == [True, True, False]
-    assert [inbox.take(), inbox.take(0.001), inbox.take(), inbox.take(0.001)] == [1, 2, None, None]
-
-
-def test_stream_drops_the_oldest(hub):
-    stream = Stream(length=2)
-    subscriber = hub.session.declare_subscriber("numbers", stream.callback)
-    for body in (b"1", b"2", b"3"):
-        hub.session.put("numbers", body)
-    subscriber.undeclare()
-    assert [stream.take(), stream.take(0.001), stream.take(), stream.take(0.001)] == [b"2", b"3", None, None]

@@ -16,9 +16,10 @@ import pytest
 from msgspec import Struct
 
 from protocol import messages as m
-from protocol.bus import Asking, Bus, Inbox, open_session
+from protocol.bus import Asking, Bus, open_session
 from protocol.codec import encode, matrix_bytes
 from protocol.errors import Refusal
+from protocol.queues import Inbox
 from protocol.topics import DESCRIPTION, QUERIES, RESULT, STATUS, client_alive_key
 from services.client.__main__ import COMMANDS, main
 from tests.golden.examples import EXAMPLES, HIT

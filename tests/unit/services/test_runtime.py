@@ -13,7 +13,7 @@ from services.runtime import Deadlines
 
 WAITING = """
 import signal, sys
-from protocol.bus import Stream
+from protocol.queues import Stream
 from services.runtime import stop_on_signals
 stopping, stream = stop_on_signals(), Stream()
 blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())

@@ -1,0 +1,21 @@
+"""Queues between Zenoh's threads and a loop: bounded, in order."""
+
+from protocol.bus import open_session
+from protocol.queues import Inbox, Stream
+from services.options import free_endpoint
+
+
+def test_inbox_is_bounded_and_in_order():
+    inbox = Inbox[int](length=2)
+    assert [inbox.offer(item) for item in (1, 2, 3)] == [True, True, False]
+    assert [inbox.take(), inbox.take(0.001), inbox.take(), inbox.take(0.001)] == [1, 2, None, None]
+
+
+def test_stream_drops_the_oldest():
+    stream = Stream(length=2)
+    with open_session(listen=[free_endpoint()]) as session:
+        subscriber = session.declare_subscriber("numbers", stream.callback)
+        for body in (b"1", b"2", b"3"):
+            session.put("numbers", body)
+        subscriber.undeclare()
+    assert [stream.take(), stream.take(0.001), stream.take(), stream.take(0.001)] == [b"2", b"3", None, None]
