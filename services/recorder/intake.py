@@ -32,7 +32,7 @@ class Received(NamedTuple, Generic[Said]):
 
 
 class Source(Protocol):
-    """Where bodies wait: a `protocol.bus.Collector`."""
+    """Where bodies wait: a `protocol.queues.Collector`."""
 
     def take(self) -> tuple[bytes, int] | None:
         """Return the oldest body and when it came, Unix ns, or None."""
@@ -93,9 +93,13 @@ def read(topic: Publication[Said], body: bytes, joint_count: int) -> Said:
     return message
 
 
+def _check_tick(message: m.State | m.Command) -> None:
+    _check_range("tick", message.tick, MAX_TICK)
+    _check_range("run", message.run, MAX_RUN)
+
+
 def _check_state(state: m.State, joint_count: int) -> None:
-    _check_range("tick", state.tick, MAX_TICK)
-    _check_range("run", state.run, MAX_RUN)
+    _check_tick(state)
     _check_range("time", state.time, MAX_TIME_S)
     _check_lengths(
         joint_count,
@@ -109,8 +113,7 @@ def _check_state(state: m.State, joint_count: int) -> None:
 
 
 def _check_command(command: m.Command, joint_count: int) -> None:
-    _check_range("tick", command.tick, MAX_TICK)
-    _check_range("run", command.run, MAX_RUN)
+    _check_tick(command)
     _check_lengths(
         joint_count,
         accelerations=command.accelerations,
