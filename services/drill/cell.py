@@ -1,26 +1,21 @@
-"""A robot cell: real processes on a bus of their own, and what a scenario asks and sees of them."""
+"""A robot cell that runs: what a scenario asks and sees of it."""
 
 import signal
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import TypeVar
 
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
-from services.options import Options, free_endpoint
-from services.robot import RobotConfig, load_robot
-from services.supervisor import Supervisor, command_lines
+from services.robot import RobotConfig
+from services.supervisor import Supervisor
 
-ARM = ("sim", "planner", "controller")
 PATIENCE_S = 20.0
 LATE_TRIES = 3
 LOG_TIME = "%Y-%m-%d %H:%M:%S,%f"
@@ -28,6 +23,15 @@ LOG_TIME = "%Y-%m-%d %H:%M:%S,%f"
 
 class Broken(Exception):
     """A scenario could not be carried through."""
+
+
+def code_of(ask: Callable[[], object]) -> str:
+    """Return the code with which a request is refused, `taken` where it is not."""
+    try:
+        ask()
+    except Refusal as refusal:
+        return refusal.code
+    return "taken"
 
 
 def wait_for(condition: Callable[[], object], what: str, patience: float = PATIENCE_S) -> float:
@@ -42,27 +46,6 @@ def wait_for(condition: Callable[[], object], what: str, patience: float = PATIE
             raise Broken(f"waited {patience:g} s in vain for {what}")
         time.sleep(0.002)
     return time.monotonic() - began
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """What a cell is made of.
-
-    Attributes:
-        clock: Of the sim.
-        names: The processes to start.
-        hosted: The drill hosts the bus instead of the sim.
-        shims: For a process by name, a directory whose sitecustomize.py it runs first: how to break it on purpose.
-        flags: Values of the services' own flags.
-        robot_config: Description of the robot in place of the drill's own.
-    """
-
-    clock: m.Clock = "stepped"
-    names: tuple[str, ...] = ARM
-    hosted: bool = False
-    shims: dict[str, Path] = field(default_factory=dict)
-    flags: dict[str, object] = field(default_factory=dict)
-    robot_config: Path | None = None
 
 
 class Cell:
@@ -117,6 +100,12 @@ class Cell:
                 if refusal.code != "late":
                     raise
         return self.bus.ask(topics.GOAL, goal)
+
+    def under_way(self) -> m.GoalReply:
+        """Ask for a motion of 2 s in real time, and return once the arm is in the middle of it."""
+        reply = self.goal(positions=[0.5, *self.home[1:]], duration=2.0)
+        wait_for(lambda: self.state().time > reply.start_time + 0.7, "the motion to be under way")
+        return reply
 
     def strike(self, **fields: object) -> m.GoalReply:
         """Ask for the demonstrated strike."""
@@ -258,44 +247,3 @@ def _read(body: bytes, kind: type[topics.Said]) -> topics.Said | None:
         return decode(body, kind)
     except Refusal:
         return None
-
-
-Kind = TypeVar("Kind", bound=Cell)
-
-
-@contextmanager
-def started(plan: Plan, options: Options, folder: Path, kind: type[Kind] = Cell) -> Iterator[Kind]:
-    """Start a cell of a `kind` in `folder`, wait until it is ready, and end it with the block."""
-    options = replace(options, robot_config=plan.robot_config or options.robot_config)
-    config = load_robot(options.robot_config)
-    robot = options.robot or config.name
-    endpoint = free_endpoint()
-    folder.mkdir(parents=True, exist_ok=True)
-    at = {"connect": (endpoint,)} if plan.hosted else {"listen": (endpoint,)}
-    values: dict[str, object] = {"clock": plan.clock, "library": folder / "library", **plan.flags}
-    lines = command_lines(replace(options, **at), values)
-    lines = {name: _broken_by(plan.shims.get(name), line) for name, line in lines.items() if name in plan.names}
-    with (
-        _host(endpoint if plan.hosted else None),
-        Supervisor(lines, logs=folder) as services,
-        Bus(open_session([endpoint]), robot) as bus,
-    ):
-        services.wait_ready(bus)
-        cell = kind(services, bus, endpoint, folder, config, plan.clock == "stepped")
-        if {"sim", "controller"} <= set(plan.names):
-            wait_for(cell.mode, "the controller to hear of the arm")
-        yield cell
-
-
-@contextmanager
-def _host(endpoint: str | None) -> Iterator[None]:
-    """Host the bus for the length of the block, where an endpoint is given."""
-    if endpoint is None:
-        yield
-        return
-    with Bus(open_session(listen=[endpoint])):
-        yield
-
-
-def _broken_by(shim: Path | None, line: list[str]) -> list[str]:
-    return line if shim is None else ["env", f"PYTHONPATH={shim}", *line]

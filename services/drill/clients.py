@@ -10,10 +10,11 @@ from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus, open_session
 from protocol.errors import Refusal
-from services.drill.cell import Cell, Plan, wait_for
+from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.reference import unlike_plan
 from services.drill.scenario import Measured, Scenario, at_most, exactly, none
+from services.drill.start import Plan
 
 GOAL_ID = "followed"
 

@@ -8,10 +8,11 @@ import numpy as np
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import decode
-from services.drill.cell import ARM, Cell, Plan, wait_for
+from services.drill.cell import Cell
 from services.drill.lab import Lab
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
 from services.drill.shims import shim
+from services.drill.start import ARM, Plan
 
 STALL_S = 0.5
 ASKING_S = 0.05
@@ -52,8 +53,7 @@ def stall(lab: Lab) -> Measured:
     with lab.cell(Plan(clock="realtime")) as cell:
         cell.recover()
         arrivals = Arrivals(cell)
-        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=2.0)
-        wait_for(lambda: cell.state().time > reply.start_time + 0.7, "the motion to be under way")
+        reply = cell.under_way()
         began, ahead = time.time(), ahead_of_robot(cell)
         for name in ARM:
             cell.signal(name, signal.SIGSTOP)
@@ -62,8 +62,7 @@ def stall(lab: Lab) -> Measured:
         for name in ARM:
             cell.signal(name, signal.SIGCONT)
         time.sleep(1.5)
-        wait_for(lambda: cell.result(reply.goal_id).outcome != "running", "the motion to end")
-        result, said = cell.result(reply.goal_id), cell.said_at("sim", LAG, began)
+        result, said = cell.finish(reply), cell.said_at("sim", LAG, began)
         lag = ahead_of_robot(cell) - ahead
         at, states = arrivals.read()
     fresh = at[at >= continued] - continued

@@ -11,11 +11,12 @@ from protocol import messages as m
 from protocol import topics
 from protocol.codec import decode
 from protocol.errors import CODES, Refusal
-from services.drill.cell import ARM, Cell, Plan
+from services.drill.cell import Cell
 from services.drill.lab import Lab
 from services.drill.messages import answer, good_bodies, publish, unmoved
 from services.drill.mutations import mutate
 from services.drill.scenario import Measured, Scenario, at_least, exactly, none, told
+from services.drill.start import ARM, Plan
 
 MESSAGES, LONG_MESSAGES = 5_000, 100_000
 LOOK_EVERY = 250

@@ -6,25 +6,16 @@ import msgspec
 
 from protocol import messages as m
 from protocol import topics
-from protocol.errors import Refusal
-from services.drill.cell import Cell, Plan
+from services.drill.cell import Cell, code_of
 from services.drill.clocks import differing
 from services.drill.lab import Lab
 from services.drill.scenario import Measured, Scenario, exactly, none, told
 from services.drill.shims import shim
+from services.drill.start import Plan
 
 Ask = Callable[[Cell, m.Trajectory], str]
 JERK = 100.0
 """rad/s³; a motion of a second that knew no limits has more."""
-
-
-def code_of(ask: Callable[[], object]) -> str:
-    """Return the code with which a request is refused, `taken` where it is not."""
-    try:
-        ask()
-    except Refusal as refusal:
-        return refusal.code
-    return "taken"
 
 
 def refuse_at_every_tenth(cell: Cell, ask: Ask) -> Measured:

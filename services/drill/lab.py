@@ -6,7 +6,8 @@ from itertools import count
 from pathlib import Path
 from typing import Self
 
-from services.drill.cell import Cell, Plan, started
+from services.drill.cell import Cell
+from services.drill.start import Plan, started
 from services.options import Options
 from services.robot import load_robot
 

@@ -16,9 +16,10 @@ from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus, open_session
 from protocol.codec import ENCODING, encode
-from services.drill.cell import Cell, Plan, wait_for
+from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
+from services.drill.start import Plan
 
 CLIENTS = 4
 IN_FLIGHT = 16
@@ -34,22 +35,28 @@ def on_time(cell: Cell, seconds: float) -> float:
     """Return the share of ticks that the controller answers in time over the coming `seconds`."""
     first = cell.status()
     time.sleep(seconds)
+    return answered_since(first, cell)
+
+
+def answered_since(first: m.Status, cell: Cell) -> float:
+    """Return the share of ticks that the controller has answered in time since a status."""
     last = cell.status()
-    return 1.0 - (last.cycle.missed - first.cycle.missed) / cell.ticks(last.time - first.time)
+    return 1.0 - (last.cycle.missed - first.cycle.missed) / max(1, cell.ticks(last.time - first.time))
 
 
 class Flood:
-    """Sends requests without waiting, at most `IN_FLIGHT` unanswered, and counts the answers by code."""
+    """Sends requests without waiting, at most `in_flight` unanswered, and counts the answers by code."""
 
-    def __init__(self, session: zenoh.Session, key: str) -> None:
+    def __init__(self, session: zenoh.Session, key: str, in_flight: int = IN_FLIGHT) -> None:
         self.answers: Counter[str] = Counter()
         self.sent = 0
         self._session = session
         self._key = key
-        self._free = threading.Semaphore(IN_FLIGHT)
+        self._in_flight = in_flight
+        self._free = threading.Semaphore(in_flight)
 
     def send(self, body: bytes) -> None:
-        """Send a request once fewer than `IN_FLIGHT` are unanswered."""
+        """Send a request once fewer than `in_flight` are unanswered."""
         self._free.acquire()
         self.sent += 1
         handlers = zenoh.handlers.Callback(self._hear, self._free.release)
@@ -57,7 +64,7 @@ class Flood:
 
     def wait(self) -> None:
         """Wait for the answers still due."""
-        for _ in range(IN_FLIGHT):
+        for _ in range(self._in_flight):
             self._free.acquire(timeout=ANSWER_S)
 
     def _hear(self, reply: zenoh.Reply) -> None:
@@ -114,22 +121,15 @@ def queries_at_once(lab: Lab) -> Measured:
         cell.recover()
         before = on_time(cell, IDLE_S)
         reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=6.0)
-        body, answers = encode(m.ResultRequest(goal_id=reply.goal_id)), Counter[str]()
-        finished = threading.Semaphore(0)
-
-        def hear(answer: zenoh.Reply) -> None:
-            kind = "taken" if answer.ok else msgpack.unpackb(answer.err.payload.to_bytes())  # type: ignore[union-attr]
-            answers[kind["code"] if isinstance(kind, dict) else kind] += 1
-
+        body = encode(m.ResultRequest(goal_id=reply.goal_id))
+        flood = Flood(cell.bus.session, cell.bus.key(topics.RESULT.key), QUERIES)
         first = cell.status()
         for _ in range(QUERIES):
-            handler = zenoh.handlers.Callback(hear, finished.release)
-            cell.bus.session.get(cell.bus.key(topics.RESULT.key), handler, payload=body, timeout=ANSWER_S)
-        for _ in range(QUERIES):
-            finished.acquire(timeout=ANSWER_S)
-        last = cell.status()
+            flood.send(body)
+        flood.wait()
+        during = answered_since(first, cell)
         result = cell.finish(reply)
-    during = 1.0 - (last.cycle.missed - first.cycle.missed) / max(1, cell.ticks(last.time - first.time))
+    answers = flood.answers
     return {
         "queries": QUERIES,
         "answered": answers["taken"],

@@ -6,12 +6,12 @@ from queue import SimpleQueue
 
 from protocol import messages as m
 from protocol import topics
-from services.drill.cell import ARM
-from services.drill.goals import code_of
+from services.drill.cell import code_of
 from services.drill.lab import Lab
 from services.drill.planners import library, nod
 from services.drill.reference import unlike_plan
 from services.drill.scenario import Measured, Scenario, exactly, none
+from services.drill.start import ARM
 from services.options import Options
 from services.supervisor import command_lines
 

@@ -8,10 +8,11 @@ import time
 from protocol import messages as m
 from protocol import topics
 from protocol.errors import NoAnswer, Refusal
-from services.drill.cell import Cell, Plan, wait_for
+from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.reference import unlike_plan
 from services.drill.scenario import Measured, Scenario, at_most, exactly, none, told
+from services.drill.start import Plan
 
 TRIES = 100
 SECONDS = {200: 2.0, 300: 3.0}

@@ -4,8 +4,7 @@ import msgspec
 
 from protocol import messages as m
 from protocol import topics
-from services.drill.cell import Cell
-from services.drill.goals import code_of
+from services.drill.cell import Cell, code_of
 from services.drill.lab import Lab
 from services.drill.reference import Reference
 from services.drill.scenario import Measured, Scenario, at_most, exactly, none

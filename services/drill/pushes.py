@@ -8,9 +8,10 @@ import numpy as np
 from deploy.demonstrations.make_forehand import HIT
 from protocol import messages as m
 from protocol import topics
-from services.drill.cell import Cell, Plan
+from services.drill.cell import Cell
 from services.drill.lab import Lab
 from services.drill.scenario import Measured, Scenario, at_least, exactly, none, told
+from services.drill.start import Plan
 from services.robot import Kinematics
 
 RECOVERED = 1e-3

@@ -10,10 +10,11 @@ from pathlib import Path
 
 from rerun.chunk import RrdReader
 
-from services.drill.cell import ARM, Cell, Plan, wait_for
+from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.load import on_time
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
+from services.drill.start import ARM, Plan
 
 WINDOW_S = 4.0
 PAUSE_S = 1.0  # after the fault, until statistics are taken again

@@ -6,10 +6,11 @@ from contextlib import ExitStack
 
 from protocol import topics
 from protocol.errors import NoAnswer, Refusal
-from services.drill.cell import Cell, Plan, wait_for
+from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.load import noisy
 from services.drill.scenario import Measured, Scenario, at_most, exactly, told
+from services.drill.start import Plan
 
 CONTROLLER_SAYS, PLANNER_SAYS = "the arm fell silent", "the controller"
 """How the log lines begin by which the two say that the arm is gone."""
@@ -21,8 +22,7 @@ def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = Fa
         cell.recover()
         if noise:
             meanwhile.enter_context(noisy(cell, (topics.STATE,)))
-        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=2.0)
-        wait_for(lambda: cell.state().time > reply.start_time + 0.7, "the motion to be under way")
+        reply = cell.under_way()
         at = cell.signal("sim", number)
         time.sleep(1.5)
         controller = cell.said_at("controller", CONTROLLER_SAYS, at)

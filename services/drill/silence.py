@@ -7,11 +7,11 @@ import numpy as np
 
 from protocol import messages as m
 from protocol import topics
-from protocol.errors import Refusal
-from services.drill.cell import Cell, Plan, wait_for
+from services.drill.cell import code_of, wait_for
 from services.drill.lab import Lab
 from services.drill.reference import unlike_plan
 from services.drill.scenario import Measured, Scenario, at_most, exactly, none
+from services.drill.start import Plan
 
 LOST_TICKS = (1, 2, 7, 13, 19)
 
@@ -46,7 +46,7 @@ def lose_many(lab: Lab, stream: str) -> Measured:
     cell.step(200)
     braking = next((state for state in cell.states() if state.brake), None)
     aborted = cell.result(reply.goal_id).outcome
-    taken = 0 if refusal_code(cell) == "fault" else 1
+    taken = 0 if code_of(cell.goal) == "fault" else 1
     cell.step(400)
     rest = cell.state().positions
     cell.bus.ask(topics.RESET, m.Empty())
@@ -66,22 +66,12 @@ def distance(one: list[float], other: list[float]) -> float:
     return float(np.abs(np.subtract(one, other)).max())
 
 
-def refusal_code(cell: Cell) -> str:
-    """Ask for a goal that must be refused, and return the code."""
-    try:
-        cell.goal()
-    except Refusal as refusal:
-        return refusal.code
-    return "taken"
-
-
 def silence_controller(lab: Lab, number: signal.Signals) -> Measured:
     """Kill or stop the controller in mid-motion; bring it back, or a new one; reset."""
     with lab.cell(Plan(clock="realtime")) as cell:
         cell.recover()
         cell.listen(topics.STATE)
-        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=2.0)
-        wait_for(lambda: cell.state().time > reply.start_time + 0.7, "the motion to be under way")
+        cell.under_way()
         cell.signal("controller", number)
         wait_for(lambda: cell.state().brake, "the arm to brake")
         time.sleep(0.6)
@@ -91,7 +81,7 @@ def silence_controller(lab: Lab, number: signal.Signals) -> Measured:
         else:
             cell.restart("controller")
         wait_for(lambda: cell.mode() == "fault", "the controller to be in fault")
-        taken = 0 if refusal_code(cell) == "fault" else 1
+        taken = 0 if code_of(cell.goal) == "fault" else 1
         drift = distance(cell.state().positions, rest.positions)
         cell.recover()
         time.sleep(0.3)

@@ -3,10 +3,10 @@
 import time
 from pathlib import Path
 
-from protocol.errors import Refusal
-from services.drill.cell import ARM, Cell, Plan
+from services.drill.cell import Cell, code_of
 from services.drill.lab import Lab
 from services.drill.scenario import Measured, Scenario, at_most, exactly, none, told
+from services.drill.start import ARM, Plan
 
 SECONDS, LONG_SECONDS = 600.0, 3600.0
 GOAL_S = 0.25
@@ -26,7 +26,8 @@ def soak(lab: Lab) -> Measured:
             if not settled and passed > SETTLED * seconds:
                 settled = memory(cell)
             lab.say(f"{passed:.0f} of {seconds:.0f} s, {goals} goals")
-            refused += not sent(cell, 0.2 if goals % 2 else -0.2)
+            aim = [0.2 if goals % 2 else -0.2, *cell.home[1:]]
+            refused += code_of(lambda aim=aim: cell.goal(positions=aim, duration=0.6)) != "taken"
             goals += 1
             state = cell.state()
             crooked += state.time != state.tick / cell.config.rate_hz
@@ -43,15 +44,6 @@ def soak(lab: Lab) -> Measured:
         "on-time ratio": 100 * status.cycle.on_time_ratio,
         "mode at the end": "fault" if status.fault else "no fault",
     }
-
-
-def sent(cell: Cell, position: float) -> bool:
-    """Send a goal; whether it was taken."""
-    try:
-        cell.goal(positions=[position, *cell.home[1:]], duration=0.6)
-    except Refusal:
-        return False
-    return True
 
 
 def memory(cell: Cell) -> dict[str, float]:

@@ -11,13 +11,14 @@ from queue import Empty
 import numpy as np
 import pytest
 
-from motion.samples import Samples
 from protocol import messages as m
 from protocol import topics
-from protocol.codec import decode, matrix
+from protocol.codec import decode
 from protocol.errors import Refusal
-from services.drill.cell import ARM as SERVICES
-from services.drill.cell import PATIENCE_S, Cell, Plan, started, wait_for
+from services.drill import reference as drilled
+from services.drill.cell import PATIENCE_S, Cell, wait_for
+from services.drill.start import ARM as SERVICES
+from services.drill.start import Plan, started
 from services.options import Options
 from services.robot import load_robot
 
@@ -67,13 +68,11 @@ def wait_for_controller(stack: Stack) -> None:
     wait_for(stack.mode, "the controller to hear of the arm")
 
 
-class Reference:
-    """What the controller commanded over a run: positions and velocities (ticks, J), and their mean accelerations."""
+class Reference(drilled.Reference):
+    """What the controller commanded over a run, tick by tick."""
 
     def __init__(self, commands: list[m.Command]) -> None:
-        self.positions = np.array([command.positions for command in commands])
-        self.velocities = np.array([command.velocities for command in commands])
-        self.accelerations = np.diff(self.velocities, axis=0) * ROBOT.rate_hz
+        super().__init__(commands, ROBOT)
         ticks = [command.tick for command in commands]
         assert ticks == list(range(len(ticks))), "every tick has one command"
 
@@ -91,9 +90,3 @@ class Reference:
         assert np.all(self.positions <= limits.positions[:, 1] + 1e-6)
         assert np.all(np.abs(self.velocities) <= limits.velocities * (1 + 1e-6))
         assert np.all(np.abs(self.accelerations) <= limits.accelerations * (1 + 1e-6))
-
-
-def samples_of(trajectory: m.Trajectory | m.Plan) -> Samples:
-    """Return the samples of a trajectory on the wire."""
-    shape = trajectory.count, len(trajectory.joint_names)
-    return Samples(*(matrix(getattr(trajectory, f), *shape, f) for f in ("positions", "velocities", "accelerations")))

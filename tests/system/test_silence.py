@@ -6,12 +6,13 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from harness import ROBOT, Stack, running, samples_of, wait_for
+from harness import ROBOT, Stack, running, wait_for
 
 from protocol import messages as m
 from protocol import topics
 from protocol.errors import NoAnswer, Refusal
 from services.demo.strikes import goal
+from services.drill.reference import samples_of
 
 Stream = Literal["state", "command"]
 HOME = ROBOT.home.tolist()

@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 import pytest
-from harness import ROBOT, Reference, Stack, samples_of, wait_for
+from harness import ROBOT, Reference, Stack, wait_for
 
 from motion.samples import Samples
 from motion.tail import first_stop
@@ -12,6 +12,7 @@ from protocol import topics
 from protocol.bus import Bus, open_session
 from protocol.errors import Refusal
 from services.demo.strikes import goal
+from services.drill.reference import samples_of
 
 HOME = ROBOT.home.tolist()
 STRIKE = goal()

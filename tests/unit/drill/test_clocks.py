@@ -4,9 +4,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from services.drill.cell import Plan
 from services.drill.clocks import jumps_seen
 from services.drill.shims import shim
+from services.drill.start import Plan
 
 LOOK = """
 import os, time
