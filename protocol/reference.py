@@ -42,8 +42,8 @@ may be left out.
 | of the ball: `position`, `velocity`, `impulse` | m, m/s, N·s, in the world frame, z up |
 
 **Sizes.** A request has at most {SMALL >> 10} KiB unless its section says more; a plan lasts at most
-{MAX_PLAN_S:.0f} s; at most {QUEUE_LENGTH} requests wait in a queue of their owner. The controller has three: for what only
-reads, for what changes something, and for `execute`.
+{MAX_PLAN_S:.0f} s; at most {QUEUE_LENGTH} requests wait in a queue of their owner. The controller has three:
+for what only reads, for what changes something, and for `execute`.
 
 **Refusals.** A body that is not a map, trailing bytes, unknown or missing fields, wrong types or lengths, and
 numbers that are not finite, at any depth, are refused as `bad_message`. Publications and replies may gain fields:
