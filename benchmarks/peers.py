@@ -46,7 +46,7 @@ class FullProblem:
     def sides(self, request: MotionRequest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Targets (3,), lower and upper sides (4004,), for a start at rest without acceleration."""
         duration, start = request.duration, request.start.positions[0]
-        ranges = request.limits.ranges()[0] * duration ** np.arange(4.0)[:, None]
+        ranges = request.limits.ranges[0] * duration ** np.arange(4.0)[:, None]
         ranges[0] -= start
         targets = np.array([request.goal.positions[0] - start, duration * request.goal.velocities[0], 0.0])
         return targets, np.repeat(ranges[:, 0], 1001), np.repeat(ranges[:, 1], 1001)

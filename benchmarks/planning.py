@@ -74,7 +74,7 @@ def judge(column: Column, primitive: Primitive, request: MotionRequest, accelera
     jerks = np.diff(accelerations) / step
     outside = 0.0
     for values, (low, high) in zip(
-        (positions, velocities, accelerations, jerks), request.limits.ranges()[0], strict=True
+        (positions, velocities, accelerations, jerks), request.limits.ranges[0], strict=True
     ):
         outside = max(outside, float(max(values.max() - high, low - values.min()) / ((high - low) / 2)))
     demonstrated = primitive.accelerations[:, 0] * (primitive.duration / request.duration) ** 2

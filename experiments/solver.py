@@ -91,7 +91,7 @@ def full_problem(primitive: Primitive, request: MotionRequest) -> list[cvxopt.ma
     p0, v0 = request.start.positions[0], request.start.velocities[0]
     offsets = (p0 + s * duration * v0, v0 + 0 * s, 0 * s, 0 * s)
     rows, bounds = [], []
-    for order, offset, (low, high) in zip(ORDERS, offsets, request.limits.joint(0), strict=True):
+    for order, offset, (low, high) in zip(ORDERS, offsets, request.limits.ranges[0], strict=True):
         if np.isfinite(high):
             matrix, scale = basis.rows(s, order), duration ** (order + 2)
             rows += [matrix, -matrix]

@@ -66,7 +66,7 @@ def check_limits(plan: DmpPlan) -> None:
     """Raises LimitExceeded for the first limit that the plan leaves."""
     for quantity, name in enumerate(QUANTITIES):
         for joint, (lowest, highest) in enumerate(plan.report.extremes[name]):
-            low, high = plan.request.limits.joint(joint)[quantity]
+            low, high = plan.request.limits.ranges[joint, quantity]
             slack = ROUNDING * (high - low) if np.isfinite(high - low) else 0.0
             if lowest < low - slack:
                 raise LimitExceeded(joint, name, float(lowest), float(low))
@@ -105,7 +105,7 @@ def _report(primitive: Primitive, request: MotionRequest, motion: Samples, hit: 
     jerks = np.diff(motion.accelerations, axis=0) / tick
     values = motion.positions, motion.velocities, motion.accelerations, jerks
     extremes = np.stack([np.stack([v.min(axis=0), v.max(axis=0)], axis=1) for v in values])
-    ranges = np.stack([request.limits.joint(joint) for joint in range(request.joint_count)], axis=1)
+    ranges = request.limits.ranges.transpose(1, 0, 2)
     margin = np.minimum(extremes[..., 0] - ranges[..., 0], ranges[..., 1] - extremes[..., 1])
     return Report(
         imitation_rms=imitation_rms(primitive, motion.accelerations[: hit + 1], request.duration),

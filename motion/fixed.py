@@ -70,17 +70,17 @@ def fixed_values(request: MotionRequest) -> Fixed:
         s = waypoint.time_from_start / request.duration
         on_limit = np.abs(waypoint.positions[:, None] - limits.positions).min(axis=1) <= _touching(limits.positions)
         velocities = np.where(on_limit & np.isnan(waypoint.velocities), 0.0, waypoint.velocities)
-        fastest = np.abs(np.abs(velocities) - limits.velocities) <= _touching(limits.ranges()[:, 1])
+        fastest = np.abs(np.abs(velocities) - limits.velocities) <= _touching(limits.ranges[:, 1])
         fixed += [(0, s, waypoint.positions), (1, s, velocities), (2, s, np.where(fastest, 0.0, np.nan))]
     end_positions = goal.positions - (1 - end) * request.duration * goal.velocities
-    fixed += [(0, end, end_positions), (1, end, goal.velocities), (2, end, request.final_accelerations())]
+    fixed += [(0, end, end_positions), (1, end, goal.velocities), (2, end, request.final_accelerations)]
     quantity, s, values = zip(*fixed, strict=True)
     return Fixed(np.array(quantity), np.array(s), np.array(values))
 
 
 def check_fixed(request: MotionRequest, fixed: Fixed) -> None:
     """Raises LimitExceeded for the first joint's first fixed value outside its range."""
-    ranges = request.limits.ranges()[:, fixed.quantity]
+    ranges = request.limits.ranges[:, fixed.quantity]
     width = ranges[:, :, 1] - ranges[:, :, 0]
     width = np.where(np.isfinite(width), width, 1.0)
     tolerance = np.where(fixed.s == 0, 2 * TOUCH, FIXED_TOLERANCE) * width

@@ -1,6 +1,6 @@
 """Limits on position, velocity, acceleration and jerk, per joint."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,13 +20,15 @@ class Limits:
     """Limits of J joints; ±inf stands for no limit.
 
     positions: (J, 2), rad, lowest and highest; velocities (rad/s), accelerations (rad/s²) and jerks
-    (rad/s³): (J,), symmetric, > 0. Raises InvalidMotion for wrong shapes, NaN, or an empty range.
+    (rad/s³): (J,), symmetric, > 0. `ranges` (J, 4, 2): lowest and highest value of each quantity, in the order of
+    QUANTITIES. Raises InvalidMotion for wrong shapes, NaN, or an empty range.
     """
 
     positions: np.ndarray
     velocities: np.ndarray
     accelerations: np.ndarray
     jerks: np.ndarray
+    ranges: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name in ("positions", "velocities", "accelerations", "jerks"):
@@ -38,6 +40,10 @@ class Limits:
             values = getattr(self, name)
             if values.shape != (joints,) or not np.all(values > 0):
                 raise InvalidMotion(f"limits.{name}", f"needs {joints} numbers greater than 0")
+        highest = np.stack([self.positions[:, 1], self.velocities, self.accelerations, self.jerks], axis=1)
+        ranges = np.stack([-highest, highest], axis=2)
+        ranges[:, 0, 0] = self.positions[:, 0]
+        object.__setattr__(self, "ranges", ranges)
 
     @staticmethod
     def unlimited(joint_count: int) -> "Limits":
@@ -60,15 +66,3 @@ class Limits:
             np.minimum(self.accelerations, other.accelerations),
             np.minimum(self.jerks, other.jerks),
         )
-
-    def ranges(self) -> np.ndarray:
-        """Lowest and highest value (J, 4, 2) of each joint and quantity, in the order of QUANTITIES."""
-        ranges = np.empty((self.joint_count, 4, 2))
-        ranges[:, 0] = self.positions
-        for k, values in enumerate((self.velocities, self.accelerations, self.jerks), start=1):
-            ranges[:, k, 0], ranges[:, k, 1] = -values, values
-        return ranges
-
-    def joint(self, index: int) -> np.ndarray:
-        """Ranges (4, 2) of one joint."""
-        return self.ranges()[index]

@@ -29,9 +29,7 @@ class Look:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        # Limits that are the same at every sample are one number each, stretched over the samples.
-        stretched = not (problem.limit.flags.writeable or problem.band.flags.writeable)
-        samples = slice(1) if stretched else slice(None)
+        samples = slice(1) if problem.constant else slice(None)
         self._limit = problem.limit[..., samples] + ROUNDING * problem.half_range[:, :, None]
         self._band = problem.band[..., samples]
         accepted = self._limit - (1 - ACCEPTED) * self._band

@@ -18,7 +18,7 @@ from motion.samples import Samples
 from motion.shortest import shortest_duration
 from motion.solver import Clash, Solution, solve
 from motion.stopping import arriving, final_accelerations
-from motion.tail import TOUCH, Stop, stop, stop_extremes
+from motion.tail import TOUCH, Stop, stop
 
 __all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan"]
 
@@ -162,7 +162,7 @@ def _infeasible(
 def _assemble(primitive: Primitive, request: MotionRequest, tick: float, solutions: list[Solution]) -> Plan:
     """The plan of solved joints with its tail and its report."""
     normalised = np.array([solution.certificate.curves for solution in solutions])
-    curves = normalised / request.duration ** np.arange(6.0)[:, None]
+    curves = normalised * request.duration ** -np.arange(6.0)[:, None]
     tail, reach = _tail(request, curves)
     total = request.duration + (tail.duration if tail else 0.0)
     return Plan(
@@ -174,26 +174,25 @@ def _assemble(primitive: Primitive, request: MotionRequest, tick: float, solutio
         total_duration=math.ceil(total / tick - 1e-9) * tick,
         hit_index=round(request.duration / tick),
         tick=tick,
-        report=make_report(primitive, request, solutions, curves, tail, reach),
+        report=make_report(primitive, request, solutions, curves, reach),
         warm=Warm(normalised),
     )
 
 
 def _tail(request: MotionRequest, curves: np.ndarray) -> tuple[Stop | None, np.ndarray]:
-    """The stop from the goal, and its lowest and highest positions and velocities (4, J).
+    """The stop from the goal, and the lowest and highest values (J, 4, 2) of all quantities from there on.
 
     Raises _NoWayToStop where it leaves the limits.
     """
     goal, limits = request.goal, request.limits
     if request.tail == "coast":
-        return None, np.empty((4, 0))
-    given = request.final_accelerations()
+        rest = np.zeros(request.joint_count)
+        return None, np.array([goal.positions, goal.velocities, rest, rest]).T[:, :, None]
+    given = request.final_accelerations
     accelerations = np.where(np.isnan(given), curves[:, 2, round(request.moving_fraction * INTERVALS)], given)
-    state = goal.positions, goal.velocities, accelerations
-    reach = np.array(stop_extremes(*state, limits.accelerations, limits.jerks))
-    lowest = np.array([limits.positions[:, 0], -limits.velocities])
-    highest = np.array([limits.positions[:, 1], limits.velocities])
-    inside = ((reach[::2] >= lowest - TOUCH) & (reach[1::2] <= highest + TOUCH)).all(axis=0)
-    if not inside.all():
-        raise _NoWayToStop(int(np.argmin(inside)))
-    return stop(*state, limits), reach
+    tail = stop(goal.positions, goal.velocities, accelerations, limits)
+    reach, ranges = tail.extremes(), limits.ranges
+    outside = (reach[:, :2, 0] < ranges[:, :2, 0] - TOUCH) | (reach[:, :2, 1] > ranges[:, :2, 1] + TOUCH)
+    if outside.any():
+        raise _NoWayToStop(int(outside.any(axis=1).argmax()))
+    return tail, reach

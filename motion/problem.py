@@ -29,9 +29,9 @@ class Problem:
 
     All in normalised time: quantity k is the k-th derivative with respect to s. Arrays over sides (lower, upper),
     joints, quantities and samples have shape (2, J, 4, M): value·sign ≤ `limit` has to hold, rows are demanded `band`
-    inside of it; the limit is infinite where there is none or the motion is over. `half_range` (J, 4) is their scale,
-    `tightest` (2, J, 4) the smallest limit. `last`: the index of the last sample in motion. `target` (J, N): z_d;
-    `origin` (J, N+2): the optimum without limits.
+    inside of it; the limit is infinite where there is none or the motion is over. `constant`: both are the same at all
+    samples. `half_range` (J, 4) is their scale, `tightest` (2, J, 4) the smallest limit. `last`: the index of the last
+    sample in motion. `target` (J, N): z_d; `origin` (J, N+2): the optimum without limits.
     """
 
     duration: float
@@ -42,6 +42,7 @@ class Problem:
     origin: np.ndarray
     limit: np.ndarray
     band: np.ndarray
+    constant: bool
     half_range: np.ndarray
     tightest: np.ndarray
 
@@ -53,7 +54,7 @@ def build(grid: Grid, request: MotionRequest, fixed: Fixed, theta: np.ndarray, c
     checked. Raises SolverFailed for fixed values that depend on each other.
     """
     powers = request.duration ** np.arange(4.0)
-    ranges = request.limits.ranges() * powers[:, None]
+    ranges = request.limits.ranges * powers[:, None]
     low, high = confined.T * powers[2]
     half = _half(ranges)
     values = fixed.values * powers[fixed.quantity, None]
@@ -62,12 +63,12 @@ def build(grid: Grid, request: MotionRequest, fixed: Fixed, theta: np.ndarray, c
     narrow = free & (high - low <= 4 * BAND * half[:, 2])
     values[-1, narrow] = (low[narrow] + high[narrow]) / 2
     last = round(request.moving_fraction * grid.intervals)
-    limit, band = _limits(grid, fixed, values, ranges, half, last)
+    limit, band, constant = _limits(grid, fixed, values, ranges, half, last)
     for joint in np.flatnonzero(free & ~narrow & ((low > ranges[:, 2, 0]) | (high < ranges[:, 2, 1]))):
-        limit, band = _own(limit), _own(band)
         here = slice(None), joint, 2, last
         limit[here] = np.minimum(limit[here], [-low[joint], high[joint]])
         band[here] = np.minimum(band[here], (high[joint] - low[joint]) / 4)
+        constant = False
     equalities, targets = equalities_of(grid, fixed, values)
     target = grid.whiten(theta)
     start = np.concatenate([target, values[:2].T], axis=1)
@@ -80,25 +81,27 @@ def build(grid: Grid, request: MotionRequest, fixed: Fixed, theta: np.ndarray, c
         origin=equalities.nearest(start, targets),
         limit=limit,
         band=band,
+        constant=constant,
         half_range=half,
-        tightest=limit[..., : last + 1].min(axis=3) if limit.flags.writeable else limit[..., 0],
+        tightest=limit[..., 0] if constant else limit[..., : last + 1].min(axis=3),
     )
 
 
 def _limits(
     grid: Grid, fixed: Fixed, values: np.ndarray, ranges: np.ndarray, half: np.ndarray, last: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """True limits and bands, (2, J, 4, M) each: none after the last sample, wider at a start that lies outside.
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """True limits and bands, (2, J, 4, M) each: none after the last sample, wider at a start that lies outside; and
+    whether they are the same at all samples.
 
     The band is μ(s) = min(εr, m + εr(d/0.1)³) (design 1.6).
     """
     shape = 2, *half.shape, len(grid.s)
     constant = np.array([-ranges[:, :, 0], ranges[:, :, 1]])
-    limit = np.broadcast_to(constant[..., None], shape)
-    band = np.broadcast_to(BAND * half[:, :, None], shape)
+    limit, band = np.empty(shape), np.empty(shape)
+    limit[:], band[:] = constant[..., None], BAND * half[:, :, None]
     slack = constant[:, :, fixed.quantity] - SIGNS[:, None, None] * values.T
-    for side, joint, k in zip(*np.nonzero(slack < BAND * half[:, fixed.quantity]), strict=True):
-        limit, band = _own(limit), _own(band)
+    beside = np.argwhere(slack < BAND * half[:, fixed.quantity])
+    for side, joint, k in beside.tolist():
         here = side, joint, fixed.quantity[k]
         inside = slack[side, joint, k]
         if inside < 0 and k < 3:
@@ -106,14 +109,8 @@ def _limits(
         taper = max(inside, 0.0) + BAND * half[here[1:]] * (np.abs(grid.s - fixed.s[k]) / TAPER) ** 3
         np.minimum(band[here], taper, out=band[here])
     if last < grid.intervals:
-        limit = _own(limit)
         limit[..., last + 1 :] = np.inf
-    return limit, band
-
-
-def _own(array: np.ndarray) -> np.ndarray:
-    """The array itself if it may be written to, else a copy that may."""
-    return array if array.flags.writeable else array.copy()
+    return limit, band, not beside.size and last == grid.intervals
 
 
 def _half(ranges: np.ndarray) -> np.ndarray:

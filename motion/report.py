@@ -1,6 +1,7 @@
 """What a plan promises, recomputed from its weights."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,11 +10,9 @@ from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.request import MotionRequest
 from motion.solver import Solution
-from motion.tail import Stop
 
 
-@dataclass(frozen=True, slots=True)
-class Active:
+class Active(NamedTuple):
     """A limit that shapes the motion: its row carries a multiplier at `time_from_start` (s)."""
 
     joint: int
@@ -54,13 +53,12 @@ def make_report(
     request: MotionRequest,
     solutions: list[Solution],
     curves: np.ndarray,
-    tail: Stop | None,
     reach: np.ndarray,
 ) -> Report:
-    """The report of a plan: `curves` (J, 6, M) its derivatives on the grid, `reach` (4, J) the lowest and highest
-    position and velocity of its tail."""
-    extremes = _extremes(request, solutions, tail, reach)
-    ranges = request.limits.ranges()
+    """The report of a plan: `curves` (J, 6, M) its derivatives on the grid, `reach` (J, 4, 2) the lowest and highest
+    values from the goal on."""
+    extremes = _extremes(request, solutions, reach)
+    ranges = request.limits.ranges
     margin = np.minimum(extremes[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - extremes[:, :, 1])
     error_positions, error_velocities = _final_errors(request, curves)
     return Report(
@@ -93,23 +91,12 @@ def _final_errors(request: MotionRequest, curves: np.ndarray) -> tuple[np.ndarra
     return np.abs(positions - request.goal.positions), np.abs(velocities - request.goal.velocities)
 
 
-def _extremes(request: MotionRequest, solutions: list[Solution], tail: Stop | None, reach: np.ndarray) -> np.ndarray:
-    """Lowest and highest values (J, 4, 2) over motion and tail."""
+def _extremes(request: MotionRequest, solutions: list[Solution], reach: np.ndarray) -> np.ndarray:
+    """Lowest and highest values (J, 4, 2) over the motion and what comes after it."""
     extremes = np.array([solution.certificate.extremes for solution in solutions])
-    extremes /= request.duration ** np.arange(4.0)[:, None]
-
-    def widen(quantity: int, low: np.ndarray, high: np.ndarray) -> None:
-        np.minimum(extremes[:, quantity, 0], low, out=extremes[:, quantity, 0])
-        np.maximum(extremes[:, quantity, 1], high, out=extremes[:, quantity, 1])
-
-    widen(0, request.goal.positions, request.goal.positions)
-    widen(1, request.goal.velocities, request.goal.velocities)
-    if tail is not None:
-        widen(0, reach[0], reach[1])
-        widen(1, reach[2], reach[3])
-        widen(2, tail.states[2].min(axis=1), tail.states[2].max(axis=1))
-        jerks = np.where(tail.knots[:, 1:] > tail.knots[:, :-1], tail.jerks[:, :-1], 0.0)
-        widen(3, jerks.min(axis=1), jerks.max(axis=1))
+    extremes *= request.duration ** -np.arange(4.0)[:, None]
+    np.minimum(extremes[..., 0], reach[..., 0], out=extremes[..., 0])
+    np.maximum(extremes[..., 1], reach[..., -1], out=extremes[..., 1])
     return extremes
 
 

@@ -1,7 +1,7 @@
 """What a motion is asked to do: start, goal, duration, way-points, limits."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -44,11 +44,11 @@ class Waypoint:
 class MotionRequest:
     """A motion of J joints from `start` to `goal` in `duration` seconds inside `limits`.
 
-    A NaN acceleration of the goal is free where the final velocity is not 0 and zero where it is (design
-    1.9). `rest_fraction` is the final part of the duration with exactly zero acceleration (rounded up to
-    0.001). `tail` "stop"
-    ends in a jerk-limited stop after the hit, "coast" moves on at the final velocity (the paper's way).
-    Raises InvalidMotion naming the field for anything malformed.
+    A NaN acceleration of the goal is free where the final velocity is not 0 and zero where it is (design 1.9):
+    `final_accelerations` (J,) are those at the end of the moving part, NaN where they stay free. `rest_fraction` is
+    the final part of the duration with exactly zero acceleration (rounded up to 0.001). `tail` "stop" ends in a
+    jerk-limited stop after the hit, "coast" moves on at the final velocity (the paper's way). Raises InvalidMotion
+    naming the field for anything malformed.
     """
 
     start: Boundary
@@ -58,6 +58,7 @@ class MotionRequest:
     waypoints: tuple[Waypoint, ...] = ()
     rest_fraction: float = 0.0
     tail: Literal["stop", "coast"] = "stop"
+    final_accelerations: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         joints = len(self.limits.velocities)
@@ -76,6 +77,9 @@ class MotionRequest:
         if self.tail not in ("stop", "coast"):
             raise InvalidMotion("tail", f"is {self.tail!r}; it has to be 'stop' or 'coast'")
         self._check_waypoints(joints)
+        at_rest = np.isnan(self.goal.accelerations) & (self.goal.velocities == 0)
+        final = np.where(at_rest | (self.rest_fraction > 0), 0.0, self.goal.accelerations)
+        object.__setattr__(self, "final_accelerations", final)
 
     @property
     def joint_count(self) -> int:
@@ -91,11 +95,6 @@ class MotionRequest:
     def moving_duration(self) -> float:
         """Duration (s) without the final part of zero acceleration."""
         return self.moving_fraction * self.duration
-
-    def final_accelerations(self) -> np.ndarray:
-        """Accelerations (J,) at the end of the moving part; NaN where they stay free (design 1.9)."""
-        at_rest = np.isnan(self.goal.accelerations) & (self.goal.velocities == 0)
-        return np.where(at_rest | (self.rest_fraction > 0), 0.0, self.goal.accelerations)
 
     def _check_waypoints(self, joints: int) -> None:
         apart = MIN_SEPARATION * self.duration * (1 - 1e-9)

@@ -20,7 +20,7 @@ def arriving(request: MotionRequest) -> np.ndarray:
 
     A given acceleration is an interval of no width. The velocity peaks at v + a|a|/2J during the stop.
     """
-    limits, wanted, velocities = request.limits, request.final_accelerations(), request.goal.velocities
+    limits, wanted, velocities = request.limits, request.final_accelerations, request.goal.velocities
     # A joint that arrives at its velocity limit has come from inside it.
     fastest = limits.velocities * (1 - FIXED_TOLERANCE)
     low = np.where(velocities >= fastest, 0.0, -limits.accelerations)

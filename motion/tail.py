@@ -53,19 +53,47 @@ class Stop:
         """Positions (J,) at rest, rad."""
         return self.states[0, :, -1]
 
+    def extremes(self) -> np.ndarray:
+        """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) over the whole stop.
+
+        Within a piece the velocity turns only where the first acceleration has gone, and the position where the arm
+        moves against the way it stops in.
+        """
+        jerks = np.where(self.knots[:, 1:] > self.knots[:, :-1], self.jerks[:, :-1], 0.0)
+        extremes = np.empty((len(self.knots), 4, 2))
+        extremes[:, :3, 0], extremes[:, 3, 0] = self.states.min(axis=2).T, jerks.min(axis=1)
+        extremes[:, :3, 1], extremes[:, 3, 1] = self.states.max(axis=2).T, jerks.max(axis=1)
+        p, v, a = self.states[:, :, 0]
+        jerk = np.maximum(np.abs(self.jerks).max(axis=1), 1e-300)
+        peak = v + a * np.abs(a) / (2 * jerk)
+        _widen(extremes[:, 1], peak)
+        backward = v * peak < 0
+        if backward.any():
+            # How long the jerk −J·sign(a) takes to bring v to 0, in the form that does not cancel.
+            time = -2 * v / (a + np.copysign(np.sqrt(np.maximum(a * a - 2 * jerk * np.abs(v), 0.0)), a))
+            turn = p + time * (v + time * (a / 2 - np.copysign(jerk, a) * time / 6))
+            _widen(extremes[:, 0], np.where(backward, turn, p))
+        return extremes
+
+
+def _widen(extremes: np.ndarray, values: np.ndarray) -> None:
+    """Let the extremes (J, 2) reach to the values (J,)."""
+    np.minimum(extremes[:, 0], values, out=extremes[:, 0])
+    np.maximum(extremes[:, 1], values, out=extremes[:, 1])
+
 
 def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, limits: Limits) -> Stop:
     """The fastest stop from a state (J,) inside the acceleration and jerk limits.
 
-    Position and velocity limits are not looked at: see `stop_extremes`. States in rad, rad/s, rad/s². Raises
-    SolverFailed where Ruckig finds none, which happens for accelerations of 10⁶ rad/s² and more.
+    Position and velocity limits are not looked at: see `Stop.extremes`, `stops_inside`. States in rad, rad/s, rad/s².
+    Raises SolverFailed where Ruckig finds none, which happens for accelerations of 10⁶ rad/s² and more.
     """
     count = len(velocities)
     wanted = ruckig.InputParameter(count)
     wanted.control_interface = ruckig.ControlInterface.Velocity
     wanted.synchronization = ruckig.Synchronization.No
-    wanted.current_velocity = np.asarray(velocities).tolist()
-    wanted.current_acceleration = np.asarray(accelerations).tolist()
+    state = [np.asarray(values).tolist() for values in (positions, velocities, accelerations)]
+    _, wanted.current_velocity, wanted.current_acceleration = state
     wanted.max_acceleration = np.minimum(limits.accelerations, UNLIMITED).tolist()
     wanted.max_jerk = np.minimum(limits.jerks, UNLIMITED).tolist()
     trajectory = ruckig.Trajectory(count)
@@ -73,29 +101,22 @@ def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarra
         ruckig.Ruckig(count).calculate(wanted, trajectory)
     except ruckig.RuckigError:
         raise SolverFailed(int(np.abs(accelerations).argmax()), "Ruckig found no stop") from None
-    profiles = trajectory.profiles[0]
-    lengths = np.array([[*p.brake.t, *p.t] for p in profiles])
-    jerks = np.array([[*p.brake.j, *p.j, 0.0] for p in profiles])
-    states = _integrate(np.array([positions, velocities, accelerations]), lengths, jerks)
-    states[1:, :, -1] = 0.0
-    knots = np.concatenate([np.zeros((count, 1)), np.cumsum(lengths, axis=1)], axis=1)
-    return Stop(float(knots[:, -1].max()), knots, states, jerks)
+    joints = zip(*state, trajectory.profiles[0], strict=True)
+    knots = np.array([_knots(*joint) for joint in joints]).transpose(2, 0, 1)
+    return Stop(float(knots[0, :, -1].max()), knots[0], knots[1:4], knots[4])
 
 
-def _integrate(state: np.ndarray, lengths: np.ndarray, jerks: np.ndarray) -> np.ndarray:
-    """States (3, J, K+1) at the knots of K pieces of constant jerk from `state` (3, J)."""
-    t, j = lengths, jerks[:, :-1]
-    states = np.empty((*state.shape, t.shape[1] + 1))
-    states[:, :, 0] = state
-    p, v, a = states[0], states[1], states[2]
+def _knots(p: float, v: float, a: float, profile: ruckig.Profile) -> list[tuple[float, float, float, float, float]]:
+    """Time, position, velocity, acceleration and jerk at the knots of one joint's stop, the last one at rest.
 
-    def sum_up(values: np.ndarray, steps: np.ndarray) -> None:
-        values[:, 1:] = values[:, :1] + np.cumsum(steps, axis=1)
-
-    sum_up(a, t * j)
-    sum_up(v, t * (a[:, :-1] + t * j / 2))
-    sum_up(p, t * (v[:, :-1] + t * (a[:, :-1] / 2 + t * j / 6)))
-    return states
+    Of numbers instead of arrays: one joint has so few of them that arrays take longer.
+    """
+    knots, now = [], 0.0
+    for t, j in zip((*profile.brake.t, *profile.t), (*profile.brake.j, *profile.j), strict=True):
+        knots.append((now, p, v, a, j))
+        now += t
+        p, v, a = p + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j
+    return [*knots, (now, p, 0.0, 0.0, 0.0)]
 
 
 def stop_extremes(

@@ -72,7 +72,7 @@ def programs(grid: Grid, problem: Problem, works: list[WorkingSet]) -> tuple[np.
     joint = np.array([work.joint for work in works])[owner]
     side, row = np.divmod(np.concatenate([work.rows for work in works]), 4 * len(grid.s))
     quantity, sample = np.divmod(row, len(grid.s))
-    matrix = grid.rows(row)
+    matrix = grid.limited[row]
     matrix *= SIGNS[side][:, None]
     place = side, joint, quantity, sample
     excess = np.einsum("ij,ij->i", matrix, problem.origin[joint]) - problem.limit[place] + problem.band[place]

@@ -95,8 +95,7 @@ def full_optimum(grid: Grid, problem: Problem, demanded: bool) -> tuple[np.ndarr
     null = full[:, r.shape[1] :]
     inside = problem.limit[:, 0] - float(demanded) * problem.band[:, 0] - SIDES * grid.curves(origin[None])[0, :4]
     lower, upper = -inside[0].ravel(), inside[1].ravel()
-    unit_curves = grid.unit_curves[:-2, :4].reshape(len(null), -1)
-    rows = unit_curves.T @ null
+    rows = grid.limited[:, :-2] @ null
     norms = np.linalg.norm(rows, axis=1)
     # What the equalities decide alone is no row, as in the planner (design 1.5).
     keep = norms > 1e-9 * np.repeat(grid.norms, len(grid.s))
@@ -190,7 +189,7 @@ def test_certified_means_no_violation_between_samples(seed: int) -> None:
             touching[quantity] |= (
                 np.interp(s, np.linspace(0, 1, 1001), band) < 11 * TOUCH * problem.half_range[0, quantity]
             )
-    ranges = request.limits.joint(0)
+    ranges = request.limits.ranges[0]
     slack = np.where(touching, 2 * TOUCH * problem.half_range[0, :, None], 0.0)
     for quantity, name in enumerate(QUANTITIES):
         low, high = ranges[quantity]
@@ -223,7 +222,7 @@ def test_whatever_is_fixed_is_met(seed: int) -> None:
         assert abs(got.accelerations[0, 0] - request.start.accelerations[0]) < 1e-8
     assert abs(got.positions[1, 0] - request.goal.positions[0]) < 1e-9
     assert abs(got.velocities[1, 0] - request.goal.velocities[0]) < 1e-9
-    wanted = request.final_accelerations()[0]
+    wanted = request.final_accelerations[0]
     if not np.isnan(wanted):
         assert abs(got.accelerations[2, 0] - wanted) < 1e-8
     for k, waypoint in enumerate(request.waypoints, start=3):
@@ -281,7 +280,7 @@ def test_tail_stays_inside_and_ends_at_rest(seed: int) -> None:
         assert quantity.min() >= low - 1e-9
         assert quantity.max() <= high + 1e-9
     for name in QUANTITIES:
-        assert planned.report.margin[name][0] >= -2e-6 * np.ptp(request.limits.joint(0), axis=1).max()
+        assert planned.report.margin[name][0] >= -2e-6 * np.ptp(request.limits.ranges[0], axis=1).max()
     # No step anywhere: every change of acceleration is within the jerk limit.
     fine = planned.sample(np.arange(0, planned.total_duration, 1e-4))
     steps = np.abs(np.diff(fine.accelerations[:, 0]))

@@ -37,6 +37,12 @@ def test_closed_form_agrees_with_the_sampled_stop(v: float, part: float, a: floa
     assert abs(sampled.positions.max() - p_max[0]) < slack_p
     assert abs(min(sampled.velocities.min(), 0) - min(v_min[0], 0)) < slack_v
     assert abs(max(sampled.velocities.max(), 0) - max(v_max[0], 0)) < slack_v
+    # And those of the pieces that Ruckig planned.
+    [extremes] = planned.extremes()
+    assert extremes[0] == pytest.approx([p_min[0], p_max[0]], rel=1e-9, abs=1e-9)
+    assert extremes[1] == pytest.approx([min(v_min[0], v, 0), max(v_max[0], v, 0)], rel=1e-9, abs=1e-9)
+    assert extremes[2] == pytest.approx([sampled.accelerations.min(), sampled.accelerations.max()], abs=j * step)
+    assert set(np.abs(extremes[3]).round(6)) <= {0.0, round(j, 6)}
 
 
 @settings(max_examples=100, deadline=None)

@@ -57,7 +57,7 @@ def test_spread_bounds_every_function_on_every_interval() -> None:
         assert np.all(inside <= grid.spread[k] * (1 + 1e-12))
 
 
-def test_unit_curves_are_those_of_the_weights_and_the_start() -> None:
+def test_whitened_weights_measure_the_cost() -> None:
     grid = make_grid(30)
     w = np.random.default_rng(1).normal(size=30)
     gram = grid.basis.gram()
@@ -65,11 +65,21 @@ def test_unit_curves_are_those_of_the_weights_and_the_start() -> None:
     assert grid.weights(x[None])[0] == pytest.approx(w, abs=1e-11)
     assert x[:30] @ x[:30] == pytest.approx(w @ gram @ w)
     assert grid.whiten((gram @ w)[None])[0] == pytest.approx(x[:30])
-    [curves] = grid.curves(x[None])
-    for order in range(-2, 4):
-        expected = grid.basis.rows(grid.s, order) @ w + (0.3 - 2.0 * grid.s, -2.0, 0, 0, 0, 0)[order + 2]
-        assert np.abs(curves[order + 2] - expected).max() < 1e-11 * np.abs(expected).max()
-    assert grid.rows(np.array([7, 1001 + 8])) @ x == pytest.approx([curves[0, 7], curves[1, 8]])
+
+
+@pytest.mark.parametrize("count", [10, 25, 50, 200])
+@pytest.mark.parametrize("intervals", [500, 1000, 4000])
+def test_curves_of_nearby_functions_are_those_of_all(count: int, intervals: int) -> None:
+    grid = make_grid(count, intervals)
+    x = np.random.default_rng(1).normal(size=(2, count + 2))
+    curves, w = grid.curves(x), grid.weights(x)
+    for k in range(6):
+        start = (x[:, -2:-1] + x[:, -1:] * grid.s, x[:, -1:], 0, 0, 0, 0)[k]
+        expected = w @ grid.basis.rows(grid.s, k - 2).T + start
+        assert np.abs(curves[:, k] - expected).max() < 1e-14 * np.abs(expected).max()
+        if k < 4:
+            rows = grid.limited[k * len(grid.s) : (k + 1) * len(grid.s)]
+            assert np.abs(x @ rows.T - expected).max() < 1e-12 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("intervals", [500, 1000])

@@ -9,7 +9,7 @@ def test_tightened_takes_the_tighter_everywhere() -> None:
     one = Limits(np.array([[-1.0, 5.0]]), np.array([3.0]), np.array([np.inf]), np.array([9.0]))
     two = Limits(np.array([[-2.0, 4.0]]), np.array([7.0]), np.array([2.0]), np.array([np.inf]))
     for both in (one.tightened(two), two.tightened(one)):
-        assert both.joint(0).tolist() == [[-1, 4], [-3, 3], [-2, 2], [-9, 9]]
+        assert both.ranges[0].tolist() == [[-1, 4], [-3, 3], [-2, 2], [-9, 9]]
 
 
 def test_ranges_that_do_not_meet_are_refused() -> None:

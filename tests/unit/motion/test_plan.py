@@ -19,6 +19,8 @@ from motion.request import Boundary, MotionRequest, Waypoint
 
 Ask = Callable[..., MotionRequest]
 
+LIMITED = ("positions", "velocities", "accelerations", "jerks")
+
 
 def test_without_limits_the_optimum_is_the_demonstration_plus_a_line(figure: Primitive, ask: Ask) -> None:
     """Over all functions the optimum of eq. 10 is τ²d̈ plus a straight line in t (design 1.2)."""
@@ -108,7 +110,7 @@ def test_joints_are_planned_as_if_alone(figure: Primitive, ask: Ask, paper_limit
     strike = figure.demonstrated_positions(t)[:, 0]
     both = learn(Demonstration(t, np.stack([strike, np.sin(t)], axis=1)))
     alone = learn(Demonstration(t, strike[:, None]))
-    two = Limits(*(np.repeat(getattr(paper_limits, f), 2, axis=0) for f in paper_limits.__slots__))
+    two = Limits(*(np.repeat(getattr(paper_limits, f), 2, axis=0) for f in LIMITED))
     free = np.full(2, np.nan)
     request = MotionRequest(
         Boundary(np.zeros(2), np.zeros(2), free), Boundary(np.array([-1.0, 0.5]), np.array([10.0, 0.0]), free), 1.0, two
@@ -127,7 +129,7 @@ def test_a_warm_plan_is_as_good_as_a_cold_one(figure: Primitive, ask: Ask, paper
     of limits wider by the band misses less, that of limits narrower by it more."""
 
     def within(part: float) -> Limits:
-        return Limits(*(part * getattr(paper_limits, name) for name in paper_limits.__slots__))
+        return Limits(*(part * getattr(paper_limits, name) for name in LIMITED))
 
     def missed(limits: Limits, warm: Warm | None = None) -> float:
         planned = plan(figure, ask(goal=(-1.0, 10.0), limits=limits), warm=warm)
@@ -200,7 +202,7 @@ def test_values_exactly_on_their_limits(figure: Primitive, ask: Ask, name: str) 
     report = plan(figure, ask(limits=limits, **case)).report
     assert report.certified
     for quantity, margin in report.margin.items():
-        assert margin[0] >= -2e-6 * np.ptp(limits.joint(0), axis=1).max(), quantity
+        assert margin[0] >= -2e-6 * np.ptp(limits.ranges[0], axis=1).max(), quantity
 
 
 def test_a_start_outside_the_position_limits_is_led_back(figure: Primitive, ask: Ask) -> None:

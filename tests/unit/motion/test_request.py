@@ -44,10 +44,10 @@ def test_malformed_requests_name_their_field(ask: Ask, more: dict[str, object], 
 
 
 def test_final_acceleration_is_free_only_where_the_arm_moves_on(ask: Ask) -> None:
-    assert np.isnan(ask(goal=(1.0, 3.0)).final_accelerations()[0])
-    assert ask(goal=(1.0, 0.0)).final_accelerations()[0] == 0
-    assert ask(goal=(1.0, 3.0, 7.0)).final_accelerations()[0] == 7
-    assert ask(goal=(1.0, 3.0), rest_fraction=0.1).final_accelerations()[0] == 0
+    assert np.isnan(ask(goal=(1.0, 3.0)).final_accelerations[0])
+    assert ask(goal=(1.0, 0.0)).final_accelerations[0] == 0
+    assert ask(goal=(1.0, 3.0, 7.0)).final_accelerations[0] == 7
+    assert ask(goal=(1.0, 3.0), rest_fraction=0.1).final_accelerations[0] == 0
 
 
 @pytest.mark.parametrize(("fraction", "moving"), [(0.0, 1.0), (0.1, 0.9), (0.0995, 0.9), (0.3, 0.7), (0.99, 0.01)])
