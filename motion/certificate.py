@@ -35,8 +35,9 @@ def certify(grid: Grid, problem: Problem, joints: np.ndarray, x: np.ndarray, cur
     """Bound all four quantities of the joints (n,) with the motions x (n, N+2) and their curves (n, 6, M).
 
     On an interval |f| stays below the larger end plus h²/8·max|f″|, and max|f″| below its larger end plus
-    h²/8·max|f⁗|. Where that does not decide, f is the cubic Hermite polynomial through its ends and slopes
-    within h⁴/384·max|f⁗|, and max|f⁗| ≤ Σ|w_i|·max|ψ_i⁽⁴⁾ of f|.
+    h²/8·max|f⁗|; and f is the cubic Hermite polynomial through its ends and slopes within h⁴/384·max|f⁗|. The lower of
+    both counts. max|f⁗| ≤ Σ|w_i|·max|ψ_i⁽⁴⁾ of f|, with the maxima anywhere, and where that does not decide, with those
+    on the interval.
     """
     h, shape = grid.s[1], curves.shape
     weights = np.abs(grid.weights(x))
@@ -48,9 +49,10 @@ def certify(grid: Grid, problem: Problem, joints: np.ndarray, x: np.ndarray, cur
     f, d, bend = (sign * curves.take(place + step + _ENDS) for step in (0, shape[2], 2 * shape[2]))
     top = _hermite_peak(*f, *(h * d))
     np.maximum.at(highest, (side, n, k), top)
-    bound = f.max(axis=0) + (h**2 * np.abs(bend).max(axis=0) + anywhere[n, k] / 8) / 8
+    fourth = anywhere[n, k]
+    bound = np.maximum(*f) + (h**2 * np.maximum(*np.abs(bend)) + fourth / 8) / 8
     failures: list[list[Failure]] = [[] for _ in joints]
-    doubtful = (bound > problem.tightest[side, joints[n], k]).nonzero()[0]
+    doubtful = (np.minimum(bound, top + fourth / 384) > problem.tightest[side, joints[n], k]).nonzero()[0]
     if doubtful.size:
         side, n, k, i, top, bound = (values[doubtful] for values in (side, n, k, i, top, bound))
         fourth = h**4 * np.einsum("ij,ij->i", grid.spread[k, i], weights[n])
@@ -110,6 +112,5 @@ def _hermite_peak(f0: np.ndarray, f1: np.ndarray, d0: np.ndarray, d1: np.ndarray
     # c′ = d0 + 2b x + 3c x²; its falling root, in the form that does not cancel for small c.
     root = np.sqrt(np.maximum(b * b - 3 * c * d0, 0.0))
     below = root - b
-    x = np.divide(d0, below, out=np.zeros_like(d0), where=np.abs(below) > 0)
-    x = x.clip(0.0, 1.0)
+    x = np.minimum(np.maximum(d0 / np.where(below == 0, 1e-300, below), 0.0), 1.0)
     return np.maximum(f0 + x * (d0 + x * (b + x * c)), np.maximum(f0, f1))

@@ -43,7 +43,7 @@ class Look:
         outside = values > self._highest[here]
         outside |= values < self._lowest[here]
         found: list[np.ndarray | None] = [None] * len(joints)
-        unsound = outside.any(axis=(1, 2)).nonzero()[0]
+        unsound = outside.reshape(len(joints), -1).any(axis=1).nonzero()[0]
         if not unsound.size:
             return found
         worth = (1 - WORTH_ADDING) * self._band[:, joints[unsound]]
@@ -73,7 +73,11 @@ class Look:
         """Where the joints' `values` (n, 4, M) pass what lies by `depth` (broadcast to (2, n, 4, M)) inside the limits:
         which of the n, the rows, their samples, which are peaks, and by how much they pass it."""
         here = slice(None) if len(joints) == len(self._highest) else joints
-        over = (SIGNS[:, None, None, None] * values - self._limit[:, here] + depth).ravel()
+        bound = self._limit[:, here] - depth
+        over = np.empty((2, *values.shape))
+        np.subtract(-bound[0], values, out=over[0])
+        np.subtract(values, bound[1], out=over[1])
+        over = over.ravel()
         place = (over > 0).nonzero()[0]
         rest, sample = np.divmod(place, values.shape[2])
         rest, quantity = np.divmod(rest, 4)

@@ -64,7 +64,7 @@ def build(grid: Grid, request: MotionRequest, fixed: Fixed, theta: np.ndarray, c
     values[-1, narrow] = (low[narrow] + high[narrow]) / 2
     last = round(request.moving_fraction * grid.intervals)
     limit, band, constant = _limits(grid, fixed, values, ranges, half, last)
-    for joint in np.flatnonzero(free & ~narrow & ((low > ranges[:, 2, 0]) | (high < ranges[:, 2, 1]))):
+    for joint in (free & ~narrow & ((low > ranges[:, 2, 0]) | (high < ranges[:, 2, 1]))).nonzero()[0]:
         here = slice(None), joint, 2, last
         limit[here] = np.minimum(limit[here], [-low[joint], high[joint]])
         band[here] = np.minimum(band[here], (high[joint] - low[joint]) / 4)
@@ -100,8 +100,8 @@ def _limits(
     limit, band = np.empty(shape), np.empty(shape)
     limit[:], band[:] = constant[..., None], BAND * half[:, :, None]
     slack = constant[:, :, fixed.quantity] - SIGNS[:, None, None] * values.T
-    beside = np.argwhere(slack < BAND * half[:, fixed.quantity])
-    for side, joint, k in beside.tolist():
+    beside = (slack < BAND * half[:, fixed.quantity]).nonzero()
+    for side, joint, k in zip(*beside, strict=True):
         here = side, joint, fixed.quantity[k]
         inside = slack[side, joint, k]
         if inside < 0 and k < 3:
@@ -110,7 +110,7 @@ def _limits(
         np.minimum(band[here], taper, out=band[here])
     if last < grid.intervals:
         limit[..., last + 1 :] = np.inf
-    return limit, band, not beside.size and last == grid.intervals
+    return limit, band, not beside[0].size and last == grid.intervals
 
 
 def _half(ranges: np.ndarray) -> np.ndarray:

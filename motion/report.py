@@ -77,9 +77,9 @@ def make_report(
 def _imitation_rms(primitive: Primitive, request: MotionRequest, accelerations: np.ndarray) -> np.ndarray:
     """Rms (J,) of g̈ − τ²d̈ with τ = T_d/T, over the whole duration; after the moving part g̈ = 0."""
     tau = primitive.duration / request.duration
-    missed = accelerations.copy()
-    missed[:, round(request.moving_fraction * INTERVALS) + 1 :] = 0.0
-    missed -= tau**2 * primitive.accelerations.T
+    moving = slice(round(request.moving_fraction * INTERVALS) + 1)
+    missed = tau**2 * primitive.accelerations.T
+    missed[:, moving] -= accelerations[:, moving]
     return np.sqrt(missed**2 @ _SIMPSON)
 
 

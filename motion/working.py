@@ -68,14 +68,14 @@ def programs(grid: Grid, problem: Problem, works: list[WorkingSet]) -> tuple[np.
     without a limit.
     """
     lengths = [len(work.rows) for work in works]
-    owner = np.repeat(np.arange(len(works)), lengths)
-    joint = np.array([work.joint for work in works])[owner]
+    joint = np.repeat([work.joint for work in works], lengths)
     side, row = np.divmod(np.concatenate([work.rows for work in works]), 4 * len(grid.s))
-    quantity, sample = np.divmod(row, len(grid.s))
+    quantity = row // len(grid.s)
     matrix = grid.limited[row]
     matrix *= SIGNS[side][:, None]
-    place = side, joint, quantity, sample
-    excess = np.einsum("ij,ij->i", matrix, problem.origin[joint]) - problem.limit[place] + problem.band[place]
+    place = (side * len(problem.origin) + joint) * 4 * len(grid.s) + row
+    demanded = problem.limit.take(place) - problem.band.take(place)
+    excess = np.einsum("ij,ij->i", matrix, problem.origin[joint]) - demanded
     matrix = matrix[:, :-2]
     end = 0
     for work, length in zip(works, lengths, strict=True):
@@ -87,7 +87,7 @@ def programs(grid: Grid, problem: Problem, works: list[WorkingSet]) -> tuple[np.
     norms = np.sqrt(np.einsum("ij,ij->i", matrix, matrix))
     alive = (norms > _DEAD * grid.norms[quantity]) & np.isfinite(excess)
     if not alive.all():
-        for k, work in enumerate(works):
-            work.rows = work.rows[alive[owner == k]]
+        for work in works:
+            work.rows = work.rows[alive[joint == work.joint]]
         matrix, excess, norms = matrix[alive], excess[alive], norms[alive]
     return matrix / norms[:, None], excess / norms
