@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motion.basis import INTERVALS, make_grid
+from motion.basis import INTERVALS, Grid, make_grid
 from motion.curve import interpolate
 from motion.errors import Infeasible, InvalidMotion, SolverFailed
 from motion.fixed import Fixed, check_fixed, fixed_values
@@ -97,77 +97,27 @@ def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm
     # A goal outside its limits is named as such, not as one from which no stop leads back inside.
     fixed = fixed_values(request)
     check_fixed(request, fixed)
-    try:
-        solutions = _solved(primitive, request, fixed, arriving(request), warm)
-        return _assemble(primitive, request, tick, solutions)
-    except (Clash, _NoWayToStop):
-        # Only now does it pay to ask which final accelerations leave room for the stop.
-        confined = final_accelerations(request)
-    try:
-        solutions = _solved(primitive, request, fixed, confined, warm)
-        return _assemble(primitive, request, tick, solutions)
-    except Clash as clash:
-        raise _infeasible(primitive, request, confined, tick, clash) from None
-    except _NoWayToStop as error:
-        raise SolverFailed(error.joint, "the stop after the goal leaves the limits") from None
-
-
-class _NoWayToStop(Exception):
-    """The stop from this motion's end leaves the limits of a joint."""
-
-    def __init__(self, joint: int) -> None:
-        super().__init__(f"joint {joint}: no way to stop")
-        self.joint = joint
-
-
-def _solved(
-    primitive: Primitive, request: MotionRequest, fixed: Fixed, confined: np.ndarray, warm: Warm | None = None
-) -> list[Solution]:
-    """Every joint's optimum, certified. Raises Clash or SolverFailed."""
     grid = make_grid(primitive.basis_count)
-    problem = build(grid, request, fixed, primitive.theta, confined)
-    solutions = solve(grid, problem, warm.curves if warm else None)
-    for joint, solution in enumerate(solutions):
-        if solution.certificate.failures:
-            failure = solution.certificate.failures[0]
-            time = (failure.sample + 0.5) / grid.intervals * request.duration
-            raise SolverFailed(joint, f"no certificate for the {QUANTITIES[failure.quantity]} near {time:.3f} s")
-    missed = np.abs(problem.equalities.missed(np.array([solution.x for solution in solutions]), problem.targets))
-    off = missed.max(axis=1) / np.maximum(1.0, np.abs(problem.targets).max(axis=1))
-    if not (off <= EQUALITY_TOLERANCE).all():
-        raise SolverFailed(int(off.argmax()), f"equalities are off by {off.max():.1e}")
-    return solutions
-
-
-def _infeasible(
-    primitive: Primitive, request: MotionRequest, confined: np.ndarray, tick: float, clash: Clash
-) -> Infeasible:
-    """The answer to a request whose limits clash, with a duration that works if one is found."""
-
-    def works(longer: MotionRequest) -> object:
-        fixed = fixed_values(longer)
-        check_fixed(longer, fixed)
-        return _solved(primitive, longer, fixed, confined)
-
-    found = shortest_duration(request, works, tick)
-    return Infeasible(
-        clash.joint,
-        QUANTITIES[clash.quantity],
-        clash.s * request.duration,
-        found.duration if found else None,
-        [w.time_from_start for w in found.waypoints] if found else None,
-    )
-
-
-def _assemble(primitive: Primitive, request: MotionRequest, tick: float, solutions: list[Solution]) -> Plan:
-    """The plan of solved joints with its tail and its report."""
-    normalised = np.array([solution.certificate.curves for solution in solutions])
+    try:
+        solutions = _solved(grid, primitive, request, fixed, arriving(request), warm)
+        tail, reach, stuck = _tail(request, solutions)
+        if stuck.size:
+            # Only now does it pay to ask which final accelerations leave room for the stop.
+            confined, earlier = final_accelerations(request), Warm(_curves(solutions))
+            again = _solved(grid, primitive, request, fixed, confined, earlier, stuck)
+            for joint, solution in zip(stuck.tolist(), again, strict=True):
+                solutions[joint] = solution
+            tail, reach, stuck = _tail(request, solutions)
+    except Clash as clash:
+        raise _infeasible(grid, primitive, request, tick, clash) from None
+    if stuck.size:
+        raise SolverFailed(int(stuck[0]), "the stop after the goal leaves the limits")
+    normalised = _curves(solutions)
     curves = normalised * request.duration ** -np.arange(6.0)[:, None]
-    tail, reach = _tail(request, curves)
     total = request.duration + (tail.duration if tail else 0.0)
     return Plan(
         request=request,
-        weights=make_grid(primitive.basis_count).weights(np.array([solution.x for solution in solutions])),
+        weights=grid.weights(np.array([solution.x for solution in solutions])),
         curves=curves,
         tail=tail,
         duration=request.duration,
@@ -179,20 +129,73 @@ def _assemble(primitive: Primitive, request: MotionRequest, tick: float, solutio
     )
 
 
-def _tail(request: MotionRequest, curves: np.ndarray) -> tuple[Stop | None, np.ndarray]:
-    """The stop from the goal, and the lowest and highest values (J, 4, 2) of all quantities from there on.
+def _curves(solutions: list[Solution]) -> np.ndarray:
+    """The curves (J, 6, M) of all joints in normalised time."""
+    return np.array([solution.certificate.curves for solution in solutions])
 
-    Raises _NoWayToStop where it leaves the limits.
+
+def _solved(
+    grid: Grid,
+    primitive: Primitive,
+    request: MotionRequest,
+    fixed: Fixed,
+    confined: np.ndarray,
+    warm: Warm | None = None,
+    joints: np.ndarray | None = None,
+) -> list[Solution]:
+    """The optimum, certified, of every joint or of the `joints` (n,). Raises Clash or SolverFailed."""
+    chosen = np.arange(request.joint_count) if joints is None else joints
+    problem = build(grid, request, fixed, primitive.theta, confined)
+    solutions = solve(grid, problem, warm.curves if warm else None, chosen)
+    for joint, solution in zip(chosen.tolist(), solutions, strict=True):
+        if solution.certificate.failures:
+            failure = solution.certificate.failures[0]
+            time = (failure.sample + 0.5) / grid.intervals * request.duration
+            raise SolverFailed(joint, f"no certificate for the {QUANTITIES[failure.quantity]} near {time:.3f} s")
+    x = np.array([solution.x for solution in solutions])
+    missed = np.abs(problem.equalities.missed(x, problem.targets, chosen)).max(axis=1)
+    off = missed / np.maximum(1.0, np.abs(problem.targets[chosen]).max(axis=1))
+    if not (off <= EQUALITY_TOLERANCE).all():
+        raise SolverFailed(int(chosen[off.argmax()]), f"equalities are off by {off.max():.1e}")
+    return solutions
+
+
+def _infeasible(
+    grid: Grid, primitive: Primitive, request: MotionRequest, tick: float, clash: Clash
+) -> Infeasible:
+    """The answer to a request whose limits clash, with a duration that works if one is found.
+
+    Raises CannotStop where none could, because the arm would not come to rest inside its limits.
     """
-    goal, limits = request.goal, request.limits
+    confined = final_accelerations(request)
+
+    def works(longer: MotionRequest) -> object:
+        fixed = fixed_values(longer)
+        check_fixed(longer, fixed)
+        return _solved(grid, primitive, longer, fixed, confined)
+
+    found = shortest_duration(request, works, tick)
+    return Infeasible(
+        clash.joint,
+        QUANTITIES[clash.quantity],
+        clash.s * request.duration,
+        found.duration if found else None,
+        [w.time_from_start for w in found.waypoints] if found else None,
+    )
+
+
+def _tail(request: MotionRequest, solutions: list[Solution]) -> tuple[Stop | None, np.ndarray, np.ndarray]:
+    """The stop from the goal, the lowest and highest values (J, 4, 2) of all quantities from there on, and the joints
+    (n,) in which they leave the limits."""
+    goal, ranges = request.goal, request.limits.ranges
     if request.tail == "coast":
         rest = np.zeros(request.joint_count)
-        return None, np.array([goal.positions, goal.velocities, rest, rest]).T[:, :, None]
+        coasting = np.array([goal.positions, goal.velocities, rest, rest]).T[:, :, None]
+        return None, coasting, np.zeros(0, dtype=int)
+    last = round(request.moving_fraction * INTERVALS)
+    reached = np.array([solution.certificate.curves[2, last] for solution in solutions]) / request.duration**2
     given = request.final_accelerations
-    accelerations = np.where(np.isnan(given), curves[:, 2, round(request.moving_fraction * INTERVALS)], given)
-    tail = stop(goal.positions, goal.velocities, accelerations, limits)
-    reach, ranges = tail.extremes(), limits.ranges
+    tail = stop(goal.positions, goal.velocities, np.where(np.isnan(given), reached, given), request.limits)
+    reach = tail.extremes()
     outside = (reach[:, :2, 0] < ranges[:, :2, 0] - TOUCH) | (reach[:, :2, 1] > ranges[:, :2, 1] + TOUCH)
-    if outside.any():
-        raise _NoWayToStop(int(outside.any(axis=1).argmax()))
-    return tail, reach
+    return tail, reach, outside.any(axis=1).nonzero()[0]

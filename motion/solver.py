@@ -48,18 +48,22 @@ class Solution:
         return self.multipliers > _BINDING * self.multipliers.max(initial=1e-300)
 
 
-def solve(grid: Grid, problem: Problem, warm: np.ndarray | None = None) -> list[Solution]:
-    """Per joint the motion nearest to the demonstrated one that meets the equalities and all limits.
+def solve(
+    grid: Grid, problem: Problem, warm: np.ndarray | None = None, joints: np.ndarray | None = None
+) -> list[Solution]:
+    """For each joint, or each of the `joints` (n,), the motion nearest to the demonstrated one that meets the equalities
+    and all limits.
 
     Certified where possible. `warm` (J, ≥ 4, M) are the curves of an earlier motion like this one: it begins with the
     rows at which they come near its limits. Raises Clash where the rows are infeasible, SolverFailed for numerical
     trouble.
     """
     works = [WorkingSet(joint, origin) for joint, origin in enumerate(problem.origin)]
-    look, failed = Look(problem), np.arange(len(works))
+    look, failed = Look(problem), np.arange(len(works)) if joints is None else joints
+    chosen = [works[joint] for joint in failed]
     if warm is not None:
-        near = zip(works, look.near(warm), strict=True)
-        _solve_programs(grid, problem, [work.take(rows) for work, rows in near if rows.size])
+        near = look.near(warm)
+        _solve_programs(grid, problem, [work.take(near[work.joint]) for work in chosen if near[work.joint].size])
     curves = np.empty((len(works), 6, len(grid.s)))
     certificates: dict[int, Certificate] = {}
     for mends in range(MAX_MENDS + 1):
@@ -73,7 +77,7 @@ def solve(grid: Grid, problem: Problem, warm: np.ndarray | None = None) -> list[
         _solve_programs(grid, problem, mended)
     return [
         Solution(work.x, certificates[work.joint], work.rows, work.multipliers, work.rounds, work.further)
-        for work in works
+        for work in chosen
     ]
 
 
