@@ -116,9 +116,20 @@ class Planner:
         primitive = self._library.get(goal.primitive)
         check_goal(goal, primitive, self._config)
         goal_id = goal.goal_id or uuid.uuid4().hex
-        reply = self._play(goal, goal_id, primitive, requested_ns)
+        answer = self._only_plan if goal.plan_only else self._play
+        reply = answer(goal, goal_id, primitive, requested_ns)
         self._answers.keep(goal, reply)
         return reply
+
+    def _only_plan(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> m.GoalReply:
+        """Plan; sampled only where the samples are asked for."""
+        origin = self._origin(goal, again=False)
+        made, solve_ms = self._solve(goal, primitive, origin)
+        trajectory = None
+        if goal.include_trajectory:
+            stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
+            trajectory = trajectory_message(made, goal, goal_id, origin, self._config, stamps)
+        return goal_reply(made, goal_id, origin.time, trajectory, solve_ms, self._config)
 
     def _play(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> m.GoalReply:
         """Plan and execute; once more where the plan came late or another plan came between."""
@@ -128,22 +139,20 @@ class Planner:
             made, solve_ms = self._solve(goal, primitive, origin)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
             trajectory = trajectory_message(made, goal, goal_id, origin, self._config, stamps)
-            if not goal.plan_only:
-                try:
-                    self._execute(trajectory)
-                except Refusal as refusal:
-                    self._lead.note(time.monotonic() - began)
-                    overtaken = refusal.code == "superseded" and refusal.detail.get("cause") == "plan"
-                    if last or not (refusal.code == "late" or overtaken):
-                        raise
-                    self._log.warning("goal %s: %s", goal_id, refusal)
-                    continue
+            try:
+                self._execute(trajectory)
+            except Refusal as refusal:
+                overtaken = refusal.code == "superseded" and refusal.detail.get("cause") == "plan"
+                if last or not (refusal.code == "late" or overtaken):
+                    raise
+                self._log.warning("goal %s: %s", goal_id, refusal)
+                continue
+            finally:
                 self._lead.note(time.monotonic() - began)
-                self._plans.put(plan_message(made, trajectory, goal, primitive))
-                self._log.info(
-                    "goal %s: %s, %.3f s, solved in %.1f ms", goal_id, goal.primitive, made.duration, solve_ms
-                )
-            return goal_reply(made, trajectory, goal.include_trajectory, solve_ms, self._config)
+            self._plans.put(plan_message(made, trajectory, goal, primitive))
+            self._log.info("goal %s: %s, %.3f s, solved in %.1f ms", goal_id, goal.primitive, made.duration, solve_ms)
+            included = trajectory if goal.include_trajectory else None
+            return goal_reply(made, goal_id, origin.time, included, solve_ms, self._config)
         raise AssertionError("unreachable: the last round returns or raises")
 
     def _solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> tuple[Plan | DmpPlan, float]:

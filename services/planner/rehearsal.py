@@ -47,4 +47,4 @@ def _encoded(made: Plan, primitive: Primitive, config: RobotConfig) -> None:
     decode(encode(goal), m.Goal)
     encode(trajectory)
     encode(plan_message(made, trajectory, goal, primitive))
-    encode(goal_reply(made, trajectory, False, 0.0, config))
+    encode(goal_reply(made, "rehearsal", 0.0, None, 0.0, config))

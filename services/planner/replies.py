@@ -38,15 +38,20 @@ def trajectory_message(
 
 
 def goal_reply(
-    plan: Plan | DmpPlan, trajectory: m.Trajectory, include: bool, solve_ms: float, config: RobotConfig
+    plan: Plan | DmpPlan,
+    goal_id: str,
+    start_time: float,
+    trajectory: m.Trajectory | None,
+    solve_ms: float,
+    config: RobotConfig,
 ) -> m.GoalReply:
-    """Return the answer to a goal."""
+    """Return the answer to a goal, with the `trajectory` if it is given."""
     return m.GoalReply(
-        goal_id=trajectory.goal_id,
-        start_time=trajectory.start_time,
+        goal_id=goal_id,
+        start_time=start_time,
         duration=plan.duration,
         total_duration=plan.total_duration,
-        trajectory=trajectory if include else None,
+        trajectory=trajectory,
         report=_report(plan.report, solve_ms, config),
     )
 

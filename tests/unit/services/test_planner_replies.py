@@ -71,9 +71,9 @@ def test_the_trajectory_has_every_sample(made: Plan, trajectory: m.Trajectory):
 @pytest.mark.parametrize("include", [False, True])
 def test_the_reply_has_samples_only_where_asked(made: Plan, trajectory: m.Trajectory, include: bool):
     """And goes over the wire and back unchanged: plain numbers, nothing of numpy."""
-    reply = goal_reply(made, trajectory, include, 1.25, ROBOT)
+    reply = goal_reply(made, "g", 3.5, trajectory if include else None, 1.25, ROBOT)
     assert (reply.trajectory is not None) == include
-    assert (reply.start_time, reply.duration) == (3.5, 1.0)
+    assert (reply.goal_id, reply.start_time, reply.duration) == ("g", 3.5, 1.0)
     assert reply.total_duration == made.total_duration > 1.0
     assert reply.report.certified is True
     assert reply.report.solve_ms == 1.25
