@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import tyro
+from rich.progress import track
 
 from benchmarks.cases import draw, forehand
 from benchmarks.latency import tight_goal
@@ -35,7 +36,7 @@ def here(goals: int, seed: int) -> dict[str, object]:
     primitive, rng = forehand(), np.random.default_rng(seed)
     requests = [case.request for case in draw(primitive, 20, seed)]
     warm, refused, kilobytes = None, 0, []
-    for k in range(goals):
+    for k in track(range(goals), "planned here"):
         request = requests[k % len(requests)]
         duration = request.duration * rng.uniform(1.0, 1.05)
         time = duration * rng.uniform(0.3, 0.7)
@@ -62,7 +63,7 @@ def on_the_wire(goals: int, seed: int) -> dict[str, object]:
         alone = ["--listen" if word == "--connect" else word for word in lines["planner"]]
         with Supervisor({"planner": alone}, quiet=True) as services, Bus(open_session([endpoint])) as bus:
             services.wait_ready(bus)
-            for k in range(goals):
+            for k in track(range(goals), "asked of a planner"):
                 bus.ask(topics.GOAL, tight_goal(rng, plan_only=True, duration=0.8, include_trajectory=k % 10 == 0))
                 if k % max(1, goals // MARKS) == 0:
                     kilobytes.append(resident_kb(services.running["planner"].pid))
