@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motion.problem import BAND, SIGNS, Problem
+from motion.problem import BAND, Problem
 
 ACCEPTED = 0.9
 """Part of the band that a sample may use up."""

@@ -160,9 +160,7 @@ def _solved(
     return solutions
 
 
-def _infeasible(
-    grid: Grid, primitive: Primitive, request: MotionRequest, tick: float, clash: Clash
-) -> Infeasible:
+def _infeasible(grid: Grid, primitive: Primitive, request: MotionRequest, tick: float, clash: Clash) -> Infeasible:
     """The answer to a request whose limits clash, with a duration that works if one is found.
 
     Raises CannotStop where none could, because the arm would not come to rest inside its limits.

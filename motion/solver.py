@@ -51,8 +51,8 @@ class Solution:
 def solve(
     grid: Grid, problem: Problem, warm: np.ndarray | None = None, joints: np.ndarray | None = None
 ) -> list[Solution]:
-    """For each joint, or each of the `joints` (n,), the motion nearest to the demonstrated one that meets the equalities
-    and all limits.
+    """For each joint, or each of the `joints` (n,), the motion nearest to the demonstrated one that meets the
+    equalities and all limits.
 
     Certified where possible. `warm` (J, ≥ 4, M) are the curves of an earlier motion like this one: it begins with the
     rows at which they come near its limits. Raises Clash where the rows are infeasible, SolverFailed for numerical
