@@ -196,4 +196,4 @@ def _tail(request: MotionRequest, solutions: list[Solution]) -> tuple[Stop | Non
     tail = stop(goal.positions, goal.velocities, np.where(np.isnan(given), reached, given), request.limits)
     reach = tail.extremes()
     outside = (reach[:, :2, 0] < ranges[:, :2, 0] - TOUCH) | (reach[:, :2, 1] > ranges[:, :2, 1] + TOUCH)
-    return tail, reach, outside.any(axis=1).nonzero()[0]
+    return tail, reach, np.flatnonzero(outside.any(axis=1))
