@@ -1,5 +1,6 @@
 """Zenoh: sessions with the project's defaults, and the topic table put to work on one of them."""
 
+import contextlib
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -20,6 +21,7 @@ from protocol.topics import (
     Query,
     Said,
     alive_key,
+    claim_key,
 )
 
 Item = TypeVar("Item")
@@ -27,6 +29,10 @@ Item = TypeVar("Item")
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 MAX_MESSAGE_BYTES = 32 << 20
 """Where Zenoh itself drops a message: twice the largest request, so that what is merely too large gets an answer."""
+LIVELINESS_S = 5.0
+"""How long to wait for what the hub says of liveliness: at once, unless it is stalled."""
+CLAIM_PATIENCE_S, CLAIM_PERIOD_S = 2.0, 0.05
+"""How long a claim waits for one that came at the same time to give way, and how often it looks."""
 NO_HUB = "Unable to connect"
 """What Zenoh's error says where no endpoint to connect to answers."""
 
@@ -160,10 +166,12 @@ class Bus:
         )
 
     def listen(self, topic: Publication, callback: Callable[[bytes], object]) -> None:
-        """Hand the body of every sample to `callback`, which runs in Zenoh's thread: queue it, do not work."""
-        self._keep(
-            self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
-        )
+        """Hand the body of every sample to `callback`, which runs in Zenoh's thread: queue it, do not work.
+
+        What is asked for afterwards is answered afterwards: a reply finds every sample sent before it handed over.
+        """
+        handler = zenoh.handlers.Callback(lambda sample: callback(sample.payload.to_bytes()), indirect=False)
+        self._keep(self.session.declare_subscriber(self.key(topic.key), handler))
 
     def stream(self, topic: Publication) -> Stream:
         """Queue the samples of a topic for a loop that answers each at once."""
@@ -221,10 +229,29 @@ class Bus:
         """Hold the liveliness token of `service` while the session lives: it is ready for requests."""
         self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
 
-    def is_alive(self, service: str, timeout: float = 1.0) -> bool:
-        """Return whether somebody on the bus holds the token of `service`."""
-        replies = self.session.liveliness().get(self.key(alive_key(service)), timeout=timeout)
-        return any(reply.ok is not None for reply in replies)
+    def claim(self, service: str, patience: float = CLAIM_PATIENCE_S) -> bool:
+        """Claim the place of `service` while the session lives, and return whether it is this session's alone.
+
+        Each claims before it looks, so of two that come at once at least one sees the other: the one with the larger
+        id gives way at once, the other waits up to `patience` s for that and gives way to whoever stays.
+
+        Raises:
+            NoAnswer: the hub is silent.
+        """
+        own = self.key(claim_key(service, str(self.session.zid())))
+        self._keep(self.session.liveliness().declare_token(own))
+        patient_until = time.monotonic() + patience
+        while others := self._alive(claim_key(service, "*")) - {own}:
+            if min(others) < own or time.monotonic() > patient_until:
+                return False
+            time.sleep(CLAIM_PERIOD_S)
+        return True
+
+    def is_alive(self, service: str, timeout: float = LIVELINESS_S) -> bool:
+        """Return whether somebody on the bus holds the token of `service`; False where the hub is silent."""
+        with contextlib.suppress(NoAnswer):
+            return bool(self._alive(alive_key(service), timeout))
+        return False
 
     def watch_alive(self, key: str, callback: Callable[[str, bool], object]) -> None:
         """Tell `callback` the key of every token on `key` that appears (True) or is lost (False), now and later."""
@@ -235,6 +262,15 @@ class Bus:
                 history=True,
             )
         )
+
+    def _alive(self, key: str, timeout: float = LIVELINESS_S) -> set[str]:
+        """The full keys of the tokens that are held on `key`."""
+        found = set()
+        for reply in self.session.liveliness().get(self.key(key), timeout=timeout):
+            if reply.ok is None:
+                raise NoAnswer("the hub", self.key(key))
+            found.add(str(reply.ok.key_expr))
+        return found
 
     def _keep(self, declared: Item) -> Item:
         self._kept.append(declared)

@@ -56,7 +56,8 @@ LIVELINESS = """\
 ## Liveliness
 
 Every service holds a liveliness token on `alive/SERVICE` (`sim`, `controller`, `planner`, `recorder`), and a client
-whose goals carry a lease one on `alive/client/CLIENT_ID`: when it is lost, its motion is cancelled.
+whose goals carry a lease one on `alive/client/CLIENT_ID`: when it is lost, its motion is cancelled. From its start on
+a service holds a claim on its place as well, `alive/SERVICE/SESSION_ID`: of two that start at once one gives way.
 """
 
 MEANINGS = {

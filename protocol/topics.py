@@ -115,6 +115,11 @@ def alive_key(service: str) -> str:
     return f"alive/{service}"
 
 
+def claim_key(service: str, session: str) -> str:
+    """Return the key of the token by which a session claims the place of a service, without the robot's prefix."""
+    return f"alive/{service}/{session}"
+
+
 def client_alive_key(client_id: str) -> str:
     """Return the key of the liveliness token that a client with a lease holds, without the robot's prefix."""
     return f"alive/client/{client_id}"

@@ -13,6 +13,7 @@ import tyro
 import zenoh
 
 from protocol.bus import DEFAULT_ENDPOINT, Bus, open_session, session_config
+from protocol.errors import NoAnswer
 from services.exposure import exposed_endpoints
 from services.runtime import EXIT_TAKEN
 
@@ -97,8 +98,8 @@ def service_bus(
     The service announces itself once it is ready.
 
     Raises:
-        SystemExit: 3 where another process is `service` already, 1 where the bus cannot be hosted, 0 where `stopping`
-            was set before there was a hub to join.
+        SystemExit: 3 where another process is `service` already, 1 where the bus cannot be hosted or is silent, 0 where
+            `stopping` was set before there was a hub to join.
     """
 
     def give_up() -> bool:
@@ -120,10 +121,20 @@ def service_bus(
         log.error("cannot open the bus: %s", error)
         raise SystemExit(1) from None
     with bus:
-        if bus.is_alive(service):
-            log.error(TAKEN, service, bus.robot)
-            raise SystemExit(EXIT_TAKEN)
+        _take_place(bus, service, log)
         yield bus
+
+
+def _take_place(bus: Bus, service: str, log: logging.Logger) -> None:
+    """Make sure that nobody else is `service`, nor becomes it at the same time."""
+    try:
+        alone = not bus.is_alive(service) and bus.claim(service)
+    except NoAnswer as silence:
+        log.error("%s; start again", silence)
+        raise SystemExit(1) from None
+    if not alone:
+        log.error(TAKEN, service, bus.robot)
+        raise SystemExit(EXIT_TAKEN)
 
 
 def _is_served(service: str, options: Options, robot: str) -> bool:

@@ -7,7 +7,7 @@ so the table names what a role may *send*; whatever it does not name is refused.
 from dataclasses import dataclass
 
 from protocol import topics
-from protocol.topics import PUBLICATIONS, QUERIES, Query, alive_key, client_alive_key
+from protocol.topics import PUBLICATIONS, QUERIES, Query, alive_key, claim_key, client_alive_key
 
 WATCH_ALIVE = ("liveliness_query", "declare_liveliness_subscriber")
 MESSAGES = (
@@ -45,14 +45,19 @@ class Permission:
     keys: tuple[str, ...]
 
 
+def serving(service: str) -> tuple[str, ...]:
+    """Return the tokens that a service holds: that it is there, and its claim on the place."""
+    return alive_key(service), claim_key(service, "*")
+
+
 OPERATING = (topics.GOAL, topics.LEARN, topics.FORGET, topics.CANCEL, topics.RESET)
 SIMULATING = (topics.SIM_STEP, topics.SIM_RESET, topics.SIM_DISTURB)
 
 ROLES = (
-    Role("sim", "the robot side", tokens=(alive_key("sim"),)),
-    Role("planner", "plans, and alone may execute", asks=(topics.EXECUTE,), tokens=(alive_key("planner"),)),
-    Role("controller", "alone may command", tokens=(alive_key("controller"),)),
-    Role("recorder", "reads", tokens=(alive_key("recorder"),)),
+    Role("sim", "the robot side", tokens=serving("sim")),
+    Role("planner", "plans, and alone may execute", asks=(topics.EXECUTE,), tokens=serving("planner")),
+    Role("controller", "alone may command", tokens=serving("controller")),
+    Role("recorder", "reads", tokens=serving("recorder")),
     Role("operator", "sends goals, teaches, stops", asks=OPERATING, tokens=(client_alive_key("*"),)),
     Role("viewer", "reads"),
     Role(

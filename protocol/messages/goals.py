@@ -137,7 +137,7 @@ class Report(Struct, kw_only=True):
         certified: no limit is passed at any time, between samples included
         solve_ms: time spent on the quadratic programs of all joints
         rounds: of row generation, the most of any joint
-        rows: limit rows in the last programs, all joints together
+        rows: limit rows in the last program, the most of any joint
     """
 
     imitation_rms: Vector

@@ -217,6 +217,11 @@ class Controller:
             self._break_epoch()
             self._halt(f"client {client_id} lost its lease")
 
+    def lose_all_clients(self) -> None:
+        """Treat every token as lost, where it is not known any more who holds one."""
+        for client_id in tuple(self._clients):
+            self.lose_client(client_id)
+
     def status(self) -> m.Status:
         """Return the controller at a glance.
 

@@ -5,7 +5,6 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from queue import SimpleQueue
 from typing import Any
 
 from protocol import messages as m
@@ -22,6 +21,8 @@ from services.runtime import Seldom
 WAIT_NS = 1_000_000
 STATUS_PERIOD_NS = 20_000_000
 FAREWELL_S = 3.0
+MAX_EVENTS = 256
+"""Events that wait for the loop, which takes one a tick: more come only of somebody who wants to do harm."""
 
 
 class WrongRobot(Exception):
@@ -39,7 +40,8 @@ class ControllerLoop:
         self._urgent: Inbox[Asking] = Inbox()
         self._requests: Inbox[Asking] = Inbox()
         self._trajectories: Inbox[Asking] = Inbox()
-        self._events: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._events: Inbox[Callable[[], None]] = Inbox(MAX_EVENTS)
+        self._overrun = threading.Event()
         self._refusals = Seldom(log)
         self._silent_waits = 0
         self._wait_ends_ns = 0
@@ -129,8 +131,12 @@ class ControllerLoop:
 
     def _attend(self) -> None:
         """Apply at most one event and one request, a stop before a question, then tell what changed."""
-        if not self._events.empty():
-            self._events.get_nowait()()
+        event = self._events.take()
+        if event is not None:
+            event()
+        if self._overrun.is_set():
+            self._overrun.clear()
+            self._start_afresh()
         asking = self._urgent.take() or self._requests.take()
         if asking is not None:
             self._reply(asking, lambda: self._handlers[asking.topic.key](asking.decode()))
@@ -165,18 +171,31 @@ class ControllerLoop:
             except Refusal as refusal:
                 asking.refuse(refusal)
                 continue
-            self._events.put(lambda asking=asking, checked=checked: self._execute(asking, checked))
+            if not self._events.offer(lambda asking=asking, checked=checked: self._execute(asking, checked)):
+                sentence = f"controller has {MAX_EVENTS} events waiting; send this one again later"
+                asking.refuse(Refusal("busy", sentence, goal_id=checked.message.goal_id))
 
     def _execute(self, asking: Asking, checked: Checked) -> None:
         self._reply(asking, lambda: self._core.execute(checked, time.time_ns()))
 
+    def _note(self, event: Callable[[], None]) -> None:
+        """Queue a notice for the loop, from any thread."""
+        if not self._events.offer(event):
+            self._overrun.set()
+
+    def _start_afresh(self) -> None:
+        """Notices were lost: who is not known to be there counts as gone, and the arm is asked anew."""
+        self._log.error("more than %d events at once: every lease counts as lost", MAX_EVENTS)
+        self._core.lose_all_clients()
+        self._greet_arm()
+
     def _see_arm(self, _: str, alive: bool) -> None:
         if alive:
-            self._events.put(self._greet_arm)
+            self._note(self._greet_arm)
 
     def _greet_arm(self) -> None:
         """Ask the arm what it is and where: what it published before we listened is lost."""
-        self._bus.ask_later(topics.DESCRIPTION, m.Empty(), lambda data: self._events.put(lambda: self._meet_arm(data)))
+        self._bus.ask_later(topics.DESCRIPTION, m.Empty(), lambda data: self._note(lambda: self._meet_arm(data)))
 
     def _meet_arm(self, data: bytes) -> None:
         arm = decode(data, m.Description)
@@ -201,9 +220,9 @@ class ControllerLoop:
             if not self._core.has_seen(state.run, state.tick):
                 self._answer([data])
 
-        self._events.put(answer_if_new)
+        self._note(answer_if_new)
 
     def _see_client(self, key: str, alive: bool) -> None:
         client_id = key.rpartition("/")[2]
         notice = self._core.see_client if alive else self._core.lose_client
-        self._events.put(lambda: notice(client_id))
+        self._note(lambda: notice(client_id))

@@ -6,16 +6,17 @@ from queue import SimpleQueue
 
 from protocol import messages as m
 from protocol import topics
-from services.drill.cell import code_of
+from services.drill.cell import Cell, code_of, wait_for
 from services.drill.lab import Lab
 from services.drill.planners import library, nod
 from services.drill.reference import unlike_plan
 from services.drill.scenario import Measured, Scenario, exactly, none
-from services.drill.start import ARM
+from services.drill.start import ARM, Plan
 from services.options import Options
 from services.supervisor import command_lines
 
 TAKEN = 3
+AT_ONCE = 5
 
 
 def reset_moving(lab: Lab) -> Measured:
@@ -72,16 +73,43 @@ def forget_in_use(lab: Lab) -> Measured:
 def come_twice(lab: Lab) -> Measured:
     """Start a second sim, planner and controller for the robot."""
     cell = lab.shared()
-    lines = command_lines(
-        Options(robot=cell.bus.robot, robot_config=lab.options.robot_config, listen=(cell.endpoint,)),
-        {"clock": "stepped", "library": lab.folder / "second"},
-    )
+    lines = _lines(cell, lab)
     statuses = {name: _status(lines[name]) for name in ARM}
     reply = cell.strike()
     return {
         **{f"exit status of the second {name}": status for name, status in statuses.items()},
         "the goal": cell.finish(reply).outcome,
     }
+
+
+def come_at_once(lab: Lab) -> Measured:
+    """Start two controllers at the same instant, again and again; one has to serve, the other to leave."""
+    statuses: Counter[str] = Counter()
+    with lab.cell(Plan(names=("sim",))) as cell:
+        line = _lines(cell, lab)["controller"]
+        for k in range(AT_ONCE):
+            lab.say(f"the {k + 1}. of {AT_ONCE} times")
+            both = [subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for _ in range(2)]
+            try:
+                wait_for(lambda both=both: any(one.poll() is not None for one in both), "one of two to leave")
+                wait_for(cell.mode, "the other to serve")
+                statuses.update("stays" if one.poll() is None else str(one.poll()) for one in both)
+            finally:
+                for one in both:
+                    one.terminate()
+                    one.wait(30.0)
+    return {
+        "times that one stays": statuses["stays"],
+        f"times that the other leaves with {TAKEN}": statuses[str(TAKEN)],
+    }
+
+
+def _lines(cell: Cell, lab: Lab) -> dict[str, list[str]]:
+    """The command lines of further services for the robot of a cell, on a stepped clock."""
+    return command_lines(
+        Options(robot=cell.bus.robot, robot_config=lab.options.robot_config, listen=(cell.endpoint,)),
+        {"clock": "stepped", "library": lab.folder / "second"},
+    )
 
 
 def _status(line: list[str]) -> int:
@@ -123,5 +151,15 @@ SCENARIOS = (
         "stepped",
         (*(exactly(f"exit status of the second {name}", TAKEN) for name in ARM), PLAYS),
         come_twice,
+    ),
+    Scenario(
+        "owners-at-once",
+        f"two controllers started at the same instant, {AT_ONCE} times",
+        "stepped",
+        (
+            exactly("times that one stays", AT_ONCE),
+            exactly(f"times that the other leaves with {TAKEN}", AT_ONCE),
+        ),
+        come_at_once,
     ),
 )

@@ -5,7 +5,7 @@ answered whoever sent the refused message, and a permitted message sent after th
 would have arrived before.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from queue import SimpleQueue
@@ -30,7 +30,7 @@ HOME = ROBOT.home.tolist()
 BY_NAME = {role.name: role for role in ROLES}
 EVERYBODY = pytest.mark.parametrize("who", [*BY_NAME, *STRANGERS])
 OWNERS = ("sim", "planner", "controller")
-TOKENS = ("sim", "planner", "controller", "recorder", "client/shell")
+TOKENS = ("sim", "planner", "controller", "recorder", "client/shell", "planner/2a", "controller/2a")
 
 
 def may(who: str, message: str, key: str) -> bool:
@@ -87,6 +87,11 @@ def fence(bus: Bus) -> None:
     """Return once the router has dealt with everything that `bus` sent before."""
     for topic in (topics.STATUS_QUERY, topics.DESCRIPTION):  # one of them is not the sender's own
         list(bus.session.get(bus.key(topic.key), payload=b"fence", timeout=PATIENCE_S))
+
+
+def at_once(callback: Callable[[zenoh.Sample], object]) -> zenoh.handlers.Callback:
+    """Run `callback` in Zenoh's own thread, so that a fence that is answered has found it run."""
+    return zenoh.handlers.Callback(callback, indirect=False)
 
 
 def replies(bus: Bus, key: str, body: bytes) -> list[bytes]:
@@ -146,7 +151,9 @@ def test_subscribing(people: Participants, who: str):
     got: SimpleQueue[bytes] = SimpleQueue()
     for topic in topics.PUBLICATIONS:
         key = listener.key(topic.key)
-        subscriber = listener.session.declare_subscriber(key, lambda sample: got.put(sample.payload.to_bytes()))
+        subscriber = listener.session.declare_subscriber(
+            key, at_once(lambda sample: got.put(sample.payload.to_bytes()))
+        )
         fence(listener)
         people.owner(topic).session.put(key, b"news")
         assert up_to(people.heard, (key, b"news")) == []
@@ -163,7 +170,7 @@ def test_eavesdropping(people: Participants, who: str, wide: str):
     """A subscription wider than what may be heard hears nothing."""
     listener = people.bus(who, "listen")
     got: SimpleQueue[bytes] = SimpleQueue()
-    subscriber = listener.session.declare_subscriber(wide, lambda sample: got.put(sample.payload.to_bytes()))
+    subscriber = listener.session.declare_subscriber(wide, at_once(lambda sample: got.put(sample.payload.to_bytes())))
     fence(listener)
     key = listener.key(topics.STATE.key)
     people.owner(topics.STATE).session.put(key, b"news")
@@ -237,7 +244,7 @@ def test_asking_who_is_alive(people: Participants, who: str):
     token = holder.session.liveliness().declare_token(holder.key(topics.alive_key("planner")))
     fence(holder)
     watch = asker.session.liveliness().declare_subscriber(
-        asker.key(topics.alive_key("*")), lambda sample: seen.put(str(sample.key_expr)), history=True
+        asker.key(topics.alive_key("*")), at_once(lambda sample: seen.put(str(sample.key_expr))), history=True
     )
     fence(asker)
     assert asker.is_alive("planner") == (who in BY_NAME)
@@ -253,11 +260,11 @@ def other(tmp_path_factory: pytest.TempPathFactory) -> SecureCell:
     return SecureCell(tmp_path_factory.mktemp("other"))
 
 
-def let_in(config_file: Path | None, connect: tuple[str, ...] = ()) -> bool:
-    """Whether the host of the bus lets somebody in at the second try."""
-    tries = iter((False, True))
+def let_in(config_file: Path | None, connect: tuple[str, ...] = (), tries: int = 2) -> bool:
+    """Whether the host of the bus lets somebody in within some tries: a machine may be too busy for the first."""
+    left = iter(range(tries - 1, -1, -1))
     try:
-        open_session(connect, config_file=config_file, give_up=lambda: next(tries)).close()
+        open_session(connect, config_file=config_file, give_up=lambda: next(left) == 0).close()
     except zenoh.ZError as error:
         assert "Unable to connect" in str(error)
         return False
@@ -268,7 +275,7 @@ def let_in(config_file: Path | None, connect: tuple[str, ...] = ()) -> bool:
 def test_who_is_not_let_in(cell: SecureCell, other: SecureCell):
     """Plain TCP, no certificate, a certificate of another authority, a host of another authority."""
     config = client_config(cell.cell, "operator")
-    assert let_in(cell.write("good", config))
+    assert let_in(cell.write("good", config), tries=40)
     assert not let_in(None, (cell.endpoint.replace("tls/", "tcp/"),))
     tls = config["transport"]["link"]["tls"]
     config["transport"]["link"]["tls"] = tls | {"enable_mtls": False}
@@ -290,7 +297,7 @@ def test_a_host_by_another_name_is_not_joined(tmp_path: Path):
         assert not let_in(elsewhere.file("operator"))
         config = client_config(elsewhere.cell, "operator")
         config["transport"]["link"]["tls"]["verify_name_on_connect"] = False
-        assert let_in(elsewhere.write("careless", config))
+        assert let_in(elsewhere.write("careless", config), tries=40)
 
 
 @contextmanager

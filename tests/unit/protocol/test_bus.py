@@ -4,6 +4,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import msgpack
 import pytest
@@ -217,6 +218,25 @@ def test_liveliness(hub, client, endpoint):
         other.announce("client/shell")
         assert eventually(lambda: seen == [("volley/arm/alive/client/shell", True)])
     assert eventually(lambda: [alive for _, alive in seen] == [True, False])
+
+
+def test_of_two_that_claim_a_place_at_once_one_gets_it(hub, endpoint):
+    """The other leaves, as a service does; nobody who comes later gets it either."""
+    with ThreadPoolExecutor(2) as pool:
+        for k in range(20):
+            together = threading.Barrier(2)
+
+            def claim(service: str, together: threading.Barrier = together) -> Bus | None:
+                bus = Bus(open_session(connect=[endpoint]))
+                together.wait()
+                if bus.claim(service):
+                    return bus
+                bus.session.close()
+                return None
+
+            [winner] = filter(None, pool.map(claim, [f"service-{k}"] * 2))
+            with winner, Bus(open_session(connect=[endpoint])) as late:
+                assert not late.claim(f"service-{k}", patience=0.1)
 
 
 def test_client_waits_for_a_hub_and_outlives_one(endpoint, inbox):

@@ -8,7 +8,7 @@ import pytest
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import encode
-from services.controller.loop import ControllerLoop
+from services.controller.loop import MAX_EVENTS, ControllerLoop
 from services.robot import load_robot
 
 CONFIG = load_robot()
@@ -125,3 +125,20 @@ def test_a_stop_is_attended_to_before_what_only_reads(desk: Desk):
     for _ in range(3):
         desk.loop._attend()
     assert answered == ["cancel", "result", "status"]
+
+
+def test_a_flood_of_notices_costs_every_lease(desk: Desk, monkeypatch: pytest.MonkeyPatch):
+    """The queue is bounded; what it has lost might be that the holder of the arm has gone."""
+    greeted: list[str] = []
+    monkeypatch.setattr(desk.loop, "_greet_arm", lambda: greeted.append("arm"))
+    desk.loop._see_client("volley/arm/alive/client/alice", True)
+    desk.loop._attend()
+    assert desk.loop._core._clients == {"alice"}
+    for k in range(MAX_EVENTS):
+        desk.loop._see_client(f"volley/arm/alive/client/{k}", True)
+    desk.loop._attend()
+    assert "alice" in desk.loop._core._clients
+    for k in range(2):
+        desk.loop._see_client(f"volley/arm/alive/client/more-{k}", True)
+    desk.loop._attend()
+    assert (desk.loop._core._clients, greeted) == (set(), ["arm"])
