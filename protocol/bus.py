@@ -170,7 +170,11 @@ class Bus:
 
         What is asked for afterwards is answered afterwards: a reply finds every sample sent before it handed over.
         """
-        handler = zenoh.handlers.Callback(lambda sample: callback(sample.payload.to_bytes()), indirect=False)
+
+        def hand_over(sample: zenoh.Sample) -> None:
+            callback(sample.payload.to_bytes())
+
+        handler = zenoh.handlers.Callback(hand_over, indirect=False)
         self._keep(self.session.declare_subscriber(self.key(topic.key), handler))
 
     def stream(self, topic: Publication) -> Stream:
@@ -248,7 +252,10 @@ class Bus:
         return True
 
     def is_alive(self, service: str, timeout: float = LIVELINESS_S) -> bool:
-        """Return whether somebody on the bus holds the token of `service`; False where the hub is silent."""
+        """Return whether somebody on the bus holds the token of `service`; False where the hub is silent.
+
+        Not for a session that watches the same tokens: Zenoh answers it from what the watch has brought so far.
+        """
         with contextlib.suppress(NoAnswer):
             return bool(self._alive(alive_key(service), timeout))
         return False
