@@ -1,0 +1,130 @@
+"""`python -m benchmarks.spreading`: whether it pays to plan half of the joints in a process of their own.
+
+PIQP holds Python's lock, so threads cannot share the work. Six joints in one process and three in each of two take
+turns, goal by goal, on an idle machine and beside a running sim and controller; wall times.
+"""
+
+import multiprocessing
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import tyro
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.cases import Case, draw, forehand
+from benchmarks.machine import save
+from benchmarks.planning import milliseconds
+from motion.limits import Limits
+from motion.plan import Warm, plan
+from motion.primitive import Primitive
+from motion.request import Boundary, MotionRequest
+from protocol.bus import Bus, open_session
+from services.options import Options, free_endpoint
+from services.supervisor import Supervisor, command_lines
+
+SETTLED_S = 2.0
+PAUSE_S = 0.02
+"""Between goals, as when they come at 50 a second: both processes sleep meanwhile."""
+
+
+def part(request: MotionRequest, joints: slice) -> MotionRequest:
+    """The request of some joints."""
+
+    def only(boundary: Boundary) -> Boundary:
+        return Boundary(boundary.positions[joints], boundary.velocities[joints], boundary.accelerations[joints])
+
+    limits = request.limits
+    kept = (limits.positions[joints], limits.velocities[joints], limits.accelerations[joints], limits.jerks[joints])
+    return replace(request, start=only(request.start), goal=only(request.goal), limits=Limits(*kept))
+
+
+def of_joints(primitive: Primitive, joints: slice) -> Primitive:
+    """What planning needs of a primitive, for some joints."""
+    columns = {"positions": primitive.positions[:, joints], "accelerations": primitive.accelerations[:, joints]}
+    return replace(primitive, theta=primitive.theta[joints], **columns)
+
+
+def work(pipe: Any, primitive: Primitive, warms: list[Warm]) -> None:
+    """Plan the requests that come through the pipe, each with the number of its warm start, until None comes; send back
+    what the other process has to know of the plan."""
+    while (asked := pipe.recv()) is not None:
+        request, number = asked
+        made = plan(primitive, request, warm=warms[number])
+        pipe.send((made.curves, made.tail, made.report))
+
+
+@contextmanager
+def helper(primitive: Primitive, warms: list[Warm]) -> Iterator[Any]:  # of a pipe, whose type depends on the platform
+    """A process that plans with `primitive`, and the pipe to it."""
+    ours, theirs = multiprocessing.Pipe()
+    process = multiprocessing.get_context("spawn").Process(target=work, args=(theirs, primitive, warms), daemon=True)
+    process.start()
+    yield ours
+    ours.send(None)
+    process.join()
+
+
+def compare(primitive: Primitive, cases: list[Case], rounds: int) -> dict[str, dict[str, float]]:
+    """Milliseconds of a warm plan of all joints in one process, and of its halves in two."""
+    count = primitive.joint_count
+    first, second = slice(0, count // 2), slice(count // 2, count)
+    mine, theirs = of_joints(primitive, first), of_joints(primitive, second)
+    warms = [plan(primitive, case.before).warm for case in cases]
+    alone, spread = [], []
+    with helper(theirs, [Warm(warm.curves[second]) for warm in warms]) as pipe:
+        for _ in range(rounds + 1):  # the first is not counted
+            for number, (case, warm) in enumerate(zip(cases, warms, strict=True)):
+                time.sleep(PAUSE_S)
+                began = time.perf_counter()
+                plan(primitive, case.request, warm=warm)
+                alone.append(time.perf_counter() - began)
+                time.sleep(PAUSE_S)
+                began = time.perf_counter()
+                pipe.send((part(case.request, second), number))
+                plan(mine, part(case.request, first), warm=Warm(warm.curves[first]))
+                pipe.recv()
+                spread.append(time.perf_counter() - began)
+    skipped = len(cases)
+    return {"one process": milliseconds(alone[skipped:]), "two processes": milliseconds(spread[skipped:])}
+
+
+@contextmanager
+def running_arm() -> Iterator[None]:
+    """A sim and a controller in real time."""
+    endpoint = free_endpoint()
+    with TemporaryDirectory() as scratch:
+        lines = command_lines(Options(listen=(endpoint,)), {"library": Path(scratch) / "library"})
+        supervisor = Supervisor({name: lines[name] for name in ("sim", "controller")}, quiet=True)
+        with supervisor as services, Bus(open_session([endpoint])) as bus:
+            services.wait_ready(bus)
+            time.sleep(SETTLED_S)
+            yield
+
+
+def main(goals: int = 30, rounds: int = 5, seed: int = 7) -> None:
+    """Compare on this many goals of six joints with active limits, each this often, and print and save the times."""
+    os.nice(5)  # as the planner is
+    primitive = forehand()
+    cases = draw(primitive, goals, seed)
+    found = {}
+    for where, beside in (("idle machine", nullcontext()), ("beside sim and controller", running_arm())):
+        with beside:
+            found[where] = compare(primitive, cases, rounds)
+    table = Table("", "", "p50 ms", "p99 ms", title=f"Six joints, warm, {os.cpu_count()} cores")
+    for where, row in found.items():
+        for name, times in row.items():
+            table.add_row(where, name, f"{times['p50_ms']:.2f}", f"{times['p99_ms']:.2f}")
+    console = Console()
+    console.print(table)
+    console.print(f"saved to {save('spreading', found).name}")
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
