@@ -15,6 +15,7 @@ import zenoh
 from protocol.bus import DEFAULT_ENDPOINT, Bus, open_session, session_config
 from protocol.errors import NoAnswer
 from services.exposure import exposed_endpoints
+from services.logs import LogForm
 from services.runtime import EXIT_TAKEN
 
 EXPOSED = (
@@ -38,6 +39,7 @@ class Options:
         listen: Endpoints on which this service hosts the bus.
         zenoh_config: Further Zenoh settings, a json5 file.
         insecure: Let machines in that show no certificate; whoever reaches the bus can move the arm.
+        log: What services log on stderr: text for a terminal, json for one object a line.
     """
 
     robot: str | None = None
@@ -46,6 +48,7 @@ class Options:
     listen: tuple[str, ...] = ()
     zenoh_config: Path | None = None
     insecure: bool = False
+    log: LogForm = "text"
 
 
 def free_endpoint() -> str:
@@ -98,8 +101,8 @@ def service_bus(
     The service announces itself once it is ready.
 
     Raises:
-        SystemExit: 3 where another process is `service` already, 1 where the bus cannot be hosted or is silent, 0 where
-            `stopping` was set before there was a hub to join.
+        SystemExit: 3 where another process is `service` already, 1 where the bus is silent, cannot be hosted or would
+            let in machines without a certificate, 0 where `stopping` was set before there was a hub to join.
     """
 
     def give_up() -> bool:
@@ -112,6 +115,9 @@ def service_bus(
     told: list[bool] = []
     try:
         bus = open_bus(options, robot, hosts, give_up)
+    except SystemExit as exposed:
+        log.error("%s", exposed)
+        raise SystemExit(1) from None
     except zenoh.ZError as error:
         if stopping.is_set():
             raise SystemExit(0) from None

@@ -3,7 +3,6 @@
 import contextlib
 import ctypes
 import gc
-import logging
 import os
 import signal
 import sys
@@ -17,31 +16,6 @@ EXIT_TAKEN = 3
 SPIN_NS = 100_000
 PR_SET_TIMERSLACK = 29
 MCL_CURRENT_AND_FUTURE = 3
-
-
-def start_logging(service: str) -> logging.Logger:
-    """Log to stderr as `time service level: sentence`, and return the service's logger."""
-    logging.basicConfig(
-        level=logging.INFO, format=f"%(asctime)s {service} %(levelname)s: %(message)s", stream=sys.stderr
-    )
-    return logging.getLogger(service)
-
-
-class Seldom:
-    """Warns of what may happen at every tick, but only once a second; each warning counts those before it."""
-
-    def __init__(self, log: logging.Logger) -> None:
-        self._log = log
-        self._count = 0
-        self._next_ns = 0
-
-    def warn(self, sentence: str) -> None:
-        """Count, and log `sentence` unless another was logged less than a second ago."""
-        self._count += 1
-        now_ns = time.monotonic_ns()
-        if now_ns >= self._next_ns:
-            self._next_ns = now_ns + 1_000_000_000
-            self._log.warning("%s (%d so far)", sentence, self._count)
 
 
 def stop_on_signals() -> threading.Event:

@@ -36,7 +36,7 @@ def _command_line(
 ) -> list[str]:
     hosting = process.hosts_bus and not options.connect
     line = [sys.executable, "-m", process.module, "--robot-config", str(options.robot_config.resolve())]
-    line += ["--listen" if hosting else "--connect", *endpoints]
+    line += ["--listen" if hosting else "--connect", *endpoints, "--log", options.log]
     if options.robot:
         line += ["--robot", options.robot]
     if options.zenoh_config:

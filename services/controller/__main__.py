@@ -6,6 +6,7 @@ import tyro
 
 from services import runtime
 from services.controller.loop import ControllerLoop, WrongRobot
+from services.logs import start_logging
 from services.options import Common, Options, service_bus
 from services.robot import load_robot
 
@@ -20,7 +21,7 @@ class Flags:
 def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     flags = tyro.cli(Flags)
-    log = runtime.start_logging("controller")
+    log = start_logging("controller", flags.common.log)
     stopping = runtime.stop_on_signals()
     config = load_robot(flags.common.robot_config)
     for missing in runtime.become_real_time(priority=40):
@@ -32,7 +33,8 @@ def main() -> None:
         try:
             loop.run(stopping)
         except WrongRobot as error:
-            raise SystemExit(f"controller: {error}") from None
+            log.error("%s", error)
+            raise SystemExit(1) from None
         finally:
             loop.close()
 

@@ -15,8 +15,8 @@ from protocol.errors import Refusal
 from protocol.queues import Inbox
 from services.controller.checks import Checked, check_trajectory
 from services.controller.core import Controller
+from services.logs import Seldom
 from services.robot import RobotConfig
-from services.runtime import Seldom
 
 WAIT_NS = 1_000_000
 STATUS_PERIOD_NS = 20_000_000
@@ -126,7 +126,7 @@ class ControllerLoop:
             return self._core.answer(decode(data, m.State), time.time_ns())
         except Refusal as refusal:
             self._core.cycle.refused += 1
-            self._refusals.warn(f"a state was refused: {refusal}")
+            self._refusals.warn(f"a state was refused: {refusal}", refusal.code)
             return None
 
     def _attend(self) -> None:
@@ -145,7 +145,8 @@ class ControllerLoop:
     def _tell(self) -> None:
         for result in self._core.ledger.take_ended():
             self._ended.put(result)
-            self._log.info("goal %s %s %s", result.goal_id, result.outcome, result.reason)
+            goal_id = result.goal_id
+            self._log.info("goal %s %s %s", goal_id, result.outcome, result.reason, extra={"goal_id": goal_id})
         now_ns = time.monotonic_ns()
         if self._core.awake and (self._core.changed or now_ns >= self._next_status_ns):
             self._core.changed = False

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Self
@@ -23,7 +24,7 @@ class Lab:
     """
 
     def __init__(self, options: Options, folder: Path, long: bool = False, say: Callable[[str], object] = str) -> None:
-        self.options = options
+        self.options = replace(options, log="text")  # scenarios read in the logs when something was said
         self.folder = folder
         self.config = load_robot(options.robot_config)
         self.long = long

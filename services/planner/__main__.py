@@ -4,6 +4,7 @@ import gc
 import logging
 import threading
 import time
+import uuid
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -18,8 +19,10 @@ from protocol.errors import NoAnswer, Refusal
 from protocol.queues import Inbox
 from services import runtime
 from services.flags import PlannerFlags
+from services.logs import start_logging
 from services.options import Common, Options, service_bus
 from services.planner.core import Lead, Planner
+from services.planner.goals import MAX_GOAL_ID
 from services.planner.learning import learn_from_csv
 from services.planner.library import Library
 from services.planner.watch import ControllerWatch
@@ -39,7 +42,7 @@ class Flags:
 def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     flags = tyro.cli(Flags)
-    log = runtime.start_logging("planner")
+    log = start_logging("planner", flags.common.log)
     stopping = runtime.stop_on_signals()
     config = load_robot(flags.common.robot_config)
     library = Library(flags.own.library, log)
@@ -72,12 +75,6 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
     inbox: Inbox[Asking] = Inbox()
     arm_appeared = threading.Event()
     watch = ControllerWatch(bus, log)
-    handlers = {
-        topics.GOAL.key: lambda asking: planner.goal(asking.decode(), asking.arrival_ns),
-        topics.LEARN.key: lambda asking: planner.learn(asking.decode()),
-        topics.FORGET.key: lambda asking: planner.forget(asking.decode()),
-        topics.PRIMITIVES.key: lambda asking: planner.primitives(asking.decode()),
-    }
     for query in topics.QUERIES:
         if query.owner == "planner":
             bus.serve(query, inbox)
@@ -90,13 +87,30 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
             arm_appeared.clear()
             lead.stepped = is_stepped(bus)
         if asking is not None:
-            try:
-                asking.reply(handlers[asking.topic.key](asking))
-            except Refusal as refusal:
-                asking.refuse(refusal)
-                log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal)
+            answer(asking, planner, log)
         # Never while one plans: after each what is new, when there is time everything.
         gc.collect(1 if asking is not None else 2)
+
+
+def answer(asking: Asking, planner: Planner, log: logging.Logger) -> None:
+    """Reply to a request, or refuse it and log why, a goal's refusal under the goal's id."""
+    goal_id = ""
+    try:
+        match request := asking.decode():
+            case m.Goal():
+                goal_id = request.goal_id or uuid.uuid4().hex
+                asking.reply(planner.goal(request, goal_id, asking.arrival_ns))
+            case m.Learn():
+                asking.reply(planner.learn(request))
+            case m.Forget():
+                asking.reply(planner.forget(request))
+            case _:
+                asking.reply(planner.primitives(request))
+    except Refusal as refusal:
+        asking.refuse(refusal)
+        # Cut, for an id may be refused for its length.
+        fields = {"goal_id": goal_id[:MAX_GOAL_ID] or None, "code": refusal.code}
+        log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
 
 
 def is_stepped(bus: Bus) -> bool:

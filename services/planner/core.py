@@ -2,7 +2,6 @@
 
 import logging
 import time
-import uuid
 from collections import deque
 
 import numpy as np
@@ -103,8 +102,8 @@ class Planner:
         self._warm.pop(request.name, None)
         return m.Forgotten(name=request.name)
 
-    def goal(self, goal: m.Goal, requested_ns: int) -> m.GoalReply:
-        """Plan `goal` and, unless it is plan-only, have it played.
+    def goal(self, goal: m.Goal, goal_id: str, requested_ns: int) -> m.GoalReply:
+        """Plan `goal` and, unless it is plan-only, have it played as `goal_id`, its own or one made for it.
 
         Raises:
             Refusal: whatever stands in its way; then nothing moves, except that `unavailable` with a goal_id leaves
@@ -115,7 +114,6 @@ class Planner:
             return known
         primitive = self._library.get(goal.primitive)
         check_goal(goal, primitive, self._config)
-        goal_id = goal.goal_id or uuid.uuid4().hex
         answer = self._only_plan if goal.plan_only else self._play
         reply = answer(goal, goal_id, primitive, requested_ns)
         self._answers.keep(goal, reply)
@@ -145,12 +143,13 @@ class Planner:
                 overtaken = refusal.code == "superseded" and refusal.detail.get("cause") == "plan"
                 if last or not (refusal.code == "late" or overtaken):
                     raise
-                self._log.warning("goal %s: %s", goal_id, refusal)
+                self._log.warning("goal %s: %s", goal_id, refusal, extra={"goal_id": goal_id, "code": refusal.code})
                 continue
             finally:
                 self._lead.note(time.monotonic() - began)
             self._plans.put(plan_message(made, trajectory, goal, primitive))
-            self._log.info("goal %s: %s, %.3f s, solved in %.1f ms", goal_id, goal.primitive, made.duration, solve_ms)
+            solved = goal_id, goal.primitive, made.duration, solve_ms
+            self._log.info("goal %s: %s, %.3f s, solved in %.1f ms", *solved, extra={"goal_id": goal_id})
             included = trajectory if goal.include_trajectory else None
             return goal_reply(made, goal_id, origin.time, included, solve_ms, self._config)
         raise AssertionError("unreachable: the last round returns or raises")

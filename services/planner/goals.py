@@ -16,6 +16,7 @@ from protocol.topics import MAX_PLAN_S
 from services.robot import RobotConfig
 
 ROUNDING = 1e-9
+MAX_GOAL_ID = 128
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,8 +80,8 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
         raise Refusal("invalid_goal", "tail 'coast' is for plan_only goals; an arm must come to rest", field="tail")
     if goal.lease and not goal.client_id:
         raise Refusal("invalid_goal", "a lease needs the client_id that holds the token", field="client_id")
-    if goal.goal_id is not None and not 0 < len(goal.goal_id) <= 128:
-        raise Refusal("invalid_goal", "goal_id must have 1 to 128 characters", field="goal_id")
+    if goal.goal_id is not None and not 0 < len(goal.goal_id) <= MAX_GOAL_ID:
+        raise Refusal("invalid_goal", f"goal_id must have 1 to {MAX_GOAL_ID} characters", field="goal_id")
     if goal.method == "dmp" and goal.start is not None and goal.start.accelerations is not None:
         sentence = "start.accelerations cannot be met by a DMP; leave them out or use method 'qp'"
         raise Refusal("invalid_goal", sentence, field="start.accelerations")

@@ -10,6 +10,7 @@ import tyro
 
 from services import runtime
 from services.flags import RecorderFlags
+from services.logs import start_logging
 from services.options import Common, Options, service_bus
 from services.recorder.blueprint import build_blueprint
 from services.recorder.intake import listen
@@ -29,7 +30,7 @@ class Flags:
 def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     flags = tyro.cli(Flags)
-    log = runtime.start_logging("recorder")
+    log = start_logging("recorder", flags.common.log)
     stopping = runtime.stop_on_signals()
     runtime.become_polite()
     config = load_robot(flags.common.robot_config)

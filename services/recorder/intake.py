@@ -49,10 +49,13 @@ def listen(bus: Bus) -> dict[Publication, Source]:
 
 
 class Intake:
-    """Takes what waits on every recorded topic. `malformed` counts what could not be read."""
+    """Takes what waits on every recorded topic.
+
+    `malformed` counts what could not be read; `complain` is told of each, a sentence and the refusal's code.
+    """
 
     def __init__(
-        self, sources: Mapping[Publication, Source], joint_count: int, complain: Callable[[str], None]
+        self, sources: Mapping[Publication, Source], joint_count: int, complain: Callable[[str, str], None]
     ) -> None:
         self.malformed = 0
         self._sources = sources
@@ -78,7 +81,7 @@ class Intake:
                 taken.append(Received(wall_ns, read(topic, body, self._joint_count)))
             except Refusal as refusal:
                 self.malformed += 1
-                self._complain(f"a malformed message on {topic.key} was left out: {refusal}")
+                self._complain(f"a malformed message on {topic.key} was left out: {refusal}", refusal.code)
         return taken
 
 

@@ -89,7 +89,7 @@ class Recorder:
         if number and not before:
             self._log.warning("%d %s; the trace counts them", number, what)
 
-    def _complain(self, sentence: str) -> None:
+    def _complain(self, sentence: str, code: str) -> None:
         self._complaints += 1
         if self._complaints <= MAX_COMPLAINTS:
-            self._log.warning("%s", sentence)
+            self._log.warning("%s", sentence, extra={"code": code})

@@ -7,6 +7,7 @@ import tyro
 
 from services import runtime
 from services.flags import SimFlags
+from services.logs import start_logging
 from services.options import Common, Options, service_bus
 from services.robot import load_robot
 from services.sim.arm import Diverged
@@ -24,7 +25,7 @@ class Flags:
 def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     flags = tyro.cli(Flags)
-    log = runtime.start_logging("sim")
+    log = start_logging("sim", flags.common.log)
     stopping = runtime.stop_on_signals()
     config = load_robot(flags.common.robot_config)
     if flags.own.clock == "realtime":
@@ -38,7 +39,8 @@ def main() -> None:
         try:
             loop.run(stopping)
         except Diverged as diverged:
-            raise SystemExit(f"sim: {diverged}") from None
+            log.error("%s", diverged)
+            raise SystemExit(1) from None
 
 
 if __name__ == "__main__":

@@ -16,8 +16,9 @@ from protocol.bus import Asking, Bus
 from protocol.codec import bad_message, decode
 from protocol.errors import Refusal
 from protocol.queues import Inbox
+from services.logs import Seldom
 from services.robot import RobotConfig
-from services.runtime import Deadlines, Seldom
+from services.runtime import Deadlines
 from services.sim.arm import SimulatedArm
 from services.sim.drive import Drive, Loss
 
@@ -129,7 +130,7 @@ class SimLoop:
             command = decode(data, m.Command)
         except Refusal as refusal:
             self._drive.refused += 1
-            self._refusals.warn(f"a command was refused: {refusal}")
+            self._refusals.warn(f"a command was refused: {refusal}", refusal.code)
             return
         if self._drive.take(command, tick) and self._loss.has("command", command.tick):
             self._drive.lose()

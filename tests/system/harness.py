@@ -19,6 +19,7 @@ from services.drill import reference as drilled
 from services.drill.cell import PATIENCE_S, Cell, wait_for
 from services.drill.start import ARM as SERVICES
 from services.drill.start import Plan, started
+from services.logs import LogForm
 from services.options import Options
 from services.robot import load_robot
 
@@ -48,17 +49,21 @@ class Stack(Cell):
 
 @contextmanager
 def running(
-    tmp_path: Path, names: tuple[str, ...] = SERVICES, clock: m.Clock = "stepped", **flags: object
+    tmp_path: Path,
+    names: tuple[str, ...] = SERVICES,
+    clock: m.Clock = "stepped",
+    log: LogForm = "text",
+    **flags: object,
 ) -> Iterator[Stack]:
     """Run the named services until the block ends, then check that each ended with status 0."""
     plan = Plan(clock=clock, names=names, flags=flags)
     try:
-        with started(plan, Options(), tmp_path, Stack) as stack:
+        with started(plan, Options(log=log), tmp_path, Stack) as stack:
             yield stack
             processes = dict(stack.services.running)
     finally:
-        for log in sorted(tmp_path.glob("*.log")):
-            print(f"--- {log.name}\n{log.read_text(errors='replace')}")
+        for file in sorted(tmp_path.glob("*.log")):
+            print(f"--- {file.name}\n{file.read_text(errors='replace')}")
     statuses = {name: process.returncode for name, process in processes.items()}
     assert statuses == dict.fromkeys(processes, 0), statuses
 

@@ -68,6 +68,7 @@ def test_the_command_line_is_one_that_the_service_takes(process: Process):
     assert bool(flags.common.listen) == process.hosts_bus
     assert all(endpoint.startswith("tls/") for endpoint in flags.common.listen)
     assert not flags.common.insecure
+    assert flags.common.log == "json"
 
 
 @EACH

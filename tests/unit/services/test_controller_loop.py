@@ -142,3 +142,16 @@ def test_a_flood_of_notices_costs_every_lease(desk: Desk, monkeypatch: pytest.Mo
         desk.loop._see_client(f"volley/arm/alive/client/more-{k}", True)
     desk.loop._attend()
     assert (desk.loop._core._clients, greeted) == (set(), ["arm"])
+
+
+def test_what_is_logged_of_a_goal_has_its_id_as_a_field(desk: Desk, caplog: pytest.LogCaptureFixture):
+    caplog.set_level(logging.INFO)
+    stamps = m.Stamps(requested=1, planned=2)
+    desk.loop._core.ledger.ended.append(m.Result(goal_id="g-1", outcome="succeeded", stamps=stamps))
+    desk.loop._tell()
+    assert [each.__dict__["goal_id"] for each in caplog.records] == ["g-1"]
+
+
+def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(desk: Desk, caplog: pytest.LogCaptureFixture):
+    desk.loop._answer([NOISE])
+    assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]

@@ -23,9 +23,9 @@ def hub() -> str:
 
 def test_flags_without_a_prefix():
     """As every service and `python -m services` take them."""
-    line = "--robot left --robot-config a.toml --connect tcp/h:1 tcp/h:2 --zenoh-config z.json5"
+    line = "--robot left --robot-config a.toml --connect tcp/h:1 tcp/h:2 --zenoh-config z.json5 --log json"
     options = tyro.cli(Options, args=line.split())
-    assert options == Options("left", Path("a.toml"), ("tcp/h:1", "tcp/h:2"), (), Path("z.json5"))
+    assert options == Options("left", Path("a.toml"), ("tcp/h:1", "tcp/h:2"), (), Path("z.json5"), log="json")
 
 
 def test_the_shipped_robot_is_the_default():
@@ -86,6 +86,15 @@ def test_a_bus_that_cannot_be_hosted_is_status_1(hub: str, caplog: pytest.LogCap
         pass
     assert caught.value.code == 1
     assert "cannot open the bus" in caplog.text
+
+
+def test_a_service_that_would_let_anybody_in_logs_why_not(caplog: pytest.LogCaptureFixture):
+    """And ends with status 1."""
+    options = Options(listen=("tcp/0.0.0.0:0",))
+    with pytest.raises(SystemExit) as caught, service_bus("sim", options, "arm", threading.Event(), LOG, hosts=True):
+        pass
+    assert caught.value.code == 1
+    assert "will not listen on tcp/0.0.0.0:0" in caplog.text
 
 
 def test_a_bad_zenoh_config_is_told(tmp_path: Path, hub: str):

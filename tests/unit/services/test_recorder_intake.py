@@ -80,15 +80,17 @@ def test_limits_of_a_plan_are_checked(quantity: str) -> None:
 @pytest.mark.parametrize("body", [b"", b"{", b"\xc1", b"\x80", b"\x80\x80", b"\xff" * 4096, msgpack.packb([1, 2])])
 @pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
 def test_noise_is_counted_and_the_rest_goes_on(topic: Publication, body: bytes) -> None:
-    said: list[str] = []
+    said: list[tuple[str, str]] = []
     sources = {each: Waiting() for each in PUBLICATIONS}
-    intake = Intake(sources, 6, said.append)
+    intake = Intake(sources, 6, lambda sentence, code: said.append((sentence, code)))
     for each in (body, encode(MESSAGES[topic])):
         sources[topic].append((each, 5))
     taken = intake.take()[topic]
     assert [one.message for one in taken] == [MESSAGES[topic]]
     assert intake.malformed == 1
-    assert topic.key in said[0]
+    ((sentence, code),) = said
+    assert topic.key in sentence
+    assert code == "bad_message"
 
 
 def test_the_states_behind_a_command_are_never_in_a_later_batch() -> None:
@@ -104,5 +106,5 @@ def test_the_states_behind_a_command_are_never_in_a_later_batch() -> None:
             order.append(self._topic.key)
             return super().take()
 
-    Intake({topic: Noting(topic) for topic in PUBLICATIONS}, 6, order.append).take()
+    Intake({topic: Noting(topic) for topic in PUBLICATIONS}, 6, lambda *_: None).take()
     assert order[-2:] == ["command", "state"]

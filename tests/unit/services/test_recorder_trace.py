@@ -361,12 +361,14 @@ def test_racket_stands_where_the_kinematics_have_it(desk: Desk) -> None:
         assert np.array(place[0]) + turned == pytest.approx(tool, abs=1e-5)
 
 
-def test_malformed_messages_are_counted_and_harm_nothing(desk: Desk) -> None:
+def test_malformed_messages_are_counted_and_harm_nothing(desk: Desk, caplog: pytest.LogCaptureFixture) -> None:
     for topic in PUBLICATIONS:
         desk.say_noise(topic, b"\xc1")
         desk.say(topic, MESSAGES[topic])
     trace = desk.read()
     assert trace.scalars("/recorder/messages_malformed").tolist() == [len(PUBLICATIONS)]
+    refused = [each for each in caplog.records if "was left out" in each.getMessage()]
+    assert [each.__dict__["code"] for each in refused] == ["bad_message"] * len(PUBLICATIONS)
     assert trace.scalars("/joints/joint_1/position/measured").tolist() == [state(3).positions[0]]
 
 

@@ -1,6 +1,5 @@
 """What a process asks of the operating system."""
 
-import logging
 import signal
 import subprocess
 import sys
@@ -76,17 +75,6 @@ def test_a_thread_that_was_there_before_does_not_let_a_signal_kill():
         assert process.stdout.readline() == "ready\n"
         process.terminate()
         assert process.wait(20) == 0
-
-
-def test_what_happens_at_every_tick_is_warned_of_seldom(caplog: pytest.LogCaptureFixture):
-    """The first is told at once; a later one, after a second, counts those in between."""
-    seldom = runtime.Seldom(logging.getLogger("sim"))
-    for _ in range(5):
-        seldom.warn("a command was refused")
-    assert caplog.messages == ["a command was refused (1 so far)"]
-    seldom._next_ns = 0
-    seldom.warn("a command was refused")
-    assert caplog.messages[1:] == ["a command was refused (6 so far)"]
 
 
 def test_a_stall_is_counted(monkeypatch: pytest.MonkeyPatch):

@@ -65,6 +65,12 @@ def test_flags_go_to_whom_they_belong(tmp_path: Path):
     assert "--clock" not in lines["planner"] + lines["controller"] + lines["recorder"]
 
 
+def test_every_service_logs_in_the_same_form():
+    """The one asked for, by default text."""
+    for options, form in ((Options(), "text"), (Options(log="json"), "json")):
+        assert {after(line, "--log") for line in command_lines(options, {}).values()} == {form}
+
+
 @pytest.mark.parametrize("process", PROCESSES, ids=lambda process: process.name)
 def test_every_command_line_is_understood(process: Process):
     """By the module it starts, with every flag the table hands on."""

@@ -1,0 +1,71 @@
+"""A goal followed through the logs of all services."""
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness import SERVICES, running
+
+import deploy
+from protocol import topics
+from services.demo.strikes import goal
+
+OPERATIONS = Path(deploy.__file__).parents[1] / "docs" / "operations.md"
+FOLLOWING = re.findall(r"^    .*jq -cR '(.*)'", OPERATIONS.read_text(), re.MULTILINE)
+"""The filters by which the page follows the goal `ID`."""
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What each service logged while one goal was played and another refused."""
+    folder = tmp_path_factory.mktemp("logs")
+    with running(folder, (*SERVICES, "recorder"), log="json", record=folder / "trace.rrd") as stack:
+        stack.reset()
+        reply = stack.bus.ask(topics.GOAL, goal(goal_id="played"))
+        refusal = stack.refused_goal(primitive="forehand", positions=[0.0], goal_id="refused")
+        assert refusal.code == "bad_message"
+        assert stack.finish(reply).outcome == "succeeded"
+    return {path.stem: path.read_text() for path in folder.glob("*.log")}
+
+
+def lines(text: str) -> list[dict[str, Any]]:
+    """Return the objects in a log."""
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def test_every_line_is_an_object_of_its_service(logs: dict[str, str]):
+    assert set(logs) == {*SERVICES, "recorder"}
+    for service, text in logs.items():
+        assert lines(text), service
+        assert {line["service"] for line in lines(text)} == {service}
+
+
+def test_a_goal_is_found_by_its_id(logs: dict[str, str]):
+    """What was played in the planner's lines and the controller's, what was refused with its code."""
+    found = {
+        (service, line["goal_id"], line["code"])
+        for service, text in logs.items()
+        for line in lines(text)
+        if line["goal_id"]
+    }
+    assert found == {
+        ("planner", "played", None),
+        ("controller", "played", None),
+        ("planner", "refused", "bad_message"),
+    }
+
+
+@pytest.mark.skipif(not shutil.which("jq"), reason="no jq on this machine")
+def test_the_documented_commands_follow_it(logs: dict[str, str]):
+    """Among lines that are not JSON, as systemd adds them."""
+    text = "Started Volley.\n" + "".join(logs.values())
+    assert len(FOLLOWING) == 2
+    for each in FOLLOWING:
+        words = ["jq", "-cR", each.replace("ID", "played")]
+        done = subprocess.run(words, input=text, capture_output=True, text=True, check=True)
+        assert done.stderr == ""
+        assert {line["service"] for line in lines(done.stdout)} == {"planner", "controller"}

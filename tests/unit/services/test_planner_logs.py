@@ -1,0 +1,146 @@
+"""What the planner logs of goals and refusals: in fields, beside the sentence."""
+
+import logging
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from protocol import messages as m
+from protocol import topics
+from protocol.errors import Refusal
+from services.planner.__main__ import answer, learn_shipped
+from services.planner.core import Lead, Planner
+from services.planner.library import Library
+from services.robot import load_robot
+
+ROBOT = load_robot()
+LOG = logging.getLogger("planner")
+GOAL = m.Goal(primitive="forehand", positions=ROBOT.home.tolist(), duration=0.5)
+
+
+class FakeBus:
+    """A bus whose controller refuses the first `late` trajectories as late; keeps the ids of all it is sent."""
+
+    def __init__(self, late: int = 0) -> None:
+        self.late = late
+        self.goal_ids: list[str] = []
+
+    def publisher(self, *_: object, **__: object) -> SimpleNamespace:
+        """Let what is published go nowhere."""
+        return SimpleNamespace(put=lambda _: None)
+
+    def ask(self, topic: topics.Query, request: Any) -> object:
+        """Answer as a controller at rest."""
+        if topic is topics.REFERENCE:
+            rest = [0.0] * ROBOT.joint_count
+            return m.Reference(time=1.0, positions=ROBOT.home.tolist(), velocities=rest, accelerations=rest, epoch=0)
+        self.goal_ids.append(request.goal_id)
+        if len(self.goal_ids) <= self.late:
+            raise Refusal("late", f"goal {request.goal_id} starts too late", goal_id=request.goal_id)
+        return m.Accepted(goal_id=request.goal_id, start_time=1.0)
+
+
+class Question:
+    """A request that keeps its answer."""
+
+    def __init__(self, topic: topics.Query, request: object) -> None:
+        self.topic, self._request = topic, request
+        self.arrival_ns = 1
+        self.answers: list[Any] = []
+
+    def decode(self) -> object:
+        """Return the request, or raise it."""
+        if isinstance(self._request, Refusal):
+            raise self._request
+        return self._request
+
+    def reply(self, reply: object) -> None:
+        """Keep the answer."""
+        self.answers.append(reply)
+
+    refuse = reply
+
+
+class Desk:
+    """A planner with the shipped library, asked one thing after another."""
+
+    def __init__(self, folder: Path, caplog: pytest.LogCaptureFixture) -> None:
+        self.bus = FakeBus()
+        library = Library(folder / "library", LOG)
+        learn_shipped(library, ROBOT, LOG)
+        self._planner = Planner(self.bus, ROBOT, library, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]
+        caplog.set_level(logging.INFO)
+        self._caplog = caplog
+
+    def ask(self, topic: topics.Query, request: object) -> tuple[Any, list[tuple[str, str | None, str | None]]]:
+        """Return the answer, and of each line logged meanwhile the level, the goal's id and the code."""
+        self._caplog.clear()
+        question = Question(topic, request)
+        answer(question, self._planner, LOG)  # type: ignore[arg-type]
+        (given,) = question.answers
+        lines = [
+            (each.levelname, each.__dict__.get("goal_id"), each.__dict__.get("code")) for each in self._caplog.records
+        ]
+        return given, lines
+
+
+@pytest.fixture
+def desk(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> Desk:
+    """A planner beside a controller at rest."""
+    return Desk(tmp_path, caplog)
+
+
+def test_a_goal_that_is_played(desk: Desk):
+    """Under the id that the reply names."""
+    reply, lines = desk.ask(topics.GOAL, GOAL)
+    assert lines == [("INFO", reply.goal_id, None)]
+    assert desk.bus.goal_ids == [reply.goal_id]
+
+
+def test_a_goal_that_came_late_once(desk: Desk):
+    desk.bus.late = 1
+    reply, lines = desk.ask(topics.GOAL, GOAL)
+    assert lines == [("WARNING", reply.goal_id, "late"), ("INFO", reply.goal_id, None)]
+
+
+def test_a_goal_without_an_id_keeps_the_one_it_is_given(desk: Desk):
+    """From the first line to the refusal."""
+    desk.bus.late = 2
+    refusal, lines = desk.ask(topics.GOAL, GOAL)
+    goal_id = refusal.detail["goal_id"]
+    assert desk.bus.goal_ids == [goal_id] * 2
+    assert lines == [("WARNING", goal_id, "late"), ("INFO", goal_id, "late")]
+
+
+@pytest.mark.parametrize(("sent", "shown"), [("g-1", "g-1"), ("g" * 5000, "g" * 128)])
+def test_a_goal_that_is_refused(desk: Desk, sent: str, shown: str):
+    """Under its own id, as much of it as an id may have."""
+    goal = m.Goal(primitive="forehand", positions=GOAL.positions, goal_id=sent, duration=-1.0)
+    refusal, lines = desk.ask(topics.GOAL, goal)
+    assert lines == [("INFO", shown, refusal.code)]
+    assert refusal.code == "invalid_goal"
+
+
+def test_what_is_refused_and_no_goal(desk: Desk, caplog: pytest.LogCaptureFixture):
+    """Or cannot be read as one."""
+    for topic, request, code in (
+        (topics.FORGET, m.Forget(name="none"), "unknown_primitive"),
+        (topics.GOAL, Refusal("bad_message", "no map", field=""), "bad_message"),
+    ):
+        refusal, lines = desk.ask(topic, request)
+        assert refusal.code == code
+        assert lines == [("INFO", None, code)]
+        assert caplog.messages[-1] == f"{topic.key} refused as {code}: {refusal}"
+
+
+def test_every_request_has_its_answer(desk: Desk):
+    """Of its own kind."""
+    for query in topics.QUERIES:
+        if query.owner == "planner" and query is not topics.GOAL:
+            request = {
+                topics.LEARN: m.Learn(name="rest", positions=[ROBOT.home.tolist()] * 50, rate=100.0),
+                topics.FORGET: m.Forget(name="forehand"),
+            }.get(query, m.Empty())
+            assert type(desk.ask(query, request)[0]) is query.reply
