@@ -38,7 +38,7 @@ may be left out.
 | `time`, `start_time`, `arrival_time`, … | s on the robot's clock, which is 0 at tick 0 of a `run` |
 | `duration`, `time_from_start`, `dt`, `lead`, `…_s` | s |
 | `…_ms`, `…_us`, `…_hz` | ms, µs, Hz |
-| `stamps` | ns since 1970, UTC |
+| `stamps`, `requested` | ns since 1970, UTC |
 | of the ball: `position`, `velocity`, `impulse` | m, m/s, N·s, in the world frame, z up |
 
 **Sizes.** A request has at most {SMALL >> 10} KiB unless its section says more; a plan lasts at most

@@ -84,6 +84,7 @@ COMMAND = Publication(
     "command", "controller", m.Command, "what the arm shall do", rate_hz=1000.0, max_age_s=0.02, stream=True
 )
 PLAN = Publication("plan", "planner", m.Plan, "an accepted motion, whole")
+REFUSED = Publication("refused", "planner", m.Refused, "a goal that was refused")
 STATUS = Publication("status", "controller", m.Status, "the controller at a glance", rate_hz=50.0, max_age_s=0.5)
 ENDED = Publication("ended", "controller", m.Result, "how a goal went")
 CONTACT = Publication("contact", "sim", m.Contact, "two bodies touched")
@@ -107,7 +108,7 @@ QUERIES: tuple[Query, ...] = (
     SIM_RESET,
     SIM_DISTURB,
 )
-PUBLICATIONS: tuple[Publication, ...] = (STATE, COMMAND, PLAN, STATUS, ENDED, CONTACT, BALL, DISTURBANCE)
+PUBLICATIONS: tuple[Publication, ...] = (STATE, COMMAND, PLAN, REFUSED, STATUS, ENDED, CONTACT, BALL, DISTURBANCE)
 
 
 def alive_key(service: str) -> str:

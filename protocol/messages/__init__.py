@@ -60,6 +60,7 @@ from protocol.messages.goals import (
     GoalLimits,
     GoalReply,
     Margin,
+    Refused,
     Report,
     Start,
 )
@@ -110,6 +111,7 @@ __all__ = [
     "Range",
     "Reference",
     "ReferenceRequest",
+    "Refused",
     "Report",
     "Request",
     "Reset",

@@ -1,6 +1,6 @@
 """What a client asks of the planner's motions, and the answer."""
 
-from typing import Literal
+from typing import Any, Literal
 
 from msgspec import Struct, field
 
@@ -169,3 +169,28 @@ class GoalReply(Message, kw_only=True):
     total_duration: Number
     trajectory: Trajectory | None = None
     report: Report
+
+
+class Refused(Message, kw_only=True):
+    """A goal that the planner refused, said once its sender has the answer.
+
+    What is turned away before it reaches the planner, because too many requests wait there or the key has a wildcard,
+    is not published: only its sender knows of it. Of a body that does not decode nothing is known but the refusal.
+
+    Attributes:
+        goal_id: as in the goal, null where it has none
+        client_id: whose goal it is, may be empty
+        primitive: what it was to imitate, empty where that is not known
+        code: as answered, see [codes](#codes)
+        message: as answered
+        detail: as answered
+        requested: the planner received it
+    """
+
+    goal_id: str | None
+    client_id: str
+    primitive: str
+    code: str
+    message: str
+    detail: dict[str, Any]
+    requested: int

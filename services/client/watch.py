@@ -17,7 +17,7 @@ from protocol import messages as m
 from protocol.codec import decode
 from protocol.errors import Refusal
 from protocol.queues import Collector
-from protocol.topics import CONTACT, DISTURBANCE, ENDED, PLAN, STATUS, Publication, alive_key
+from protocol.topics import CONTACT, DISTURBANCE, ENDED, PLAN, REFUSED, STATUS, Publication, alive_key
 from services.client.shell import Shared, Shell, reach
 from services.client.show import cell, show
 from services.runtime import stop_on_signals
@@ -25,7 +25,7 @@ from services.runtime import stop_on_signals
 REFRESH_HZ = 10.0
 EVENTS_SHOWN = 8
 SERVICES = ("sim", "controller", "planner", "recorder")
-WATCHED: tuple[Publication, ...] = (STATUS, PLAN, ENDED, CONTACT, DISTURBANCE)
+WATCHED: tuple[Publication, ...] = (STATUS, PLAN, REFUSED, ENDED, CONTACT, DISTURBANCE)
 
 
 @dataclass(slots=True)
@@ -62,6 +62,8 @@ def event(message: object) -> str:
             when = f"{message.hit.time:9.3f} s" if message.hit else " " * 11
             error = f", off by {cell(max(map(abs, message.hit.position_error)))} rad" if message.hit else ""
             return f"{when}  {message.outcome} {message.goal_id}{error}{': ' if message.reason else ''}{message.reason}"
+        case m.Refused():
+            return f"{' ' * 11}  refused {message.goal_id or 'a goal'} as {message.code}: {message.message}"
         case m.Contact():
             speed = sum(v * v for v in message.ball_velocity) ** 0.5 if message.ball_velocity else None
             ball = f", ball at {speed:.2f} m/s" if speed is not None else ""

@@ -80,10 +80,12 @@ def good_publications(cell: Cell) -> dict[topics.Publication, dict[str, Any]]:
     reply = cell.strike()
     plan, vector = cell.plan_of(reply), [0.1, 0.2, 0.3]
     cell.finish(reply)
+    late: dict[str, Any] = {"code": "late", "message": "too late", "detail": {"goal_id": "late"}}
     said = {
         topics.STATE: cell.state(),
         topics.COMMAND: cell.commands()[-1],
         topics.PLAN: plan,
+        topics.REFUSED: m.Refused(goal_id="late", client_id="", primitive="forehand", requested=1, **late),
         topics.STATUS: cell.status(),
         topics.ENDED: cell.result(reply.goal_id),
         topics.CONTACT: m.Contact(time=0.1, bodies=["racket", "ball"], impulse=0.1, ball_velocity=vector),

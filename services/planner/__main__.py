@@ -93,12 +93,13 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
 
 
 def answer(asking: Asking, planner: Planner, log: logging.Logger) -> None:
-    """Reply to a request, or refuse it and log why, a goal's refusal under the goal's id."""
-    goal_id = ""
+    """Reply to a request, or refuse it and say why in the log, and of a goal on the bus, under the goal's id."""
+    request, goal_id = None, None
     try:
         match request := asking.decode():
             case m.Goal():
-                goal_id = request.goal_id or uuid.uuid4().hex
+                # Cut, for an id may be refused for its length.
+                goal_id = (request.goal_id or uuid.uuid4().hex)[:MAX_GOAL_ID]
                 asking.reply(planner.goal(request, goal_id, asking.arrival_ns))
             case m.Learn():
                 asking.reply(planner.learn(request))
@@ -108,9 +109,10 @@ def answer(asking: Asking, planner: Planner, log: logging.Logger) -> None:
                 asking.reply(planner.primitives(request))
     except Refusal as refusal:
         asking.refuse(refusal)
-        # Cut, for an id may be refused for its length.
-        fields = {"goal_id": goal_id[:MAX_GOAL_ID] or None, "code": refusal.code}
+        fields = {"goal_id": goal_id, "code": refusal.code}
         log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
+        if asking.topic is topics.GOAL:
+            planner.tell_refused(request, goal_id, refusal, asking.arrival_ns)
 
 
 def is_stepped(bus: Bus) -> bool:

@@ -20,7 +20,7 @@ from services.planner.goals import Origin, check_goal, motion_request, refusal_o
 from services.planner.learning import learn_from_request, learned_message
 from services.planner.library import Library
 from services.planner.rehearsal import rehearse
-from services.planner.replies import goal_reply, plan_message, trajectory_message
+from services.planner.replies import goal_reply, plan_message, refused_message, trajectory_message
 from services.robot import RobotConfig
 
 STEPPED_LEAD_TICKS = 20
@@ -68,6 +68,7 @@ class Planner:
         self._lead = lead
         self._log = log
         self._plans: Publisher[m.Plan] = bus.publisher(topics.PLAN, blocking=True)
+        self._refused: Publisher[m.Refused] = bus.publisher(topics.REFUSED)
         self._warm: dict[str, Warm] = {}
         self._answers = Answers()
 
@@ -118,6 +119,10 @@ class Planner:
         reply = answer(goal, goal_id, primitive, requested_ns)
         self._answers.keep(goal, reply)
         return reply
+
+    def tell_refused(self, goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> None:
+        """Publish a refusal that was answered; `goal` and its id are None where its body did not decode."""
+        self._refused.put(refused_message(goal, goal_id, refusal, requested_ns))
 
     def _only_plan(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> m.GoalReply:
         """Plan; sampled only where the samples are asked for."""

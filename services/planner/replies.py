@@ -8,6 +8,7 @@ from motion.plan import Plan, Report
 from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import matrix_bytes
+from protocol.errors import Refusal
 from services.planner.goals import Origin
 from services.robot import RobotConfig
 
@@ -66,6 +67,19 @@ def plan_message(plan: Plan | DmpPlan, trajectory: m.Trajectory, goal: m.Goal, p
         limits=limits_message(plan.request.limits),
         waypoints=goal.waypoints,
         demonstration=matrix_bytes(primitive.demonstrated_positions(s)),
+    )
+
+
+def refused_message(goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> m.Refused:
+    """Return what is published of a refused goal; it and its id are None where its body did not decode."""
+    return m.Refused(
+        goal_id=goal_id,
+        client_id=goal.client_id if goal else "",
+        primitive=goal.primitive if goal else "",
+        code=refusal.code,
+        message=refusal.message,
+        detail=refusal.detail,
+        requested=requested_ns,
     )
 
 

@@ -27,6 +27,7 @@ plan replaced is not drawn.
 | /runs | state, command | run, tick_offset, time_offset (s), integers as such |
 | /plans | plan | goal_id, primitive, start_time as in the message, epoch |
 | /goals | ended | goal_id, outcome, reason, stamps (Unix ns), peak_tracking_error |
+| /goals/refused | refused | goal_id (empty for none), client_id, primitive, code, requested (Unix ns) |
 | /goals/position_error, /goals/velocity_error (J) | ended | at the hit, placed at the time of the hit |
 | /timing/on_time_ratio, /late_us (p50, p99, max), /missed, /count, /refused | status | the controller's loop |
 | /timing/error/position, /timing/error/velocity (J) | status | the controller's own tracking error |

@@ -1,4 +1,4 @@
-"""What happens now and then: modes and faults, results, contacts, the ball, disturbances."""
+"""What happens now and then: modes and faults, results and refusals, contacts, the ball, disturbances."""
 
 from collections.abc import Callable
 
@@ -105,6 +105,29 @@ def _sentence(result: m.Result) -> str:
         velocity = max((abs(error) for error in result.hit.velocity_error), default=0.0)
         hit = f"; off by {position:.2g} rad and {velocity:.2g} rad/s at the hit"
     return f"goal {result.goal_id} {result.outcome}{reason}{hit}; peak error {result.peak_tracking_error:.2g} rad"
+
+
+class RefusedDrawer:
+    """Goals that were refused."""
+
+    def __init__(self, canvas: Canvas) -> None:
+        self._canvas = canvas
+
+    def draw(self, received: list[Received[m.Refused]]) -> None:
+        """Write every refusal where the arm is now."""
+        for one in received:
+            refused, row = one.message, self._canvas.now(one.wall_ns)
+            goal = f"goal {refused.goal_id}" if refused.goal_id else "a goal"
+            self._canvas.event("goal", row, f"{goal} refused as {refused.code}: {refused.message}", "WARN")
+            self._canvas.trace.values(
+                "/goals/refused",
+                row,
+                goal_id=[refused.goal_id or ""],
+                client_id=[refused.client_id],
+                primitive=[refused.primitive],
+                code=[refused.code],
+                requested=[refused.requested],
+            )
 
 
 class ContactDrawer:

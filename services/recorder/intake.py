@@ -20,7 +20,7 @@ MAX_WAITING_STREAM = 1 << 14
 MAX_WAITING = 1 << 8
 MAX_BODY_BYTES = 16 * MIB
 MAX_TICK = 1 << 48
-MAX_RUN = 1 << 63
+MAX_NS = 1 << 63
 MAX_TIME_S = 1e9
 
 
@@ -98,7 +98,7 @@ def read(topic: Publication[Said], body: bytes, joint_count: int) -> Said:
 
 def _check_tick(message: m.State | m.Command) -> None:
     _check_range("tick", message.tick, MAX_TICK)
-    _check_range("run", message.run, MAX_RUN)
+    _check_range("run", message.run, MAX_NS)
 
 
 def _check_state(state: m.State, joint_count: int) -> None:
@@ -135,6 +135,10 @@ def _check_result(result: m.Result, joint_count: int) -> None:
         _check_range("hit.time", result.hit.time, MAX_TIME_S)
         errors = {"hit.position_error": result.hit.position_error, "hit.velocity_error": result.hit.velocity_error}
         _check_lengths(joint_count, **errors)
+
+
+def _check_refused(refused: m.Refused, _: int) -> None:
+    _check_range("requested", refused.requested, MAX_NS)
 
 
 def _check_disturbance(disturbance: m.Disturbance, joint_count: int) -> None:
@@ -195,6 +199,7 @@ CHECKS: dict[type, Callable[[Any, int], None]] = {
     m.Status: _check_status,
     m.Result: _check_result,
     m.Plan: _check_plan,
+    m.Refused: _check_refused,
     m.Disturbance: _check_disturbance,
     m.BallState: _check_ball,
     m.Contact: _check_contact,

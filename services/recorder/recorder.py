@@ -9,7 +9,14 @@ from protocol import topics
 from protocol.topics import Publication
 from services.recorder.blueprint import style
 from services.recorder.canvas import Canvas, Drawer
-from services.recorder.happenings import BallDrawer, ContactDrawer, DisturbanceDrawer, EndedDrawer, StatusDrawer
+from services.recorder.happenings import (
+    BallDrawer,
+    ContactDrawer,
+    DisturbanceDrawer,
+    EndedDrawer,
+    RefusedDrawer,
+    StatusDrawer,
+)
 from services.recorder.intake import Intake, Source
 from services.recorder.plans import PlanDrawer
 from services.recorder.streams import CommandDrawer, StateDrawer
@@ -30,6 +37,7 @@ def build_drawers(canvas: Canvas) -> dict[Publication, Drawer]:
         topics.STATE: StateDrawer(canvas),
         topics.COMMAND: CommandDrawer(canvas),
         topics.PLAN: plans,
+        topics.REFUSED: RefusedDrawer(canvas),
         topics.STATUS: StatusDrawer(canvas),
         topics.ENDED: EndedDrawer(canvas, plans.cut),
         topics.CONTACT: ContactDrawer(canvas),

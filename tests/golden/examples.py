@@ -146,6 +146,24 @@ GOALS: dict[str, Struct] = {
         waypoints=[m.Waypoint(time_from_start=0.25, positions=[0.1, None, None, None, None, None])],
         demonstration=matrix_bytes(SAMPLES[:3]),
     ),
+    "Refused": m.Refused(
+        goal_id="forehand-8",
+        client_id="shell-1",
+        primitive="forehand",
+        code="late",
+        message="arrival_time 4.25 s has passed: the motion can begin at 4.500 s",
+        detail={"goal_id": "forehand-8"},
+        requested=RUN,
+    ),
+    "Refused-unread": m.Refused(
+        goal_id=None,
+        client_id="",
+        primitive="",
+        code="bad_message",
+        message="positions is missing",
+        detail={"field": "positions"},
+        requested=RUN,
+    ),
 }
 
 LIBRARY: dict[str, Struct] = {

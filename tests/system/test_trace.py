@@ -18,17 +18,19 @@ NAMES = load_robot().joint_names
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the bus said of one run, and how its goal went."""
+    """What the bus said of one run, how its goal went, and which goal was refused at which tick."""
 
     states: list[m.State]
     commands: list[m.Command]
     plan: m.Plan
     result: m.Result
+    refused: m.Refused
+    refused_at: int
 
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Told], Trace]:
-    """Two runs beside a recorder that is then ended; each has a push and a strike from another place."""
+    """Two runs beside a recorder that is then ended; each has a push, a refused goal and a start of its own."""
     directory = tmp_path_factory.mktemp("trace")
     file = directory / "strikes.rrd"
     with running(directory, names=(*SERVICES, "recorder"), record=file) as stack:
@@ -37,15 +39,19 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Told], Trac
 
 
 def play(stack: Stack, shift: float) -> Told:
-    """Strike once, `shift` rad from home, against a push."""
+    """Strike once, `shift` rad from home, against a push; when it begins, a goal that comes too late is refused."""
     home = load_robot().home + shift
     stack.reset(positions=home.tolist())
     push = [20.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     stack.bus.ask(topics.SIM_DISTURB, m.Disturb(kind="acceleration", values=push, start_time=0.2, duration=0.1))
     reply = stack.bus.ask(topics.GOAL, goal())
+    stack.step_to(stack.ticks(reply.start_time))
+    stack.listen(topics.REFUSED)
+    stack.refused_goal(goal_id="too-late", client_id="shell", arrival_time=reply.start_time)
+    refused, refused_at = stack.next(topics.REFUSED), stack.tick
     plan, result = stack.plan_of(reply), stack.finish(reply)
     stack.step(20)
-    return Told(stack.states(), stack.commands(), plan, result)
+    return Told(stack.states(), stack.commands(), plan, result, refused, refused_at)
 
 
 def rows(trace: Trace, entity: str, told: list[Told], run: int) -> np.ndarray:
@@ -106,3 +112,15 @@ def test_the_push_is_an_event_and_an_arrow_on_its_link(recorded: tuple[list[Told
     [pushed] = [entity for entity in trace.entities if entity.endswith("/push")]
     drawn = [len(row) for row in trace.column(pushed, "Arrows3D:vectors").values]
     assert drawn == [1, 0] * len(told)  # it appears, and goes with the push
+
+
+def test_a_refused_goal_is_on_the_timeline_with_its_code(recorded: tuple[list[Told], Trace]):
+    told, trace = recorded
+    said = [f"goal too-late refused as late: {one.refused.message}" for one in told]
+    assert [text for text in trace.texts("/events/goal") if " refused as " in text] == said
+    for name, value in {"goal_id": "too-late", "client_id": "shell", "code": "late"}.items():
+        assert trace.column("/goals/refused", name).values == [[value]] * len(told), name
+    offsets = [offset for [offset] in trace.column("/runs", "tick_offset").values[-len(told) :]]
+    at = [offset + one.refused_at for offset, one in zip(offsets, told, strict=True)]
+    late = trace.column("/goals/refused", "code").times["tick"] - at
+    assert set(late.tolist()) <= {0, 1}  # the next tick's where a batch ended in between

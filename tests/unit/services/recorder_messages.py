@@ -6,7 +6,7 @@ import numpy as np
 
 from protocol import messages as m
 from protocol.codec import matrix_bytes
-from protocol.topics import BALL, COMMAND, CONTACT, DISTURBANCE, ENDED, PLAN, STATE, STATUS, Publication
+from protocol.topics import BALL, COMMAND, CONTACT, DISTURBANCE, ENDED, PLAN, REFUSED, STATE, STATUS, Publication
 
 RUN = 1_790_000_000_123_456_789
 JOINTS = [f"joint_{index}" for index in range(1, 7)]
@@ -102,6 +102,19 @@ def result(outcome: m.Outcome = "succeeded", goal_id: str = "g1", reason: str = 
     return m.Result(goal_id=goal_id, outcome=outcome, reason=reason, hit=hit, peak_tracking_error=0.0625, stamps=stamps)
 
 
+def refused(goal_id: str | None = "g2") -> m.Refused:
+    """A goal that was refused."""
+    return m.Refused(
+        goal_id=goal_id,
+        client_id="shell-1",
+        primitive="forehand",
+        code="limit",
+        message="joint_1 would end at 2.5 rad",
+        detail={"joint": "joint_1", "quantity": "positions", "value": 2.5, "bound": 2.0},
+        requested=RUN,
+    )
+
+
 def push(time: float, **values: list[float]) -> m.Disturbance:
     """Pushes by kind; without any, all is quiet."""
     active = [m.ActiveDisturbance(kind=kind, values=numbers, end_time=9.0) for kind, numbers in values.items()]
@@ -112,6 +125,7 @@ MESSAGES: dict[Publication, m.Message] = {
     STATE: state(3),
     COMMAND: command(3, goal_id="g1"),
     PLAN: plan(0.004),
+    REFUSED: refused(),
     STATUS: status(0.003),
     ENDED: result(),
     CONTACT: m.Contact(time=0.002, bodies=["racket", "ball"], impulse=0.42, ball_velocity=[6.0, 0.0, 1.5]),

@@ -71,11 +71,12 @@ def view_of(*stems: str, stepped: bool = False) -> View:
 
 
 def test_screen_shows_status_and_events():
-    text = printed(render(view_of("Status", "Plan", "Contact", "Result", "Disturbance"), 100.1))
+    text = printed(render(view_of("Status", "Plan", "Refused", "Contact", "Result", "Disturbance"), 100.1))
     assert "● sim  ● controller  ○ planner  ○ recorder" in text
     assert "tracking · goal forehand-7 · at 4.500 s, 0.250 s into the motion" in text
     assert "99.95 % on time" in text
     assert "plan forehand-7: forehand, hits at 4.252 s" in text
+    assert "refused forehand-8 as late: arrival_time 4.25 s has passed" in text
     assert "racket hits ball: 0.375 N·s, ball at 6.58 m/s" in text
     assert "succeeded forehand-7, off by 0.002 rad: played to rest" in text
     assert "disturbed by acceleration, sensor_noise" in text
@@ -107,6 +108,10 @@ def test_old_events_scroll_away():
         view.take(ENDED, encode(m.Result(goal_id=f"g{number}", outcome="succeeded")), 100.0)
     assert len(view.events) == 8
     assert "g19" in view.events[-1]
+
+
+def test_a_refused_goal_without_an_id():
+    assert "refused a goal as bad_message: positions is missing" in event(EXAMPLES["Refused-unread"])
 
 
 def test_quiet_disturbance():

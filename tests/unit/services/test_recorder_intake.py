@@ -8,7 +8,7 @@ import pytest
 
 from protocol.codec import encode
 from protocol.errors import Refusal
-from protocol.topics import BALL, COMMAND, DISTURBANCE, ENDED, PLAN, PUBLICATIONS, STATE, STATUS, Publication
+from protocol.topics import BALL, COMMAND, DISTURBANCE, ENDED, PLAN, PUBLICATIONS, REFUSED, STATE, STATUS, Publication
 from services.recorder.intake import Intake, read
 from tests.unit.services.recorder_messages import MESSAGES, Waiting
 
@@ -54,6 +54,8 @@ def test_further_fields_are_ignored(topic: Publication) -> None:
         (PLAN, "demonstration", b"\0" * 7),
         (PLAN, "start_time", 1e12),
         (PLAN, "waypoints", [{"time_from_start": 0.1, "positions": [0.0]}]),
+        (REFUSED, "requested", 1 << 63),
+        (REFUSED, "detail", None),
         (STATUS, "error", {"positions": [0.0], "velocities": [0.0]}),
         (ENDED, "hit", {"time": 1.0, "position_error": [0.0], "velocity_error": [0.0] * 6}),
         (BALL, "position", [0.0, NAN, 0.0]),

@@ -20,6 +20,7 @@ from protocol.topics import (
     ENDED,
     PLAN,
     PUBLICATIONS,
+    REFUSED,
     STATE,
     STATUS,
     Publication,
@@ -41,6 +42,7 @@ from tests.unit.services.recorder_messages import (
     command,
     plan,
     push,
+    refused,
     result,
     state,
     status,
@@ -308,6 +310,28 @@ def test_results(desk: Desk) -> None:
     assert trace.scalars("/goals/position_error").tolist() == [VALUES]
     assert trace.column("/goals/velocity_error").ticks().tolist() == [2]
     assert "goal g1 aborted (fault)" in trace.texts("/events/goal")[0]
+
+
+def test_a_refused_goal_is_an_event_where_the_arm_was(desk: Desk) -> None:
+    """With its id where it has one, as a warning beside what becomes of the other goals."""
+    for tick in range(10):
+        desk.say(STATE, state(tick), at=100 + tick)
+    desk.say(REFUSED, refused(), at=104)
+    desk.say(REFUSED, refused(goal_id=None), at=107)
+    trace = desk.read()
+    why = "refused as limit: joint_1 would end at 2.5 rad"
+    assert trace.texts("/events/goal") == [f"goal g2 {why}", f"a goal {why}"]
+    assert trace.column("/events/goal", "TextLog:text").times["tick"].tolist() == [4, 7]
+    assert trace.column("/events/goal", "TextLog:level").values == [["WARN"]] * 2
+    wanted = {
+        "goal_id": ["g2", ""],
+        "client_id": ["shell-1"] * 2,
+        "primitive": ["forehand"] * 2,
+        "code": ["limit"] * 2,
+        "requested": [RUN] * 2,
+    }
+    for name, values in wanted.items():
+        assert trace.column("/goals/refused", name).values == [[value] for value in values], name
 
 
 def test_contact_and_ball(desk: Desk) -> None:
