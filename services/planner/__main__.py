@@ -94,13 +94,13 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
 
 def answer(asking: Asking, planner: Planner, log: logging.Logger) -> None:
     """Reply to a request, or refuse it and say why in the log, and of a goal on the bus, under the goal's id."""
-    request, goal_id = None, None
+    goal, goal_id = None, None
     try:
         match request := asking.decode():
-            case m.Goal():
+            case m.Goal() as goal:
                 # Cut, for an id may be refused for its length.
-                goal_id = (request.goal_id or uuid.uuid4().hex)[:MAX_GOAL_ID]
-                asking.reply(planner.goal(request, goal_id, asking.arrival_ns))
+                goal_id = (goal.goal_id or uuid.uuid4().hex)[:MAX_GOAL_ID]
+                asking.reply(planner.goal(goal, goal_id, asking.arrival_ns))
             case m.Learn():
                 asking.reply(planner.learn(request))
             case m.Forget():
@@ -112,7 +112,7 @@ def answer(asking: Asking, planner: Planner, log: logging.Logger) -> None:
         fields = {"goal_id": goal_id, "code": refusal.code}
         log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
         if asking.topic is topics.GOAL:
-            planner.tell_refused(request, goal_id, refusal, asking.arrival_ns)
+            planner.tell_refused(goal, goal_id, refusal, asking.arrival_ns)
 
 
 def is_stepped(bus: Bus) -> bool:

@@ -16,6 +16,9 @@ from protocol import messages as m
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 
+SHOWN = 80
+"""Characters of a name that are shown of one that cannot be."""
+
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
 
@@ -58,13 +61,16 @@ class Library:
             return self._primitives[name][0]
         except KeyError:
             there = ", ".join(sorted(self._primitives)) or "none yet; send one to `learn`"
-            raise Refusal("unknown_primitive", f"there is no primitive {name!r}; there is {there}", name=name) from None
+            asked = name[:SHOWN]
+            raise Refusal(
+                "unknown_primitive", f"there is no primitive {asked!r}; there is {there}", name=asked
+            ) from None
 
     def check_name(self, name: str, replace: bool) -> None:
         """Raise a Refusal unless `name` may be written: `bad_message` for a bad name, `exists` for a taken one."""
         if not _NAME.fullmatch(name):
             raise bad_message(
-                "name", f"name {name[:80]!r} must be 1 to 64 letters, digits, - or _, not starting with - or _"
+                "name", f"name {name[:SHOWN]!r} must be 1 to 64 letters, digits, - or _, not starting with - or _"
             )
         if name in self._primitives and not replace:
             raise Refusal("exists", f"there is a primitive {name!r}; send replace: true to learn it anew", name=name)
