@@ -1,9 +1,11 @@
 """`python -m benchmarks.planning`: the planner beside other solvers and planners, in one run on one machine.
 
 Times are processor times of one thread, which on an idle machine are wall times: other work on the machine stretches
-them less. Every solver meets every goal in turn, so that all see the same machine.
+them less. Every solver meets every goal in turn, so that all see the same machine. Garbage is collected between goals,
+as the planner does.
 """
 
+import gc
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -25,6 +27,7 @@ from motion.problem import build
 from motion.request import MotionRequest, Waypoint
 from motion.solver import solve
 from motion.stopping import arriving
+from services.runtime import freeze_garbage
 
 
 @dataclass
@@ -89,6 +92,7 @@ def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[
     dmps = [dmp_solver(primitive) for primitive in primitives]
     columns: dict[str, Column] = {}
     for joint, case in cases:
+        gc.collect(1)
         primitive, request, problem = primitives[joint], case.request, full[joint]
         warm = plan(primitive, case.before).warm
 
@@ -177,6 +181,7 @@ def main(goals: int = 60, seed: int = 5) -> None:
     primitives = [joint_of(forehand(), joint) for joint in range(6)]
     drawn = [draw(primitive, -(-goals // 6), seed + joint) for joint, primitive in enumerate(primitives)]
     cases = [(joint, case) for joint, of_joint in enumerate(drawn) for case in of_joint][:goals]
+    freeze_garbage()
     compared = {name: column.summary() for name, column in compare(primitives, cases).items()}
     grown = growth(max(5, goals // 6))
     console = Console()
