@@ -5,8 +5,7 @@ from math import comb
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
-from scipy.signal import savgol_filter
+import scipy
 
 from motion.errors import InvalidMotion
 
@@ -83,14 +82,14 @@ def smooth(demonstration: Demonstration, smoothing: Smoothing = "auto") -> Smoot
     step = times[1]
     noise = estimate_noise(positions)
     if smoothing == "none":
-        spline = make_interp_spline(times, positions, k=5)
+        spline = scipy.interpolate.make_interp_spline(times, positions, k=5)
         return SmoothDemonstration(times, spline(times), spline(times, 1), spline(times, 2), noise, None)
     if smoothing == "auto":
         window, order = _auto_window(positions, noise), AUTO_ORDER
     else:
         window, order = _checked_window(smoothing, step, len(times)), smoothing.order
     smoothed, velocities, accelerations = (
-        np.asarray(savgol_filter(positions, window, order, deriv=n, delta=step, axis=0)) for n in range(3)
+        np.asarray(scipy.signal.savgol_filter(positions, window, order, deriv=n, delta=step, axis=0)) for n in range(3)
     )
     used = SavitzkyGolay(float(window * step), order)
     return SmoothDemonstration(times, smoothed, velocities, accelerations, noise, used)
@@ -109,7 +108,7 @@ def _uniform(demonstration: Demonstration) -> tuple[np.ndarray, np.ndarray]:
     uniform = np.linspace(0, times[-1], len(times))
     if np.abs(times - uniform).max() < 1e-6 * uniform[1]:
         return uniform, demonstration.positions
-    return uniform, make_interp_spline(times, demonstration.positions, k=3)(uniform)
+    return uniform, scipy.interpolate.make_interp_spline(times, demonstration.positions, k=3)(uniform)
 
 
 def _auto_window(positions: np.ndarray, noise: np.ndarray) -> int:
@@ -120,7 +119,7 @@ def _auto_window(positions: np.ndarray, noise: np.ndarray) -> int:
     for window in np.unique(np.geomspace(shortest, longest, 25).astype(int) | 1):
         if window > len(positions):
             break
-        residual = positions - savgol_filter(positions, window, AUTO_ORDER, axis=0)
+        residual = positions - scipy.signal.savgol_filter(positions, window, AUTO_ORDER, axis=0)
         if np.any(np.sqrt(np.mean(residual**2, axis=0)) > 1.05 * noise + _RESIDUAL_FLOOR):
             break
         best = int(window)

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+import scipy
 
 from motion.basis import INTERVALS
 from motion.errors import InvalidMotion
@@ -113,7 +113,7 @@ def learn_dmp(
         joint = int(np.abs(amplitude).argmin())
         raise InvalidMotion("demonstration", f"ends where it begins on joint {joint}: a {system} DMP cannot learn it")
     s = np.linspace(0, 1, INTERVALS + 1)
-    velocities = make_interp_spline(s * duration, primitive.positions, k=5)(s * duration, 1)
+    velocities = scipy.interpolate.make_interp_spline(s * duration, primitive.positions, k=5)(s * duration, 1)
     g, dg, ddg = moving_goal(system, start, goal, duration, s)
     attraction = gain * (gain / 4 * (g - primitive.positions) + duration * (dg - velocities))
     target = duration**2 * (primitive.accelerations - ddg) - attraction

@@ -7,8 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import simpson
-from scipy.interpolate import make_interp_spline
+import scipy
 
 from motion.basis import INTERVALS
 from motion.dmp import learn_dmp
@@ -123,6 +122,7 @@ def _report(primitive: Primitive, request: MotionRequest, motion: Samples, hit: 
 def imitation_rms(primitive: Primitive, accelerations: np.ndarray, duration: float) -> np.ndarray:
     """Rms (J,) of g̈ − τ²d̈ with τ = T_d/T for accelerations (n, J) equally spaced over the motion, rad/s²."""
     s = np.linspace(0, 1, len(accelerations))
-    demonstrated = make_interp_spline(np.linspace(0, 1, INTERVALS + 1), primitive.accelerations, k=3)(s)
+    grid = np.linspace(0, 1, INTERVALS + 1)
+    demonstrated = scipy.interpolate.make_interp_spline(grid, primitive.accelerations, k=3)(s)
     tau = primitive.duration / duration
-    return np.sqrt(simpson((accelerations - tau**2 * demonstrated) ** 2, x=s, axis=0))
+    return np.sqrt(scipy.integrate.simpson((accelerations - tau**2 * demonstrated) ** 2, x=s, axis=0))

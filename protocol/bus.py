@@ -68,6 +68,7 @@ def session_config(connect: Sequence[str], listen: Sequence[str], config_file: P
     """
     config = zenoh.Config.from_file(config_file) if config_file else zenoh.Config()
     config.insert_json5("scouting/multicast/enabled", "false")
+    config.insert_json5("scouting/delay", "0")  # a router that scouts for nobody need not wait for who answers
     config.insert_json5("transport/shared_memory/enabled", "false")
     config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
     retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}

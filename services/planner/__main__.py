@@ -23,7 +23,7 @@ from services.logs import start_logging
 from services.options import Common, Options, service_bus
 from services.planner.core import Lead, Planner
 from services.planner.goals import MAX_GOAL_ID
-from services.planner.learning import learn_from_csv
+from services.planner.learning import learn_from_csv, prepare_to_learn
 from services.planner.library import Library
 from services.planner.watch import ControllerWatch
 from services.robot import RobotConfig, load_robot
@@ -75,6 +75,7 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
     inbox: Inbox[Asking] = Inbox()
     arm_appeared = threading.Event()
     watch = ControllerWatch(bus, log)
+    prepared = False
     for query in topics.QUERIES:
         if query.owner == "planner":
             bus.serve(query, inbox)
@@ -88,6 +89,10 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
             lead.stepped = is_stepped(bus)
         if asking is not None:
             answer(asking, planner, log)
+        elif not prepared:
+            prepare_to_learn()
+            runtime.freeze_garbage()
+            prepared = True
         # Never while one plans: after each what is new, when there is time everything.
         gc.collect(1 if asking is not None else 2)
 

@@ -1,5 +1,6 @@
 """From a `learn` request, or a CSV file that ships with the robot, to a primitive."""
 
+from importlib import import_module
 from pathlib import Path
 from typing import Literal
 
@@ -26,6 +27,12 @@ MAX_ORDER = 10
 
 MAX_SAMPLES = 100_000
 """Samples of a demonstration: 100 s at 1 kHz; more would keep goals waiting while it is smoothed."""
+
+
+def prepare_to_learn() -> None:
+    """Load what only learning needs: half a second, for which a first `learn` would keep goals waiting."""
+    for part in ("integrate", "interpolate", "signal"):
+        import_module(f"scipy.{part}")
 
 
 def learn_from_request(request: m.Learn) -> Primitive:
