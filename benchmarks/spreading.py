@@ -110,7 +110,6 @@ def running_arm() -> Iterator[None]:
 
 def main(goals: int = 30, rounds: int = 5, seed: int = 7) -> None:
     """Compare on this many goals of six joints with active limits, each this often, and print and save the times."""
-    os.nice(5)  # as the planner is
     primitive = forehand()
     cases = draw(primitive, goals, seed)
     found = {}

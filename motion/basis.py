@@ -22,7 +22,8 @@ BLOCK = 77
 """Samples that are evaluated together: thirteen blocks are 1001 samples."""
 
 REACH = 9.5
-"""A Gaussian, its integrals and its first three derivatives are constant to 10⁻¹⁶ of their peaks this many σ away."""
+"""This many σ away a Gaussian and its first three derivatives are 0, its integral constant and its double integral a
+line, to 10⁻¹⁶ of their peaks."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -105,12 +105,16 @@ def _highest_of_stretches(curve: np.ndarray, sample: np.ndarray, over: np.ndarra
     return [int(stretch[over[stretch].argmax()]) for stretch in np.split(passed, starts) if stretch.size]
 
 
+_NOTHING = 1e-150
+"""A divisor below this belongs to a line or parabola that has its maximum at an end."""
+
+
 def _hermite_peak(f0: np.ndarray, f1: np.ndarray, d0: np.ndarray, d1: np.ndarray) -> np.ndarray:
     """Height of the maximum over [0, 1] of the cubics with values f and slopes d at both ends."""
     rise = f1 - f0
     b, c = 3 * rise - 2 * d0 - d1, d0 + d1 - 2 * rise
-    # c′ = d0 + 2b x + 3c x²; its falling root, in the form that does not cancel for small c.
+    # The slope is d0 + 2b x + 3c x²; where it falls through 0, in the form that does not cancel.
     root = np.sqrt(np.maximum(b * b - 3 * c * d0, 0.0))
-    below = root - b
-    x = np.minimum(np.maximum(d0 / np.where(below == 0, 1e-300, below), 0.0), 1.0)
+    above, below = np.where(b > 0, -b - root, d0), np.where(b > 0, 3 * c, root - b)
+    x = np.minimum(np.maximum(above / np.where(np.abs(below) < _NOTHING, 1.0, below), 0.0), 1.0)
     return np.maximum(f0 + x * (d0 + x * (b + x * c)), np.maximum(f0, f1))

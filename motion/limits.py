@@ -43,6 +43,7 @@ class Limits:
         highest = np.stack([self.positions[:, 1], self.velocities, self.accelerations, self.jerks], axis=1)
         ranges = np.stack([-highest, highest], axis=2)
         ranges[:, 0, 0] = self.positions[:, 0]
+        ranges.flags.writeable = False
         object.__setattr__(self, "ranges", ranges)
 
     @staticmethod

@@ -39,7 +39,7 @@ class Look:
         """For each of the joints (n,) with the curves (n, ≥ 4, M): None if all its samples are accepted; else the rows
         of the peaks of violation with their neighbours and, in a `first` look, of every eighth violated sample."""
         values = curves[:, :4]
-        here = slice(None) if len(joints) == len(self._highest) else joints
+        here = self._part(joints)
         outside = values > self._highest[here]
         outside |= values < self._lowest[here]
         found: list[np.ndarray | None] = [None] * len(joints)
@@ -69,10 +69,14 @@ class Look:
         chosen = (peak | along) & wide
         return [rows[chosen & (n == joint)] for joint in every]
 
+    def _part(self, joints: np.ndarray) -> np.ndarray | slice:
+        """An index of the joints (n,), which are in order; all of them need no copy."""
+        return slice(None) if len(joints) == len(self._highest) else joints
+
     def _beyond(self, joints: np.ndarray, values: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, ...]:
         """Where the joints' `values` (n, 4, M) pass what lies by `depth` (broadcast to (2, n, 4, M)) inside the limits:
         which of the n, the rows, their samples, which are peaks, and by how much they pass it."""
-        here = slice(None) if len(joints) == len(self._highest) else joints
+        here = self._part(joints)
         bound = self._limit[:, here] - depth
         over = np.empty((2, *values.shape))
         np.subtract(-bound[0], values, out=over[0])

@@ -183,13 +183,13 @@ def _infeasible(grid: Grid, primitive: Primitive, request: MotionRequest, tick: 
 
 
 def _tail(request: MotionRequest, solutions: list[Solution]) -> tuple[Stop | None, np.ndarray, np.ndarray]:
-    """The stop from the goal, the lowest and highest values (J, 4, 2) of all quantities from there on, and the joints
-    (n,) in which they leave the limits."""
+    """The stop from the goal, the lowest and highest values (J, 4, 2) of all quantities from there on (none of the
+    acceleration and jerk of an arm that coasts), and the joints (n,) in which they leave the limits."""
     goal, ranges = request.goal, request.limits.ranges
     if request.tail == "coast":
-        rest = np.zeros(request.joint_count)
-        coasting = np.array([goal.positions, goal.velocities, rest, rest]).T[:, :, None]
-        return None, coasting, np.zeros(0, dtype=int)
+        free = np.full(request.joint_count, np.inf)
+        state = goal.positions, goal.velocities
+        return None, np.array([[*state, free, free], [*state, -free, -free]]).T, np.zeros(0, dtype=int)
     last = round(request.moving_fraction * INTERVALS)
     reached = np.array([solution.certificate.curves[2, last] for solution in solutions]) / request.duration**2
     given = request.final_accelerations

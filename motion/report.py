@@ -96,7 +96,7 @@ def _extremes(request: MotionRequest, solutions: list[Solution], reach: np.ndarr
     extremes = np.array([solution.certificate.extremes for solution in solutions])
     extremes *= request.duration ** -np.arange(4.0)[:, None]
     np.minimum(extremes[..., 0], reach[..., 0], out=extremes[..., 0])
-    np.maximum(extremes[..., 1], reach[..., -1], out=extremes[..., 1])
+    np.maximum(extremes[..., 1], reach[..., 1], out=extremes[..., 1])
     return extremes
 
 

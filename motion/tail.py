@@ -66,20 +66,17 @@ class Stop:
         p, v, a = self.states[:, :, 0]
         jerk = np.maximum(np.abs(self.jerks).max(axis=1), 1e-300)
         peak = v + a * np.abs(a) / (2 * jerk)
-        _widen(extremes[:, 1], peak)
-        backward = v * peak < 0
-        if backward.any():
+        extremes[:, 1, 0] = np.minimum(extremes[:, 1, 0], peak)
+        extremes[:, 1, 1] = np.maximum(extremes[:, 1, 1], peak)
+        backward = np.flatnonzero(v * peak < 0)
+        if backward.size:
+            p, v, a, jerk = (values[backward] for values in (p, v, a, jerk))
             # How long the jerk −J·sign(a) takes to bring v to 0, in the form that does not cancel.
             time = -2 * v / (a + np.copysign(np.sqrt(np.maximum(a * a - 2 * jerk * np.abs(v), 0.0)), a))
             turn = p + time * (v + time * (a / 2 - np.copysign(jerk, a) * time / 6))
-            _widen(extremes[:, 0], np.where(backward, turn, p))
+            extremes[backward, 0, 0] = np.minimum(extremes[backward, 0, 0], turn)
+            extremes[backward, 0, 1] = np.maximum(extremes[backward, 0, 1], turn)
         return extremes
-
-
-def _widen(extremes: np.ndarray, values: np.ndarray) -> None:
-    """Let the extremes (J, 2) reach to the values (J,)."""
-    np.minimum(extremes[:, 0], values, out=extremes[:, 0])
-    np.maximum(extremes[:, 1], values, out=extremes[:, 1])
 
 
 def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, limits: Limits) -> Stop:
@@ -142,7 +139,8 @@ def stop_extremes(
     peak = np.maximum(np.minimum(np.sqrt(np.maximum(jerk * v + a * a / 2, 0.0)), limit), -a)
     t1 = (a + peak) / jerk
     v1 = v + t1 * (a - jerk * t1 / 2)
-    held = np.maximum(v1 - peak * peak / (2 * jerk), 0.0) / np.maximum(peak, 1e-300)
+    # Held is only the limit itself; elsewhere what is left of the velocity is rounding.
+    held = np.where(peak >= limit, np.maximum(v1 - peak * peak / (2 * jerk), 0.0), 0.0) / np.maximum(peak, 1e-300)
     travel = t1 * (v + t1 * (a / 2 - t1 * jerk / 6)) + held * (v1 - peak * held / 2) + peak**3 / (6 * jerk**2)
     back = np.minimum(v, 0.0)
     root = np.sqrt(np.maximum(rising * rising + 2 * jerk * back, 0.0))

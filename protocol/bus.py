@@ -32,7 +32,7 @@ MAX_MESSAGE_BYTES = 32 << 20
 LIVELINESS_S = 5.0
 """How long to wait for what the hub says of liveliness: at once, unless it is stalled."""
 CLAIM_PATIENCE_S, CLAIM_PERIOD_S = 2.0, 0.05
-"""How long a claim waits for one that came at the same time to give way, and how often it looks."""
+"""How long a claim waits for another to give way, and how often it looks."""
 NO_HUB = "Unable to connect"
 """What Zenoh's error says where no endpoint to connect to answers."""
 
@@ -244,10 +244,11 @@ class Bus:
             NoAnswer: the hub is silent.
         """
         own = self.key(claim_key(service, str(self.session.zid())))
-        self._keep(self.session.liveliness().declare_token(own))
+        token = self._keep(self.session.liveliness().declare_token(own))
         patient_until = time.monotonic() + patience
         while others := self._alive(claim_key(service, "*")) - {own}:
             if min(others) < own or time.monotonic() > patient_until:
+                token.undeclare()  # the other need not wait for this process to end
                 return False
             time.sleep(CLAIM_PERIOD_S)
         return True

@@ -66,7 +66,8 @@ def _log_uncaught(log: logging.Logger) -> None:
     """Log what would otherwise be printed as a bare traceback, of every thread."""
 
     def uncaught(kind: type[BaseException], error: BaseException | None, trace: TracebackType | None) -> None:
-        log.critical("uncaught %s: %s", kind.__name__, error, exc_info=(kind, error or kind(), trace))
+        if error is not None and not isinstance(error, SystemExit):
+            log.critical("uncaught %s: %s", kind.__name__, error, exc_info=(kind, error, trace))
 
     sys.excepthook = uncaught
     threading.excepthook = lambda args: uncaught(args.exc_type, args.exc_value, args.exc_traceback)

@@ -92,7 +92,7 @@ class Supervisor:
             self.check_running()
             if time.monotonic() > deadline:
                 raise NotReady(f"{' and '.join(waiting)} did not become ready within {timeout:.0f} s")
-            waiting = [name for name in waiting if not bus.is_alive(name)]
+            waiting = [name for name in waiting if not bus.is_alive(name, timeout=1.0)]
             time.sleep(0.05)
 
     def check_running(self) -> None:

@@ -178,7 +178,7 @@ class Refused(Message, kw_only=True):
     is not published: only its sender knows of it. Of a body that does not decode nothing is known but the refusal.
 
     Attributes:
-        goal_id: as in the goal or made for it, null where its body did not decode
+        goal_id: as in the goal, cut to 128 characters, or made for it; null where its body did not decode
         client_id: whose goal it is, may be empty
         primitive: what it was to imitate, empty where that is not known
         code: as answered, see [codes](#codes)

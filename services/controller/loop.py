@@ -5,6 +5,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from queue import SimpleQueue
 from typing import Any
 
 from protocol import messages as m
@@ -13,6 +14,7 @@ from protocol.bus import Asking, Bus
 from protocol.codec import decode
 from protocol.errors import Refusal
 from protocol.queues import Inbox
+from protocol.topics import QUEUE_LENGTH
 from services.controller.checks import Checked, check_trajectory
 from services.controller.core import Controller
 from services.logs import Seldom
@@ -21,8 +23,8 @@ from services.robot import RobotConfig
 WAIT_NS = 1_000_000
 STATUS_PERIOD_NS = 20_000_000
 FAREWELL_S = 3.0
-MAX_EVENTS = 256
-"""Events that wait for the loop, which takes one a tick: more come only of somebody who wants to do harm."""
+MAX_SIGHTINGS = 256
+"""Notices of clients that wait for the loop, which takes one a tick: more come only of somebody who means harm."""
 
 
 class WrongRobot(Exception):
@@ -40,9 +42,13 @@ class ControllerLoop:
         self._urgent: Inbox[Asking] = Inbox()
         self._requests: Inbox[Asking] = Inbox()
         self._trajectories: Inbox[Asking] = Inbox()
-        self._events: Inbox[Callable[[], None]] = Inbox(MAX_EVENTS)
-        self._overrun = threading.Event()
+        self._checked: Inbox[tuple[Asking, Checked]] = Inbox()
+        self._sightings: Inbox[tuple[str, bool]] = Inbox(MAX_SIGHTINGS)
+        self._sightings_lost = threading.Event()
+        self._arm_seen = threading.Event()
+        self._answers: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._refusals = Seldom(log)
+        self._floods = Seldom(log)
         self._silent_waits = 0
         self._wait_ends_ns = 0
         self._clock: m.Clock | None = None
@@ -130,13 +136,12 @@ class ControllerLoop:
             return None
 
     def _attend(self) -> None:
-        """Apply at most one event and one request, a stop before a question, then tell what changed."""
-        event = self._events.take()
-        if event is not None:
-            event()
-        if self._overrun.is_set():
-            self._overrun.clear()
-            self._start_afresh()
+        """Apply at most one of each kind of event and one request, a stop before a question; tell what changed."""
+        self._look_at_arm()
+        self._look_at_clients()
+        checked = self._checked.take()
+        if checked is not None:
+            self._execute(*checked)
         asking = self._urgent.take() or self._requests.take()
         if asking is not None:
             self._reply(asking, lambda: self._handlers[asking.topic.key](asking.decode()))
@@ -172,31 +177,28 @@ class ControllerLoop:
             except Refusal as refusal:
                 asking.refuse(refusal)
                 continue
-            if not self._events.offer(lambda asking=asking, checked=checked: self._execute(asking, checked)):
-                sentence = f"controller has {MAX_EVENTS} events waiting; send this one again later"
+            if not self._checked.offer((asking, checked)):
+                sentence = f"controller has {QUEUE_LENGTH} trajectories waiting; send this one again later"
                 asking.refuse(Refusal("busy", sentence, goal_id=checked.message.goal_id))
 
     def _execute(self, asking: Asking, checked: Checked) -> None:
         self._reply(asking, lambda: self._core.execute(checked, time.time_ns()))
 
-    def _note(self, event: Callable[[], None]) -> None:
-        """Queue a notice for the loop, from any thread."""
-        if not self._events.offer(event):
-            self._overrun.set()
-
-    def _start_afresh(self) -> None:
-        """Notices were lost: who is not known to be there counts as gone, and the arm is asked anew."""
-        self._log.error("more than %d events at once: every lease counts as lost", MAX_EVENTS)
-        self._core.lose_all_clients()
-        self._greet_arm()
-
     def _see_arm(self, _: str, alive: bool) -> None:
         if alive:
-            self._note(self._greet_arm)
+            self._arm_seen.set()
+
+    def _look_at_arm(self) -> None:
+        """Greet an arm that has appeared, and take its next answer."""
+        if self._arm_seen.is_set():
+            self._arm_seen.clear()
+            self._greet_arm()
+        if not self._answers.empty():
+            self._answers.get_nowait()()
 
     def _greet_arm(self) -> None:
         """Ask the arm what it is and where: what it published before we listened is lost."""
-        self._bus.ask_later(topics.DESCRIPTION, m.Empty(), lambda data: self._note(lambda: self._meet_arm(data)))
+        self._bus.ask_later(topics.DESCRIPTION, m.Empty(), lambda data: self._answers.put(lambda: self._meet_arm(data)))
 
     def _meet_arm(self, data: bytes) -> None:
         arm = decode(data, m.Description)
@@ -221,9 +223,21 @@ class ControllerLoop:
             if not self._core.has_seen(state.run, state.tick):
                 self._answer([data])
 
-        self._note(answer_if_new)
+        self._answers.put(answer_if_new)
 
     def _see_client(self, key: str, alive: bool) -> None:
-        client_id = key.rpartition("/")[2]
-        notice = self._core.see_client if alive else self._core.lose_client
-        self._note(lambda: notice(client_id))
+        if not self._sightings.offer((key.rpartition("/")[2], alive)):
+            self._sightings_lost.set()
+
+    def _look_at_clients(self) -> None:
+        """Take the next notice of a client; where any was lost, so might be the holder: then all count as gone."""
+        if self._sightings_lost.is_set():
+            self._sightings_lost.clear()
+            while self._sightings.take() is not None:
+                pass
+            self._floods.warn(f"more than {MAX_SIGHTINGS} notices of clients at once: every lease counts as lost")
+            self._core.lose_all_clients()
+        sighting = self._sightings.take()
+        if sighting is not None:
+            client_id, alive = sighting
+            (self._core.see_client if alive else self._core.lose_client)(client_id)

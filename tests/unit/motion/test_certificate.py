@@ -7,7 +7,7 @@ import pytest
 
 from motion import problem as problem_module
 from motion.basis import make_grid
-from motion.certificate import certify
+from motion.certificate import _hermite_peak, certify
 from motion.fixed import fixed_values
 from motion.limits import Limits
 from motion.primitive import Primitive
@@ -78,3 +78,13 @@ def test_rows_further_inside_mend_what_the_grid_misses(figure: Primitive, monkey
         assert curve.max() <= problem.limit[1, 0, quantity].max() * (1 + 1e-9)
         assert -curve.min() <= problem.limit[0, 0, quantity].max() * (1 + 1e-9)
     assert solution.further
+
+
+def test_the_height_of_a_cubic() -> None:
+    """Of cubics of every kind: with slopes of either sign or none at their ends, with and without a peak between."""
+    rng = np.random.default_rng(4)
+    f0, f1, d0, d1 = rng.choice([0.0, 1e-18, -1e-18, 1e-12, 0.3, -0.3, 1.0, -1.0, 7.0], size=(4, 20000))
+    x = np.linspace(0, 1, 2001)[:, None]
+    b, c = 3 * (f1 - f0) - 2 * d0 - d1, d0 + d1 - 2 * (f1 - f0)
+    sampled = (f0 + x * (d0 + x * (b + x * c))).max(axis=0)
+    assert np.abs(_hermite_peak(f0, f1, d0, d1) - sampled).max() < 1e-5

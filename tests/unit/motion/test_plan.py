@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
+from motion import plan as plan_module
 from motion import solver as solver_module
 from motion.basis import make_basis
 from motion.demonstration import Demonstration
@@ -122,6 +123,63 @@ def test_joints_are_planned_as_if_alone(figure: Primitive, ask: Ask, paper_limit
     assert {a.joint for a in planned.report.active} == {0}
     assert planned.report.imitation_rms.shape == (2,)
     assert planned.warm.curves.shape == (2, 6, 1001)
+
+
+@pytest.mark.parametrize("stuck", [0, 1, 2])
+def test_only_the_joint_that_could_not_stop_is_planned_again(
+    figure: Primitive, stuck: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And as it would be alone, wherever it stands among the others."""
+    t, free = np.linspace(0, 1, 1001), np.full(3, np.nan)
+    strike = figure.demonstrated_positions(t)
+    sizes = np.array([1.0, 0.7, 0.5])
+    together = learn(Demonstration(t, strike * sizes))
+    alone = learn(Demonstration(t, strike * sizes[stuck]))
+    # A hand's breadth behind the goal for one joint, room enough for the others.
+    highest = np.where(np.arange(3) == stuck, 0.535, 1.5)
+    limits = Limits(
+        np.stack([np.full(3, -3.0), highest], axis=1), np.full(3, 20.0), np.full(3, 200.0), np.full(3, 5000.0)
+    )
+    still, goal = Boundary(np.zeros(3), np.zeros(3), np.zeros(3)), Boundary(np.full(3, 0.5), np.full(3, 2.0), free)
+    request = MotionRequest(still, goal, 1.0, limits)
+    planned_joints = []
+    solve = plan_module.solve
+
+    def noting(*args: object) -> list[solver_module.Solution]:
+        planned_joints.append(args[-1])
+        return solve(*args)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(plan_module, "solve", noting)
+    planned = plan(together, request)
+    assert [joints.tolist() for joints in planned_joints] == [[0, 1, 2], [stuck]]
+    one = slice(stuck, stuck + 1)
+    own = Limits(limits.positions[one], limits.velocities[one], limits.accelerations[one], limits.jerks[one])
+    single = plan(alone, MotionRequest(_only(still, one), _only(goal, one), 1.0, own))
+    assert planned.weights[stuck] == pytest.approx(single.weights[0], abs=1e-9 * np.abs(single.weights).max())
+    assert np.isfinite(planned.curves).all()
+    for name in ("position", "velocity", "acceleration", "jerk"):
+        assert planned.report.extremes[name][stuck] == pytest.approx(single.report.extremes[name][0], rel=1e-9)
+        assert (planned.report.margin[name] >= 0).all()
+
+
+def _only(boundary: Boundary, joints: slice) -> Boundary:
+    return Boundary(boundary.positions[joints], boundary.velocities[joints], boundary.accelerations[joints])
+
+
+def test_a_clash_of_the_second_plan_names_its_joint(figure: Primitive) -> None:
+    """The third joint could reach its goal in time, but not so that it comes to rest behind it."""
+    t, free, still = np.linspace(0, 1, 1001), np.full(3, np.nan), np.zeros(3)
+    three = learn(Demonstration(t, np.repeat(figure.demonstrated_positions(t), 3, axis=1)))
+    ranges = np.array([[-3.0, 3.0], [-3.0, 3.0], [-3.0, 0.548]])
+    limits = Limits(ranges, np.full(3, 20.0), np.full(3, 150.0), np.full(3, 1500.0))
+    goal = Boundary(np.full(3, 0.5), np.array([0.0, 0.0, 3.39]), free)
+    request = MotionRequest(Boundary(still, still, still), goal, 0.289, limits)
+    plan(three, replace(request, tail="coast"))
+    with pytest.raises(Infeasible) as caught:
+        plan(three, request)
+    assert (caught.value.joint, caught.value.quantity) == (2, "jerk")
+    assert caught.value.min_duration is not None
+    assert plan(three, replace(request, duration=caught.value.min_duration)).report.certified
 
 
 def test_a_warm_plan_is_as_good_as_a_cold_one(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:

@@ -62,3 +62,22 @@ def test_no_first_stop_where_every_stop_leaves() -> None:
     assert first_stop(fast, limits) is None
     slowing = Samples(np.zeros((3, 1)), np.array([[5.0], [0.5], [0.1]]), np.zeros((3, 1)))
     assert first_stop(slowing, limits) == 1
+
+
+def test_a_joint_at_rest_beside_one_that_turns_back() -> None:
+    """Neither divides by the other's zeros; numpy's warnings are errors here."""
+    limits = Limits(np.array([[-9.0, 9.0]] * 3), np.full(3, 9.0), np.full(3, 50.0), np.full(3, 100.0))
+    state = np.zeros(3), np.array([0.0, -1.0, 2.0]), np.array([0.0, 20.0, 0.0])
+    extremes = stop(*state, limits).extremes()
+    closed = stop_extremes(*state, limits.accelerations, limits.jerks)
+    assert pytest.approx(np.array(closed[:2]), abs=1e-12) == extremes[:, 0].T
+    assert extremes[1, 0, 0] < -0.02
+    assert not extremes[0, :3].any()
+
+
+def test_the_last_piece_of_a_stop_leads_nowhere_else() -> None:
+    """On v = −a|a|/2J the stop is one piece of jerk, however v is rounded."""
+    a = np.random.default_rng(0).uniform(-50, 50, 1000)
+    low, high, _, _ = stop_extremes(np.zeros(1000), -a * np.abs(a) / 200, a, np.array(60.0), np.array(100.0))
+    assert np.where(a < 0, high, low) == pytest.approx(-(a**3) / (6 * 100.0**2), abs=1e-9)
+    assert np.where(a < 0, low, high) == pytest.approx(0.0, abs=1e-9)

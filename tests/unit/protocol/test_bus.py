@@ -229,7 +229,7 @@ def test_of_two_that_claim_a_place_at_once_one_gets_it(hub, endpoint):
             def claim(service: str, together: threading.Barrier = together) -> Bus | None:
                 bus = Bus(open_session(connect=[endpoint]))
                 together.wait()
-                if bus.claim(service):
+                if bus.claim(service, patience=0.5):
                     return bus
                 bus.session.close()
                 return None

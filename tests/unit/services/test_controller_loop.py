@@ -8,7 +8,7 @@ import pytest
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import encode
-from services.controller.loop import MAX_EVENTS, ControllerLoop
+from services.controller.loop import MAX_SIGHTINGS, ControllerLoop
 from services.robot import load_robot
 
 CONFIG = load_robot()
@@ -127,21 +127,34 @@ def test_a_stop_is_attended_to_before_what_only_reads(desk: Desk):
     assert answered == ["cancel", "result", "status"]
 
 
-def test_a_flood_of_notices_costs_every_lease(desk: Desk, monkeypatch: pytest.MonkeyPatch):
+def see(desk: Desk, client: str, alive: bool = True) -> None:
+    """Let the loop's watch hear of a client."""
+    desk.loop._see_client(f"volley/arm/alive/client/{client}", alive)
+
+
+def test_a_flood_of_notices_costs_every_lease(desk: Desk):
     """The queue is bounded; what it has lost might be that the holder of the arm has gone."""
-    greeted: list[str] = []
-    monkeypatch.setattr(desk.loop, "_greet_arm", lambda: greeted.append("arm"))
-    desk.loop._see_client("volley/arm/alive/client/alice", True)
+    see(desk, "alice")
     desk.loop._attend()
     assert desk.loop._core._clients == {"alice"}
-    for k in range(MAX_EVENTS):
-        desk.loop._see_client(f"volley/arm/alive/client/{k}", True)
+    see(desk, "bob")
+    for k in range(MAX_SIGHTINGS - 1):
+        see(desk, f"flood-{k}")
+    see(desk, "bob", alive=False)  # this one is lost
+    for _ in range(MAX_SIGHTINGS + 1):
+        desk.loop._attend()
+    assert desk.loop._core._clients == set()
+    see(desk, "carol")
     desk.loop._attend()
-    assert "alice" in desk.loop._core._clients
-    for k in range(2):
-        desk.loop._see_client(f"volley/arm/alive/client/more-{k}", True)
-    desk.loop._attend()
-    assert (desk.loop._core._clients, greeted) == (set(), ["arm"])
+    assert desk.loop._core._clients == {"carol"}
+
+
+def test_a_flood_that_goes_on_is_told_once_a_second(desk: Desk, caplog: pytest.LogCaptureFixture):
+    for _ in range(20):
+        for k in range(MAX_SIGHTINGS + 2):
+            see(desk, f"flood-{k}")
+        desk.loop._attend()
+    assert len(caplog.records) == 1
 
 
 def test_what_is_logged_of_a_goal_has_its_id_as_a_field(desk: Desk, caplog: pytest.LogCaptureFixture):
