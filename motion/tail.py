@@ -24,9 +24,9 @@ TOUCH = 1e-9
 class Stop:
     """A stop of J joints, each as fast as its own limits allow.
 
-    Each joint runs through K pieces of constant jerk: `knots` (J, K+1) are their times, `states` (3, J, K+1)
-    position, velocity and acceleration there, `jerks` (J, K+1) the jerk from there on; at the last knot the
-    joint is at rest.
+    Each joint runs through at most K pieces of constant jerk: `knots` (J, K+1) are their times, `states` (3, J, K+1)
+    position, velocity and acceleration there, `jerks` (J, K+1) the jerk from there on; at the last knot, which a joint
+    with fewer pieces has several times, it is at rest.
     """
 
     duration: float
@@ -59,10 +59,9 @@ class Stop:
         Within a piece the velocity turns only where the first acceleration has gone, and the position where the arm
         moves against the way it stops in.
         """
-        jerks = np.where(self.knots[:, 1:] > self.knots[:, :-1], self.jerks[:, :-1], 0.0)
         extremes = np.empty((len(self.knots), 4, 2))
-        extremes[:, :3, 0], extremes[:, 3, 0] = self.states.min(axis=2).T, jerks.min(axis=1)
-        extremes[:, :3, 1], extremes[:, 3, 1] = self.states.max(axis=2).T, jerks.max(axis=1)
+        extremes[:, :3, 0], extremes[:, 3, 0] = self.states.min(axis=2).T, self.jerks.min(axis=1)
+        extremes[:, :3, 1], extremes[:, 3, 1] = self.states.max(axis=2).T, self.jerks.max(axis=1)
         p, v, a = self.states[:, :, 0]
         jerk = np.maximum(np.abs(self.jerks).max(axis=1), 1e-300)
         peak = v + a * np.abs(a) / (2 * jerk)
@@ -99,7 +98,9 @@ def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarra
     except ruckig.RuckigError:
         raise SolverFailed(int(np.abs(accelerations).argmax()), "Ruckig found no stop") from None
     joints = zip(*state, trajectory.profiles[0], strict=True)
-    knots = np.array([_knots(*joint) for joint in joints]).transpose(2, 0, 1)
+    each = [_knots(*joint) for joint in joints]
+    most = max(map(len, each))
+    knots = np.array([[*few, *few[-1:] * (most - len(few))] for few in each]).transpose(2, 0, 1)
     return Stop(float(knots[0, :, -1].max()), knots[0], knots[1:4], knots[4])
 
 
@@ -110,9 +111,10 @@ def _knots(p: float, v: float, a: float, profile: ruckig.Profile) -> list[tuple[
     """
     knots, now = [], 0.0
     for t, j in zip((*profile.brake.t, *profile.t), (*profile.brake.j, *profile.j), strict=True):
-        knots.append((now, p, v, a, j))
-        now += t
-        p, v, a = p + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j
+        if t > 0:
+            knots.append((now, p, v, a, j))
+            now += t
+            p, v, a = p + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j
     return [*knots, (now, p, 0.0, 0.0, 0.0)]
 
 
