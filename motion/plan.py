@@ -8,10 +8,10 @@ import numpy as np
 from motion.basis import INTERVALS, Grid, make_grid
 from motion.curve import interpolate
 from motion.errors import Infeasible, InvalidMotion, SolverFailed
-from motion.fixed import Fixed, check_fixed, fixed_values
+from motion.fixed import check_fixed, fixed_values
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.problem import build
+from motion.problem import Problem, build
 from motion.report import Active, Report, make_report
 from motion.request import MotionRequest
 from motion.samples import Samples
@@ -99,12 +99,13 @@ def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm
     check_fixed(request, fixed)
     grid = make_grid(primitive.basis_count)
     try:
-        solutions = _solved(grid, primitive, request, fixed, arriving(request), warm)
+        problem = build(grid, request, fixed, primitive.theta, arriving(request))
+        solutions = _solved(grid, problem, warm)
         tail, reach, stuck = _tail(request, solutions)
         if stuck.size:
             # Only now does it pay to ask which final accelerations leave room for the stop.
-            confined, earlier = final_accelerations(request), Warm(_curves(solutions))
-            again = _solved(grid, primitive, request, fixed, confined, earlier, stuck)
+            problem = build(grid, request, fixed, primitive.theta, final_accelerations(request))
+            again = _solved(grid, problem, Warm(_curves(solutions)), stuck)
             for joint, solution in zip(stuck.tolist(), again, strict=True):
                 solutions[joint] = solution
             tail, reach, stuck = _tail(request, solutions)
@@ -134,23 +135,14 @@ def _curves(solutions: list[Solution]) -> np.ndarray:
     return np.array([solution.certificate.curves for solution in solutions])
 
 
-def _solved(
-    grid: Grid,
-    primitive: Primitive,
-    request: MotionRequest,
-    fixed: Fixed,
-    confined: np.ndarray,
-    warm: Warm | None = None,
-    joints: np.ndarray | None = None,
-) -> list[Solution]:
+def _solved(grid: Grid, problem: Problem, warm: Warm | None = None, joints: np.ndarray | None = None) -> list[Solution]:
     """The optimum, certified, of every joint or of the `joints` (n,). Raises Clash or SolverFailed."""
-    chosen = np.arange(request.joint_count) if joints is None else joints
-    problem = build(grid, request, fixed, primitive.theta, confined)
+    chosen = np.arange(len(problem.targets)) if joints is None else joints
     solutions = solve(grid, problem, warm.curves if warm else None, chosen)
     for joint, solution in zip(chosen.tolist(), solutions, strict=True):
         if solution.certificate.failures:
             failure = solution.certificate.failures[0]
-            time = (failure.sample + 0.5) / grid.intervals * request.duration
+            time = (failure.sample + 0.5) / grid.intervals * problem.duration
             raise SolverFailed(joint, f"no certificate for the {QUANTITIES[failure.quantity]} near {time:.3f} s")
     x = np.array([solution.x for solution in solutions])
     missed = np.abs(problem.equalities.missed(x, problem.targets, chosen)).max(axis=1)
@@ -170,7 +162,7 @@ def _infeasible(grid: Grid, primitive: Primitive, request: MotionRequest, tick: 
     def works(longer: MotionRequest) -> object:
         fixed = fixed_values(longer)
         check_fixed(longer, fixed)
-        return _solved(grid, primitive, longer, fixed, confined)
+        return _solved(grid, build(grid, longer, fixed, primitive.theta, confined))
 
     found = shortest_duration(request, works, tick)
     return Infeasible(
