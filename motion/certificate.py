@@ -6,7 +6,8 @@ import numpy as np
 
 from motion.basis import Grid
 from motion.fixed import TOUCH
-from motion.problem import SIGNS, Problem
+from motion.limits import SIGNS
+from motion.problem import Problem
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +102,10 @@ def _allowed(problem: Problem, side: np.ndarray, joint: np.ndarray, k: np.ndarra
 def _highest_of_stretches(curve: np.ndarray, sample: np.ndarray, over: np.ndarray) -> list[int]:
     """Of each stretch of neighbouring intervals of one curve with a positive `over`: which one has the largest."""
     passed = (over > 0).nonzero()[0]
+    if not passed.size:
+        return []
     starts = np.flatnonzero((np.diff(sample[passed]) > 2) | (np.diff(curve[passed]) != 0)) + 1
-    return [int(stretch[over[stretch].argmax()]) for stretch in np.split(passed, starts) if stretch.size]
+    return [int(stretch[over[stretch].argmax()]) for stretch in np.split(passed, starts)]
 
 
 _NOTHING = 1e-150

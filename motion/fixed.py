@@ -23,12 +23,14 @@ Joints = np.ndarray | list[int] | slice
 class Fixed:
     """F values fixed by the request of J joints: the start's three first, the end's three last.
 
-    quantity (F,): 0 position, 1 velocity, 2 acceleration; s (F,): where; values (F, J): NaN where it is free.
+    quantity (F,): 0 position, 1 velocity, 2 acceleration; s (F,): where; values (F, J): NaN where it is free; slack
+    (2, J, F): how far inside the lower and the upper limit.
     """
 
     quantity: np.ndarray
     s: np.ndarray
     values: np.ndarray
+    slack: np.ndarray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,23 +77,26 @@ def fixed_values(request: MotionRequest) -> Fixed:
     end_positions = goal.positions - (1 - end) * request.duration * goal.velocities
     fixed += [(0, end, end_positions), (1, end, goal.velocities), (2, end, request.final_accelerations)]
     quantity, s, values = zip(*fixed, strict=True)
-    return Fixed(np.array(quantity), np.array(s), np.array(values))
+    quantity, values = np.array(quantity), np.array(values)
+    ranges = limits.ranges[:, quantity]
+    slack = np.array([values.T - ranges[:, :, 0], ranges[:, :, 1] - values.T])
+    return Fixed(quantity, np.array(s), values, slack)
 
 
 def check_fixed(request: MotionRequest, fixed: Fixed) -> None:
     """Raises LimitExceeded for the first joint's first fixed value outside its range."""
+    if not (fixed.slack < 0).any():
+        return
     ranges = request.limits.ranges[:, fixed.quantity]
     width = ranges[:, :, 1] - ranges[:, :, 0]
     width = np.where(np.isfinite(width), width, 1.0)
     tolerance = np.where(fixed.s == 0, 2 * TOUCH, FIXED_TOLERANCE) * width
     tolerance[:, 0] = LED_BACK_FROM
-    values = fixed.values.T
-    outside = (values < ranges[:, :, 0] - tolerance) | (values > ranges[:, :, 1] + tolerance)
+    outside = (fixed.slack < -tolerance).any(axis=0)
     if outside.any():
         joint, k = np.unravel_index(outside.argmax(), outside.shape)
-        value, (low, high) = values[joint, k], ranges[joint, k]
-        bound = low if value < low else high
-        raise LimitExceeded(int(joint), QUANTITIES[fixed.quantity[k]], float(value), float(bound))
+        bound = ranges[joint, k, fixed.slack[:, joint, k].argmin()]
+        raise LimitExceeded(int(joint), QUANTITIES[fixed.quantity[k]], float(fixed.values[k, joint]), float(bound))
 
 
 def equalities_of(grid: Grid, fixed: Fixed, values: np.ndarray) -> tuple[Equalities, np.ndarray]:

@@ -8,6 +8,9 @@ from motion.errors import InvalidMotion
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
+SIGNS = np.array([-1.0, 1.0])
+"""A lower limit is an upper one seen upside down: value·sign ≤ limit for both sides."""
+
 LED_BACK_FROM = 0.02
 """A motion may begin this far (rad) outside a position limit, where an arm was pushed, …"""
 

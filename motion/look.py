@@ -39,11 +39,8 @@ class Look:
         """For each of the joints (n,) with the curves (n, ≥ 4, M): None if all its samples are accepted; else the rows
         of the peaks of violation with their neighbours and, in a `first` look, of every eighth violated sample."""
         values = curves[:, :4]
-        here = self._part(joints)
-        outside = values > self._highest[here]
-        outside |= values < self._lowest[here]
         found: list[np.ndarray | None] = [None] * len(joints)
-        unsound = outside.reshape(len(joints), -1).any(axis=1).nonzero()[0]
+        unsound = np.nonzero(self._outside(joints, values))[0]
         if not unsound.size:
             return found
         worth = (1 - WORTH_ADDING) * self._band[:, joints[unsound]]
@@ -51,9 +48,8 @@ class Look:
         eighth = sample % FIRST_STRIDE == 0
         for m, k in enumerate(unsound.tolist()):
             of_joint = n == m
-            found[k] = with_neighbours(rows[peak & of_joint], PEAK_NEIGHBOURS, values.shape[2])
-            if first:
-                found[k] = np.concatenate([found[k], rows[eighth & of_joint]])
+            wanted = with_neighbours(rows[peak & of_joint], PEAK_NEIGHBOURS, values.shape[2])
+            found[k] = np.concatenate([wanted, rows[eighth & of_joint]]) if first else wanted
         return found
 
     def near(self, curves: np.ndarray) -> list[np.ndarray]:
@@ -68,6 +64,17 @@ class Look:
         wide = self.problem.band[side, n, quantity, sample] > 0.1 * BAND * half
         chosen = (peak | along) & wide
         return [rows[chosen & (n == joint)] for joint in every]
+
+    def _outside(self, joints: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Whether some of the joints' `values` (n, 4, M) are not accepted: (n,)."""
+        here = self._part(joints)
+        lowest, highest = self._lowest[here], self._highest[here]
+        if self.problem.constant:
+            outside = (values.max(axis=2) > highest[..., 0]) | (values.min(axis=2) < lowest[..., 0])
+        else:
+            outside = values > highest
+            outside |= values < lowest
+        return outside.reshape(len(joints), -1).any(axis=1)
 
     def _part(self, joints: np.ndarray) -> np.ndarray | slice:
         """An index of the joints (n,), which are in order; all of them need no copy."""

@@ -19,9 +19,6 @@ BAND = 1e-3
 TAPER = 0.1
 """Distance in s from a fixed boundary value within which the band grows to its full width."""
 
-SIGNS = np.array([-1.0, 1.0])
-"""A lower limit is an upper one seen upside down: value·sign ≤ limit for both sides."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
@@ -58,12 +55,15 @@ def build(grid: Grid, request: MotionRequest, fixed: Fixed, theta: np.ndarray, c
     low, high = confined.T * powers[2]
     half = _half(ranges)
     values = fixed.values * powers[fixed.quantity, None]
+    slack = fixed.slack * powers[fixed.quantity]
     # A narrower interval than the bands of its row is a value.
     free = np.isnan(values[-1])
     narrow = free & (high - low <= 4 * BAND * half[:, 2])
-    values[-1, narrow] = (low[narrow] + high[narrow]) / 2
+    if narrow.any():
+        middle = values[-1, narrow] = (low[narrow] + high[narrow]) / 2
+        slack[:, narrow, -1] = middle - ranges[narrow, 2, 0], ranges[narrow, 2, 1] - middle
     last = round(request.moving_fraction * grid.intervals)
-    limit, band, constant = _limits(grid, fixed, values, ranges, half, last)
+    limit, band, constant = _limits(grid, fixed, slack, ranges, half, last)
     for joint in (free & ~narrow & ((low > ranges[:, 2, 0]) | (high < ranges[:, 2, 1]))).nonzero()[0]:
         here = slice(None), joint, 2, last
         limit[here] = np.minimum(limit[here], [-low[joint], high[joint]])
@@ -88,7 +88,7 @@ def build(grid: Grid, request: MotionRequest, fixed: Fixed, theta: np.ndarray, c
 
 
 def _limits(
-    grid: Grid, fixed: Fixed, values: np.ndarray, ranges: np.ndarray, half: np.ndarray, last: int
+    grid: Grid, fixed: Fixed, slack: np.ndarray, ranges: np.ndarray, half: np.ndarray, last: int
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """True limits and bands, (2, J, 4, M) each: none after the last sample, wider at a start that lies outside; and
     whether they are the same at all samples.
@@ -99,7 +99,6 @@ def _limits(
     constant = np.array([-ranges[:, :, 0], ranges[:, :, 1]])
     limit, band = np.empty(shape), np.empty(shape)
     limit[:], band[:] = constant[..., None], BAND * half[:, :, None]
-    slack = constant[:, :, fixed.quantity] - SIGNS[:, None, None] * values.T
     beside = (slack < BAND * half[:, fixed.quantity]).nonzero()
     for side, joint, k in zip(*beside, strict=True):
         here = side, joint, fixed.quantity[k]

@@ -64,7 +64,7 @@ def solve(
     if warm is not None:
         near = look.near(warm)
         _solve_programs(grid, problem, [work.take(near[work.joint]) for work in chosen if near[work.joint].size])
-    curves = np.full((len(works), 6, len(grid.s)), np.nan)
+    curves = np.empty((len(works), 6, len(grid.s)))
     certificates: dict[int, Certificate] = {}
     for mends in range(MAX_MENDS + 1):
         x = _generate_rows(look, grid, works, failed, curves)

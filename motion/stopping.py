@@ -6,7 +6,7 @@ import numpy as np
 
 from motion.errors import CannotStop
 from motion.fixed import FIXED_TOLERANCE
-from motion.limits import Limits
+from motion.limits import SIGNS, Limits
 from motion.request import Boundary, MotionRequest
 from motion.tail import TOUCH, UNLIMITED, stop_extremes
 
@@ -20,15 +20,16 @@ def arriving(request: MotionRequest) -> np.ndarray:
 
     A given acceleration is an interval of no width. The velocity peaks at v + a|a|/2J during the stop.
     """
-    limits, wanted, velocities = request.limits, request.final_accelerations, request.goal.velocities
+    limits, wanted = request.limits, request.final_accelerations
+    # Row 0 looks at both intervals' lower ends upside down.
+    velocities = SIGNS[:, None] * request.goal.velocities
     # A joint that arrives at its velocity limit has come from inside it.
-    fastest = limits.velocities * (1 - FIXED_TOLERANCE)
-    low = np.where(velocities >= fastest, 0.0, -limits.accelerations)
-    high = np.where(velocities <= -fastest, 0.0, limits.accelerations)
+    from_inside = velocities <= limits.velocities * (FIXED_TOLERANCE - 1)
+    reach = np.where(from_inside, 0.0, limits.accelerations)
     if request.tail == "stop":
-        jerks, fastest = 2 * np.minimum(limits.jerks, UNLIMITED), limits.velocities + TOUCH
-        low = np.maximum(np.maximum(low, -UNLIMITED), -np.sqrt(np.maximum(jerks * (fastest + velocities), 0.0)))
-        high = np.minimum(np.minimum(high, UNLIMITED), np.sqrt(np.maximum(jerks * (fastest - velocities), 0.0)))
+        jerks, slower = np.minimum(limits.jerks, UNLIMITED), limits.velocities + TOUCH - velocities
+        reach = np.minimum(np.minimum(reach, UNLIMITED), np.sqrt(2 * jerks * np.maximum(slower, 0.0)))
+    low, high = -reach[0], reach[1]
     outside = (wanted < low) | (wanted > high)
     given = ~np.isnan(wanted)
     low, high = np.where(given, wanted, low), np.where(given, wanted, high)

@@ -7,7 +7,8 @@ import numpy as np
 from motion.basis import Grid
 from motion.certificate import Failure
 from motion.errors import SolverFailed
-from motion.problem import SIGNS, Problem
+from motion.limits import SIGNS
+from motion.problem import Problem
 
 MAX_ROUNDS = 30
 
@@ -75,13 +76,13 @@ def programs(grid: Grid, problem: Problem, works: list[WorkingSet]) -> tuple[np.
     matrix *= SIGNS[side][:, None]
     place = (side * len(problem.origin) + joint) * 4 * len(grid.s) + row
     demanded = problem.limit.take(place) - problem.band.take(place)
-    excess = np.einsum("ij,ij->i", matrix, problem.origin[joint]) - demanded
-    matrix = matrix[:, :-2]
+    excess, full, matrix = -demanded, matrix, matrix[:, :-2]
     end = 0
     for work, length in zip(works, lengths, strict=True):
         here = slice(end, end := end + length)
         if work.further:
             excess[here] += [work.further.get(row, 0.0) for row in work.rows.tolist()]
+        excess[here] += full[here] @ problem.origin[work.joint]
         span = problem.equalities.span[work.joint]
         matrix[here] -= (matrix[here] @ span) @ span.T
     norms = np.sqrt(np.einsum("ij,ij->i", matrix, matrix))
