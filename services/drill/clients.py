@@ -10,7 +10,7 @@ from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus, open_session
 from protocol.errors import Refusal
-from services.drill.cell import Cell, wait_for
+from services.drill.cell import Broken, Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.reference import unlike_plan
 from services.drill.scenario import Measured, Scenario, at_most, exactly, none
@@ -39,6 +39,8 @@ def kill_client(lab: Lab, lease: bool) -> Measured:
         with client(cell, "--wait", *(["--lease"] if lease else [])) as process:
             wait_for(lambda: cell.mode() == "tracking", "the client's motion")
             time.sleep(0.7)
+            if process.poll() is not None:
+                raise Broken("the client ended before it could be killed")
             process.kill()
             killed = time.monotonic()
             if lease:

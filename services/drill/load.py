@@ -115,21 +115,29 @@ def goals_from_four(lab: Lab) -> Measured:
     }
 
 
+def flood_queries(endpoint: str, robot: str, goal_id: str, count: int) -> Counter[str]:
+    """Ask `count` times how a goal goes, without waiting for an answer; return the answers by code."""
+    body = encode(m.ResultRequest(goal_id=goal_id))
+    with Bus(open_session([endpoint]), robot) as bus:
+        flood = Flood(bus.session, bus.key(topics.RESULT.key), count)
+        for _ in range(count):
+            flood.send(body)
+        flood.wait()
+    return flood.answers
+
+
 def queries_at_once(lab: Lab) -> Measured:
-    """10,000 `result` requests without waiting for an answer, during a motion."""
+    """10,000 `result` requests from four processes that wait for no answer, during a motion."""
     with lab.cell(Plan(clock="realtime")) as cell:
         cell.recover()
         before = on_time(cell, IDLE_S)
-        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=6.0)
-        body = encode(m.ResultRequest(goal_id=reply.goal_id))
-        flood = Flood(cell.bus.session, cell.bus.key(topics.RESULT.key), QUERIES)
-        first = cell.status()
-        for _ in range(QUERIES):
-            flood.send(body)
-        flood.wait()
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=10.0)
+        first, asked = cell.status(), (cell.endpoint, cell.bus.robot, reply.goal_id, QUERIES // CLIENTS)
+        with ProcessPoolExecutor(CLIENTS, mp_context=multiprocessing.get_context("spawn")) as pool:
+            floods = [pool.submit(flood_queries, *asked) for _ in range(CLIENTS)]
+            answers = sum((flood.result() for flood in floods), Counter())
         during = answered_since(first, cell)
         result = cell.finish(reply)
-    answers = flood.answers
     return {
         "queries": QUERIES,
         "answered": answers["taken"],
@@ -220,11 +228,11 @@ SCENARIOS = (
     ),
     Scenario(
         "queries-flood",
-        "10,000 `result` queries at once in a motion",
+        "10,000 `result` queries at once, of four clients, in a motion",
         "realtime",
         (
             told("answered"),
-            told("told busy"),
+            at_least("told busy", 1),
             none("queries without an answer"),
             *UNDISTURBED,
             *RATIOS,

@@ -6,6 +6,7 @@ from typing import Any
 
 import msgpack
 import msgspec
+import numpy as np
 import zenoh
 
 from protocol import messages as m
@@ -14,7 +15,7 @@ from protocol.codec import encode
 from protocol.errors import CODES
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
-from services.drill.scenario import Measured, Scenario, exactly, none, told
+from services.drill.scenario import Measured, Scenario, at_least, exactly, none, told
 
 Body = dict[str, object]
 NOISE = "noise"
@@ -113,44 +114,61 @@ def bad_publications(message: m.State | m.Command, joints: int) -> list[bytes]:
     good: Body = msgspec.to_builtins(message)
     if isinstance(message, m.Command):
         good["source"] = NOISE
-    vectors = ("positions", "velocities")
-    changes: list[dict[str, Any]] = [{"version": 2}, {"tick": max(0, message.tick - 5)}, {"tick": 1e300}, {}]
+    vectors = ("positions", "velocities", *(("accelerations",) if isinstance(message, m.Command) else ()))
+    changes: list[dict[str, Any]] = [{"version": 2}, {"tick": max(0, message.tick - 5)}, {"tick": 1e300}]
     for name in vectors:
         changes += [{name: [wrong] * joints} for wrong in (math.nan, math.inf)] + [{name: [0.0] * (joints - 1)}]
+    if isinstance(message, m.State):
+        changes.append({})  # Doubled.
     packed = [msgpack.packb({**good, **change}) or b"" for change in changes]
     return [*packed, b"", b"{", b"\xc1" * 100, packed[-1] + b"\x00"]
 
 
 def bad_states(lab: Lab) -> Measured:
-    """Send the controller states that it may not take; look whether it counts them and commands the same."""
+    """Send the controller states that it may not take; look whether it counts them and commands the arm to stay."""
     cell = lab.shared()
     cell.step(50)
     before = cell.status()
     sent = publish(cell, topics.STATE, bad_publications(cell.state(), len(cell.home)))
     wait_for(lambda: cell.status().cycle.refused - before.cycle.refused >= sent, "the controller to count", 5.0)
     counted = cell.status().cycle.refused - before.cycle.refused
-    cell.reset()
-    return {"states sent": sent, "not counted": sent - counted, **unmoved(cell)}
+    cell.step(20)
+    astray = sum(command.positions != cell.home or any(command.velocities) for command in cell.commands())
+    far = max(map(abs, np.subtract(cell.state().positions, cell.home)))
+    cell.reset()  # What was sent stands among the states of this run.
+    return {
+        "states sent": sent,
+        "not counted": sent - counted,
+        "commands that do not hold the arm": astray + (far > AT_HOME),
+        **unmoved(cell),
+    }
 
 
 def bad_commands(lab: Lab) -> Measured:
-    """While the controller's commands are lost, send the sim commands that it may not take: it must still brake."""
+    """While the controller hears no states, send the sim commands that it may not take: it must still brake.
+
+    They are spoiled copies of what would answer the coming tick, and nothing else answers it.
+    """
     cell = lab.shared()
     reply = cell.strike()
     cell.step_to(cell.ticks(reply.start_time) + 300)
-    cell.lose("command", 100)
-    lost = cell.tick
-    sent = 0
-    for _ in range(25):
-        command = cell.commands()[-1]
-        bad = bad_publications(command, len(cell.home))
-        far = msgspec.structs.replace(command, tick=command.tick + 1000, source=NOISE)
-        sent += publish(cell, topics.COMMAND, [*bad, encode(far)])
+    good = msgspec.structs.replace(cell.commands()[-1], source=NOISE)
+    cell.lose("state", 100)
+    cell.step(1)
+    sent, silent = 0, math.nan
+    for tick in range(cell.tick, cell.tick + 25):
+        due = msgspec.structs.replace(good, tick=tick)
+        far = msgspec.structs.replace(good, tick=tick + 1000)
+        huge = msgspec.structs.replace(due, accelerations=[1e9] * len(cell.home))
+        sent += publish(cell, topics.COMMAND, [*bad_publications(due, len(cell.home)), encode(far), encode(huge)])
         cell.step(1)
-    braked = next((state for state in cell.states() if state.brake), None)
+        state = cell.state()
+        if state.brake:
+            silent = state.tick - state.applied_tick - 1
+            break
     return {
         "commands sent": sent,
-        "silent ticks until the arm brakes": braked.tick - lost - 1 if braked else math.nan,
+        "silent ticks until the arm brakes": silent,
         "processes ended": len(cell.services.ended()),
     }
 
@@ -159,9 +177,9 @@ def wildcards(lab: Lab) -> Measured:
     """Ask with a wildcard everything that changes something."""
     cell = lab.shared()
     wrong = 0
-    for topic in topics.QUERIES:
-        if not topic.reads:
-            wrong += answer(cell, topic.key[:-1] + "$*", msgpack.packb({}) or b"") != "bad_message"
+    for key, body in good_bodies(cell).items():
+        if not next(topic for topic in topics.QUERIES if topic.key == key).reads:
+            wrong += answer(cell, key[:-1] + "$*", msgpack.packb(body) or b"") != "bad_message"
     return {"requests not refused": wrong, **unmoved(cell)}
 
 
@@ -179,14 +197,19 @@ SCENARIOS = (
         "bad-states",
         "states not finite, old, doubled, of wrong length or version, and noise",
         "stepped",
-        (told("states sent"), none("not counted"), *UNMOVED),
+        (
+            at_least("states sent", 10),
+            none("not counted"),
+            none("commands that do not hold the arm"),
+            *UNMOVED,
+        ),
         bad_states,
     ),
     Scenario(
         "bad-commands",
-        "the same among commands, while the controller's own are lost",
+        "the same among commands, while the controller sends none",
         "stepped",
-        (told("commands sent"), exactly("silent ticks until the arm brakes", 20), none("processes ended")),
+        (at_least("commands sent", 300), exactly("silent ticks until the arm brakes", 20), none("processes ended")),
         bad_commands,
     ),
     Scenario(

@@ -1,6 +1,7 @@
 """Motions replaced and canceled at every tenth of the way."""
 
 import msgspec
+import numpy as np
 
 from protocol import messages as m
 from protocol import topics
@@ -26,9 +27,10 @@ class Worst:
     def note(self, cell: Cell) -> None:
         """Take in the run so far."""
         reference = Reference(cell.commands(), cell.config)
-        self.jerk = max(self.jerk, reference.jerk_used())
-        self.gap = max(self.gap, reference.unexplained())
-        self.limits = max(self.limits, reference.limits_used())
+        # Unlike Python's, numpy's maximum keeps what is not a number.
+        self.jerk = float(np.maximum(self.jerk, reference.jerk_used()))
+        self.gap = float(np.maximum(self.gap, reference.unexplained()))
+        self.limits = float(np.maximum(self.limits, reference.limits_used()))
 
     def measured(self) -> Measured:
         """Return what `SMOOTH` bounds."""

@@ -11,7 +11,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from services.drill.scenario import Bound, Outcome, Scenario, Value
+from services.drill.scenario import Bound, Outcome, Scenario, Value, judge
 from services.drill.table import FAMILIES
 
 BEGIN, END = "<!-- begin: python -m services.drill -->", "<!-- end: python -m services.drill -->"
@@ -111,8 +111,11 @@ def _line(scenario: Scenario, row: dict[str, Any] | None) -> str:
     if row is None:
         measured, held = "not measured", ""
     else:
-        measured = "<br>".join(f"{r['reaction']}: {number(r['measured'], r['unit'])}" for r in row["reactions"])
-        measured, held = row["broken"] or measured, "held" if row["held"] else "**fell short**"
+        # Judged anew: a bound may have changed since.
+        taken = {r["reaction"]: r["measured"] for r in row["reactions"] if r["measured"] is not None}
+        outcome = judge(scenario, taken, row["seconds"], row["broken"])
+        told = "<br>".join(f"{r.bound.reaction}: {number(r.measured, r.bound.unit)}" for r in outcome.reactions)
+        measured, held = outcome.broken or told, "held" if outcome.held else "**fell short**"
     return f"| `{scenario.name}`: {scenario.fault} | {measured} | {bounds} | {held} |"
 
 

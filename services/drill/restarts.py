@@ -9,24 +9,25 @@ from protocol.errors import NoAnswer, Refusal
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.load import noisy
-from services.drill.scenario import Measured, Scenario, at_most, exactly, told
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, told
 from services.drill.start import Plan
 
-CONTROLLER_SAYS, PLANNER_SAYS = "the arm fell silent", "the controller"
-"""How the log lines begin by which the two say that the arm is gone."""
+CONTROLLER_SAYS, PLANNER_SAYS = "the arm fell silent", ("the controller fell silent", "the controller is in fault")
+"""Words by which the two log that the arm is gone; the planner hears of it from the controller, or hears nothing."""
 
 
 def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = False) -> Measured:
-    """Kill or stop the sim in mid-motion, if asked amid noise on `state`, and bring it back after a second."""
+    """Kill or stop the sim in mid-motion, if asked amid noise, and bring it back after a second."""
     with lab.cell(Plan(clock="realtime", hosted=hosted)) as cell, ExitStack() as meanwhile:
         cell.recover()
+        refused = cell.status().cycle.refused
         if noise:
-            meanwhile.enter_context(noisy(cell, (topics.STATE,)))
+            meanwhile.enter_context(noisy(cell, (topics.STATE, topics.STATUS)))
         reply = cell.under_way()
         at = cell.signal("sim", number)
         time.sleep(1.5)
         controller = cell.said_at("controller", CONTROLLER_SAYS, at)
-        planner = cell.said_at("planner", PLANNER_SAYS, at)
+        planner = min(filter(None, (cell.said_at("planner", words, at) for words in PLANNER_SAYS)), default=None)
         meanwhile.close()
         if number == signal.SIGSTOP:
             cell.signal("sim", signal.SIGCONT)
@@ -41,6 +42,7 @@ def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = Fa
             "planner says so after": planner - at if planner else "never",
             "the goal": outcome(cell, reply.goal_id),
             "its reason": reason,
+            "noise that the controller counts": cell.status().cycle.refused - refused,
             "back in service after": back_s,
             "the next goal": cell.finish(cell.goal(duration=1.5)).outcome,
         }
@@ -98,9 +100,9 @@ SCENARIOS = (
     ),
     Scenario(
         "sim-stopped-noise",
-        "the same, with 1 MB/s of noise among the states: noise is no sign of life",
+        "the same, with 1 MB/s of noise among states and statuses: noise is no sign of life",
         "realtime",
-        BOUNDS,
+        (*BOUNDS, at_least("noise that the controller counts", 500)),
         lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=True, noise=True),
         "full",
     ),

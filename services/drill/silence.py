@@ -27,9 +27,9 @@ def lose_few(lab: Lab, stream: str) -> Measured:
         missed = cell.status().cycle.missed
         cell.lose(stream, ticks)
         cell.finish(reply)
-        unlike += unlike_plan(cell.commands(), cell.plan_of(reply), cell.config, ticks)
+        unlike += unlike_plan(cell.commands(), cell.plan_of(reply), cell.config, ticks if stream == "state" else 0)
         braked += sum(state.brake for state in cell.states())
-        uncounted += ticks - (cell.status().cycle.missed - missed)
+        uncounted += abs(ticks - (cell.status().cycle.missed - missed))
     return {
         "commands unlike the plan's samples": unlike,
         "ticks braked": braked,

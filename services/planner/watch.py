@@ -16,30 +16,29 @@ class ControllerWatch:
 
     def __init__(self, bus: Bus, log: logging.Logger) -> None:
         self._log = log
-        self._newest: bytes | None = None
+        self._newest: m.Status | None = None
         self._heard_s = 0.0
         self._there = False
         self._fault: str | None = None
         bus.listen(topics.STATUS, self._hear)
 
     def _hear(self, body: bytes) -> None:
-        self._newest = body
+        try:
+            self._newest = decode(body, m.Status)
+        except Refusal:
+            return  # Noise is no sign of life, and must not take a status' place.
 
     def look(self, now_s: float) -> None:
         """Log what changed by `now_s`, on any clock that does not jump."""
-        body, self._newest = self._newest, None
-        if body is not None:
+        status, self._newest = self._newest, None
+        if status is not None:
             self._heard_s = now_s
-            self._note(body)
+            self._note(status.fault)
         elif self._there and now_s - self._heard_s > SILENT_S:
             self._there = False
             self._log.error("the controller fell silent; motions that it has accepted may have ended")
 
-    def _note(self, body: bytes) -> None:
-        try:
-            fault = decode(body, m.Status).fault
-        except Refusal:
-            return
+    def _note(self, fault: str | None) -> None:
         if not self._there:
             self._there = True
             self._log.info("the controller is there")

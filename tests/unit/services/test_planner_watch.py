@@ -35,15 +35,30 @@ def test_it_tells_every_change_once(caplog: pytest.LogCaptureFixture):
     watch.look(0.0)
     watch.look(9.0)
     assert caplog.messages == []
-    said = [None, None, "hot", "hot", None, b"\xc1"]
-    for k, fault in enumerate(said):
-        bus.say(fault if isinstance(fault, bytes) else status(fault))
+    for k, fault in enumerate([None, None, "hot", "hot", None]):
+        bus.say(status(fault))
         watch.look(10.0 + k / 10)
-    watch.look(10.9)
-    watch.look(11.1)
+    watch.look(10.8)
+    assert "fell silent" not in caplog.text
+    watch.look(11.0)
     watch.look(12.0)
     bus.say(status(None))
     watch.look(13.0)
     words = ["is there", "in fault: hot", "left its fault", "fell silent", "is there"]
     assert len(caplog.messages) == len(words)
     assert all(word in line for word, line in zip(words, caplog.messages, strict=True))
+
+
+def test_noise_is_no_sign_of_life(caplog: pytest.LogCaptureFixture):
+    """Nor does it take the place of a status that came just before it."""
+    caplog.set_level(logging.INFO)
+    bus = Heard()
+    watch = ControllerWatch(bus, logging.getLogger("planner"))  # type: ignore[arg-type]
+    bus.say(status("hot"))
+    bus.say(b"\xc1")
+    watch.look(10.0)
+    assert "in fault: hot" in caplog.text
+    for k in range(1, 10):
+        bus.say(b"\xc1")
+        watch.look(10.0 + k / 10)
+    assert "fell silent" in caplog.text

@@ -1,11 +1,12 @@
 """Which commands lead the arm, and when it leads itself."""
 
+import msgspec
 import numpy as np
 import pytest
 
 from protocol import messages as m
 from services.robot import load_robot
-from services.sim.drive import Drive
+from services.sim.drive import MAX_ACCELERATION, Drive
 
 ROBOT = load_robot()
 STILL = [0.0] * ROBOT.joint_count
@@ -39,6 +40,20 @@ def test_commands_that_come_twenty_ticks_late_do_not_keep_the_brake_away(drive: 
         drive.take(command(tick - ROBOT.silence_ticks), tick)
         drive.acceleration(ROBOT.home, np.zeros(ROBOT.joint_count))
     assert drive.brake
+
+
+@pytest.mark.parametrize("name", ["accelerations", "positions", "velocities"])
+@pytest.mark.parametrize("values", [STILL[1:], [*STILL, 0.0], []])
+def test_a_command_for_another_number_of_joints_leads_nobody(drive: Drive, name: str, values: list[float]):
+    assert not drive.take(msgspec.structs.replace(command(100), **{name: values}), 100)
+    assert drive.refused == 1
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_command_beyond_any_arm_leads_nobody(drive: Drive, sign: float):
+    beyond = msgspec.structs.replace(command(100), accelerations=[sign * 2 * MAX_ACCELERATION, *STILL[1:]])
+    assert not drive.take(beyond, 100)
+    assert drive.refused == 1
 
 
 def test_a_command_of_another_run_leads_nobody(drive: Drive):
