@@ -134,12 +134,12 @@ def bad_states(lab: Lab) -> Measured:
     counted = cell.status().cycle.refused - before.cycle.refused
     cell.step(20)
     astray = sum(command.positions != cell.home or any(command.velocities) for command in cell.commands())
-    far = max(map(abs, np.subtract(cell.state().positions, cell.home)))
+    far = float(np.abs(np.subtract(cell.state().positions, cell.home)).max())
     cell.reset()  # What was sent stands among the states of this run.
     return {
         "states sent": sent,
         "not counted": sent - counted,
-        "commands that do not hold the arm": astray + (far > AT_HOME),
+        "commands that do not hold the arm": astray + int(far > AT_HOME),
         **unmoved(cell),
     }
 
