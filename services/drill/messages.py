@@ -21,6 +21,8 @@ Body = dict[str, object]
 NOISE = "noise"
 AT_HOME = 1e-6
 """rad; further from home than this, something has moved the arm."""
+LOST = 100
+"""Ticks without states, more than an arm waits before it brakes."""
 
 
 def good_bodies(cell: Cell) -> dict[str, Body]:
@@ -153,7 +155,7 @@ def bad_commands(lab: Lab) -> Measured:
     reply = cell.strike()
     cell.step_to(cell.ticks(reply.start_time) + 300)
     good = msgspec.structs.replace(cell.commands()[-1], source=NOISE)
-    cell.lose("state", 100)
+    cell.lose("state", LOST)
     cell.step(1)
     sent, silent = 0, math.nan
     for tick in range(cell.tick, cell.tick + 25):
@@ -166,6 +168,7 @@ def bad_commands(lab: Lab) -> Measured:
         if state.brake:
             silent = state.tick - state.applied_tick - 1
             break
+    cell.step(LOST)  # By the next scenario states are heard of again.
     return {
         "commands sent": sent,
         "silent ticks until the arm brakes": silent,
