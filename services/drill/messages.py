@@ -162,7 +162,10 @@ def bad_commands(lab: Lab) -> Measured:
         due = msgspec.structs.replace(good, tick=tick)
         far = msgspec.structs.replace(good, tick=tick + 1000)
         huge = msgspec.structs.replace(due, accelerations=[1e9] * len(cell.home))
-        sent += publish(cell, topics.COMMAND, [*bad_publications(due, len(cell.home)), encode(far), encode(huge)])
+        bad = [*bad_publications(due, len(cell.home)), encode(far), encode(huge)]
+        sent += publish(cell, topics.COMMAND, bad)
+        for _ in bad:
+            cell.state()  # A sim at rest takes one command in between two requests.
         cell.step(1)
         state = cell.state()
         if state.brake:
