@@ -12,12 +12,11 @@ from rerun.chunk import RrdReader
 
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
-from services.drill.load import on_time
+from services.drill.load import answered_since, on_time
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
 from services.drill.start import ARM, Plan
 
 WINDOW_S = 4.0
-PAUSE_S = 1.0  # after the fault, until statistics are taken again
 SPARE_BYTES = 100_000
 
 
@@ -34,10 +33,11 @@ def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None], goes_on: bool 
         before = on_time(cell, WINDOW_S)
         reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=8.0)
         time.sleep(2.0)
+        first = cell.status()
         fault(cell, trace)
         due = cell.state().tick
-        time.sleep(PAUSE_S)
-        after = on_time(cell, WINDOW_S)
+        time.sleep(WINDOW_S)
+        after = answered_since(first, cell)
         cell.signal("recorder", signal.SIGCONT)
         wait_for(lambda: cell.result(reply.goal_id).outcome != "running", "the motion to end")
         result = cell.result(reply.goal_id)
