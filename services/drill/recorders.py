@@ -16,7 +16,7 @@ from services.drill.load import answered_since, on_time
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
 from services.drill.start import ARM, Plan
 
-WINDOW_S = 4.0
+WINDOW_S = 8.0
 SPARE_BYTES = 100_000
 
 
@@ -31,7 +31,7 @@ def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None], goes_on: bool 
         cell.recover()
         time.sleep(1.0)
         before = on_time(cell, WINDOW_S)
-        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=8.0)
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=12.0)
         time.sleep(2.0)
         first = cell.status()
         fault(cell, trace)
