@@ -58,6 +58,8 @@ def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
         )
     if not 0 < len(trajectory.goal_id) <= 128:
         raise bad_message("goal_id", "goal_id must have 1 to 128 characters")
+    if len(trajectory.client_id) > 128:
+        raise bad_message("client_id", "client_id must have at most 128 characters")
 
 
 def _check_limits(samples: Samples, hit_index: int, config: RobotConfig) -> None:

@@ -194,7 +194,10 @@ class ControllerLoop:
             self._arm_seen.clear()
             self._greet_arm()
         if not self._answers.empty():
-            self._answers.get_nowait()()
+            try:
+                self._answers.get_nowait()()
+            except Refusal as refusal:
+                self._refusals.warn(f"an answer of the arm was refused: {refusal}", refusal.code)
 
     def _greet_arm(self) -> None:
         """Ask the arm what it is and where: what it published before we listened is lost."""

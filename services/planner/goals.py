@@ -16,7 +16,7 @@ from protocol.topics import MAX_PLAN_S
 from services.robot import RobotConfig
 
 ROUNDING = 1e-9
-MAX_GOAL_ID = 128
+MAX_GOAL_ID = MAX_CLIENT_ID = 128
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,6 +80,9 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
         raise Refusal("invalid_goal", "tail 'coast' is for plan_only goals; an arm must come to rest", field="tail")
     if goal.lease and not goal.client_id:
         raise Refusal("invalid_goal", "a lease needs the client_id that holds the token", field="client_id")
+    if len(goal.client_id) > MAX_CLIENT_ID:
+        sentence = f"client_id has {len(goal.client_id)} characters; it must have at most {MAX_CLIENT_ID}"
+        raise Refusal("invalid_goal", sentence, field="client_id")
     if goal.goal_id is not None and not 0 < len(goal.goal_id) <= MAX_GOAL_ID:
         raise Refusal("invalid_goal", f"goal_id must have 1 to {MAX_GOAL_ID} characters", field="goal_id")
     if goal.method == "dmp" and goal.start is not None and goal.start.accelerations is not None:

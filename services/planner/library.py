@@ -19,6 +19,12 @@ from protocol.errors import Refusal
 SHOWN = 80
 """Characters of a name that are shown of one that cannot be."""
 
+MAX_PRIMITIVES = 256
+"""Of a library: each stays in memory."""
+
+LISTED = 10
+"""Names in the sentence that refuses an unknown one."""
+
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
 
@@ -60,20 +66,25 @@ class Library:
         try:
             return self._primitives[name][0]
         except KeyError:
-            there = ", ".join(sorted(self._primitives)) or "none yet; send one to `learn`"
+            first, rest = sorted(self._primitives)[:LISTED], len(self._primitives) - LISTED
+            there = ", ".join(first) + (f" and {rest} more" if rest > 0 else "") or "none yet; send one to `learn`"
             asked = name[:SHOWN]
             raise Refusal(
                 "unknown_primitive", f"there is no primitive {asked!r}; there is {there}", name=asked
             ) from None
 
     def check_name(self, name: str, replace: bool) -> None:
-        """Raise a Refusal unless `name` may be written: `bad_message` for a bad name, `exists` for a taken one."""
+        """Raise a Refusal unless `name` may be written: `bad_message` for a bad name or a full library,
+        `exists` for a taken name."""
         if not _NAME.fullmatch(name):
             raise bad_message(
                 "name", f"name {name[:SHOWN]!r} must be 1 to 64 letters, digits, - or _, not starting with - or _"
             )
         if name in self._primitives and not replace:
             raise Refusal("exists", f"there is a primitive {name!r}; send replace: true to learn it anew", name=name)
+        if name not in self._primitives and len(self._primitives) >= MAX_PRIMITIVES:
+            sentence = f"the library has {MAX_PRIMITIVES} primitives, as many as it takes; forget one first"
+            raise bad_message("name", sentence)
 
     def put(self, name: str, primitive: Primitive) -> None:
         """Keep `primitive` as `name`, on disk before this returns."""

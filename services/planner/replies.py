@@ -9,7 +9,8 @@ from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
-from services.planner.goals import Origin
+from services.planner.goals import MAX_CLIENT_ID, Origin
+from services.planner.library import SHOWN
 from services.robot import RobotConfig
 
 _FIELDS = {"positions": "position", "velocities": "velocity", "accelerations": "acceleration", "jerks": "jerk"}
@@ -71,11 +72,14 @@ def plan_message(plan: Plan | DmpPlan, trajectory: m.Trajectory, goal: m.Goal, p
 
 
 def refused_message(goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> m.Refused:
-    """Return what is published of a refused goal; it and its id are None where its body did not decode."""
+    """Return what is published of a refused goal; it and its id are None where its body did not decode.
+
+    Its words are cut, for they may be what it is refused for.
+    """
     return m.Refused(
         goal_id=goal_id,
-        client_id=goal.client_id if goal else "",
-        primitive=goal.primitive if goal else "",
+        client_id=goal.client_id[:MAX_CLIENT_ID] if goal else "",
+        primitive=goal.primitive[:SHOWN] if goal else "",
         code=refusal.code,
         message=refusal.message,
         detail=refusal.detail,

@@ -168,3 +168,14 @@ def test_what_is_logged_of_a_goal_has_its_id_as_a_field(desk: Desk, caplog: pyte
 def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(desk: Desk, caplog: pytest.LogCaptureFixture):
     desk.loop._answer([NOISE])
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
+
+
+@pytest.mark.parametrize("hear", ["_meet_arm", "_catch_up"])
+def test_an_answer_that_is_none_ends_nothing(desk: Desk, hear: str, caplog: pytest.LogCaptureFixture):
+    """Anyone on an open bus may answer what the arm is asked."""
+    if hear == "_meet_arm":
+        desk.loop._answers.put(lambda: desk.loop._meet_arm(NOISE))
+    else:
+        desk.loop._catch_up(NOISE)
+    desk.loop._look_at_arm()
+    assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]

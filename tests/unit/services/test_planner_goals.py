@@ -99,6 +99,7 @@ def test_an_arrival_that_has_passed_is_late(primitive: Primitive, time: float):
         ("client_id", {"lease": True}),
         ("goal_id", {"goal_id": ""}),
         ("goal_id", {"goal_id": "x" * 129}),
+        ("client_id", {"client_id": "x" * 129}),
         ("rest_fraction", {"rest_fraction": 1.0}),
         ("accelerations", {"rest_fraction": 0.5, "accelerations": [1.0, *FREE]}),
         ("limits.velocities", {"limits": m.GoalLimits(velocities=[0.0, *FREE])}),

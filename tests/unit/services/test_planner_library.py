@@ -114,3 +114,26 @@ def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: 
     assert list(tmp_path.glob(".*.tmp"))
     assert names(Library(tmp_path, LOG)) == ["swing"]
     assert not list(tmp_path.glob(".*.tmp"))
+
+
+def test_a_full_library_takes_no_new_name(tmp_path: Path, primitive: Primitive, monkeypatch: pytest.MonkeyPatch):
+    """But what it has may be learned anew, and what is forgotten makes room."""
+    monkeypatch.setattr("services.planner.library.MAX_PRIMITIVES", 2)
+    library = Library(tmp_path, LOG)
+    for name in ("one", "two"):
+        library.check_name(name, replace=False)
+        library.put(name, primitive)
+    with pytest.raises(Refusal, match="forget one first"):
+        library.check_name("three", replace=True)
+    library.check_name("two", replace=True)
+    library.remove("one")
+    library.check_name("three", replace=False)
+
+
+def test_of_many_names_some_are_listed(tmp_path: Path, primitive: Primitive):
+    """A refusal has to fit in an answer."""
+    library = Library(tmp_path, LOG)
+    for number in range(12):
+        library.put(f"swing-{number:02}", primitive)
+    with pytest.raises(Refusal, match=r"swing-09 and 2 more$"):
+        library.get("serve")
