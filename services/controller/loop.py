@@ -49,6 +49,7 @@ class ControllerLoop:
         self._answers: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._refusals = Seldom(log)
         self._floods = Seldom(log)
+        self._fault_told: str | None = None
         self._silent_waits = 0
         self._wait_ends_ns = 0
         self._clock: m.Clock | None = None
@@ -152,6 +153,12 @@ class ControllerLoop:
             self._ended.put(result)
             goal_id = result.goal_id
             self._log.info("goal %s %s %s", goal_id, result.outcome, result.reason, extra={"goal_id": goal_id})
+        if self._core.fault != self._fault_told:
+            self._fault_told = self._core.fault
+            if self._fault_told:
+                self._log.error("in fault: %s", self._fault_told, extra={"code": "fault"})
+            else:
+                self._log.info("out of the fault")
         now_ns = time.monotonic_ns()
         if self._core.awake and (self._core.changed or now_ns >= self._next_status_ns):
             self._core.changed = False

@@ -179,3 +179,14 @@ def test_an_answer_that_is_none_ends_nothing(desk: Desk, hear: str, caplog: pyte
         desk.loop._catch_up(NOISE)
     desk.loop._look_at_arm()
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
+
+
+def test_faults_are_logged_as_they_come_and_go(desk: Desk, caplog: pytest.LogCaptureFixture):
+    """Once each, whether or not a goal ends with them."""
+    caplog.set_level(logging.INFO)
+    desk.loop._answer([state(0)])
+    for fault in ("hot", "hot", None):
+        desk.loop._core.fault = fault
+        desk.loop._tell()
+    assert caplog.messages == ["in fault: hot", "out of the fault"]
+    assert caplog.records[0].__dict__["code"] == "fault"

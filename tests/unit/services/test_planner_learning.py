@@ -52,6 +52,7 @@ def test_smoothing_is_used_as_asked_and_told():
         ("positions", {"positions": b"", "joint_count": 3}),
         ("positions", {"positions": bytes(23), "joint_count": 3}),
         ("positions", {"positions": (PATH + 1e5).tolist()}),
+        ("positions", {"positions": np.zeros((200, 65)).tolist()}),
         ("joint_count", {"positions": bytes(24)}),
         ("joint_count", {"joint_count": 4}),
         ("rate", {"rate": None}),
