@@ -51,7 +51,7 @@ class Goal(Request, kw_only=True):
         arrival_time: on the robot's clock, to the nearest tick; not together with `duration`
         goal_id: names the motion in everything that follows, null: made by the planner; the same one with the same body
             answers as the first did and moves nothing, with another body it is `duplicate`
-        client_id: whose goal it is
+        client_id: whose goal it is, at most 128 characters
         lease: the client holds the liveliness token `alive/client/CLIENT_ID`, its loss cancels the motion, and until
             the end other clients' goals get `not_holder`
         start: null: go on from where everything accepted so far will have the arm; given only with `plan_only`

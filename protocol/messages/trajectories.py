@@ -10,7 +10,7 @@ class Motion(Message, kw_only=True):
 
     Attributes:
         goal_id: the goal it serves
-        client_id: whose goal it is
+        client_id: whose goal it is, at most 128 characters
         lease: as in the [Goal](#goal)
         preempt: as in the [Goal](#goal)
         epoch: the controller's when the plan was made: a plan made under an older one is `superseded`
