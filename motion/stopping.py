@@ -21,7 +21,7 @@ def arriving(request: MotionRequest) -> np.ndarray:
     A given acceleration is an interval of no width. The velocity peaks at v + a|a|/2J during the stop.
     """
     limits, wanted = request.limits, request.final_accelerations
-    # Row 0 looks at both intervals' lower ends upside down.
+    # Row 0 is the lower end, seen upside down.
     velocities = SIGNS[:, None] * request.goal.velocities
     # A joint that arrives at its velocity limit has come from inside it.
     from_inside = velocities <= limits.velocities * (FIXED_TOLERANCE - 1)

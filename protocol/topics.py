@@ -15,6 +15,8 @@ SMALL = 1 << 14
 MIB = 1 << 20
 QUEUE_LENGTH = 16
 MAX_PLAN_S = 20.0
+MAX_ID = 128
+"""Characters of a goal's or a client's id."""
 
 
 @dataclass(frozen=True, slots=True)

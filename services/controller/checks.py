@@ -10,7 +10,7 @@ from motion.samples import Samples
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
 from protocol.errors import Refusal
-from protocol.topics import MAX_PLAN_S
+from protocol.topics import MAX_ID, MAX_PLAN_S
 from services.controller.timeline import Segment
 from services.robot import RobotConfig
 
@@ -56,10 +56,10 @@ def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
         raise bad_message(
             "start_time", f"start_time is {trajectory.start_time} s; it must lie ahead on the arm's clock"
         )
-    if not 0 < len(trajectory.goal_id) <= 128:
-        raise bad_message("goal_id", "goal_id must have 1 to 128 characters")
-    if len(trajectory.client_id) > 128:
-        raise bad_message("client_id", "client_id must have at most 128 characters")
+    if not 0 < len(trajectory.goal_id) <= MAX_ID:
+        raise bad_message("goal_id", f"goal_id must have 1 to {MAX_ID} characters")
+    if len(trajectory.client_id) > MAX_ID:
+        raise bad_message("client_id", f"client_id must have at most {MAX_ID} characters")
 
 
 def _check_limits(samples: Samples, hit_index: int, config: RobotConfig) -> None:

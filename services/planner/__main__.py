@@ -22,7 +22,6 @@ from services.flags import PlannerFlags
 from services.logs import start_logging
 from services.options import Common, Options, service_bus
 from services.planner.core import Lead, Planner
-from services.planner.goals import MAX_GOAL_ID
 from services.planner.learning import learn_from_csv, prepare_to_learn
 from services.planner.library import Library
 from services.planner.watch import ControllerWatch
@@ -104,7 +103,7 @@ def answer(asking: Asking, planner: Planner, log: logging.Logger) -> None:
         match request := asking.decode():
             case m.Goal() as goal:
                 # Cut, for an id may be refused for its length.
-                goal_id = (goal.goal_id or uuid.uuid4().hex)[:MAX_GOAL_ID]
+                goal_id = (goal.goal_id or uuid.uuid4().hex)[: topics.MAX_ID]
                 asking.reply(planner.goal(goal, goal_id, asking.arrival_ns))
             case m.Learn():
                 asking.reply(planner.learn(request))

@@ -12,11 +12,10 @@ from motion.request import Boundary, MotionRequest, Waypoint
 from protocol import messages as m
 from protocol.codec import bad_message
 from protocol.errors import Refusal
-from protocol.topics import MAX_PLAN_S
+from protocol.topics import MAX_ID, MAX_PLAN_S
 from services.robot import RobotConfig
 
 ROUNDING = 1e-9
-MAX_GOAL_ID = MAX_CLIENT_ID = 128
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,11 +79,11 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
         raise Refusal("invalid_goal", "tail 'coast' is for plan_only goals; an arm must come to rest", field="tail")
     if goal.lease and not goal.client_id:
         raise Refusal("invalid_goal", "a lease needs the client_id that holds the token", field="client_id")
-    if len(goal.client_id) > MAX_CLIENT_ID:
-        sentence = f"client_id has {len(goal.client_id)} characters; it must have at most {MAX_CLIENT_ID}"
+    if len(goal.client_id) > MAX_ID:
+        sentence = f"client_id has {len(goal.client_id)} characters; it must have at most {MAX_ID}"
         raise Refusal("invalid_goal", sentence, field="client_id")
-    if goal.goal_id is not None and not 0 < len(goal.goal_id) <= MAX_GOAL_ID:
-        raise Refusal("invalid_goal", f"goal_id must have 1 to {MAX_GOAL_ID} characters", field="goal_id")
+    if goal.goal_id is not None and not 0 < len(goal.goal_id) <= MAX_ID:
+        raise Refusal("invalid_goal", f"goal_id must have 1 to {MAX_ID} characters", field="goal_id")
     if goal.method == "dmp" and goal.start is not None and goal.start.accelerations is not None:
         sentence = "start.accelerations cannot be met by a DMP; leave them out or use method 'qp'"
         raise Refusal("invalid_goal", sentence, field="start.accelerations")

@@ -9,7 +9,8 @@ from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
-from services.planner.goals import MAX_CLIENT_ID, Origin
+from protocol.topics import MAX_ID
+from services.planner.goals import Origin
 from services.planner.library import SHOWN
 from services.robot import RobotConfig
 
@@ -78,7 +79,7 @@ def refused_message(goal: m.Goal | None, goal_id: str | None, refusal: Refusal, 
     """
     return m.Refused(
         goal_id=goal_id,
-        client_id=goal.client_id[:MAX_CLIENT_ID] if goal else "",
+        client_id=goal.client_id[:MAX_ID] if goal else "",
         primitive=goal.primitive[:SHOWN] if goal else "",
         code=refusal.code,
         message=refusal.message,
