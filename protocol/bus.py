@@ -12,6 +12,7 @@ import zenoh
 from protocol import messages as m
 from protocol.codec import ENCODING, bad_message, check_size, decode, encode
 from protocol.errors import NoAnswer, Refusal
+from protocol.links import guard_links
 from protocol.queues import Collector, Inbox, Stream
 from protocol.topics import (
     QUEUE_LENGTH,
@@ -29,6 +30,11 @@ Item = TypeVar("Item")
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 MAX_MESSAGE_BYTES = 32 << 20
 """Where Zenoh itself drops a message: twice the largest request, so that what is merely too large gets an answer."""
+LEASE_MS, PATIENT_LEASE_MS = 2000, 20_000
+"""After so much silence of a process that is stopped or cut off its session counts as lost (one that ends: at once).
+
+Patient is who may be stopped for a while, since nobody relies on it, and what is said meanwhile waits for it.
+"""
 LIVELINESS_S = 5.0
 """How long to wait for what the hub says of liveliness: at once, unless it is stalled."""
 CLAIM_PATIENCE_S, CLAIM_PERIOD_S = 2.0, 0.05
@@ -42,16 +48,18 @@ def open_session(
     listen: Sequence[str] = (),
     config_file: Path | None = None,
     give_up: Callable[[], bool] = lambda: False,
+    lease_ms: int = LEASE_MS,
 ) -> zenoh.Session:
     """Open a session: the router of the bus where `listen` is given, otherwise a client of `connect`.
 
     A client waits and retries while no hub is there, asking `give_up` twice a second, and comes back by itself after
-    one restarts. `config_file` (json5) is laid under the project's settings.
+    one restarts. `config_file` (json5) is laid under the project's settings. Once the other end has heard nothing for
+    `lease_ms`, it counts the session as lost.
 
     Raises:
         zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
     """
-    config = session_config(connect, listen, config_file)
+    config = session_config(connect, listen, config_file, lease_ms)
     while True:
         try:
             return zenoh.open(config)
@@ -60,7 +68,9 @@ def open_session(
                 raise
 
 
-def session_config(connect: Sequence[str], listen: Sequence[str], config_file: Path | None) -> zenoh.Config:
+def session_config(
+    connect: Sequence[str], listen: Sequence[str], config_file: Path | None, lease_ms: int = LEASE_MS
+) -> zenoh.Config:
     """Return the configuration of such a session: no multicast scouting, no shared memory, bounded messages.
 
     Raises:
@@ -71,6 +81,7 @@ def session_config(connect: Sequence[str], listen: Sequence[str], config_file: P
     config.insert_json5("scouting/delay", "0")  # a router that scouts for nobody need not wait for who answers
     config.insert_json5("transport/shared_memory/enabled", "false")
     config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
+    config.insert_json5("transport/link/tx/lease", str(lease_ms))
     retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
     config.insert_json5("connect/retry", json.dumps(retry))
     attempt_ms = -1 if listen else 500  # a client's own wait for ever would ignore signals
@@ -139,6 +150,7 @@ class Bus:
         self.session = session
         self.robot = robot
         self._kept: list[object] = []
+        self._keep(guard_links(session, LEASE_MS))
 
     def __enter__(self) -> Self:
         return self

@@ -11,6 +11,7 @@ import msgspec
 from msgspec import Struct
 
 from protocol import messages as m
+from protocol.bus import LEASE_MS
 from protocol.errors import CODES
 from protocol.topics import MAX_PLAN_S, MIB, PUBLICATIONS, QUERIES, QUEUE_LENGTH, SMALL, Publication, Query
 
@@ -52,12 +53,16 @@ readers ignore what they do not know. A refused request changes nothing; its ans
 body is no map is Zenoh's own (a timeout): the owner is silent.
 """
 
-LIVELINESS = """\
+LIVELINESS = f"""\
 ## Liveliness
 
 Every service holds a liveliness token on `alive/SERVICE` (`sim`, `controller`, `planner`, `recorder`), and a client
-whose goals carry a lease one on `alive/client/CLIENT_ID`: when it is lost, its motion is cancelled. From its start on
-a service holds a claim on its place as well, `alive/SERVICE/SESSION_ID`: of two that start at once one gives way.
+whose goals carry a lease one on `alive/client/CLIENT_ID`: when it is lost, its motion is cancelled. A process that
+ends loses its tokens at once; one that is stopped or cut off loses them once nothing was heard of its session for the
+`transport/link/tx/lease` that this has announced: Zenoh's default is 10 s, Volley's clients set {LEASE_MS} ms.
+
+From its start on a service holds a claim on its place as well, `alive/SERVICE/SESSION_ID`: of two that start at once
+one gives way.
 """
 
 MEANINGS = {

@@ -7,6 +7,7 @@ import zenoh
 
 LOCAL = ("unixsock-stream", "unixpipe")
 ENCRYPTED = ("tls", "quic")
+ANY_ADDRESS = "0.0.0.0"
 
 
 def exposed_endpoints(config: zenoh.Config) -> list[str]:
@@ -14,11 +15,15 @@ def exposed_endpoints(config: zenoh.Config) -> list[str]:
 
     What Zenoh listens on when nothing is said counts as well: on every interface, as a router and as a peer.
     """
+    mutual = json.loads(config.get_json("transport/link/tls/enable_mtls")) is True
+    return [endpoint for endpoint in listening(config) if not _is_guarded(endpoint, mutual)]
+
+
+def listening(config: zenoh.Config) -> list[str]:
+    """Return the endpoints on which a session of `config` listens, said or not."""
     mode = json.loads(config.get_json("mode")) or "peer"
     said = json.loads(config.get_json("listen/endpoints"))
-    endpoints = said.get(mode, []) if isinstance(said, dict) else said
-    mutual = json.loads(config.get_json("transport/link/tls/enable_mtls")) is True
-    return [endpoint for endpoint in endpoints if not _is_guarded(endpoint, mutual)]
+    return said.get(mode, []) if isinstance(said, dict) else said
 
 
 def _is_guarded(endpoint: str, mutual: bool) -> bool:

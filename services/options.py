@@ -12,16 +12,16 @@ from typing import Annotated
 import tyro
 import zenoh
 
-from protocol.bus import DEFAULT_ENDPOINT, Bus, open_session, session_config
+from protocol.bus import DEFAULT_ENDPOINT, LEASE_MS, Bus, open_session, session_config
 from protocol.errors import NoAnswer
-from services.exposure import exposed_endpoints
+from services.exposure import ANY_ADDRESS, exposed_endpoints, listening
 from services.logs import LogForm
 from services.runtime import EXIT_TAKEN
 
 EXPOSED = (
     "will not listen on {}: any machine could join there without a certificate, and whoever joins can move the arm; "
-    "listen on tcp/127.0.0.1:PORT, or on tls/ADDRESS:PORT with --zenoh-config deploy/zenoh/router.json5 "
-    "(docs/operations.md), or allow it with --insecure"
+    "listen on tcp/127.0.0.1:PORT, or start the sim by itself on tls/ADDRESS:PORT with --zenoh-config "
+    "deploy/zenoh/router.json5 (docs/operations.md), or allow it with --insecure"
 )
 TAKEN = "another %s serves robot %s on this bus"
 DEFAULT_ROBOT_CONFIG = Path(__file__).resolve().parent.parent / "deploy" / "robots" / "arm.toml"
@@ -63,7 +63,11 @@ Common = Annotated[Options, tyro.conf.arg(name="")]
 
 
 def open_bus(
-    options: Options, robot: str, hosts_by_default: bool = False, give_up: Callable[[], bool] = lambda: False
+    options: Options,
+    robot: str,
+    hosts_by_default: bool = False,
+    give_up: Callable[[], bool] = lambda: False,
+    lease_ms: int = LEASE_MS,
 ) -> Bus:
     """Open the bus of `robot` as `options` say; without endpoints the service hosts or joins the default one.
 
@@ -77,7 +81,7 @@ def open_bus(
     if not listen and not connect and not options.zenoh_config:
         listen, connect = ((DEFAULT_ENDPOINT,), ()) if hosts_by_default else ((), (DEFAULT_ENDPOINT,))
     refuse_exposure(options, connect, listen)
-    return Bus(open_session(connect, listen, options.zenoh_config, give_up), options.robot or robot)
+    return Bus(open_session(connect, listen, options.zenoh_config, give_up, lease_ms), options.robot or robot)
 
 
 def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[str]) -> None:
@@ -94,11 +98,17 @@ def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[s
 
 @contextmanager
 def service_bus(
-    service: str, options: Options, robot: str, stopping: threading.Event, log: logging.Logger, hosts: bool = False
+    service: str,
+    options: Options,
+    robot: str,
+    stopping: threading.Event,
+    log: logging.Logger,
+    hosts: bool = False,
+    lease_ms: int = LEASE_MS,
 ) -> Iterator[Bus]:
     """Open the bus as `service`, which only one process at a time may be; the bus is closed at the end.
 
-    The service announces itself once it is ready.
+    The service announces itself once it is ready. `lease_ms` is its session's.
 
     Raises:
         SystemExit: 3 where another process is `service` already, 1 where the bus is silent, cannot be hosted or would
@@ -114,7 +124,7 @@ def service_bus(
 
     told: list[bool] = []
     try:
-        bus = open_bus(options, robot, hosts, give_up)
+        bus = open_bus(options, robot, hosts, give_up, lease_ms)
     except SystemExit as exposed:
         log.error("%s", exposed)
         raise SystemExit(1) from None
@@ -146,9 +156,11 @@ def _take_place(bus: Bus, service: str, log: logging.Logger) -> None:
 def _is_served(service: str, options: Options, robot: str) -> bool:
     """Whether `service` lives on the bus that could not be hosted because somebody hosts it already."""
     tries = iter((False, True))
-    endpoints = options.listen or (DEFAULT_ENDPOINT,)
+    endpoints = options.listen or listening(session_config((), (), options.zenoh_config)) or (DEFAULT_ENDPOINT,)
+    here = [endpoint.replace(ANY_ADDRESS, "127.0.0.1") for endpoint in endpoints]
     try:
-        with Bus(open_session(endpoints, give_up=lambda: next(tries)), options.robot or robot) as bus:
+        session = open_session(here, config_file=options.zenoh_config, give_up=lambda: next(tries))
+        with Bus(session, options.robot or robot) as bus:
             return bus.is_alive(service)
     except zenoh.ZError:
         return False

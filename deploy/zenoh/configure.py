@@ -11,7 +11,7 @@ from typing import Any
 import tyro
 
 from deploy.zenoh.permissions import MESSAGES, ROLES, Permission, acting, common_name, reading
-from protocol.bus import MAX_MESSAGE_BYTES
+from protocol.bus import LEASE_MS, MAX_MESSAGE_BYTES, PATIENT_LEASE_MS
 
 HEADER = "// Made by: python -m deploy.zenoh.configure{flags}\n"
 HOST_ROLE = "sim"
@@ -48,6 +48,10 @@ def router_config(cell: Cell) -> dict[str, Any]:
                 "enable_mtls": True,
                 "listen_certificate": str(cell.tls / f"{HOST_ROLE}.pem"),
                 "listen_private_key": str(cell.tls / f"{HOST_ROLE}.key"),
+                # A second host asks the first, on its own machine, who it is.
+                "verify_name_on_connect": False,
+                "connect_certificate": str(cell.tls / f"{HOST_ROLE}.pem"),
+                "connect_private_key": str(cell.tls / f"{HOST_ROLE}.key"),
             },
         ),
         "access_control": access_control(cell.robot),
@@ -68,13 +72,15 @@ def client_config(cell: Cell, role: str) -> dict[str, Any]:
                 "connect_certificate": str(cell.tls / f"{role}.pem"),
                 "connect_private_key": str(cell.tls / f"{role}.key"),
             },
+            PATIENT_LEASE_MS if role == "recorder" else LEASE_MS,
         ),
     }
 
 
-def _transport(cell: Cell, own: dict[str, Any]) -> dict[str, Any]:
+def _transport(cell: Cell, own: dict[str, Any], lease_ms: int = LEASE_MS) -> dict[str, Any]:
     tls = {"root_ca_certificate": str(cell.tls / "ca.pem"), "close_link_on_expiration": True, **own}
-    return {"link": {"protocols": ["tls"], "rx": {"max_message_size": MAX_MESSAGE_BYTES}, "tls": tls}}
+    bounds = {"rx": {"max_message_size": MAX_MESSAGE_BYTES}, "tx": {"lease": lease_ms}}
+    return {"link": {"protocols": ["tls"], **bounds, "tls": tls}}
 
 
 def access_control(robot: str) -> dict[str, Any]:

@@ -27,7 +27,7 @@ class Reference(Message, kw_only=True):
 
     Attributes:
         time: the first tick ≥ now + lead
-        epoch: raised by every accept, cancel, fault and reset
+        epoch: raised by every accept, cancel, fault, reset and new run
         positions: of the reference
         velocities: of the reference
         accelerations: of the reference
@@ -132,7 +132,7 @@ class Cycle(Struct, kw_only=True):
         missed: ticks never seen or answered too late
         on_time_ratio: share of the ticks answered in time
         late_us: the time an answer took
-        refused: states that were old, doubled or malformed
+        refused: states that were old, doubled or malformed, in all runs
     """
 
     count: int
@@ -147,8 +147,8 @@ class Status(Message, kw_only=True):
 
     Attributes:
         time: on the robot's clock
-        mode: holding a pose, tracking a plan, stopping, or in a fault that only `reset` leaves
-        epoch: raised by every accept, cancel, fault and reset
+        mode: holding a pose, tracking a plan, stopping, or in a fault, which only `reset` or a new run of the arm ends
+        epoch: raised by every accept, cancel, fault, reset and new run
         goal_id: what is played, null for nothing
         time_from_start: of what is played
         reference: where the arm should be

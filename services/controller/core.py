@@ -212,8 +212,7 @@ class Controller:
     def lose_client(self, client_id: str) -> None:
         """Cancel the motion whose lease `client_id` held."""
         self._clients.discard(client_id)
-        newest = self.ledger.active[-1] if self.ledger.active else None
-        if newest is not None and newest.lease and newest.client_id == client_id:
+        if any(goal.lease and goal.client_id == client_id for goal in self.ledger.active):
             self._break_epoch()
             self._halt(f"client {client_id} lost its lease")
 

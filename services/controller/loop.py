@@ -137,15 +137,15 @@ class ControllerLoop:
             return None
 
     def _attend(self) -> None:
-        """Apply at most one of each kind of event and one request, a stop before a question; tell what changed."""
+        """Apply at most one event and one request, a stop before a motion before a question; tell what changed."""
         self._look_at_arm()
         self._look_at_clients()
-        checked = self._checked.take()
-        if checked is not None:
+        if (asking := self._urgent.take()) is not None:
+            self._handle(asking)
+        elif (checked := self._checked.take()) is not None:
             self._execute(*checked)
-        asking = self._urgent.take() or self._requests.take()
-        if asking is not None:
-            self._reply(asking, lambda: self._handlers[asking.topic.key](asking.decode()))
+        elif (asking := self._requests.take()) is not None:
+            self._handle(asking)
         self._tell()
 
     def _tell(self) -> None:
@@ -166,6 +166,9 @@ class ControllerLoop:
             self._status.put(self._core.status())
 
     # --- requests and events --------------------------------------------------------------------------
+
+    def _handle(self, asking: Asking) -> None:
+        self._reply(asking, lambda: self._handlers[asking.topic.key](asking.decode()))
 
     def _reply(self, asking: Asking, act: Callable[[], Any]) -> None:
         try:

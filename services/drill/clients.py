@@ -1,14 +1,15 @@
 """Clients that die, with a lease and without, and two that want the same arm."""
 
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import LEASE_MS, Bus, open_session
 from protocol.errors import Refusal
 from services.drill.cell import Broken, Cell, wait_for
 from services.drill.lab import Lab
@@ -17,6 +18,8 @@ from services.drill.scenario import Measured, Scenario, at_most, exactly, none
 from services.drill.start import Plan
 
 GOAL_ID = "followed"
+LISTENERS = 4
+STOPPED_S = 3e-3 * LEASE_MS
 
 
 @contextmanager
@@ -49,6 +52,30 @@ def kill_client(lab: Lab, lease: bool) -> Measured:
         wait_for(lambda: cell.result(GOAL_ID).outcome != "running", "the motion to end")
         measured: Measured = {"the goal": cell.result(GOAL_ID).outcome, "the arm then": cell.mode()}
         return {**measured, "the stop begins after": 1e3 * stop_s} if lease else measured
+
+
+@contextmanager
+def listeners(cell: Cell, count: int) -> Iterator[list[subprocess.Popen[bytes]]]:
+    """Processes that hear every publication."""
+    line = [sys.executable, "-m", "services.drill.listener", cell.endpoint, cell.bus.robot]
+    with ExitStack() as running:
+        processes = [running.enter_context(subprocess.Popen(line, stdout=subprocess.PIPE)) for _ in range(count)]
+        for process in processes:
+            running.callback(process.kill)
+            if process.stdout is None or not process.stdout.readline():
+                raise Broken("a listener could not join the bus")
+        yield processes
+
+
+def stop_listeners(lab: Lab) -> Measured:
+    """Stop processes that hear everything, for as long as a motion takes."""
+    with lab.cell(Plan(clock="realtime")) as cell, listeners(cell, LISTENERS) as stopped:
+        cell.recover()
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=STOPPED_S)
+        for process in stopped:
+            process.send_signal(signal.SIGSTOP)
+        wait_for(lambda: cell.result(reply.goal_id).outcome != "running", "the motion to end")
+        return {"the goal": cell.result(reply.goal_id).outcome, "the arm then": cell.mode()}
 
 
 def compete(lab: Lab) -> Measured:
@@ -102,6 +129,14 @@ SCENARIOS = (
         "realtime",
         (exactly("the goal", "succeeded"), ENDED_AT_REST),
         lambda lab: kill_client(lab, lease=False),
+        "short",
+    ),
+    Scenario(
+        "listeners-stopped",
+        "four listeners to everything stopped, for longer than their sessions last",
+        "realtime",
+        (exactly("the goal", "succeeded"), ENDED_AT_REST),
+        stop_listeners,
         "short",
     ),
     Scenario(

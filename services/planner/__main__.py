@@ -104,7 +104,7 @@ def answer(asking: Asking, planner: Planner, log: logging.Logger) -> None:
             case m.Goal() as goal:
                 # Cut, for an id may be refused for its length.
                 goal_id = (goal.goal_id or uuid.uuid4().hex)[: topics.MAX_ID]
-                asking.reply(planner.goal(goal, goal_id, asking.arrival_ns))
+                planner.goal(goal, goal_id, asking.arrival_ns, asking.reply)
             case m.Learn():
                 asking.reply(planner.learn(request))
             case m.Forget():

@@ -3,6 +3,8 @@
 import logging
 import time
 from collections import deque
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -15,8 +17,9 @@ from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus, Publisher
 from protocol.errors import NoAnswer, Refusal
+from protocol.topics import MAX_PLAN_S
 from services.planner.answers import Answers
-from services.planner.goals import Origin, check_goal, motion_request, refusal_of, start_boundary
+from services.planner.goals import Origin, check_goal, motion_request, refusal_of, start_boundary, too_long
 from services.planner.learning import learn_from_request, learned_message
 from services.planner.library import Library
 from services.planner.rehearsal import rehearse
@@ -103,8 +106,11 @@ class Planner:
         self._warm.pop(request.name, None)
         return m.Forgotten(name=request.name)
 
-    def goal(self, goal: m.Goal, goal_id: str, requested_ns: int) -> m.GoalReply:
+    def goal(self, goal: m.Goal, goal_id: str, requested_ns: int, reply: Callable[[m.GoalReply], object]) -> None:
         """Plan `goal` and, unless it is plan-only, have it played as `goal_id`, its own or one made for it.
+
+        The answer goes to `reply`, and only then what is played is published: who listens to it holds up nobody's
+        answer.
 
         Raises:
             Refusal: whatever stands in its way; then nothing moves, except that `unavailable` with a goal_id leaves
@@ -112,13 +118,18 @@ class Planner:
         """
         known = self._answers.find(goal)
         if known is not None:
-            return known
+            reply(known)
+            return
         primitive = self._library.get(goal.primitive)
         check_goal(goal, primitive, self._config)
-        answer = self._only_plan if goal.plan_only else self._play
-        reply = answer(goal, goal_id, primitive, requested_ns)
-        self._answers.keep(goal, reply)
-        return reply
+        if goal.plan_only:
+            answer, played = self._only_plan(goal, goal_id, primitive, requested_ns), None
+        else:
+            answer, played = self._play(goal, goal_id, primitive, requested_ns)
+        self._answers.keep(goal, answer)
+        reply(answer)
+        if played is not None:
+            self._plans.put(played())
 
     def tell_refused(self, goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> None:
         """Publish a refusal that was answered; `goal` and its id are None where its body did not decode."""
@@ -134,7 +145,9 @@ class Planner:
             trajectory = trajectory_message(made, goal, goal_id, origin, self._config, stamps)
         return goal_reply(made, goal_id, origin.time, trajectory, solve_ms, self._config)
 
-    def _play(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> m.GoalReply:
+    def _play(
+        self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int
+    ) -> tuple[m.GoalReply, Callable[[], m.Plan]]:
         """Plan and execute; once more where the plan came late or another plan came between."""
         for last in (False, True):
             began = time.monotonic()
@@ -152,11 +165,11 @@ class Planner:
                 continue
             finally:
                 self._lead.note(time.monotonic() - began)
-            self._plans.put(plan_message(made, trajectory, goal, primitive))
             solved = goal_id, goal.primitive, made.duration, solve_ms
             self._log.info("goal %s: %s, %.3f s, solved in %.1f ms", *solved, extra={"goal_id": goal_id})
             included = trajectory if goal.include_trajectory else None
-            return goal_reply(made, goal_id, origin.time, included, solve_ms, self._config)
+            answer = goal_reply(made, goal_id, origin.time, included, solve_ms, self._config)
+            return answer, partial(plan_message, made, trajectory, goal, primitive)
         raise AssertionError("unreachable: the last round returns or raises")
 
     def _solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> tuple[Plan | DmpPlan, float]:
@@ -166,6 +179,8 @@ class Planner:
             made = self._planned(goal, primitive, request)
         except MotionError as error:
             raise refusal_of(error, self._config) from None
+        if made.total_duration > MAX_PLAN_S + self._config.tick / 2:
+            raise too_long(goal, made.duration, made.total_duration)
         return made, (time.perf_counter() - began) * 1e3
 
     def _planned(self, goal: m.Goal, primitive: Primitive, request: MotionRequest) -> Plan | DmpPlan:

@@ -89,6 +89,16 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
         raise Refusal("invalid_goal", sentence, field="start.accelerations")
 
 
+def too_long(goal: m.Goal, duration: float, total_duration: float) -> Refusal:
+    """Return the refusal of a motion that takes more than a plan may, together with its stop."""
+    field = "duration" if goal.arrival_time is None else "arrival_time"
+    sentence = (
+        f"the motion takes {duration:.3f} s and its stop {total_duration - duration:.3f} s, together more than the "
+        f"{MAX_PLAN_S} s of the longest plan; end it sooner or slower"
+    )
+    return Refusal("invalid_goal", sentence, field=field)
+
+
 def start_boundary(start: m.Start, config: RobotConfig) -> Boundary:
     """Return the start that a plan-only goal names.
 

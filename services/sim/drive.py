@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from protocol import messages as m
+from protocol.codec import bad_message
 from services.robot import RobotConfig
 from services.sim.brake import Brake
 
@@ -23,7 +24,6 @@ class Drive:
 
     def __init__(self, config: RobotConfig) -> None:
         self._config = config
-        self.refused = 0
         self.begin(0, config.home)
 
     def begin(self, run: int, positions: np.ndarray) -> None:
@@ -37,21 +37,29 @@ class Drive:
         self._acceleration = np.zeros(self._config.joint_count)
         self._brake = Brake(self._config, positions)
 
-    def take(self, command: m.Command, tick: int) -> bool:
-        """Keep `command` for the coming tick; False, and counted, where it is no news, of another run, or malformed.
+    def take(self, command: m.Command, tick: int) -> None:
+        """Keep `command` for the coming tick.
 
         What answers a tick `silence_ticks` ago is no sign of life: an arm that is led so far behind has to brake.
+
+        Raises:
+            Refusal: `bad_message` where it is no news, of another run, of wrong length, or beyond any arm.
         """
-        joints = self._config.joint_count
-        lengths = {len(command.accelerations), len(command.positions), len(command.velocities)}
-        news = max(self.answered_tick, tick - self._config.silence_ticks) < command.tick <= tick
-        fits = command.run == self.run and news and lengths == {joints}
-        if not fits or max(map(abs, command.accelerations)) > MAX_ACCELERATION:
-            self.refused += 1
-            return False
+        oldest = max(self.answered_tick, tick - self._config.silence_ticks) + 1
+        if command.run != self.run:
+            raise bad_message("run", f"it is for run {command.run}; this is run {self.run}")
+        if not oldest <= command.tick <= tick:
+            raise bad_message("tick", f"it answers tick {command.tick}; an answer to {oldest} … {tick} is news")
+        for name in ("accelerations", "positions", "velocities"):
+            length, joints = len(getattr(command, name)), self._config.joint_count
+            if length != joints:
+                raise bad_message(name, f"{name} has {length} entries; the arm has {joints} joints")
+        largest = max(map(abs, command.accelerations))
+        if largest > MAX_ACCELERATION:
+            sentence = f"it wants {largest:.3g} rad/s²; no arm does more than {MAX_ACCELERATION:.0e}"
+            raise bad_message("accelerations", sentence)
         self.answered_tick = command.tick
         self._fresh = command
-        return True
 
     def lose(self) -> None:
         """Drop the command that was kept for the coming tick."""

@@ -128,11 +128,11 @@ class SimLoop:
         tick = self._arm.observe().tick
         try:
             command = decode(data, m.Command)
+            self._drive.take(command, tick)
         except Refusal as refusal:
-            self._drive.refused += 1
             self._refusals.warn(f"a command was refused: {refusal}", refusal.code)
             return
-        if self._drive.take(command, tick) and self._loss.has("command", command.tick):
+        if self._loss.has("command", command.tick):
             self._drive.lose()
 
     def _hear_all(self) -> None:

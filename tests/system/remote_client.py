@@ -1,4 +1,7 @@
-"""A client on another host: one JSON line `[topic, fields]` in, one line out, the reply or null where there is none."""
+"""A client on another host: one JSON line `[topic, fields]` in, one line out, the reply or null where there is none.
+
+`alive/SERVICE` asks whether a service lives; `hold/CLIENT_ID` holds the token of a client from then on.
+"""
 
 import json
 import sys
@@ -13,6 +16,11 @@ from protocol.errors import NoAnswer, Refusal
 
 def answer(bus: Bus, key: str, fields: dict) -> object:
     """Ask and return the reply as JSON can hold it."""
+    verb, _, name = key.partition("/")
+    if verb == "alive":
+        return bus.is_alive(name)
+    if verb == "hold":
+        return bus.announce(f"client/{name}")
     topic = next(topic for topic in topics.QUERIES if topic.key == key)
     try:
         return msgspec.to_builtins(bus.ask(topic, topic.request(**fields)))

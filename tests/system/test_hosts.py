@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
 from cell import SecureCell
@@ -79,7 +80,10 @@ class Hosts:
         self._start("robot", "-m", "services.controller", "--zenoh-config", cell.file("controller"))
         flags = ("--zenoh-config", cell.file("planner"), "--library", library, "--lead", "0.3")
         self._start("planner", "-m", "services.planner", *flags)
-        self._operator = self._start("operator", client, cell.file("operator"))
+        self._clients = {
+            "operator": self._start("operator", client, cell.file("operator")),
+            "robot": self._start("robot", client, cell.file("viewer")),
+        }
 
     def _start(self, host: str, *words: str | Path) -> subprocess.Popen[str]:
         command = ("ip", "netns", "exec", self.network.name(host), sys.executable, *words)
@@ -87,32 +91,39 @@ class Hosts:
         self._stack.callback(end, process)
         return process
 
-    def ask(self, key: str, **fields: object) -> dict | None:
-        """Return the reply to the operator's request, or None where it is refused or nobody answers."""
-        assert self._operator.stdin and self._operator.stdout
-        self._operator.stdin.write(json.dumps([key, fields]) + "\n")
-        self._operator.stdin.flush()
-        return json.loads(self._operator.stdout.readline())
+    def ask(self, key: str, at: str = "operator", **fields: Any) -> Any:
+        """Return the reply to the request of the client `at` a host, or None where it is refused or nobody answers."""
+        client = self._clients[at]
+        assert client.stdin and client.stdout
+        client.stdin.write(json.dumps([key, fields]) + "\n")
+        client.stdin.flush()
+        return json.loads(client.stdout.readline())
 
-    def eventually(self, key: str, **fields: object) -> dict:
+    def eventually(self, key: str, at: str = "operator", **fields: Any) -> dict:
         """Repeat a request that changes nothing until there is a reply."""
         deadline = time.monotonic() + PATIENCE_S
-        while (reply := self.ask(key, **fields)) is None:
+        while (reply := self.ask(key, at, **fields)) is None:
             assert time.monotonic() < deadline, f"no answer to {key} within {PATIENCE_S} s"
             time.sleep(0.1)
         return reply
 
-    def goal(self, duration: float) -> str:
+    def goal(self, duration: float, **fields: Any) -> str:
         """Send the arm home within `duration`, and return the name of the motion."""
-        reply = self.ask("goal", primitive="forehand", positions=HOME, duration=duration)
+        reply = self.ask("goal", primitive="forehand", positions=HOME, duration=duration, **fields)
         assert reply is not None
         return reply["goal_id"]
 
-    def outcome(self, goal_id: str) -> str:
+    def result(self, goal_id: str, at: str = "operator") -> dict:
         """Return how a goal ended, once it has."""
-        while (outcome := self.eventually("result", goal_id=goal_id)["outcome"]) == "running":
+        while (result := self.eventually("result", at, goal_id=goal_id))["outcome"] == "running":
             time.sleep(0.1)
-        return outcome
+        return result
+
+    def until_lost(self, service: str) -> None:
+        """Wait until the robot counts a service on another host as gone."""
+        deadline = time.monotonic() + PATIENCE_S
+        while self.ask(f"alive/{service}", at="robot"):
+            assert time.monotonic() < deadline, f"{service} is not lost after {PATIENCE_S} s"
 
 
 def end(process: subprocess.Popen[str]) -> None:
@@ -140,16 +151,32 @@ def hosts(tmp_path: Path) -> Iterator[Hosts]:
 
 @pytest.mark.realtime
 def test_a_cable_cut_in_a_motion(hosts: Hosts):
-    """The robot plays on what it accepted, by itself; afterwards planner and operator are served as before."""
-    goal_id = hosts.goal(duration=8.0)
+    """The robot plays on what it accepted, by itself; both come back before it is done, and are served as before."""
+    goal_id = hosts.goal(duration=15.0)
     for host in ("planner", "operator"):
         hosts.network.cable(host, "down")
-    assert hosts.ask("status") is None
+    hosts.until_lost("planner")
+    assert hosts.ask("status", at="robot")["goal_id"] == goal_id
     for host in ("planner", "operator"):
         hosts.network.cable(host, "up")
-    assert hosts.outcome(goal_id) == "succeeded"
     hosts.eventually("primitives")
-    assert hosts.outcome(hosts.goal(duration=0.5)) == "succeeded"
+    assert hosts.ask("status")["goal_id"] == goal_id, "they were away until the motion was over"
+    assert hosts.result(goal_id)["outcome"] == "succeeded"
+    assert hosts.result(hosts.goal(duration=0.5))["outcome"] == "succeeded"
+
+
+@pytest.mark.realtime
+def test_a_cable_cut_that_loses_a_lease(hosts: Hosts):
+    """The robot stops what the operator may have wanted to stop; the planner's cable is whole."""
+    hosts.ask("hold/alice")
+    goal_id = hosts.goal(duration=15.0, client_id="alice", lease=True)
+    hosts.network.cable("operator", "down")
+    result = hosts.result(goal_id, at="robot")
+    assert (result["outcome"], result["reason"]) == ("canceled", "client alice lost its lease")
+    hosts.network.cable("operator", "up")
+    hosts.eventually("primitives")
+    again = hosts.goal(duration=0.5, client_id="alice", lease=True)
+    assert hosts.result(again)["outcome"] == "succeeded", "the token is not back with the client"
 
 
 @pytest.mark.realtime
@@ -159,4 +186,4 @@ def test_a_poor_network(hosts: Hosts):
         hosts.network.inside("switch", "tc", "qdisc", "add", "dev", host, "root", "netem", "delay", "5ms", "loss", "1%")
         hosts.network.inside(host, "tc", "qdisc", "add", "dev", "cable", "root", "netem", "delay", "5ms", "loss", "1%")
     for _ in range(3):
-        assert hosts.outcome(hosts.goal(duration=0.5)) == "succeeded"
+        assert hosts.result(hosts.goal(duration=0.5))["outcome"] == "succeeded"

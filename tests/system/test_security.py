@@ -5,6 +5,8 @@ answered whoever sent the refused message, and a permitted message sent after th
 would have arrived before.
 """
 
+import logging
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -23,9 +25,11 @@ from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus, open_session
 from protocol.errors import NoAnswer
-from services.options import Options
+from services.options import Options, service_bus
+from services.runtime import EXIT_TAKEN
 from services.supervisor import Supervisor, command_lines
 
+LOG = logging.getLogger("test")
 HOME = ROBOT.home.tolist()
 BY_NAME = {role.name: role for role in ROLES}
 EVERYBODY = pytest.mark.parametrize("who", [*BY_NAME, *STRANGERS])
@@ -393,3 +397,18 @@ def test_a_million_samples(stack: Stack):
     assert refusals(stack, "learn", pack({"name": "endless", "positions": bytes(8 * 6_000_000)}), 2.0) == ["silent"]
     assert stack.finish(stack.goal(primitive="forehand", positions=HOME, duration=0.3)).outcome == "succeeded"
     assert stack.services.ended() == {}
+
+
+def test_a_second_host_is_told_who_hosts(tmp_path: Path, caplog: pytest.LogCaptureFixture):
+    """Also over TLS, with nothing but the configuration of the first; the bus has the port that it names."""
+    cell = SecureCell(tmp_path)
+    options = Options(zenoh_config=cell.file("router"))
+    never = threading.Event()
+    with service_bus("sim", options, "arm", never, LOG, hosts=True) as first:
+        first.announce("sim")
+        with cell.join("viewer") as viewer:
+            assert viewer.is_alive("sim")
+        with pytest.raises(SystemExit) as caught, service_bus("sim", options, "arm", never, LOG, hosts=True):
+            pass
+    assert caught.value.code == EXIT_TAKEN
+    assert "another sim serves robot arm on this bus" in caplog.text

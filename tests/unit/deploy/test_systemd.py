@@ -65,8 +65,7 @@ def test_the_command_line_is_one_that_the_service_takes(process: Process):
     flags = tyro.cli(importlib.import_module(f"{process.module}.__main__").Flags, args=words[3:])
     role = "router" if process.hosts_bus else process.name
     assert flags.common.zenoh_config == Path(f"/etc/volley/arm/zenoh/{role}.json5")
-    assert bool(flags.common.listen) == process.hosts_bus
-    assert all(endpoint.startswith("tls/") for endpoint in flags.common.listen)
+    assert not flags.common.listen, "where it listens stands in its configuration"
     assert not flags.common.insecure
     assert flags.common.log == "json"
 

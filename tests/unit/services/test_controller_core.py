@@ -255,6 +255,20 @@ def test_leases(arm: PerfectArm):
     execute(arm, trajectory(controller, arm.tick + 5, "d", client_id="bob"))
 
 
+def test_a_lease_counts_until_its_goal_is_over(arm: PerfectArm):
+    """Also where the same client's next goal, which asks for none, waits to take over."""
+    controller = arm.controller
+    controller.see_client("alice")
+    execute(arm, trajectory(controller, 30, client_id="alice", lease=True))
+    arm.turn(10)
+    execute(arm, trajectory(controller, 30, "follow-up", client_id="alice"))
+    controller.lose_client("alice")
+    assert controller.mode is Mode.STOPPING
+    arm.turn(300)
+    assert [controller.ledger.result(name).outcome for name in ("goal", "follow-up")] == ["canceled", "canceled"]
+    assert all(command.positions == ROBOT.home.tolist() for command in arm.commands)
+
+
 def test_a_large_tracking_error_is_a_fault(arm: PerfectArm):
     """The arm is stopped, the goal aborted, the fault latched until a reset at rest."""
     controller = arm.controller

@@ -127,6 +127,21 @@ def test_a_stop_is_attended_to_before_what_only_reads(desk: Desk):
     assert answered == ["cancel", "result", "status"]
 
 
+def test_one_request_a_tick(desk: Desk):
+    """A stop, then a motion, then what only reads."""
+    answered: list[str] = []
+    question = Question(topics.STATUS_QUERY, m.Empty(), answered)
+    stop = Question(topics.CANCEL, m.Cancel(), answered)
+    play = Question(topics.EXECUTE, None, answered)
+    assert desk.loop._requests.offer(question)  # type: ignore[arg-type]
+    assert desk.loop._checked.offer((play, None))  # type: ignore[arg-type]
+    assert desk.loop._urgent.offer(stop)  # type: ignore[arg-type]
+    desk.loop._core.execute = lambda *_: m.Accepted(goal_id="g", start_time=0.0)  # type: ignore[method-assign]
+    for count, key in enumerate(("cancel", "execute", "status"), 1):
+        desk.loop._attend()
+        assert (len(answered), answered[-1]) == (count, key)
+
+
 def see(desk: Desk, client: str, alive: bool = True) -> None:
     """Let the loop's watch hear of a client."""
     desk.loop._see_client(f"volley/arm/alive/client/{client}", alive)

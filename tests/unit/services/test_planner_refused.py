@@ -1,4 +1,4 @@
-"""A goal that is refused is answered first and published then, whatever the reason."""
+"""A goal is answered first and published then, one that is refused too, whatever the reason."""
 
 import logging
 import threading
@@ -44,14 +44,20 @@ class Asked:
 class FakeBus:
     """A bus that brings the planner `requests`; `events` are what it answers and publishes, in order.
 
-    The controller's reference is `origin`, and it refuses whatever it shall execute.
+    The controller's reference is `origin`, and unless it `accepts` it refuses whatever it shall execute.
     """
 
-    def __init__(self, requests: list[tuple[topics.Query, bytes]], origin: m.Reference | None = REFERENCE) -> None:
+    def __init__(
+        self,
+        requests: list[tuple[topics.Query, bytes]],
+        origin: m.Reference | None = REFERENCE,
+        accepts: bool = False,
+    ) -> None:
         self.events: list[Any] = []
         self.put = self.events.append
         self._requests = requests
         self._origin = origin
+        self._accepts = accepts
 
     def serve(self, topic: topics.Query, inbox: Inbox[Asking]) -> None:
         """Bring all requests at once, those of other topics too."""
@@ -64,10 +70,12 @@ class FakeBus:
         assert blocking is (topic is topics.PLAN)
         return self
 
-    def ask(self, topic: topics.Query, _: m.Message) -> m.Reference:
+    def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
         """Answer as the controller."""
         if self._origin is None:
             raise NoAnswer(topic.owner, topic.key)
+        if isinstance(asked, m.Trajectory) and self._accepts:
+            return m.Accepted(goal_id=asked.goal_id, start_time=asked.start_time)
         if topic is topics.EXECUTE:
             raise Refusal("busy", "a motion runs", goal_id="g0")
         return self._origin
@@ -118,6 +126,7 @@ def answered(library: Library, bus: FakeBus) -> list[Any]:
         ("late", {"arrival_time": 4.5}),
         ("limit", {"positions": [9.0, *HOME[1:]]}),
         ("infeasible", {"positions": [1.5, *HOME[1:]], "duration": 0.05}),
+        ("invalid_goal", {"duration": 19.999, "velocities": [1.0] * ROBOT.joint_count}),
         ("busy", {"goal_id": None}),
     ],
 )
@@ -135,6 +144,23 @@ def test_it_is_published_after_the_answer(library: Library, code: str, changes: 
         requested=ARRIVED_NS,
     )
     assert refused.goal_id, "a goal without an id is given one"
+
+
+def test_what_is_played_is_published_after_the_answer(library: Library):
+    """Who listens to it, on a link that may be dead, holds up nobody's answer; a repeated goal is played once."""
+    requests = [(topics.GOAL, encode(GOAL))] * 2
+    reply, played, again = answered(library, FakeBus(requests, accepts=True))
+    assert (type(reply), type(played)) == (m.GoalReply, m.Plan)
+    assert (reply.goal_id, played.goal_id) == ("g1", "g1")
+    assert again == reply
+
+
+def test_a_motion_too_long_with_its_stop_names_what_made_it_so(library: Library):
+    """Before the controller would refuse a number of samples, of which no goal speaks."""
+    goal = msgspec.structs.replace(GOAL, duration=19.999, velocities=[1.0] * ROBOT.joint_count)
+    refusal, _ = answered(library, FakeBus([(topics.GOAL, encode(goal))], accepts=True))
+    assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "duration")
+    assert "19.999 s and its stop 0.0" in refusal.message
 
 
 def test_a_controller_that_is_silent(library: Library):

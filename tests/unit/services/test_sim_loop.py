@@ -5,6 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from protocol import messages as m
+from protocol.codec import encode
 from services.robot import load_robot
 from services.sim.loop import SimLoop
 
@@ -17,7 +19,14 @@ class Deaf:
         return SimpleNamespace(put=lambda _: None)
 
 
-def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(caplog: pytest.LogCaptureFixture):
-    loop = SimLoop(Deaf(), load_robot(), "stepped", 0, logging.getLogger("sim"))  # type: ignore[arg-type]
-    loop._hear(b"\xc1")
+ROBOT = load_robot()
+STILL = [0.0] * ROBOT.joint_count
+OLD = m.Command(run=7, tick=0, source="test", accelerations=STILL, positions=STILL, velocities=STILL, goal_id=None)
+
+
+@pytest.mark.parametrize("body", [b"\xc1", encode(OLD)])
+def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(body: bytes, caplog: pytest.LogCaptureFixture):
+    """Whether a command does not decode, or is none for this run."""
+    loop = SimLoop(Deaf(), ROBOT, "stepped", 0, logging.getLogger("sim"))  # type: ignore[arg-type]
+    loop._hear(body)
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
