@@ -61,17 +61,21 @@ def _random(_: dict[str, Any], rng: random.Random) -> bytes:
 
 
 def _wrong_value(body: dict[str, Any], rng: random.Random) -> bytes:
-    """Put a wrong value in place of a field, or of an item of a list in it."""
+    """Put a wrong value in place of a field, or of something in it, at any depth."""
     if not body:
         return pack({rng.choice(("version", "name")): rng.choice(WRONG)})
-    changed, name = dict(body), rng.choice(list(body))
-    value = changed[name]
+    name = rng.choice(list(body))
+    return pack({**body, name: _spoil(body[name], rng)})
+
+
+def _spoil(value: Any, rng: random.Random) -> Any:
+    if isinstance(value, dict) and value and rng.random() < 0.75:
+        name = rng.choice(list(value))
+        return {**value, name: _spoil(value[name], rng)}
     if isinstance(value, list) and value and rng.random() < 0.5:
         at = rng.randrange(len(value))
-        changed[name] = [*value[:at], rng.choice(WRONG), *value[at + 1 :]]
-    else:
-        changed[name] = rng.choice(WRONG)
-    return pack(changed)
+        return [*value[:at], _spoil(value[at], rng), *value[at + 1 :]]
+    return rng.choice(WRONG)
 
 
 def _wrong_fields(body: dict[str, Any], rng: random.Random) -> bytes:
