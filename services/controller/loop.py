@@ -5,7 +5,6 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from queue import SimpleQueue
 from typing import Any
 
 from protocol import messages as m
@@ -46,7 +45,7 @@ class ControllerLoop:
         self._sightings: Inbox[tuple[str, bool]] = Inbox(MAX_SIGHTINGS)
         self._sightings_lost = threading.Event()
         self._arm_seen = threading.Event()
-        self._answers: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._answers: Inbox[Callable[[], None]] = Inbox()
         self._refusals = Seldom(log)
         self._floods = Seldom(log)
         self._fault_told: str | None = None
@@ -203,15 +202,18 @@ class ControllerLoop:
         if self._arm_seen.is_set():
             self._arm_seen.clear()
             self._greet_arm()
-        if not self._answers.empty():
+        if (answer := self._answers.take()) is not None:
             try:
-                self._answers.get_nowait()()
+                answer()
             except Refusal as refusal:
                 self._refusals.warn(f"an answer of the arm was refused: {refusal}", refusal.code)
 
     def _greet_arm(self) -> None:
         """Ask the arm what it is and where: what it published before we listened is lost."""
-        self._bus.ask_later(topics.DESCRIPTION, m.Empty(), lambda data: self._answers.put(lambda: self._meet_arm(data)))
+        self._bus.ask_later(topics.DESCRIPTION, m.Empty(), self._hear_of_arm)
+
+    def _hear_of_arm(self, data: bytes) -> None:
+        self._answers.offer(lambda: self._meet_arm(data))
 
     def _meet_arm(self, data: bytes) -> None:
         arm = decode(data, m.Description)
@@ -236,7 +238,7 @@ class ControllerLoop:
             if not self._core.has_seen(state.run, state.tick):
                 self._answer([data])
 
-        self._answers.put(answer_if_new)
+        self._answers.offer(answer_if_new)
 
     def _see_client(self, key: str, alive: bool) -> None:
         if not self._sightings.offer((key.rpartition("/")[2], alive)):

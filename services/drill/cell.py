@@ -176,6 +176,15 @@ class Cell:
         """Start a process that has ended."""
         self.services.start(name)
 
+    def memory(self) -> dict[str, float]:
+        """Return the resident memory of each process, MB."""
+
+        def resident(pid: int) -> float:
+            lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+            return next(int(line.split()[1]) / 1e3 for line in lines if line.startswith("VmRSS"))
+
+        return {name: resident(process.pid) for name, process in self.services.running.items()}
+
     def log(self, name: str) -> str:
         """Return what a process has logged."""
         return (self.folder / f"{name}.log").read_text(errors="replace")

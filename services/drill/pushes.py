@@ -10,12 +10,15 @@ from protocol import messages as m
 from protocol import topics
 from services.drill.cell import Cell
 from services.drill.lab import Lab
-from services.drill.scenario import Measured, Scenario, at_least, exactly, none, told
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
 from services.drill.start import Plan
 from services.robot import Kinematics
 
 RECOVERED = 1e-3
 """rad; within this of its reference, an arm that was pushed has recovered."""
+
+GIVE = 0.05
+"""rad; as much as the model's joint ends, which are soft, may give."""
 
 POST = '<geom name="post" type="box" size="0.03 0.03 0.6" pos="{} {} {}" contype="0" conaffinity="3"/>'
 
@@ -124,7 +127,7 @@ SCENARIOS = (
         "joint-end",
         "joint_1 pushed with 300 rad/s² against the end of its range",
         "stepped",
-        (at_least("beyond the range by", 1e-3, "rad"), *ENDS, GOES_ON),
+        (at_least("beyond the range by", 1e-3, "rad"), at_most("beyond the range by", GIVE, "rad"), *ENDS, GOES_ON),
         touch_limit,
     ),
     Scenario(

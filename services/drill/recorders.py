@@ -12,8 +12,8 @@ from rerun.chunk import RrdReader
 
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
-from services.drill.load import answered_since, on_time
-from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
+from services.drill.load import ON_TIME, answered_since, on_time
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none
 from services.drill.start import ARM, Plan
 
 WINDOW_S = 8.0
@@ -98,7 +98,7 @@ def missing_inside(ticks: list[int]) -> int:
 
 
 BOUNDS = (
-    told("on-time ratio before", "%"),
+    at_least("on-time ratio before", ON_TIME, "%"),
     at_least("on-time ratio after less before", -2.0, "%"),
     exactly("the goal", "succeeded"),
     exactly("the trace opens", "yes"),

@@ -1,9 +1,8 @@
 """Goals for as long as it takes to see memory grow or clocks drift apart."""
 
 import time
-from pathlib import Path
 
-from services.drill.cell import Cell, code_of
+from services.drill.cell import code_of
 from services.drill.lab import Lab
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
 from services.drill.start import ARM, Plan
@@ -24,7 +23,7 @@ def soak(lab: Lab) -> Measured:
         settled: dict[str, float] = {}
         while (passed := time.monotonic() - began) < seconds:
             if not settled and passed > SETTLED * seconds:
-                settled = memory(cell)
+                settled = cell.memory()
             lab.say(f"{passed:.0f} of {seconds:.0f} s, {goals} goals")
             aim = [0.2 if goals % 2 else -0.2, *cell.home[1:]]
             refused += code_of(lambda aim=aim: cell.goal(positions=aim, duration=0.6)) != "taken"
@@ -33,7 +32,7 @@ def soak(lab: Lab) -> Measured:
             crooked += state.time != state.tick / cell.config.rate_hz
             time.sleep(max(0.0, began + goals * GOAL_S - time.monotonic()))
         last, passed = cell.state(), time.monotonic() - began
-        after, status = memory(cell), cell.status()
+        after, status = cell.memory(), cell.status()
     return {
         "goals": goals,
         "goals refused": refused,
@@ -44,16 +43,6 @@ def soak(lab: Lab) -> Measured:
         "on-time ratio": 100 * status.cycle.on_time_ratio,
         "mode at the end": "fault" if status.fault else "no fault",
     }
-
-
-def memory(cell: Cell) -> dict[str, float]:
-    """Return the resident memory of each process, MB."""
-
-    def resident(pid: int) -> float:
-        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
-        return next(int(line.split()[1]) / 1e3 for line in lines if line.startswith("VmRSS"))
-
-    return {name: resident(process.pid) for name, process in cell.services.running.items()}
 
 
 SCENARIOS = (

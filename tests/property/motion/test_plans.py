@@ -295,12 +295,12 @@ def test_infeasible_requests_get_a_duration_that_works(seed: int) -> None:
     request = random_request(rng, primitive, tail="coast")
     limits = request.limits
     wide = limits.positions + np.array([[-1.0, 1.0]])
-    shorter = request.duration * 0.4
+    shorter = request.duration * 0.25
     request = replace(
         request,
         limits=replace(limits, positions=wide),
         duration=shorter,
-        waypoints=tuple(replace(w, time_from_start=w.time_from_start * 0.4) for w in request.waypoints),
+        waypoints=tuple(replace(w, time_from_start=w.time_from_start * 0.25) for w in request.waypoints),
     )
     try:
         plan(primitive, request)
@@ -308,12 +308,15 @@ def test_infeasible_requests_get_a_duration_that_works(seed: int) -> None:
         assert 0 <= refusal.time <= request.duration
         assert refusal.quantity in QUANTITIES
         if refusal.min_duration is None or refusal.waypoint_times is None:
-            return
+            assume(False)
+            raise
         waypoints = tuple(
             replace(w, time_from_start=t) for w, t in zip(request.waypoints, refusal.waypoint_times, strict=True)
         )
         assert refusal.min_duration > request.duration
         longer = replace(request, duration=refusal.min_duration, waypoints=waypoints)
         assert plan(primitive, longer).report.certified
-    except MotionError:
         return
+    except MotionError:
+        pass
+    assume(False)

@@ -189,7 +189,7 @@ def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(desk: Desk, caplog:
 def test_an_answer_that_is_none_ends_nothing(desk: Desk, hear: str, caplog: pytest.LogCaptureFixture):
     """Anyone on an open bus may answer what the arm is asked."""
     if hear == "_meet_arm":
-        desk.loop._answers.put(lambda: desk.loop._meet_arm(NOISE))
+        desk.loop._answers.offer(lambda: desk.loop._meet_arm(NOISE))
     else:
         desk.loop._catch_up(NOISE)
     desk.loop._look_at_arm()
