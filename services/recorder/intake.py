@@ -22,6 +22,9 @@ MAX_BODY_BYTES = 16 * MIB
 MAX_TICK = 1 << 48
 MAX_NS = 1 << 63
 MAX_TIME_S = 1e9
+MIN_DT_S = 1e-6
+MAX_IN_SPACE = 1e6
+"""m or m/s."""
 
 
 class Received(NamedTuple, Generic[Said]):
@@ -131,6 +134,8 @@ def _check_status(status: m.Status, joint_count: int) -> None:
 
 
 def _check_result(result: m.Result, joint_count: int) -> None:
+    for name in m.Stamps.__struct_fields__:
+        _check_range(f"stamps.{name}", getattr(result.stamps, name) or 0, MAX_NS)
     if result.hit:
         _check_range("hit.time", result.hit.time, MAX_TIME_S)
         errors = {"hit.position_error": result.hit.position_error, "hit.velocity_error": result.hit.velocity_error}
@@ -150,21 +155,23 @@ def _check_disturbance(disturbance: m.Disturbance, joint_count: int) -> None:
 
 def _check_ball(ball: m.BallState, _: int) -> None:
     _check_range("time", ball.time, MAX_TIME_S)
-    for field in ("position", "velocity"):
-        if len(getattr(ball, field)) != 3:
-            raise bad_message(field, f"{field} has {len(getattr(ball, field))} entries; space has 3")
+    _check_in_space("position", ball.position)
+    _check_in_space("velocity", ball.velocity)
 
 
 def _check_contact(contact: m.Contact, _: int) -> None:
     _check_range("time", contact.time, MAX_TIME_S)
+    if contact.ball_velocity is not None:
+        _check_in_space("ball_velocity", contact.ball_velocity)
 
 
 def _check_plan(plan: m.Plan, joint_count: int) -> None:
     """Refuse a plan whose matrices, limits or way-points do not fit each other."""
     _check_range("start_time", plan.start_time, MAX_TIME_S)
+    _check_range("epoch", plan.epoch, MAX_NS)
     limits = {f"limits.{field}": getattr(plan.limits, field) for field in m.PlanLimits.__struct_fields__}
     _check_lengths(joint_count, joint_names=plan.joint_names, **limits)
-    if not 0 <= plan.hit_index < plan.count or not 0 < plan.dt < MAX_TIME_S:
+    if not 0 <= plan.hit_index < plan.count or not MIN_DT_S <= plan.dt < MAX_TIME_S:
         raise bad_message("count", f"count {plan.count}, hit_index {plan.hit_index}, dt {plan.dt} are no trajectory")
     for field in ("positions", "velocities", "accelerations"):
         matrix(getattr(plan, field), plan.count, joint_count, field)
@@ -175,6 +182,13 @@ def _check_plan(plan: m.Plan, joint_count: int) -> None:
             raise bad_message("waypoints", f"waypoints: one has {len(waypoint.positions)} positions, not {joint_count}")
         if abs(waypoint.time_from_start) > MAX_TIME_S:
             raise bad_message("waypoints", f"waypoints: time_from_start {waypoint.time_from_start} is no time")
+
+
+def _check_in_space(field: str, vector: list[float]) -> None:
+    if len(vector) != 3:
+        raise bad_message(field, f"{field} has {len(vector)} entries; space has 3")
+    if max(map(abs, vector)) > MAX_IN_SPACE:
+        raise bad_message(field, f"{field} is {vector}; more than {MAX_IN_SPACE:g} cannot be drawn")
 
 
 def _check_range(field: str, value: float, bound: float) -> None:

@@ -51,6 +51,9 @@ def test_further_fields_are_ignored(topic: Publication) -> None:
         (PLAN, "accelerations", struct.pack("<d", NAN) * 24),
         (PLAN, "hit_index", 4),
         (PLAN, "dt", 0.0),
+        (PLAN, "dt", 1e-320),
+        (PLAN, "epoch", 1 << 63),
+        (ENDED, "stamps", {"requested": 1, "accepted": 1 << 63}),
         (PLAN, "demonstration", b"\0" * 7),
         (PLAN, "start_time", 1e12),
         (PLAN, "waypoints", [{"time_from_start": 0.1, "positions": [0.0]}]),
@@ -60,6 +63,7 @@ def test_further_fields_are_ignored(topic: Publication) -> None:
         (ENDED, "hit", {"time": 1.0, "position_error": [0.0], "velocity_error": [0.0] * 6}),
         (BALL, "position", [0.0, NAN, 0.0]),
         (BALL, "position", [0.0, 0.0]),
+        (BALL, "velocity", [0.0, 0.0, 1e308]),
         (DISTURBANCE, "active", [{"kind": "torque", "values": [1.0]}]),
     ],
 )

@@ -1,10 +1,12 @@
 """What the recorder writes, read back from the file number by number."""
 
 import logging
+import random
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 import rerun as rr
@@ -25,6 +27,7 @@ from protocol.topics import (
     STATUS,
     Publication,
 )
+from services.drill.mutations import mutate
 from services.options import free_endpoint
 from services.recorder.blueprint import build_blueprint
 from services.recorder.canvas import Canvas
@@ -105,6 +108,17 @@ def test_every_recorded_topic_has_a_drawer(tmp_path: Path) -> None:
     drawers = build_drawers(Canvas(writer, CONFIG))
     assert set(drawers) == {topic for topic in PUBLICATIONS if topic.recorded}
     assert next(iter(drawers)) == STATE
+
+
+@pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
+def test_what_is_let_in_can_be_drawn(desk: Desk, topic: Publication) -> None:
+    """Whatever is changed in a good message, of an arm that has been heard of or of a new run."""
+    rng, body = random.Random(20_26), msgspec.to_builtins(MESSAGES[topic], builtin_types=(bytes,))
+    desk.say(STATE, state(0))
+    for _ in range(100):
+        for _ in range(50):
+            desk.say_noise(topic, mutate(body, rng))
+        desk.draw()
 
 
 @pytest.mark.filterwarnings("ignore:RRD file has no footer")
