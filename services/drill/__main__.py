@@ -2,6 +2,7 @@
 
 import sys
 import tempfile
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -27,6 +28,7 @@ class Flags:
         only: Scenario to drill, repeatable; by default all.
         list: Print the scenarios and their bounds, and do nothing.
         long: An hour's soak and 100,000 fuzzed messages, instead of ten minutes and 5,000.
+        logs: Directory to keep what the services log; by default it is gone at the end.
         json: File for the measurements; what it holds of other scenarios stays.
         markdown: Page whose table is made anew from the JSON file.
     """
@@ -35,6 +37,7 @@ class Flags:
     only: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     list: bool = False
     long: bool = False
+    logs: Path | None = None
     json: Path | None = None
     markdown: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
 
@@ -72,9 +75,9 @@ def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> list[Out
     columns = SpinnerColumn(), BarColumn(20), TextColumn("{task.description}"), TimeElapsedColumn()
     outcomes: list[Outcome] = []
     with (
-        tempfile.TemporaryDirectory(prefix="volley-drill-") as scratch,
+        nullcontext(flags.logs) if flags.logs else tempfile.TemporaryDirectory(prefix="volley-drill-") as folder,
         Progress(*columns, console=console, transient=True) as progress,
-        Lab(flags.common, Path(scratch), flags.long) as lab,
+        Lab(flags.common, Path(folder), flags.long) as lab,
     ):
         task = progress.add_task("", total=len(scenarios))
         for scenario in scenarios:
