@@ -221,7 +221,7 @@ RATIOS = (
     told("on-time ratio under load", "%"),
     at_most("less than without by", 2.0, "%"),
 )
-BOUNDED = at_most("memory of a process grows by", 50.0, "MB")
+BOUNDED = at_most("memory of a process grows by", 25.0, "MB")
 UNDISTURBED = (exactly("the goal", "succeeded"), at_most("peak tracking error", 0.02, "rad"))
 
 SCENARIOS = (
