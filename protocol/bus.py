@@ -30,10 +30,11 @@ Item = TypeVar("Item")
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 MAX_MESSAGE_BYTES = 32 << 20
 """Where Zenoh itself drops a message: twice the largest request, so that what is merely too large gets an answer."""
-LEASE_MS, PATIENT_LEASE_MS = 2000, 20_000
+LEASE_MS, SERVICE_LEASE_MS = 2000, 20_000
 """After so much silence of a process that is stopped or cut off its session counts as lost (one that ends: at once).
 
-Patient is who may be stopped for a while, since nobody relies on it, and what is said meanwhile waits for it.
+A client may hold the arm, so it is missed soon. A service that is stopped is missed long before, by its silence, and
+goes on where it was when it is continued: what was said to it meanwhile waits.
 """
 LIVELINESS_S = 5.0
 """How long to wait for what the hub says of liveliness: at once, unless it is stalled."""

@@ -12,7 +12,7 @@ from typing import Annotated
 import tyro
 import zenoh
 
-from protocol.bus import DEFAULT_ENDPOINT, LEASE_MS, Bus, open_session, session_config
+from protocol.bus import DEFAULT_ENDPOINT, LEASE_MS, SERVICE_LEASE_MS, Bus, open_session, session_config
 from protocol.errors import NoAnswer
 from services.exposure import ANY_ADDRESS, exposed_endpoints, listening
 from services.logs import LogForm
@@ -104,11 +104,10 @@ def service_bus(
     stopping: threading.Event,
     log: logging.Logger,
     hosts: bool = False,
-    lease_ms: int = LEASE_MS,
 ) -> Iterator[Bus]:
     """Open the bus as `service`, which only one process at a time may be; the bus is closed at the end.
 
-    The service announces itself once it is ready. `lease_ms` is its session's.
+    The service announces itself once it is ready.
 
     Raises:
         SystemExit: 3 where another process is `service` already, 1 where the bus is silent, cannot be hosted or would
@@ -124,7 +123,7 @@ def service_bus(
 
     told: list[bool] = []
     try:
-        bus = open_bus(options, robot, hosts, give_up, lease_ms)
+        bus = open_bus(options, robot, hosts, give_up, SERVICE_LEASE_MS)
     except SystemExit as exposed:
         log.error("%s", exposed)
         raise SystemExit(1) from None

@@ -10,10 +10,12 @@ from typing import Any
 
 import tyro
 
+from deploy.processes import PROCESSES
 from deploy.zenoh.permissions import MESSAGES, ROLES, Permission, acting, common_name, reading
-from protocol.bus import LEASE_MS, MAX_MESSAGE_BYTES, PATIENT_LEASE_MS
+from protocol.bus import LEASE_MS, MAX_MESSAGE_BYTES, SERVICE_LEASE_MS
 
 HEADER = "// Made by: python -m deploy.zenoh.configure{flags}\n"
+SERVICES = {process.name for process in PROCESSES}
 HOST_ROLE = "sim"
 """Whose certificate the host of the bus shows."""
 
@@ -72,12 +74,12 @@ def client_config(cell: Cell, role: str) -> dict[str, Any]:
                 "connect_certificate": str(cell.tls / f"{role}.pem"),
                 "connect_private_key": str(cell.tls / f"{role}.key"),
             },
-            PATIENT_LEASE_MS if role == "recorder" else LEASE_MS,
+            SERVICE_LEASE_MS if role in SERVICES else LEASE_MS,
         ),
     }
 
 
-def _transport(cell: Cell, own: dict[str, Any], lease_ms: int = LEASE_MS) -> dict[str, Any]:
+def _transport(cell: Cell, own: dict[str, Any], lease_ms: int = SERVICE_LEASE_MS) -> dict[str, Any]:
     tls = {"root_ca_certificate": str(cell.tls / "ca.pem"), "close_link_on_expiration": True, **own}
     bounds = {"rx": {"max_message_size": MAX_MESSAGE_BYTES}, "tx": {"lease": lease_ms}}
     return {"link": {"protocols": ["tls"], **bounds, "tls": tls}}

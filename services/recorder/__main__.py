@@ -8,7 +8,6 @@ from typing import Annotated
 
 import tyro
 
-from protocol.bus import PATIENT_LEASE_MS
 from services import runtime
 from services.flags import RecorderFlags
 from services.logs import start_logging
@@ -35,7 +34,7 @@ def main() -> None:
     stopping = runtime.stop_on_signals()
     runtime.become_polite()
     config = load_robot(flags.common.robot_config)
-    with service_bus("recorder", flags.common, config.name, stopping, log, lease_ms=PATIENT_LEASE_MS) as bus:
+    with service_bus("recorder", flags.common, config.name, stopping, log) as bus:
         trace = open_trace(flags.own, config, log)
         try:
             recorder = Recorder(config, trace, listen(bus), log)
