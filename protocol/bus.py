@@ -34,7 +34,7 @@ LEASE_MS, SERVICE_LEASE_MS = 2000, 20_000
 """After so much silence of a process that is stopped or cut off its session counts as lost (one that ends: at once).
 
 A client may hold the arm, so it is missed soon. A service that is stopped is missed long before, by its silence, and
-goes on where it was when it is continued: what was said to it meanwhile waits.
+goes on where it was when it is continued: what was said to it meanwhile waits, as far as buffers go.
 """
 LIVELINESS_S = 5.0
 """How long to wait for what the hub says of liveliness: at once, unless it is stalled."""

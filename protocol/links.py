@@ -4,6 +4,7 @@ import contextlib
 import os
 import socket
 import struct
+from collections.abc import Generator
 from pathlib import Path
 
 import zenoh
@@ -15,7 +16,7 @@ def guard_links(session: zenoh.Session, patience_ms: int) -> "zenoh.LinkEventsLi
     """Let no connection of `session`, now or later, outlive its peer.
 
     Once a peer's lease is over, Zenoh over TLS first waits until all that was written is sent, up to 15 minutes in
-    which the peer counts as alive; here the kernel ends a TLS connection whose other end acknowledges nothing for
+    which the peer counts as alive; here the kernel ends a TLS connection whose other end takes nothing in for
     `patience_ms`. Then Zenoh's receiving thread blocks in `close` for 10 s, and with two dead peers the host of the
     bus hears nobody; here `close` does not linger.
     """
@@ -25,16 +26,37 @@ def guard_links(session: zenoh.Session, patience_ms: int) -> "zenoh.LinkEventsLi
 
 
 def _guard(link: zenoh.Link, patience_ms: int) -> None:
-    """Set the options of the link's socket, which is found by its ports."""
-    ports = _port(link.src), _port(link.dst)
-    for descriptor in Path("/proc/self/fd").iterdir():
-        if not descriptor.is_socket():
-            continue
-        with contextlib.suppress(OSError, IndexError), socket.socket(fileno=os.dup(int(descriptor.name))) as found:
-            if (found.getsockname()[1], found.getpeername()[1]) == ports:
+    """Set the options of the link's socket."""
+    with contextlib.suppress(OSError), contextlib.closing(_sockets()) as sockets:  # it may be gone by now
+        for found in sockets:
+            if _ports(found) == (_port(link.src), _port(link.dst)):
                 found.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, NO_LINGER)
                 if link.src.startswith("tls/"):
                     found.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, patience_ms)
+                return
+
+
+def _sockets() -> Generator[socket.socket]:
+    """Yield this process' sockets, each closed, as a copy, before the next."""
+    for descriptor in Path("/proc/self/fd").iterdir():
+        if not descriptor.is_socket():
+            continue
+        copy = os.dup(int(descriptor.name))
+        try:
+            with socket.socket(fileno=copy) as found:
+                copy = -1
+                yield found
+        finally:
+            if copy >= 0:
+                os.close(copy)
+
+
+def _ports(found: socket.socket) -> tuple[int, int] | None:
+    """Return the ports of both ends, or None where it has none."""
+    try:
+        return found.getsockname()[1], found.getpeername()[1]
+    except (OSError, IndexError):
+        return None
 
 
 def _port(locator: str) -> int:

@@ -1,6 +1,6 @@
 """`python -m deploy.zenoh.configure`: write the Zenoh configurations of a robot cell, one for each participant.
 
-`router.json5` is for whoever hosts the bus (the robot side, with --listen), `ROLE.json5` for the rest.
+`router.json5` is for whoever hosts the bus (the robot side), `ROLE.json5` for the rest.
 """
 
 import json
@@ -12,7 +12,7 @@ import tyro
 
 from deploy.processes import PROCESSES
 from deploy.zenoh.permissions import MESSAGES, ROLES, Permission, acting, common_name, reading
-from protocol.bus import LEASE_MS, MAX_MESSAGE_BYTES, SERVICE_LEASE_MS
+from protocol.bus import LEASE_MS, MAX_MESSAGE_BYTES
 
 HEADER = "// Made by: python -m deploy.zenoh.configure{flags}\n"
 SERVICES = {process.name for process in PROCESSES}
@@ -50,11 +50,8 @@ def router_config(cell: Cell) -> dict[str, Any]:
                 "enable_mtls": True,
                 "listen_certificate": str(cell.tls / f"{HOST_ROLE}.pem"),
                 "listen_private_key": str(cell.tls / f"{HOST_ROLE}.key"),
-                # A second host asks the first, on its own machine, who it is.
-                "verify_name_on_connect": False,
-                "connect_certificate": str(cell.tls / f"{HOST_ROLE}.pem"),
-                "connect_private_key": str(cell.tls / f"{HOST_ROLE}.key"),
             },
+            {},
         ),
         "access_control": access_control(cell.robot),
     }
@@ -74,15 +71,14 @@ def client_config(cell: Cell, role: str) -> dict[str, Any]:
                 "connect_certificate": str(cell.tls / f"{role}.pem"),
                 "connect_private_key": str(cell.tls / f"{role}.key"),
             },
-            SERVICE_LEASE_MS if role in SERVICES else LEASE_MS,
+            {} if role in SERVICES else {"tx": {"lease": LEASE_MS}},  # services set their own
         ),
     }
 
 
-def _transport(cell: Cell, own: dict[str, Any], lease_ms: int = SERVICE_LEASE_MS) -> dict[str, Any]:
+def _transport(cell: Cell, own: dict[str, Any], more: dict[str, Any]) -> dict[str, Any]:
     tls = {"root_ca_certificate": str(cell.tls / "ca.pem"), "close_link_on_expiration": True, **own}
-    bounds = {"rx": {"max_message_size": MAX_MESSAGE_BYTES}, "tx": {"lease": lease_ms}}
-    return {"link": {"protocols": ["tls"], **bounds, "tls": tls}}
+    return {"link": {"protocols": ["tls"], "rx": {"max_message_size": MAX_MESSAGE_BYTES}, **more, "tls": tls}}
 
 
 def access_control(robot: str) -> dict[str, Any]:

@@ -136,7 +136,7 @@ class ControllerLoop:
             return None
 
     def _attend(self) -> None:
-        """Apply at most one event and one request, a stop before a motion before a question; tell what changed."""
+        """Apply at most one of each kind of event and one request, a stop before a motion before a question."""
         self._look_at_arm()
         self._look_at_clients()
         if (asking := self._urgent.take()) is not None:

@@ -59,9 +59,11 @@ def listeners(cell: Cell, count: int) -> Iterator[list[subprocess.Popen[bytes]]]
     """Processes that hear every publication."""
     line = [sys.executable, "-m", "services.drill.listener", cell.endpoint, cell.bus.robot]
     with ExitStack() as running:
-        processes = [running.enter_context(subprocess.Popen(line, stdout=subprocess.PIPE)) for _ in range(count)]
+        processes = []
+        for _ in range(count):
+            processes.append(running.enter_context(subprocess.Popen(line, stdout=subprocess.PIPE)))
+            running.callback(processes[-1].kill)
         for process in processes:
-            running.callback(process.kill)
             if process.stdout is None or not process.stdout.readline():
                 raise Broken("a listener could not join the bus")
         yield processes

@@ -109,8 +109,8 @@ class Planner:
     def goal(self, goal: m.Goal, goal_id: str, requested_ns: int, reply: Callable[[m.GoalReply], object]) -> None:
         """Plan `goal` and, unless it is plan-only, have it played as `goal_id`, its own or one made for it.
 
-        The answer goes to `reply`, and only then what is played is published: who listens to it holds up nobody's
-        answer.
+        The answer goes to `reply`, and only then what is played is published: whoever listens to it does not hold up
+        the answer.
 
         Raises:
             Refusal: whatever stands in its way; then nothing moves, except that `unavailable` with a goal_id leaves

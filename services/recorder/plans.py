@@ -1,5 +1,6 @@
 """Accepted plans: their curves beside the measured ones, their limits, and the racket's path in space."""
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -42,6 +43,7 @@ class PlanDrawer:
     def __init__(self, canvas: Canvas) -> None:
         self._canvas = canvas
         self._tracks: list[Track] = []
+        self._given_up: deque[str] = deque(maxlen=64)
         self._robot_limits = _robot_limits(canvas)
         self._limits: Limits | None = None
         self._limits_tick = -1
@@ -62,14 +64,19 @@ class PlanDrawer:
                 before.end = min(before.end, int(track.ticks[0]))
             self._tracks.append(track)
             self._announce(one, track)
+            if track.goal_id in self._given_up:
+                self._given_up.remove(track.goal_id)
+                self.cut(track.goal_id)
         if canvas.lives.newest >= 0:
             self._advance(canvas.lives.newest)
 
     def cut(self, goal_id: str) -> None:
-        """Write no more of a plan that was given up."""
-        for track in self._tracks:
-            if track.goal_id == goal_id:
-                track.end = min(track.end, self._canvas.lives.newest + 1)
+        """Write no more of a plan that was given up, even where word of it comes later."""
+        given_up = [track for track in self._tracks if track.goal_id == goal_id]
+        for track in given_up:
+            track.end = min(track.end, self._canvas.lives.newest + 1)
+        if not given_up:
+            self._given_up.append(goal_id)
 
     def _track(self, plan: m.Plan) -> Track:
         canvas, joints = self._canvas, len(self._canvas.names)

@@ -49,7 +49,8 @@ class Drive:
         if command.run != self.run:
             raise bad_message("run", f"it is for run {command.run}; this is run {self.run}")
         if not oldest <= command.tick <= tick:
-            raise bad_message("tick", f"it answers tick {command.tick}; an answer to {oldest} … {tick} is news")
+            due = f"an answer to {oldest} … {tick} is news" if oldest <= tick else "the newest is answered"
+            raise bad_message("tick", f"it answers tick {command.tick}; {due}")
         for name in ("accelerations", "positions", "velocities"):
             length, joints = len(getattr(command, name)), self._config.joint_count
             if length != joints:

@@ -20,6 +20,9 @@ from services.robot import load_robot
 
 HOSTS = {"robot": "10.77.0.1", "planner": "10.77.0.2", "operator": "10.77.0.3"}
 PATIENCE_S = 60.0
+SOON_S = 6.0
+"""The lease, the stop and what a slow machine takes; less than Zenoh's own lease, 10 s, of which it sends a sign each
+quarter."""
 HOME = load_robot().home.tolist()
 
 
@@ -152,7 +155,7 @@ def hosts(tmp_path: Path) -> Iterator[Hosts]:
 @pytest.mark.realtime
 def test_a_cable_cut_in_a_motion(hosts: Hosts):
     """The robot plays on what it accepted, by itself; both come back before it is done, and are served as before."""
-    goal_id = hosts.goal(duration=15.0)
+    goal_id = hosts.goal(duration=20.0)
     for host in ("planner", "operator"):
         hosts.network.cable(host, "down")
     hosts.until_lost("planner")
@@ -171,7 +174,9 @@ def test_a_cable_cut_that_loses_a_lease(hosts: Hosts):
     hosts.ask("hold/alice")
     goal_id = hosts.goal(duration=15.0, client_id="alice", lease=True)
     hosts.network.cable("operator", "down")
+    cut = time.monotonic()
     result = hosts.result(goal_id, at="robot")
+    assert time.monotonic() - cut < SOON_S
     assert (result["outcome"], result["reason"]) == ("canceled", "client alice lost its lease")
     hosts.network.cable("operator", "up")
     hosts.eventually("primitives")

@@ -309,7 +309,7 @@ def test_infeasible_requests_get_a_duration_that_works(seed: int) -> None:
         assert refusal.quantity in QUANTITIES
         if refusal.min_duration is None or refusal.waypoint_times is None:
             assume(False)
-            raise
+            raise  # never: for the type checker
         waypoints = tuple(
             replace(w, time_from_start=t) for w, t in zip(request.waypoints, refusal.waypoint_times, strict=True)
         )

@@ -9,6 +9,8 @@ from pathlib import Path
 from protocol.bus import Bus, open_session
 from services.options import free_endpoint
 
+BOTH_ENDS = [0, 0]
+
 
 def connections(port: int) -> Iterator[socket.socket]:
     """Yield this process' sockets that are connected from or to a port."""
@@ -31,8 +33,8 @@ def test_no_connection_lingers_at_either_end():
         for _ in range(2):
             with Bus(open_session([endpoint])):
                 end = time.monotonic() + 10.0
-                lingering = [1]
-                while any(lingering) and time.monotonic() < end:
+                lingering: list[int] = []
+                while lingering != BOTH_ENDS and time.monotonic() < end:
                     raw = [each.getsockopt(socket.SOL_SOCKET, socket.SO_LINGER, 8) for each in connections(port)]
                     lingering = [struct.unpack("ii", each)[0] for each in raw]
-                assert lingering == [0, 0]
+                assert lingering == BOTH_ENDS

@@ -147,7 +147,7 @@ def test_it_is_published_after_the_answer(library: Library, code: str, changes: 
 
 
 def test_what_is_played_is_published_after_the_answer(library: Library):
-    """Who listens to it, on a link that may be dead, holds up nobody's answer; a repeated goal is played once."""
+    """Whoever listens, on a link that may be dead, does not hold up the answer; a repeated goal is played once."""
     requests = [(topics.GOAL, encode(GOAL))] * 2
     reply, played, again = answered(library, FakeBus(requests, accepts=True))
     assert (type(reply), type(played)) == (m.GoalReply, m.Plan)

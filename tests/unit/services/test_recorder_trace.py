@@ -290,6 +290,18 @@ def test_plan_is_drawn_to_its_end_where_the_next_run_begins_in_the_same_batch(de
     assert planned.times["tick"][-1] == 50  # the pen is lifted
 
 
+def test_a_plan_that_comes_after_its_cancel_is_drawn_no_further(desk: Desk) -> None:
+    """The planner publishes it once it has answered, and whoever has the answer may cancel at once."""
+    desk.say(STATE, *(state(tick) for tick in range(5)))
+    desk.say(ENDED, result("canceled"))
+    desk.draw()
+    desk.say(PLAN, plan(0.002, count=40))
+    desk.draw()
+    desk.say(STATE, *(state(tick) for tick in range(5, 90)))
+    planned = desk.read().column("/joints/joint_1/position/planned")
+    assert max(planned.ticks()) <= 5
+
+
 def test_status_and_its_changes(desk: Desk) -> None:
     statuses = [
         status(0.000, "holding"),
