@@ -27,7 +27,7 @@ def guard_links(session: zenoh.Session, patience_ms: int) -> "zenoh.LinkEventsLi
 
 def _guard(link: zenoh.Link, patience_ms: int) -> None:
     """Set the options of the link's socket."""
-    with contextlib.suppress(OSError), contextlib.closing(_sockets()) as sockets:  # it may be gone by now
+    with contextlib.suppress(OSError), contextlib.closing(_sockets()) as sockets:
         for found in sockets:
             if _ports(found) == (_port(link.src), _port(link.dst)):
                 found.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, NO_LINGER)
@@ -41,14 +41,15 @@ def _sockets() -> Generator[socket.socket]:
     for descriptor in Path("/proc/self/fd").iterdir():
         if not descriptor.is_socket():
             continue
-        copy = os.dup(int(descriptor.name))
-        try:
-            with socket.socket(fileno=copy) as found:
-                copy = -1
-                yield found
-        finally:
-            if copy >= 0:
+        with contextlib.suppress(OSError):  # it may be gone by now, and the next ones not
+            copy = os.dup(int(descriptor.name))
+            try:
+                found = socket.socket(fileno=copy)
+            except OSError:
                 os.close(copy)
+                raise
+            with found:
+                yield found
 
 
 def _ports(found: socket.socket) -> tuple[int, int] | None:

@@ -1,5 +1,6 @@
 """What the kernel is told of connections."""
 
+import contextlib
 import socket
 import struct
 import time
@@ -16,7 +17,10 @@ def connections(port: int) -> Iterator[socket.socket]:
     """Yield this process' sockets that are connected from or to a port."""
     for descriptor in Path("/proc/self/fd").iterdir():
         if descriptor.is_socket():
-            with socket.fromfd(int(descriptor.name), socket.AF_INET, socket.SOCK_STREAM) as found:
+            with (
+                contextlib.suppress(OSError),
+                socket.fromfd(int(descriptor.name), socket.AF_INET, socket.SOCK_STREAM) as found,
+            ):
                 try:
                     ports = found.getsockname()[1], found.getpeername()[1]
                 except (OSError, IndexError):
