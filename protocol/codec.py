@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import msgpack
@@ -57,6 +58,17 @@ def check_size(size: int, max_bytes: int) -> None:
 def bad_message(field: str, sentence: str) -> Refusal:
     """Return the refusal of a malformed body; `field` is empty where the whole body is meant."""
     return Refusal("bad_message", _short(sentence, MAX_SENTENCE), field=_short(field, MAX_FIELD))
+
+
+def check_lengths(joint_count: int, **vectors: Sequence[Any]) -> None:
+    """Check that every vector, named as its field, has one entry for each joint.
+
+    Raises:
+        Refusal: `bad_message`, naming the field.
+    """
+    for field, values in vectors.items():
+        if len(values) != joint_count:
+            raise bad_message(field, f"{field} has {len(values)} entries; the arm has {joint_count} joints")
 
 
 def matrix(data: bytes, rows: int, columns: int, field: str) -> np.ndarray:

@@ -98,12 +98,7 @@ def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[s
 
 @contextmanager
 def service_bus(
-    service: str,
-    options: Options,
-    robot: str,
-    stopping: threading.Event,
-    log: logging.Logger,
-    hosts: bool = False,
+    service: str, options: Options, robot: str, stopping: threading.Event, log: logging.Logger, hosts: bool = False
 ) -> Iterator[Bus]:
     """Open the bus as `service`, which only one process at a time may be; the bus is closed at the end.
 

@@ -10,7 +10,7 @@ from motion.limits import Limits
 from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest, Waypoint
 from protocol import messages as m
-from protocol.codec import bad_message
+from protocol.codec import check_lengths
 from protocol.errors import Refusal
 from protocol.topics import MAX_ID, MAX_PLAN_S
 from services.robot import RobotConfig
@@ -162,10 +162,7 @@ def _limits(asked: m.GoalLimits | None, config: RobotConfig) -> Limits:
         return config.limits
     joints, free = config.joint_count, (-math.inf, math.inf)
     ranges = asked.positions if asked.positions is not None else [None] * joints
-    if len(ranges) != joints:
-        raise bad_message(
-            "limits.positions", f"limits.positions has {len(ranges)} entries; the arm has {joints} joints"
-        )
+    check_lengths(joints, **{"limits.positions": ranges})
     bounds = [
         np.nan_to_num(_partial(getattr(asked, name), joints, f"limits.{name}"), nan=math.inf)
         for name in ("velocities", "accelerations", "jerks")
@@ -176,7 +173,7 @@ def _limits(asked: m.GoalLimits | None, config: RobotConfig) -> Limits:
 def _vector(values: list[float] | None, joints: int, field: str) -> np.ndarray:
     if values is None:
         return np.zeros(joints)
-    _check_length(values, joints, field)
+    check_lengths(joints, **{field: values})
     return np.array(values, dtype=float)
 
 
@@ -184,13 +181,8 @@ def _partial(values: list[float | None] | None, joints: int, field: str) -> np.n
     """A vector in which null is NaN: free."""
     if values is None:
         return np.full(joints, math.nan)
-    _check_length(values, joints, field)
+    check_lengths(joints, **{field: values})
     return np.array([math.nan if value is None else value for value in values])
-
-
-def _check_length(values: list, joints: int, field: str) -> None:
-    if len(values) != joints:
-        raise bad_message(field, f"{field} has {len(values)} entries; the arm has {joints} joints")
 
 
 def _invalid(error: InvalidMotion) -> Refusal:

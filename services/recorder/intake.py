@@ -8,7 +8,7 @@ import msgspec
 from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus
-from protocol.codec import bad_message, decode, matrix
+from protocol.codec import bad_message, check_lengths, decode, matrix
 from protocol.errors import Refusal
 from protocol.topics import MIB, Publication
 
@@ -107,7 +107,7 @@ def _check_tick(message: m.State | m.Command) -> None:
 def _check_state(state: m.State, joint_count: int) -> None:
     _check_tick(state)
     _check_range("time", state.time, MAX_TIME_S)
-    _check_lengths(
+    check_lengths(
         joint_count,
         positions=state.positions,
         velocities=state.velocities,
@@ -120,7 +120,7 @@ def _check_state(state: m.State, joint_count: int) -> None:
 
 def _check_command(command: m.Command, joint_count: int) -> None:
     _check_tick(command)
-    _check_lengths(
+    check_lengths(
         joint_count,
         accelerations=command.accelerations,
         positions=command.positions,
@@ -139,7 +139,7 @@ def _check_result(result: m.Result, joint_count: int) -> None:
     if result.hit:
         _check_range("hit.time", result.hit.time, MAX_TIME_S)
         errors = {"hit.position_error": result.hit.position_error, "hit.velocity_error": result.hit.velocity_error}
-        _check_lengths(joint_count, **errors)
+        check_lengths(joint_count, **errors)
 
 
 def _check_refused(refused: m.Refused, _: int) -> None:
@@ -150,7 +150,7 @@ def _check_disturbance(disturbance: m.Disturbance, joint_count: int) -> None:
     _check_range("time", disturbance.time, MAX_TIME_S)
     for active in disturbance.active:
         if active.values is not None:
-            _check_lengths(joint_count, **{"active.values": active.values})
+            check_lengths(joint_count, **{"active.values": active.values})
 
 
 def _check_ball(ball: m.BallState, _: int) -> None:
@@ -170,7 +170,7 @@ def _check_plan(plan: m.Plan, joint_count: int) -> None:
     _check_range("start_time", plan.start_time, MAX_TIME_S)
     _check_range("epoch", plan.epoch, MAX_NS)
     limits = {f"limits.{field}": getattr(plan.limits, field) for field in m.PlanLimits.__struct_fields__}
-    _check_lengths(joint_count, joint_names=plan.joint_names, **limits)
+    check_lengths(joint_count, joint_names=plan.joint_names, **limits)
     if not 0 <= plan.hit_index < plan.count or not MIN_DT_S <= plan.dt < MAX_TIME_S:
         raise bad_message("count", f"count {plan.count}, hit_index {plan.hit_index}, dt {plan.dt} are no trajectory")
     for field in ("positions", "velocities", "accelerations"):
@@ -196,15 +196,8 @@ def _check_range(field: str, value: float, bound: float) -> None:
         raise bad_message(field, f"{field} is {value}; it must be at least 0 and less than {bound:g}")
 
 
-def _check_lengths(joint_count: int, **vectors: list[Any]) -> None:
-    """Refuse what has not one entry a joint."""
-    for field, values in vectors.items():
-        if len(values) != joint_count:
-            raise bad_message(field, f"{field} has {len(values)} entries; the arm has {joint_count} joints")
-
-
 def _check_point(field: str, point: m.Point, joint_count: int) -> None:
-    _check_lengths(joint_count, **{f"{field}.positions": point.positions, f"{field}.velocities": point.velocities})
+    check_lengths(joint_count, **{f"{field}.positions": point.positions, f"{field}.velocities": point.velocities})
 
 
 CHECKS: dict[type, Callable[[Any, int], None]] = {

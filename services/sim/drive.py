@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from protocol import messages as m
-from protocol.codec import bad_message
+from protocol.codec import bad_message, check_lengths
 from services.robot import RobotConfig
 from services.sim.brake import Brake
 
@@ -51,10 +51,12 @@ class Drive:
         if not oldest <= command.tick <= tick:
             due = f"an answer to {oldest} … {tick} is news" if oldest <= tick else "the newest is answered"
             raise bad_message("tick", f"it answers tick {command.tick}; {due}")
-        for name in ("accelerations", "positions", "velocities"):
-            length, joints = len(getattr(command, name)), self._config.joint_count
-            if length != joints:
-                raise bad_message(name, f"{name} has {length} entries; the arm has {joints} joints")
+        check_lengths(
+            self._config.joint_count,
+            accelerations=command.accelerations,
+            positions=command.positions,
+            velocities=command.velocities,
+        )
         largest = max(map(abs, command.accelerations))
         if largest > MAX_ACCELERATION:
             sentence = f"it wants {largest:.3g} rad/s²; no arm does more than {MAX_ACCELERATION:.0e}"
