@@ -11,70 +11,25 @@ from protocol.codec import matrix_bytes
 from services.drill.cell import Cell
 
 Body = dict[str, Any]
+TAUGHT = "nod"
+LEAD_S = 0.02
 
 
 def good_requests(cell: Cell) -> list[tuple[str, Body]]:
     """Return, with their keys, requests that are taken in this order, each at the start of a run.
 
-    Between them they have every field, though not every combination. `execute` comes first, since any other plan
-    makes it obsolete.
+    Between them they have every field, though not every combination. `execute` is taken once it is `renewed`.
     """
-    home, joints = cell.home, len(cell.home)
     played = cell.strike()
     cell.finish(played)
     cell.reset()
-    near, free, still = [home[0] + 0.3, *home[1:]], [None] * (joints - 1), [0.0] * joints
-    swing = {"primitive": "forehand", "positions": near, "velocities": [0.5, *still[1:]]}
-    samples = np.linspace(home, near, 50)
-    demonstration = {"name": "nod", "replace": True}
+    trajectory = cell.strike(plan_only=True, include_trajectory=True).trajectory
     return [
-        ("execute", plan_for_now(cell)),
-        ("goal", {"primitive": "forehand", "positions": home, "duration": 1.0}),
-        (
-            "goal",
-            {
-                **swing,
-                "accelerations": [0.0, *free],
-                "duration": 1.5,
-                "waypoints": [
-                    {"time_from_start": 0.7, "positions": [home[0] + 0.1, *free]},
-                    {"time_from_start": 1.1, "velocities": [*free, 0.1]},
-                ],
-                "limits": {
-                    "positions": [[home[0] - 0.5, home[0] + 1.0], *free],
-                    "velocities": [8.0, *free],
-                    "accelerations": [*free, 200.0],
-                    "jerks": [*free, 9000.0],
-                },
-                "client_id": "drill",
-                "include_trajectory": True,
-            },
-        ),
-        (
-            "goal",
-            {
-                **swing,
-                "arrival_time": 1.5,
-                "start": {"positions": home, "velocities": still, "accelerations": [0.0, *free]},
-                "rest_fraction": 0.1,
-                "tail": "coast",
-                "plan_only": True,
-            },
-        ),
-        ("goal", {**swing, "duration": 1.5, "method": "dmp", "plan_only": True}),
+        ("execute", msgspec.to_builtins(trajectory, builtin_types=(bytes,))),
+        *(("goal", goal) for goal in _goals(cell.home)),
         ("primitives", {}),
-        ("learn", {**demonstration, "positions": samples.tolist(), "rate": 100.0}),
-        (
-            "learn",
-            {
-                **demonstration,
-                "positions": matrix_bytes(samples),
-                "joint_count": joints,
-                "times": np.linspace(0.0, 0.5, 50).tolist(),
-                "smoothing": {"window_s": 0.11, "order": 3},
-            },
-        ),
-        ("forget", {"name": "nod"}),
+        *(("learn", demonstration) for demonstration in _demonstrations(cell.home)),
+        ("forget", {"name": TAUGHT}),
         ("reference", {"lead": 0.1}),
         ("cancel", {"goal_id": played.goal_id}),
         ("reset", {}),
@@ -83,18 +38,83 @@ def good_requests(cell: Cell) -> list[tuple[str, Body]]:
         ("state", {}),
         ("description", {}),
         ("sim/step", {"ticks": 1}),
-        ("sim/reset", {"positions": home, "seed": 1, "ball": {"position": [2.0, 0.0, 1.0], "velocity": [0.0] * 3}}),
-        ("sim/disturb", {"kind": "acceleration", "values": [1.0, *still[1:]], "start_time": 0.1, "duration": 0.1}),
-        ("sim/disturb", {"kind": "torque", "values": [1.0, *still[1:]], "duration": 0.1}),
-        ("sim/disturb", {"kind": "sensor_noise", "position_std": 1e-4, "velocity_std": 1e-3}),
-        ("sim/disturb", {"kind": "loss", "stream": "state", "duration": 0.01}),
+        (
+            "sim/reset",
+            {"positions": cell.home, "seed": 1, "ball": {"position": [2.0, 0.0, 1.0], "velocity": [0.0] * 3}},
+        ),
+        *(("sim/disturb", disturbance) for disturbance in _disturbances(len(cell.home))),
     ]
 
 
-def plan_for_now(cell: Cell) -> Body:
-    """Return a trajectory that `execute` takes until another plan is accepted or the present run is over."""
-    trajectory = cell.strike(plan_only=True, include_trajectory=True).trajectory
-    return msgspec.to_builtins(trajectory, builtin_types=(bytes,))
+def renewed(cell: Cell, key: str, body: Body) -> Body:
+    """Return a request as it is taken now: a trajectory from rest at home with the present epoch, a little ahead."""
+    if key != topics.EXECUTE.key:
+        return body
+    reference = cell.bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=LEAD_S))
+    return {**body, "epoch": reference.epoch, "start_time": reference.time}
+
+
+def _goals(home: list[float]) -> list[Body]:
+    """The plain one, one shaped by way-points and limits, one with its own start, and a movement primitive's."""
+    free, still = [None] * (len(home) - 1), [0.0] * len(home)
+    swing = {"primitive": "forehand", "positions": _near(home), "velocities": [0.5, *still[1:]]}
+    shaped = {
+        "accelerations": [0.0, *free],
+        "duration": 1.5,
+        "waypoints": [
+            {"time_from_start": 0.7, "positions": [home[0] + 0.1, *free]},
+            {"time_from_start": 1.1, "velocities": [*free, 0.1]},
+        ],
+        "limits": {
+            "positions": [[home[0] - 0.5, home[0] + 1.0], *free],
+            "velocities": [8.0, *free],
+            "accelerations": [*free, 200.0],
+            "jerks": [*free, 9000.0],
+        },
+        "client_id": "drill",
+        "include_trajectory": True,
+    }
+    started = {
+        "arrival_time": 1.5,
+        "start": {"positions": home, "velocities": still, "accelerations": [0.0, *free]},
+        "rest_fraction": 0.1,
+        "tail": "coast",
+        "plan_only": True,
+    }
+    return [
+        {"primitive": "forehand", "positions": home, "duration": 1.0},
+        {**swing, **shaped},
+        {**swing, **started},
+        {**swing, "duration": 1.5, "method": "dmp", "plan_only": True},
+    ]
+
+
+def _demonstrations(home: list[float]) -> list[Body]:
+    """Samples as arrays at a rate, and as a matrix at given times, smoothed."""
+    samples = np.linspace(home, _near(home), 50)
+    as_matrix = {
+        "positions": matrix_bytes(samples),
+        "joint_count": len(home),
+        "times": np.linspace(0.0, 0.5, 50).tolist(),
+        "smoothing": {"window_s": 0.11, "order": 3},
+    }
+    as_arrays = {"positions": samples.tolist(), "rate": 100.0}
+    return [{"name": TAUGHT, "replace": True, **how} for how in (as_arrays, as_matrix)]
+
+
+def _disturbances(joints: int) -> list[Body]:
+    """One of each kind."""
+    push = {"values": [1.0, *[0.0] * (joints - 1)], "duration": 0.1}
+    return [
+        {"kind": "acceleration", "start_time": 0.1, **push},
+        {"kind": "torque", **push},
+        {"kind": "sensor_noise", "position_std": 1e-4, "velocity_std": 1e-3},
+        {"kind": "loss", "stream": "state", "duration": 0.01},
+    ]
+
+
+def _near(home: list[float]) -> list[float]:
+    return [home[0] + 0.3, *home[1:]]
 
 
 def good_publications(cell: Cell) -> dict[topics.Publication, Body]:

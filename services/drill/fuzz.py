@@ -4,11 +4,10 @@ import random
 from collections import Counter
 from collections.abc import Callable
 
-from protocol import messages as m
 from protocol import topics
 from protocol.codec import decode
 from protocol.errors import CODES, Refusal
-from services.drill.bodies import good_publications, good_requests
+from services.drill.bodies import good_publications, good_requests, renewed
 from services.drill.cell import Cell
 from services.drill.lab import Lab
 from services.drill.messages import answer, publish, unmoved
@@ -22,7 +21,6 @@ READ = {query.key for query in topics.QUERIES if query.reads}
 """What changes nothing, and needs no new run."""
 
 LEADING = (topics.STATE, topics.COMMAND)
-LEAD_S = 0.02
 SEED = 20_26
 
 
@@ -53,10 +51,7 @@ def fuzz_cell(cell: Cell, count: int, say: Callable[[str], object]) -> Measured:
             forged += good
             publish(cell, key, [body])
         else:
-            if key == topics.EXECUTE.key:
-                reference = cell.bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=LEAD_S))
-                right = {**right, "epoch": reference.epoch, "start_time": reference.time}
-            code = answer(cell, key, mutate(right, rng))
+            code = answer(cell, key, mutate(renewed(cell, key, right), rng))
             codes[code] += 1
             if code == "taken" and key not in READ:
                 cell.reset()

@@ -14,7 +14,7 @@ import zenoh
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import encode
-from services.drill.bodies import Body, good_requests, plan_for_now
+from services.drill.bodies import Body, good_requests, renewed
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.scenario import Measured, Scenario, at_least, exactly, none
@@ -59,14 +59,14 @@ def bad_requests(lab: Lab) -> Measured:
     """Send every request wrong in every way, look whether anything moved, and whether the right ones are taken."""
     cell = lab.shared()
     refused: Counter[str] = Counter()
-    for key, body in good_requests(cell):
+    requests = good_requests(cell)
+    for key, body in requests:
         refused.update(answer(cell, key, msgpack.packb(wrong) or b"") for wrong in spoiled_bodies(body))
     still = unmoved(cell)
     right = 0
-    for key, body in good_requests(cell):
+    for key, body in requests:
         cell.reset()
-        body = plan_for_now(cell) if key == topics.EXECUTE.key else body
-        right += answer(cell, key, msgpack.packb(body) or b"") != "taken"
+        right += answer(cell, key, msgpack.packb(renewed(cell, key, body)) or b"") != "taken"
     cell.reset()
     return {
         "requests sent": refused.total(),
