@@ -22,8 +22,9 @@ from benchmarks.cases import FOREHAND
 from benchmarks.machine import save
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
 from protocol.errors import Refusal
+from protocol.sessions import open_session
 from services.demo.strikes import FASTER, TIGHT, goal
 from services.options import Options, free_endpoint
 from services.supervisor import Supervisor, command_lines

@@ -20,7 +20,8 @@ from rich.table import Table
 from benchmarks.machine import save
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import open_session
 from services.demo.strikes import goal
 from services.options import Options, free_endpoint
 from services.recorder.trace import read_trace

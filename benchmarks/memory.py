@@ -17,7 +17,8 @@ from motion.errors import MotionError
 from motion.plan import plan
 from motion.request import Waypoint
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import open_session
 from services.options import Options, free_endpoint
 from services.supervisor import Supervisor, command_lines
 

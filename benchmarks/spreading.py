@@ -25,7 +25,8 @@ from motion.limits import Limits
 from motion.plan import Warm, plan
 from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import open_session
 from services.options import Options, free_endpoint
 from services.supervisor import Supervisor, command_lines
 

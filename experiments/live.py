@@ -24,9 +24,10 @@ from experiments.common import STEP, TIMES, Outcome, Row, demonstrated
 from experiments.fig5 import NOISE, PUSH, PUSH_FROM, PUSH_TO, RECOVERED, RECOVERS
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
+from protocol.sessions import open_session
 from services.options import Options, free_endpoint
 from services.robot import load_robot
 from services.supervisor import Supervisor, command_lines

@@ -11,8 +11,8 @@ import msgspec
 from msgspec import Struct
 
 from protocol import messages as m
-from protocol.bus import LEASE_MS
 from protocol.errors import CODES
+from protocol.sessions import LEASE_MS
 from protocol.topics import MAX_PLAN_S, MIB, PUBLICATIONS, QUERIES, QUEUE_LENGTH, SMALL, Publication, Query
 
 INTRODUCTION = f"""\

@@ -12,8 +12,9 @@ from typing import Annotated
 import tyro
 import zenoh
 
-from protocol.bus import DEFAULT_ENDPOINT, LEASE_MS, SERVICE_LEASE_MS, Bus, open_session, session_config
+from protocol.bus import Bus
 from protocol.errors import NoAnswer
+from protocol.sessions import DEFAULT_ENDPOINT, LEASE_MS, SERVICE_LEASE_MS, open_session, session_config
 from services.exposure import ANY_ADDRESS, exposed_endpoints, listening
 from services.logs import LogForm
 from services.runtime import EXIT_TAKEN

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Self
 
 from deploy.processes import PROCESSES, Process
-from protocol.bus import DEFAULT_ENDPOINT, Bus
+from protocol.bus import Bus
+from protocol.sessions import DEFAULT_ENDPOINT
 from services.options import Options
 
 PATIENCE_S = 20.0

@@ -15,8 +15,9 @@ from rich.console import Console
 from rich.text import Text
 
 from protocol import messages as m
-from protocol.bus import DEFAULT_ENDPOINT, Bus
+from protocol.bus import Bus
 from protocol.errors import NoAnswer, Refusal
+from protocol.sessions import DEFAULT_ENDPOINT
 from protocol.topics import DESCRIPTION, Answered, Asked, Query
 from services.client.show import show
 from services.options import Common, Options, open_bus

@@ -9,8 +9,9 @@ from contextlib import ExitStack, contextmanager
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import LEASE_MS, Bus, open_session
+from protocol.bus import Bus
 from protocol.errors import Refusal
+from protocol.sessions import LEASE_MS, open_session
 from services.drill.cell import Broken, Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.reference import unlike_plan

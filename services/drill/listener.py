@@ -4,7 +4,8 @@ import signal
 import sys
 
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import open_session
 
 if __name__ == "__main__":
     with Bus(open_session([sys.argv[1]]), sys.argv[2]) as bus:

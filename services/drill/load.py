@@ -14,8 +14,9 @@ import zenoh
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
 from protocol.codec import ENCODING, encode
+from protocol.sessions import open_session
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from protocol import messages as m
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import open_session
 from services.drill.cell import Cell, wait_for
 from services.options import Options, free_endpoint
 from services.robot import load_robot

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from deploy.zenoh.certificates import Authority, make_authority, make_certificate
 from deploy.zenoh.configure import Cell, client_config, texts
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import open_session
 from services.options import free_endpoint
 
 STRANGERS = {"stranger": "stranger.arm", "neighbour": "controller.leg"}

@@ -10,8 +10,9 @@ from pathlib import Path
 import msgspec
 
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
 from protocol.errors import NoAnswer, Refusal
+from protocol.sessions import open_session
 
 
 def answer(bus: Bus, key: str, fields: dict) -> object:

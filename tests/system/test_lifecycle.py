@@ -13,8 +13,9 @@ from harness import ROBOT, SERVICES, Stack, running, wait_for, wait_for_controll
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
 from protocol.errors import NoAnswer, Refusal
+from protocol.sessions import open_session
 from services.demo.strikes import goal
 from services.options import Options, free_endpoint
 from services.supervisor import Supervisor, command_lines

@@ -13,7 +13,8 @@ from pathlib import Path
 import msgpack
 import pytest
 
-from protocol.bus import DEFAULT_ENDPOINT, Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import DEFAULT_ENDPOINT, open_session
 from services.options import Options, free_endpoint
 from services.supervisor import Supervisor, command_lines
 

@@ -23,8 +23,9 @@ from deploy.zenoh.configure import client_config
 from deploy.zenoh.permissions import ROLES, acting, reading
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
 from protocol.errors import NoAnswer
+from protocol.sessions import open_session
 from services.options import Options, service_bus
 from services.runtime import EXIT_TAKEN
 from services.supervisor import Supervisor, command_lines

@@ -9,8 +9,9 @@ from motion.samples import Samples
 from motion.tail import first_stop
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
 from protocol.errors import Refusal
+from protocol.sessions import open_session
 from services.demo.strikes import goal
 from services.drill.reference import samples_of
 

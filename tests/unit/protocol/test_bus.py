@@ -11,10 +11,11 @@ import pytest
 import zenoh
 
 from protocol import messages as m
-from protocol.bus import Asking, Bus, open_session
+from protocol.bus import Asking, Bus
 from protocol.codec import ENCODING, encode
 from protocol.errors import NoAnswer, Refusal
 from protocol.queues import Inbox
+from protocol.sessions import open_session
 from protocol.topics import CANCEL, CONTACT, PRIMITIVES, QUEUE_LENGTH, STATE, STATUS_QUERY, alive_key
 from tests.golden.examples import EXAMPLES, STATUS
 

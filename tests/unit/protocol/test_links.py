@@ -7,7 +7,8 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import open_session
 from services.options import free_endpoint
 
 BOTH_ENDS = [0, 0]

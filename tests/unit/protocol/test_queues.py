@@ -1,7 +1,7 @@
 """Queues between Zenoh's threads and a loop: bounded, in order."""
 
-from protocol.bus import open_session
 from protocol.queues import Inbox, Stream
+from protocol.sessions import open_session
 from services.options import free_endpoint
 
 

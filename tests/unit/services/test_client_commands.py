@@ -16,10 +16,11 @@ import pytest
 from msgspec import Struct
 
 from protocol import messages as m
-from protocol.bus import Asking, Bus, open_session
+from protocol.bus import Asking, Bus
 from protocol.codec import encode, matrix_bytes
 from protocol.errors import Refusal
 from protocol.queues import Inbox
+from protocol.sessions import open_session
 from protocol.topics import DESCRIPTION, QUERIES, RESULT, STATUS, client_alive_key
 from services.client.__main__ import COMMANDS, main
 from tests.golden.examples import EXAMPLES, HIT

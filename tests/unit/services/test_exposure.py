@@ -6,7 +6,7 @@ import pytest
 import zenoh
 
 from deploy.zenoh import configure
-from protocol.bus import session_config
+from protocol.sessions import session_config
 from services.exposure import exposed_endpoints
 from services.options import Options, open_bus, refuse_exposure
 from services.supervisor import command_lines

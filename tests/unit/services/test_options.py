@@ -8,7 +8,8 @@ import pytest
 import tyro
 import zenoh
 
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import open_session
 from services.options import Options, free_endpoint, open_bus, service_bus
 from services.runtime import EXIT_TAKEN
 

@@ -12,8 +12,9 @@ import pytest
 import rerun as rr
 
 from protocol import messages as m
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
 from protocol.codec import encode
+from protocol.sessions import open_session
 from protocol.topics import (
     BALL,
     COMMAND,

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from deploy.processes import PROCESSES, Process
-from protocol.bus import Bus, open_session
+from protocol.bus import Bus
+from protocol.sessions import open_session
 from services.options import Options, free_endpoint
 from services.supervisor import NotReady, Supervisor, command_lines
 
