@@ -1,6 +1,7 @@
 """The topic table put to work on a Zenoh session."""
 
 import contextlib
+import threading
 import time
 from collections.abc import Callable
 from typing import Generic, Self, TypeVar
@@ -12,7 +13,7 @@ from protocol.codec import ENCODING, bad_message, check_size, decode, encode
 from protocol.errors import NoAnswer, Refusal
 from protocol.links import guard_links
 from protocol.queues import Collector, Inbox, Stream
-from protocol.sessions import LEASE_MS
+from protocol.sessions import CLIENT
 from protocol.topics import (
     QUEUE_LENGTH,
     Answered,
@@ -83,7 +84,7 @@ class Bus:
         self.session = session
         self.robot = robot
         self._kept: list[object] = []
-        self._keep(guard_links(session, LEASE_MS))
+        self._keep(guard_links(session, CLIENT.lease_ms))
 
     def __enter__(self) -> Self:
         return self
@@ -189,12 +190,29 @@ class Bus:
         own = self.key(claim_key(service, str(self.session.zid())))
         token = self._keep(self.session.liveliness().declare_token(own))
         patient_until = time.monotonic() + patience
-        while others := self._alive(claim_key(service, "*")) - {own}:
+        while others := self.rivals(service):
             if min(others) < own or time.monotonic() > patient_until:
                 token.undeclare()  # the other need not wait for this process to end
                 return False
             time.sleep(CLAIM_PERIOD_S)
         return True
+
+    def rivals(self, service: str) -> set[str]:
+        """Return the full keys of the claims that other sessions have on the place of `service`.
+
+        Raises:
+            NoAnswer: the hub is silent.
+        """
+        return self._alive(claim_key(service, "*")) - {self.key(claim_key(service, str(self.session.zid())))}
+
+    def on_return(self, callback: Callable[[], object]) -> None:
+        """Call `callback`, in a thread of its own, whenever the session has a hub again after it had lost it."""
+
+        def heard(event: zenoh.TransportEvent) -> None:
+            if event.kind == zenoh.SampleKind.PUT and event.transport.whatami == zenoh.WhatAmI.ROUTER:
+                threading.Thread(target=callback, daemon=True).start()
+
+        self._keep(self.session.info.declare_transport_events_listener(heard))
 
     def is_alive(self, service: str, timeout: float = LIVELINESS_S) -> bool:
         """Return whether somebody on the bus holds the token of `service`; False where the hub is silent.

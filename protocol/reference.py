@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from protocol import messages as m
 from protocol.errors import CODES
-from protocol.sessions import LEASE_MS
+from protocol.sessions import CLIENT
 from protocol.topics import MAX_PLAN_S, MIB, PUBLICATIONS, QUERIES, QUEUE_LENGTH, SMALL, Publication, Query
 
 INTRODUCTION = f"""\
@@ -59,10 +59,10 @@ LIVELINESS = f"""\
 Every service holds a liveliness token on `alive/SERVICE` (`sim`, `controller`, `planner`, `recorder`), and a client
 whose goals carry a lease one on `alive/client/CLIENT_ID`: when it is lost, its motion is cancelled. A process that
 ends loses its tokens at once; one that is stopped or cut off loses them once nothing was heard of its session for the
-`transport/link/tx/lease` that this has announced: Zenoh's default is 10 s, Volley's clients set {LEASE_MS} ms.
+`transport/link/tx/lease` that this has announced: Zenoh's default is 10 s, Volley's clients set {CLIENT.lease_ms} ms.
 
 From its start on a service holds a claim on its place as well, `alive/SERVICE/SESSION_ID`: of two that start at once
-one gives way.
+one gives way, and one that was cut off or stopped, and comes back to find another in its place, ends.
 """
 
 MEANINGS = {

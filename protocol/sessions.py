@@ -1,7 +1,9 @@
 """Zenoh sessions with the project's defaults."""
 
 import json
+import socket
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import zenoh
@@ -9,14 +11,42 @@ import zenoh
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 MAX_MESSAGE_BYTES = 32 << 20
 """Where Zenoh itself drops a message: twice the largest request, so that what is merely too large gets an answer."""
-LEASE_MS, SERVICE_LEASE_MS = 2000, 20_000
-"""After so much silence of a process that is stopped or cut off its session counts as lost (one that ends: at once).
-
-A client may hold the arm, so it is missed soon. A service that is stopped is missed long before, by its silence, and
-goes on where it was when it is continued: what was said to it meanwhile waits, as far as buffers go.
-"""
+STREAM_QUEUE = 16
+"""Messages of a stream that wait for a socket, the most Zenoh allows: with its own 2, a stall of 3 ms loses one at
+1 kHz."""
 NO_HUB = "Unable to connect"
 """What Zenoh's error says where no endpoint to connect to answers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """What others put up with of a process that is stopped or cut off (one that ends is missed at once).
+
+    Attributes:
+        lease_ms: After so much silence its session counts as lost.
+        backlog_bytes: Receive buffer, which keeps what is said meanwhile; where 0, or more than the kernel grants,
+            the kernel's own.
+    """
+
+    lease_ms: int
+    backlog_bytes: int = 0
+
+    @property
+    def is_granted(self) -> bool:
+        """Whether the kernel lets sockets hold the backlog; to ask for more would end its own tuning."""
+        if not self.backlog_bytes:
+            return False
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, self.backlog_bytes)
+            return probe.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) >= self.backlog_bytes
+
+
+CLIENT = Patience(lease_ms=2000)
+"""A client may hold the arm, so it is missed soon."""
+SERVICE = Patience(lease_ms=20_000)
+"""A service that is stopped is missed long before, by its silence, and goes on where it was when it is continued."""
+RECORDER = Patience(lease_ms=20_000, backlog_bytes=4 << 20)
+"""A trace shall have no gap because the recorder was stopped: it keeps what is said in 15 s, 600 kB in each."""
 
 
 def open_session(
@@ -24,18 +54,17 @@ def open_session(
     listen: Sequence[str] = (),
     config_file: Path | None = None,
     give_up: Callable[[], bool] = lambda: False,
-    lease_ms: int = LEASE_MS,
+    patience: Patience = CLIENT,
 ) -> zenoh.Session:
     """Open a session: the router of the bus where `listen` is given, otherwise a client of `connect`.
 
     A client waits and retries while no hub is there, asking `give_up` twice a second, and comes back by itself after
-    one restarts. `config_file` (json5) is laid under the project's settings. Once the other end has heard nothing for
-    `lease_ms`, it counts the session as lost.
+    one restarts. `config_file` (json5) is laid under the project's settings.
 
     Raises:
         zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
     """
-    config = session_config(connect, listen, config_file, lease_ms)
+    config = session_config(connect, listen, config_file, patience)
     while True:
         try:
             return zenoh.open(config)
@@ -45,7 +74,7 @@ def open_session(
 
 
 def session_config(
-    connect: Sequence[str], listen: Sequence[str], config_file: Path | None, lease_ms: int = LEASE_MS
+    connect: Sequence[str], listen: Sequence[str], config_file: Path | None, patience: Patience = CLIENT
 ) -> zenoh.Config:
     """Return the configuration of such a session: no multicast scouting, no shared memory, bounded messages.
 
@@ -57,7 +86,11 @@ def session_config(
     config.insert_json5("scouting/delay", "0")  # a router that scouts for nobody need not wait for who answers
     config.insert_json5("transport/shared_memory/enabled", "false")
     config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
-    config.insert_json5("transport/link/tx/lease", str(lease_ms))
+    config.insert_json5("transport/link/tx/lease", str(patience.lease_ms))
+    config.insert_json5("transport/link/tx/queue/size/real_time", str(STREAM_QUEUE))
+    if patience.is_granted:
+        for link in ("tcp", "tls"):
+            config.insert_json5(f"transport/link/{link}/so_rcvbuf", str(patience.backlog_bytes))
     retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
     config.insert_json5("connect/retry", json.dumps(retry))
     attempt_ms = -1 if listen else 500  # a client's own wait for ever would ignore signals

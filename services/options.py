@@ -1,30 +1,23 @@
 """The command-line flags that every service shares."""
 
-import logging
 import socket
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
-import zenoh
 
 from protocol.bus import Bus
-from protocol.errors import NoAnswer
-from protocol.sessions import DEFAULT_ENDPOINT, LEASE_MS, SERVICE_LEASE_MS, open_session, session_config
-from services.exposure import ANY_ADDRESS, exposed_endpoints, listening
+from protocol.sessions import CLIENT, DEFAULT_ENDPOINT, Patience, open_session, session_config
+from services.exposure import exposed_endpoints
 from services.logs import LogForm
-from services.runtime import EXIT_TAKEN
 
 EXPOSED = (
     "will not listen on {}: any machine could join there without a certificate, and whoever joins can move the arm; "
     "listen on tcp/127.0.0.1:PORT, or start the sim by itself on tls/ADDRESS:PORT with --zenoh-config "
     "deploy/zenoh/router.json5 (docs/operations.md), or allow it with --insecure"
 )
-TAKEN = "another %s serves robot %s on this bus"
 DEFAULT_ROBOT_CONFIG = Path(__file__).resolve().parent.parent / "deploy" / "robots" / "arm.toml"
 
 
@@ -68,7 +61,7 @@ def open_bus(
     robot: str,
     hosts_by_default: bool = False,
     give_up: Callable[[], bool] = lambda: False,
-    lease_ms: int = LEASE_MS,
+    patience: Patience = CLIENT,
 ) -> Bus:
     """Open the bus of `robot` as `options` say; without endpoints the service hosts or joins the default one.
 
@@ -82,7 +75,7 @@ def open_bus(
     if not listen and not connect and not options.zenoh_config:
         listen, connect = ((DEFAULT_ENDPOINT,), ()) if hosts_by_default else ((), (DEFAULT_ENDPOINT,))
     refuse_exposure(options, connect, listen)
-    return Bus(open_session(connect, listen, options.zenoh_config, give_up, lease_ms), options.robot or robot)
+    return Bus(open_session(connect, listen, options.zenoh_config, give_up, patience), options.robot or robot)
 
 
 def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[str]) -> None:
@@ -95,69 +88,3 @@ def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[s
     exposed = exposed_endpoints(session_config(connect, listen, options.zenoh_config))
     if exposed and not options.insecure:
         raise SystemExit(EXPOSED.format(" ".join(exposed)))
-
-
-@contextmanager
-def service_bus(
-    service: str, options: Options, robot: str, stopping: threading.Event, log: logging.Logger, hosts: bool = False
-) -> Iterator[Bus]:
-    """Open the bus as `service`, which only one process at a time may be; the bus is closed at the end.
-
-    The service announces itself once it is ready.
-
-    Raises:
-        SystemExit: 3 where another process is `service` already, 1 where the bus is silent, cannot be hosted or would
-            let in machines without a certificate, 0 where `stopping` was set before there was a hub to join.
-    """
-
-    def give_up() -> bool:
-        if not told:
-            where = " ".join(options.connect) or options.zenoh_config or DEFAULT_ENDPOINT
-            log.info("nobody hosts the bus at %s yet; waiting", where)
-            told.append(True)
-        return stopping.is_set()
-
-    told: list[bool] = []
-    try:
-        bus = open_bus(options, robot, hosts, give_up, SERVICE_LEASE_MS)
-    except SystemExit as exposed:
-        log.error("%s", exposed)
-        raise SystemExit(1) from None
-    except zenoh.ZError as error:
-        if stopping.is_set():
-            raise SystemExit(0) from None
-        if hosts and _is_served(service, options, robot):
-            log.error(TAKEN, service, options.robot or robot)
-            raise SystemExit(EXIT_TAKEN) from None
-        log.error("cannot open the bus: %s", error)
-        raise SystemExit(1) from None
-    with bus:
-        _take_place(bus, service, log)
-        yield bus
-
-
-def _take_place(bus: Bus, service: str, log: logging.Logger) -> None:
-    """Make sure that nobody else is `service`, nor becomes it at the same time."""
-    try:
-        alone = not bus.is_alive(service) and bus.claim(service)
-    except NoAnswer as silence:
-        log.error("%s; start again", silence)
-        raise SystemExit(1) from None
-    if not alone:
-        log.error(TAKEN, service, bus.robot)
-        raise SystemExit(EXIT_TAKEN)
-
-
-def _is_served(service: str, options: Options, robot: str) -> bool:
-    """Whether `service` lives on the bus that could not be hosted because somebody hosts it already."""
-    endpoints = options.listen or listening(session_config((), (), options.zenoh_config)) or (DEFAULT_ENDPOINT,)
-    here = [endpoint.replace(ANY_ADDRESS, "127.0.0.1") for endpoint in endpoints]
-    config = session_config(here, (), options.zenoh_config)
-    config.insert_json5("transport/link/tls/verify_name_on_connect", "false")  # it is this machine, by no name
-    for what in ("certificate", "private_key"):
-        config.insert_json5(f"transport/link/tls/connect_{what}", config.get_json(f"transport/link/tls/listen_{what}"))
-    try:
-        with Bus(zenoh.open(config), options.robot or robot) as bus:
-            return bus.is_alive(service)
-    except zenoh.ZError:
-        return False

@@ -12,7 +12,7 @@ import tyro
 
 from deploy.processes import PROCESSES
 from deploy.zenoh.permissions import MESSAGES, ROLES, Permission, acting, common_name, reading
-from protocol.sessions import LEASE_MS, MAX_MESSAGE_BYTES
+from protocol.sessions import CLIENT, MAX_MESSAGE_BYTES
 
 HEADER = "// Made by: python -m deploy.zenoh.configure{flags}\n"
 SERVICES = {process.name for process in PROCESSES}
@@ -71,7 +71,7 @@ def client_config(cell: Cell, role: str) -> dict[str, Any]:
                 "connect_certificate": str(cell.tls / f"{role}.pem"),
                 "connect_private_key": str(cell.tls / f"{role}.key"),
             },
-            {} if role in SERVICES else {"tx": {"lease": LEASE_MS}},  # services set their own
+            {} if role in SERVICES else {"tx": {"lease": CLIENT.lease_ms}},  # services set their own
         ),
     }
 

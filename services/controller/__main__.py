@@ -7,7 +7,8 @@ import tyro
 from services import runtime
 from services.controller.loop import ControllerLoop, WrongRobot
 from services.logs import start_logging
-from services.options import Common, Options, service_bus
+from services.options import Common, Options
+from services.place import service_bus
 from services.robot import load_robot
 
 

@@ -11,7 +11,7 @@ from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus
 from protocol.errors import Refusal
-from protocol.sessions import LEASE_MS, open_session
+from protocol.sessions import CLIENT, open_session
 from services.drill.cell import Broken, Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.reference import unlike_plan
@@ -20,7 +20,7 @@ from services.drill.start import Plan
 
 GOAL_ID = "followed"
 LISTENERS = 4
-STOPPED_S = 3e-3 * LEASE_MS
+STOPPED_S = 3e-3 * CLIENT.lease_ms
 
 
 @contextmanager

@@ -1,16 +1,19 @@
 """Requests at the wrong moment, and services that come twice."""
 
+import signal
 import subprocess
+import time
 from collections import Counter
 from queue import SimpleQueue
 
 from protocol import messages as m
 from protocol import topics
+from protocol.sessions import SERVICE
 from services.drill.cell import Cell, code_of, wait_for
 from services.drill.lab import Lab
 from services.drill.planners import library, nod
 from services.drill.reference import unlike_plan
-from services.drill.scenario import Measured, Scenario, exactly, none
+from services.drill.scenario import Measured, Scenario, at_most, exactly, none
 from services.drill.start import ARM, Plan
 from services.options import Options
 from services.supervisor import command_lines
@@ -104,6 +107,29 @@ def come_at_once(lab: Lab) -> Measured:
     }
 
 
+def come_back(lab: Lab) -> Measured:
+    """Stop a controller until its session is lost, let another take its place, and continue the first in a motion."""
+    with lab.cell(Plan(clock="realtime")) as cell:
+        cell.recover()
+        first = cell.services.running["controller"]
+        cell.signal("controller", signal.SIGSTOP)
+        try:
+            lab.say("waits until the stopped controller's session is lost")
+            wait_for(lambda: not cell.bus.is_alive("controller"), "the session to be lost", 2e-3 * SERVICE.lease_ms)
+            cell.restart("controller")
+            wait_for(lambda: cell.mode() == "fault", "another to take its place")
+            time.sleep(0.5)  # until it keeps time: a reset of what it was first told would come too early
+            cell.recover()
+            reply = cell.under_way()
+            first.send_signal(signal.SIGCONT)
+            gone_after = wait_for(lambda: first.poll() is not None, "the first to leave")
+        finally:
+            first.kill()
+            status = first.wait()
+        outcome = cell.finish(reply).outcome
+    return {"exit status of the first": status, "it leaves after": gone_after, "the goal": outcome}
+
+
 def _lines(cell: Cell, lab: Lab) -> dict[str, list[str]]:
     """The command lines of further services for the robot of a cell, on a stepped clock."""
     return command_lines(
@@ -161,5 +187,17 @@ SCENARIOS = (
             exactly(f"times that the other leaves with {TAKEN}", AT_ONCE),
         ),
         come_at_once,
+    ),
+    Scenario(
+        "owner-replaced",
+        "a controller stopped until its session is lost and replaced, then continued",
+        "realtime",
+        (
+            exactly("exit status of the first", TAKEN),
+            at_most("it leaves after", 1.0, "s"),
+            PLAYS,
+        ),
+        come_back,
+        "full",
     ),
 )

@@ -20,7 +20,8 @@ from protocol.queues import Inbox
 from services import runtime
 from services.flags import PlannerFlags
 from services.logs import start_logging
-from services.options import Common, Options, service_bus
+from services.options import Common, Options
+from services.place import service_bus
 from services.planner.core import Lead, Planner
 from services.planner.learning import learn_from_csv, prepare_to_learn
 from services.planner.library import Library

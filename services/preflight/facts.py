@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from protocol.sessions import RECORDER
+
 CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter")
 """Clock sources that are read without a system call."""
 
@@ -63,15 +65,25 @@ def clock(source: str) -> Fact:
     return Fact("clock source", source or "not told", source in CLOCKS if source else None, "clocksource=tsc")
 
 
+def receive_buffer(allowed: int | None) -> Fact:
+    """Judge net.core.rmem_max, bytes: whether what is said to a recorder that is stopped may wait for it."""
+    wanted = RECORDER.backlog_bytes
+    found = "not told" if allowed is None else f"{allowed >> 10} KiB"
+    good = None if allowed is None else allowed >= wanted
+    return Fact("receive buffer", found, good, f"sysctl -w net.core.rmem_max={wanted}")
+
+
 def read_facts(missing: Sequence[str]) -> list[Fact]:
     """Return every fact of this machine."""
     sys_cpu, usable = Path("/sys/devices/system/cpu"), os.sched_getaffinity(0)
+    allowed = _read(Path("/proc/sys/net/core/rmem_max"))
     governors = [_read(sys_cpu / f"cpu{core}" / "cpufreq" / "scaling_governor") for core in usable]
     return [
         *granted(missing),
         cores(len(usable), _read(sys_cpu / "isolated")),
         governor([name for name in governors if name]),
         kernel(platform.version(), _read(Path("/sys/kernel/realtime"))),
+        receive_buffer(int(allowed) if allowed else None),
         clock(_read(Path("/sys/devices/system/clocksource/clocksource0/current_clocksource"))),
     ]
 

@@ -8,10 +8,12 @@ from typing import Annotated
 
 import tyro
 
+from protocol.sessions import RECORDER
 from services import runtime
 from services.flags import RecorderFlags
 from services.logs import start_logging
-from services.options import Common, Options, service_bus
+from services.options import Common, Options
+from services.place import service_bus
 from services.recorder.blueprint import build_blueprint
 from services.recorder.intake import listen
 from services.recorder.recorder import Recorder
@@ -34,7 +36,7 @@ def main() -> None:
     stopping = runtime.stop_on_signals()
     runtime.become_polite()
     config = load_robot(flags.common.robot_config)
-    with service_bus("recorder", flags.common, config.name, stopping, log) as bus:
+    with service_bus("recorder", flags.common, config.name, stopping, log, patience=RECORDER) as bus:
         trace = open_trace(flags.own, config, log)
         try:
             recorder = Recorder(config, trace, listen(bus), log)

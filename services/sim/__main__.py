@@ -8,7 +8,8 @@ import tyro
 from services import runtime
 from services.flags import SimFlags
 from services.logs import start_logging
-from services.options import Common, Options, service_bus
+from services.options import Common, Options
+from services.place import service_bus
 from services.robot import load_robot
 from services.sim.arm import Diverged
 from services.sim.loop import SimLoop

@@ -26,7 +26,8 @@ from protocol import topics
 from protocol.bus import Bus
 from protocol.errors import NoAnswer
 from protocol.sessions import open_session
-from services.options import Options, service_bus
+from services.options import Options
+from services.place import service_bus
 from services.runtime import EXIT_TAKEN
 from services.supervisor import Supervisor, command_lines
 

@@ -14,6 +14,11 @@ from services.options import free_endpoint
 BOTH_ENDS = [0, 0]
 
 
+def port_of(endpoint: str) -> int:
+    """Return the port in PROTOCOL/HOST:PORT."""
+    return int(endpoint.rpartition(":")[2])
+
+
 def connections(port: int) -> Iterator[socket.socket]:
     """Yield this process' sockets that are connected from or to a port."""
     for descriptor in Path("/proc/self/fd").iterdir():
@@ -33,7 +38,7 @@ def connections(port: int) -> Iterator[socket.socket]:
 def test_no_connection_lingers_at_either_end():
     """Zenoh sets 10 s, in which its thread hears nobody; those that come back are guarded as well."""
     endpoint = free_endpoint()
-    port = int(endpoint.rpartition(":")[2])
+    port = port_of(endpoint)
     with Bus(open_session(listen=[endpoint])):
         for _ in range(2):
             with Bus(open_session([endpoint])):

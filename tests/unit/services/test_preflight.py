@@ -50,6 +50,7 @@ def test_cores_governor_and_clock():
     assert facts.governor(["performance"] * 4).good is True
     assert facts.governor(["performance", "powersave"]).good is False
     assert facts.governor([]).good is None
+    assert [facts.receive_buffer(size).good for size in (212992, 4 << 20, None)] == [False, True, None]
     assert [facts.clock(name).good for name in ("tsc", "hpet", "")] == [True, False, None]
 
 

@@ -1,0 +1,65 @@
+"""What others put up with of a process that is stopped."""
+
+import signal
+import socket
+import subprocess
+import sys
+
+import pytest
+import zenoh
+
+from protocol.sessions import CLIENT, RECORDER, Patience, open_session, session_config
+from services.options import free_endpoint
+from tests.unit.protocol.test_links import connections, port_of
+
+LISTENER = """
+import sys, time, zenoh
+from protocol.sessions import RECORDER, open_session
+with open_session([sys.argv[1]], patience=RECORDER) as session:
+    heard = session.declare_subscriber("stream", zenoh.handlers.RingChannel(1 << 14))
+    session.put("ready", b"")
+    sys.stdin.readline()
+    count, end = 0, time.monotonic() + 5.0
+    while count < int(sys.argv[2]) and time.monotonic() < end:
+        count += heard.try_recv() is not None
+    print(count, flush=True)
+"""
+COUNT, BODY = 2000, bytes(3000)
+
+
+def test_the_kernel_keeps_a_backlog():
+    patience = Patience(lease_ms=2000, backlog_bytes=100_000)
+    endpoint = free_endpoint()
+    with open_session(listen=[endpoint]), open_session([endpoint], patience=patience):
+        kept = [each.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) for each in connections(port_of(endpoint))]
+    assert 200_000 in kept  # the kernel counts twice what is asked for
+
+
+def test_what_the_kernel_does_not_grant_is_not_asked_for():
+    too_much = Patience(lease_ms=2000, backlog_bytes=1 << 30)
+    assert not too_much.is_granted
+    for patience in (too_much, CLIENT):
+        assert session_config((), (), None, patience).get_json("transport/link/tcp/so_rcvbuf") == "null"
+
+
+@pytest.mark.skipif(not RECORDER.is_granted, reason="net.core.rmem_max is too small for a recorder's backlog")
+def test_what_a_stopped_recorder_is_told_waits_for_it():
+    """Six megabytes, as much as is said in ten seconds; a publisher that had to wait would end the connection."""
+    endpoint = free_endpoint()
+    with open_session(listen=[endpoint]) as session:
+        ready = session.declare_subscriber("ready", zenoh.handlers.FifoChannel(1))
+        stream = session.declare_publisher("stream", congestion_control=zenoh.CongestionControl.BLOCK)
+        listener = subprocess.Popen(
+            [sys.executable, "-c", LISTENER, endpoint, str(COUNT)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        with listener:
+            ready.recv()
+            listener.send_signal(signal.SIGSTOP)
+            for _ in range(COUNT):
+                stream.put(BODY)
+            listener.send_signal(signal.SIGCONT)
+            heard, _ = listener.communicate("\n")
+    assert int(heard) == COUNT

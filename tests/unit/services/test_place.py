@@ -1,0 +1,111 @@
+"""How a service takes its place on the bus, and leaves it to another."""
+
+import logging
+import socket
+import threading
+import time
+from collections.abc import Callable
+
+import pytest
+
+from protocol.bus import Bus
+from protocol.sessions import open_session
+from protocol.topics import claim_key
+from services.options import Options, free_endpoint
+from services.place import service_bus
+from services.runtime import EXIT_TAKEN
+from tests.unit.protocol.test_links import connections, port_of
+
+LOG = logging.getLogger("test")
+
+
+@pytest.fixture
+def hub() -> str:
+    """An endpoint that nobody has taken yet."""
+    return free_endpoint()
+
+
+def test_waiting_for_a_hub_can_be_given_up(hub: str, caplog: pytest.LogCaptureFixture):
+    """Without an error, as a signal would have it; meanwhile the log says what is waited for."""
+    caplog.set_level(logging.INFO)
+    stopping = threading.Event()
+    stopping.set()
+    with pytest.raises(SystemExit) as caught, service_bus("planner", Options(connect=(hub,)), "arm", stopping, LOG):
+        pass
+    assert caught.value.code == 0
+    assert f"nobody hosts the bus at {hub} yet" in caplog.text
+
+
+def test_a_service_that_would_let_anybody_in_logs_why_not(caplog: pytest.LogCaptureFixture):
+    """And ends with status 1."""
+    options = Options(listen=("tcp/0.0.0.0:0",))
+    with pytest.raises(SystemExit) as caught, service_bus("sim", options, "arm", threading.Event(), LOG, hosts=True):
+        pass
+    assert caught.value.code == 1
+    assert "will not listen on tcp/0.0.0.0:0" in caplog.text
+
+
+def test_a_place_that_is_taken_is_left_alone(hub: str, caplog: pytest.LogCaptureFixture):
+    """Status 3 and a sentence, both for who joins the bus and for who would host it; others find room."""
+    with Bus(open_session(listen=[hub])) as first:
+        first.announce("sim")
+        for options, hosts in ((Options(connect=(hub,)), False), (Options(listen=(hub,)), True)):
+            caplog.clear()
+            with pytest.raises(SystemExit) as caught, service_bus("sim", options, "arm", threading.Event(), LOG, hosts):
+                pass
+            assert caught.value.code == EXIT_TAKEN
+            assert "another sim serves robot arm on this bus" in caplog.text
+        with service_bus("planner", Options(connect=(hub,)), "arm", threading.Event(), LOG) as bus:
+            assert bus.robot == "arm"
+        with service_bus("sim", Options("left", connect=(hub,)), "arm", threading.Event(), LOG) as bus:
+            assert bus.robot == "left"
+
+
+def test_a_bus_that_cannot_be_hosted_is_status_1(hub: str, caplog: pytest.LogCaptureFixture):
+    """The port is taken, but by nobody who is the sim."""
+    with (
+        Bus(open_session(listen=[hub])),
+        pytest.raises(SystemExit) as caught,
+        service_bus("sim", Options(listen=(hub,)), "arm", threading.Event(), LOG, hosts=True),
+    ):
+        pass
+    assert caught.value.code == 1
+    assert "cannot open the bus" in caplog.text
+
+
+@pytest.mark.parametrize("rival", [True, False])
+def test_who_comes_back_and_finds_another_in_his_place_ends(hub: str, rival: bool, caplog: pytest.LogCaptureFixture):
+    """As after 20 s of SIGSTOP in which another was started: two who command one arm would both be heard."""
+    stopping, statuses = threading.Event(), []
+
+    def serve() -> None:
+        try:
+            with service_bus("controller", Options(connect=(hub,)), "arm", stopping, LOG) as bus:
+                bus.announce("controller")
+                stopping.wait()
+        except SystemExit as end:
+            statuses.append(end.code)
+
+    service = threading.Thread(target=serve, daemon=True)
+    with Bus(open_session(listen=[hub])) as host:
+        service.start()
+        wait_until(lambda: host.is_alive("controller"))
+        place = claim_key("controller" if rival else "planner", "rival")
+        token = host.session.liveliness().declare_token(host.key(place))
+        for connection in connections(port_of(hub)):
+            connection.shutdown(socket.SHUT_RDWR)
+        assert stopping.wait(2.0) is rival
+        wait_until(lambda: host.is_alive("controller") is not rival)
+        stopping.set()
+        service.join()
+        token.undeclare()
+    assert statuses == ([EXIT_TAKEN] if rival else [])
+    assert ("another controller serves robot arm" in caplog.text) is rival
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    """Wait up to 10 s."""
+    end = time.monotonic() + 10.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
