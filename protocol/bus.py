@@ -198,7 +198,7 @@ class Bus:
         return True
 
     def rivals(self, service: str) -> set[str]:
-        """Return the full keys of the claims that other sessions have on the place of `service`.
+        """Return the full keys of the claims that other sessions have on the place of `service`: none without a hub.
 
         Raises:
             NoAnswer: the hub is silent.

@@ -33,7 +33,6 @@ def _guard(link: zenoh.Link, patience_ms: int) -> None:
                 found.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, NO_LINGER)
                 if link.src.startswith("tls/"):
                     found.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, patience_ms)
-                return
 
 
 def _sockets() -> Generator[socket.socket]:

@@ -3,7 +3,7 @@
 import json
 import socket
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import zenoh
@@ -20,7 +20,7 @@ NO_HUB = "Unable to connect"
 
 @dataclass(frozen=True, slots=True)
 class Patience:
-    """What others put up with of a process that is stopped or cut off (one that ends is missed at once).
+    """How a process that is stopped or cut off is treated (one that ends is missed at once).
 
     Attributes:
         lease_ms: After so much silence its session counts as lost.
@@ -33,20 +33,24 @@ class Patience:
 
     @property
     def is_granted(self) -> bool:
-        """Whether the kernel lets sockets hold the backlog; to ask for more would end its own tuning."""
+        """Whether the kernel lets a socket hold the backlog, of which it counts twice the bytes.
+
+        To ask for more than it grants would end its own tuning.
+        """
         if not self.backlog_bytes:
             return False
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, self.backlog_bytes)
-            return probe.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) >= self.backlog_bytes
+            return probe.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) >= 2 * self.backlog_bytes
 
 
 CLIENT = Patience(lease_ms=2000)
 """A client may hold the arm, so it is missed soon."""
 SERVICE = Patience(lease_ms=20_000)
 """A service that is stopped is missed long before, by its silence, and goes on where it was when it is continued."""
-RECORDER = Patience(lease_ms=20_000, backlog_bytes=4 << 20)
-"""A trace shall have no gap because the recorder was stopped: it keeps what is said in 15 s, 600 kB in each."""
+RECORDER = replace(SERVICE, backlog_bytes=4 << 20)
+"""A trace shall have no gap because the recorder was stopped: with what the host of the bus keeps, this lasts for 12 s
+of 600 kB each."""
 
 
 def open_session(
@@ -59,7 +63,7 @@ def open_session(
     """Open a session: the router of the bus where `listen` is given, otherwise a client of `connect`.
 
     A client waits and retries while no hub is there, asking `give_up` twice a second, and comes back by itself after
-    one restarts. `config_file` (json5) is laid under the project's settings.
+    one restarts. `config_file` (json5) is laid under the project's settings; `patience` goes to the other end.
 
     Raises:
         zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.

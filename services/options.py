@@ -65,7 +65,8 @@ def open_bus(
 ) -> Bus:
     """Open the bus of `robot` as `options` say; without endpoints the service hosts or joins the default one.
 
-    While the hub to join is not there, `give_up` is asked twice a second: a service passes its stop event's `is_set`.
+    While the hub to join is not there, `give_up` is asked twice a second. `patience` is what the other end has
+    with this process when it is silent.
 
     Raises:
         zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.

@@ -7,13 +7,14 @@ from collections.abc import Iterator
 
 import zenoh
 
-from protocol.bus import Bus
+from protocol.bus import CLAIM_PERIOD_S, Bus
 from protocol.errors import NoAnswer
 from protocol.sessions import DEFAULT_ENDPOINT, SERVICE, Patience, session_config
 from services.exposure import ANY_ADDRESS, listening
 from services.options import Options, open_bus
 from services.runtime import EXIT_TAKEN
 
+LOOKS_S = 0.0, 0.1, 1.0, 5.0
 TAKEN = "another %s serves robot %s on this bus"
 
 
@@ -30,27 +31,25 @@ def service_bus(
     """Open the bus as `service`, which only one process at a time may be; the bus is closed at the end.
 
     The service announces itself once it is ready. One whose session was lost, and who comes back to find another in
-    its place, is told to stop, at once: what both say to the arm is heard.
+    its place, is told to stop within a question to the hub or two: until then, what both say to the arm is heard.
 
     Raises:
         SystemExit: 3 where another process is `service` already, or has become it; 1 where the bus is silent, cannot
             be hosted or would let in machines without a certificate; 0 where `stopping` was set before there was a
             hub to join.
     """
-
     bus = _join(service, options, robot, stopping, log, hosts, patience)
     displaced = threading.Event()
 
     def look_again() -> None:
-        with contextlib.suppress(NoAnswer, zenoh.ZError):  # lost once more, or closed
-            if bus.rivals(service):
-                log.error("%s, since this one was lost to it", TAKEN % (service, bus.robot))
-                displaced.set()
-                stopping.set()
+        if _is_displaced(bus, service, stopping):
+            log.error("%s; this one had lost its session, and ends", TAKEN % (service, bus.robot))
+            displaced.set()
+            stopping.set()
 
     with bus:
-        _take_place(bus, service, log)
         bus.on_return(look_again)
+        _take_place(bus, service, log)
         yield bus
     if displaced.is_set():
         raise SystemExit(EXIT_TAKEN)
@@ -65,7 +64,11 @@ def _join(
     hosts: bool,
     patience: Patience,
 ) -> Bus:
-    """Open the bus, or end and say why."""
+    """Open the bus.
+
+    Raises:
+        SystemExit: 3, 1 or 0, as above, once the log says why.
+    """
 
     def give_up() -> bool:
         if not told:
@@ -91,7 +94,11 @@ def _join(
 
 
 def _take_place(bus: Bus, service: str, log: logging.Logger) -> None:
-    """Make sure that nobody else is `service`, nor becomes it at the same time."""
+    """Make sure that nobody else is `service`, nor becomes it at the same time.
+
+    Raises:
+        SystemExit: 3 where somebody is, 1 where the hub is silent, once the log says so.
+    """
     try:
         alone = not bus.is_alive(service) and bus.claim(service)
     except NoAnswer as silence:
@@ -100,6 +107,21 @@ def _take_place(bus: Bus, service: str, log: logging.Logger) -> None:
     if not alone:
         log.error(TAKEN, service, bus.robot)
         raise SystemExit(EXIT_TAKEN)
+
+
+def _is_displaced(bus: Bus, service: str, stopping: threading.Event) -> bool:
+    """Whether another process is `service` now that this one's session is back.
+
+    The hub's first answers may lack what others hold, and one that starts gives way in a moment: so several looks, and
+    a rival has to be there twice.
+    """
+    for wait_s in LOOKS_S:
+        if stopping.wait(wait_s):
+            return False
+        with contextlib.suppress(NoAnswer, zenoh.ZError):  # lost once more, stalled, or closed
+            if bus.rivals(service) and not stopping.wait(CLAIM_PERIOD_S) and bus.rivals(service):
+                return True
+    return False
 
 
 def _is_served(service: str, options: Options, robot: str) -> bool:

@@ -173,7 +173,7 @@ class Cell:
         return sent
 
     def restart(self, name: str) -> None:
-        """Start a process that has ended."""
+        """Start a process anew; who stopped it, and did not end it, has to."""
         self.services.start(name)
 
     def memory(self) -> dict[str, float]:

@@ -16,9 +16,9 @@ from services.drill.reference import unlike_plan
 from services.drill.scenario import Measured, Scenario, at_most, exactly, none
 from services.drill.start import ARM, Plan
 from services.options import Options
+from services.runtime import EXIT_TAKEN
 from services.supervisor import command_lines
 
-TAKEN = 3
 AT_ONCE = 5
 
 
@@ -103,7 +103,7 @@ def come_at_once(lab: Lab) -> Measured:
                     one.wait(30.0)
     return {
         "times that one stays": statuses["stays"],
-        f"times that the other leaves with {TAKEN}": statuses[str(TAKEN)],
+        f"times that the other leaves with {EXIT_TAKEN}": statuses[str(EXIT_TAKEN)],
     }
 
 
@@ -118,7 +118,7 @@ def come_back(lab: Lab) -> Measured:
             wait_for(lambda: not cell.bus.is_alive("controller"), "the session to be lost", 2e-3 * SERVICE.lease_ms)
             cell.restart("controller")
             wait_for(lambda: cell.mode() == "fault", "another to take its place")
-            time.sleep(0.5)  # until it keeps time: a reset of what it was first told would come too early
+            time.sleep(0.5)  # it answers old states first, and a reset at one of those does not last
             cell.recover()
             reply = cell.under_way()
             first.send_signal(signal.SIGCONT)
@@ -175,7 +175,7 @@ SCENARIOS = (
         "second-owner",
         "a second sim, planner and controller for one robot",
         "stepped",
-        (*(exactly(f"exit status of the second {name}", TAKEN) for name in ARM), PLAYS),
+        (*(exactly(f"exit status of the second {name}", EXIT_TAKEN) for name in ARM), PLAYS),
         come_twice,
     ),
     Scenario(
@@ -184,7 +184,7 @@ SCENARIOS = (
         "stepped",
         (
             exactly("times that one stays", AT_ONCE),
-            exactly(f"times that the other leaves with {TAKEN}", AT_ONCE),
+            exactly(f"times that the other leaves with {EXIT_TAKEN}", AT_ONCE),
         ),
         come_at_once,
     ),
@@ -193,7 +193,7 @@ SCENARIOS = (
         "a controller stopped until its session is lost and replaced, then continued",
         "realtime",
         (
-            exactly("exit status of the first", TAKEN),
+            exactly("exit status of the first", EXIT_TAKEN),
             at_most("it leaves after", 1.0, "s"),
             PLAYS,
         ),

@@ -19,7 +19,7 @@ CORES = 4
 class Fact:
     """One line of the table. `good` is None where the machine does not say; `advice` is empty where nothing is amiss.
 
-    `needed`: without it the machine is not fit for an arm, however well the sample went.
+    `needed`: without it the machine is not fit for an arm, however well the sample went. `timing`: it bears on ticks.
     """
 
     name: str
@@ -27,6 +27,7 @@ class Fact:
     good: bool | None
     advice: str = ""
     needed: bool = False
+    timing: bool = True
 
 
 def granted(missing: Sequence[str]) -> tuple[Fact, Fact, Fact]:
@@ -70,7 +71,7 @@ def receive_buffer(allowed: int | None) -> Fact:
     wanted = RECORDER.backlog_bytes
     found = "not told" if allowed is None else f"{allowed >> 10} KiB"
     good = None if allowed is None else allowed >= wanted
-    return Fact("receive buffer", found, good, f"sysctl -w net.core.rmem_max={wanted}")
+    return Fact("receive buffer", found, good, f"sysctl -w net.core.rmem_max={wanted}", timing=False)
 
 
 def read_facts(missing: Sequence[str]) -> list[Fact]:

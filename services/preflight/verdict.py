@@ -51,7 +51,7 @@ def summarise(late_us: np.ndarray) -> Sample:
 def promise(sample: Sample, facts: Sequence[Fact]) -> tuple[bool, str]:
     """Return whether the machine is fit for an arm at 1 kHz, and what it can promise, in a sentence."""
     lacking = [fact.name for fact in facts if fact.needed and not fact.good]
-    amiss = [fact.name for fact in facts if fact.good is False]
+    amiss = [fact.name for fact in facts if fact.good is False and fact.timing]
     worst = f"the worst of {sample.count} ticks came {sample.max_us:.0f} µs late"
     if sample.missed:
         return False, f"not 1 kHz: {worst}, more than a tick; simulate here, and expect ticks to be lost under load"

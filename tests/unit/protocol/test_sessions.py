@@ -4,6 +4,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 
 import pytest
 import zenoh
@@ -55,11 +56,27 @@ def test_what_a_stopped_recorder_is_told_waits_for_it():
             stdout=subprocess.PIPE,
             text=True,
         )
-        with listener:
-            ready.recv()
+        try:
+            wait_for(ready)
             listener.send_signal(signal.SIGSTOP)
             for _ in range(COUNT):
                 stream.put(BODY)
             listener.send_signal(signal.SIGCONT)
-            heard, _ = listener.communicate("\n")
+            heard, _ = listener.communicate("\n", timeout=30.0)
+        finally:
+            listener.kill()
+            listener.communicate()
     assert int(heard) == COUNT
+
+
+def wait_for(subscriber: zenoh.Subscriber) -> None:
+    """Wait up to 10 s for a sample."""
+    end = time.monotonic() + 10.0
+    while subscriber.try_recv() is None:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_stream_may_fall_behind_by_more_than_a_tick():
+    """Zenoh's own queue holds two; what that loses, the drill's row of a stopped recorder shows."""
+    assert session_config((), (), None).get_json("transport/link/tx/queue/size/real_time") == "16"

@@ -1,6 +1,5 @@
-"""The shared flags, and how a service takes its place on the bus."""
+"""The shared flags."""
 
-import logging
 from pathlib import Path
 
 import pytest
@@ -9,8 +8,6 @@ import zenoh
 
 from protocol.sessions import open_session
 from services.options import Options, free_endpoint, open_bus
-
-LOG = logging.getLogger("test")
 
 
 @pytest.fixture

@@ -68,6 +68,7 @@ def test_samples():
         (with_one(300.0), GOOD, True, "1 ticks later than 250 µs"),
         (PUNCTUAL, [*GOOD, Fact("governor", "powersave", False)], True, "see to governor"),
         (PUNCTUAL, [*GOOD, Fact("governor", "not told", None)], True, "1 kHz under load"),
+        (PUNCTUAL, [*GOOD, facts.receive_buffer(212992)], True, "1 kHz under load"),
         (PUNCTUAL, [Fact("scheduler", "no", False, needed=True)], False, "scheduler was refused"),
         (with_one(1500.0), GOOD, False, "not 1 kHz: the worst of 1001 ticks came 1500 µs late"),
     ],
@@ -87,7 +88,8 @@ def test_it_runs_with_and_without_privileges(prefix):
     done = subprocess.run(command, check=False, capture_output=True, text=True, env={"COLUMNS": "120"})
     assert done.returncode in (0, 1), done.stderr
     assert done.stderr == ""
-    for name in ("scheduler", "memory lock", "cores", "governor", "kernel", "clock source", "1 ms loop"):
+    found = "scheduler", "memory lock", "cores", "governor", "kernel", "receive buffer", "clock source", "1 ms loop"
+    for name in found:
         assert name in done.stdout
     assert ("This machine promises not" in done.stdout or "was refused" in done.stdout) == (done.returncode == 1)
     if prefix:
