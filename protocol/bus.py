@@ -187,7 +187,7 @@ class Bus:
         Raises:
             NoAnswer: the hub is silent.
         """
-        own = self.key(claim_key(service, str(self.session.zid())))
+        own = self._own_claim(service)
         token = self._keep(self.session.liveliness().declare_token(own))
         patient_until = time.monotonic() + patience
         while others := self.rivals(service):
@@ -203,7 +203,7 @@ class Bus:
         Raises:
             NoAnswer: the hub is silent.
         """
-        return self._alive(claim_key(service, "*")) - {self.key(claim_key(service, str(self.session.zid())))}
+        return self._alive(claim_key(service, "*")) - {self._own_claim(service)}
 
     def on_return(self, callback: Callable[[], object]) -> None:
         """Call `callback`, in a thread of its own, whenever the session has a hub again after it had lost it."""
@@ -232,6 +232,9 @@ class Bus:
                 history=True,
             )
         )
+
+    def _own_claim(self, service: str) -> str:
+        return self.key(claim_key(service, str(self.session.zid())))
 
     def _alive(self, key: str, timeout: float = LIVELINESS_S) -> set[str]:
         """The full keys of the tokens that are held on `key`."""

@@ -15,6 +15,7 @@ from services.options import Options, open_bus
 from services.runtime import EXIT_TAKEN
 
 LOOKS_S = 0.0, 0.1, 1.0, 5.0
+"""Waits before each look of a service whose session is back."""
 TAKEN = "another %s serves robot %s on this bus"
 
 

@@ -2,7 +2,6 @@
 
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
@@ -18,8 +17,7 @@ from protocol.queues import Inbox
 from protocol.sessions import open_session
 from protocol.topics import CANCEL, CONTACT, PRIMITIVES, QUEUE_LENGTH, STATE, STATUS_QUERY, alive_key
 from tests.golden.examples import EXAMPLES, STATUS
-
-PATIENCE_S = 30.0
+from tests.waiting import PATIENCE_S, eventually
 
 
 @pytest.fixture
@@ -45,16 +43,6 @@ def client(hub: Bus, endpoint: str) -> Iterator[Bus]:
 @pytest.fixture
 def inbox() -> Inbox[Asking]:
     return Inbox()
-
-
-def eventually(condition: Callable[[], object]) -> bool:
-    """Wait until something holds; routes and tokens take a moment to get around."""
-    end = time.monotonic() + PATIENCE_S
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.01)
-    return True
 
 
 def answering(inbox: Inbox[Asking], answer: Callable[[Asking], None]) -> threading.Thread:

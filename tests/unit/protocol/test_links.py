@@ -1,38 +1,15 @@
 """What the kernel is told of connections."""
 
-import contextlib
 import socket
 import struct
 import time
-from collections.abc import Iterator
-from pathlib import Path
 
 from protocol.bus import Bus
 from protocol.sessions import open_session
 from services.options import free_endpoint
+from tests.connections import connections, port_of
 
 BOTH_ENDS = [0, 0]
-
-
-def port_of(endpoint: str) -> int:
-    """Return the port in PROTOCOL/HOST:PORT."""
-    return int(endpoint.rpartition(":")[2])
-
-
-def connections(port: int) -> Iterator[socket.socket]:
-    """Yield this process' sockets that are connected from or to a port."""
-    for descriptor in Path("/proc/self/fd").iterdir():
-        if descriptor.is_socket():
-            with (
-                contextlib.suppress(OSError),
-                socket.fromfd(int(descriptor.name), socket.AF_INET, socket.SOCK_STREAM) as found,
-            ):
-                try:
-                    ports = found.getsockname()[1], found.getpeername()[1]
-                except (OSError, IndexError):
-                    continue
-                if port in ports:
-                    yield found
 
 
 def test_no_connection_lingers_at_either_end():

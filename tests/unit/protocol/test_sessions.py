@@ -4,14 +4,14 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 
 import pytest
 import zenoh
 
 from protocol.sessions import CLIENT, RECORDER, Patience, open_session, session_config
 from services.options import free_endpoint
-from tests.unit.protocol.test_links import connections, port_of
+from tests.connections import connections, port_of
+from tests.waiting import eventually
 
 LISTENER = """
 import sys, time, zenoh
@@ -57,7 +57,7 @@ def test_what_a_stopped_recorder_is_told_waits_for_it():
             text=True,
         )
         try:
-            wait_for(ready)
+            assert eventually(lambda: ready.try_recv() is not None, 10.0)
             listener.send_signal(signal.SIGSTOP)
             for _ in range(COUNT):
                 stream.put(BODY)
@@ -67,14 +67,6 @@ def test_what_a_stopped_recorder_is_told_waits_for_it():
             listener.kill()
             listener.communicate()
     assert int(heard) == COUNT
-
-
-def wait_for(subscriber: zenoh.Subscriber) -> None:
-    """Wait up to 10 s for a sample."""
-    end = time.monotonic() + 10.0
-    while subscriber.try_recv() is None:
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def test_a_stream_may_fall_behind_by_more_than_a_tick():

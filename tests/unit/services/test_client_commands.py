@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,9 +25,9 @@ from protocol.topics import DESCRIPTION, QUERIES, RESULT, STATUS, client_alive_k
 from services.client.__main__ import COMMANDS, main
 from tests.golden.examples import EXAMPLES, HIT
 from tests.golden.examples import RESULT as ENDED
+from tests.waiting import PATIENCE_S, eventually
 
 WORDS = [f"{value}" for value in HIT]
-PATIENCE_S = 30.0
 
 
 @dataclass
@@ -89,15 +89,6 @@ def robot(hub: tuple[Bus, str, Inbox[Asking]]) -> Iterator[Stub]:
     yield stub
     stopping.set()
     thread.join()
-
-
-def eventually(condition: Callable[[], object]) -> bool:
-    end = time.monotonic() + PATIENCE_S
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.01)
-    return True
 
 
 PUSH = ["100", "0", "0", "0", "0", "0"]

@@ -4,8 +4,6 @@ import contextlib
 import logging
 import socket
 import threading
-import time
-from collections.abc import Callable
 
 import pytest
 
@@ -15,7 +13,8 @@ from protocol.topics import claim_key
 from services.options import Options, free_endpoint
 from services.place import service_bus
 from services.runtime import EXIT_TAKEN
-from tests.unit.protocol.test_links import connections, port_of
+from tests.connections import connections, port_of
+from tests.waiting import eventually
 
 LOG = logging.getLogger("test")
 
@@ -90,7 +89,7 @@ def test_who_comes_back_and_finds_another_in_his_place_ends(hub: str, rival: boo
     service = threading.Thread(target=serve)
     with Bus(open_session(listen=[hub])) as host:
         service.start()
-        wait_until(lambda: host.is_alive("controller"))
+        assert eventually(lambda: host.is_alive("controller"), 10.0)
         place = claim_key("controller" if rival else "planner", "rival")
         token = host.session.liveliness().declare_token(host.key(place))
         try:
@@ -98,18 +97,10 @@ def test_who_comes_back_and_finds_another_in_his_place_ends(hub: str, rival: boo
                 with contextlib.suppress(OSError):  # the other end was first
                     connection.shutdown(socket.SHUT_RDWR)
             assert stopping.wait(10.0 if rival else 2.0) is rival
-            wait_until(lambda: host.is_alive("controller") is not rival)
+            assert eventually(lambda: host.is_alive("controller") is not rival, 10.0)
         finally:
             stopping.set()
             service.join()
             token.undeclare()
     assert statuses == ([EXIT_TAKEN] if rival else [])
     assert ("another controller serves robot arm" in caplog.text) is rival
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    """Wait up to 10 s."""
-    end = time.monotonic() + 10.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)

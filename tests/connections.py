@@ -1,0 +1,27 @@
+"""The sockets behind sessions of this process."""
+
+import contextlib
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+
+def port_of(endpoint: str) -> int:
+    """Return the port in PROTOCOL/HOST:PORT."""
+    return int(endpoint.rpartition(":")[2])
+
+
+def connections(port: int) -> Iterator[socket.socket]:
+    """Yield this process' sockets that are connected from or to a port."""
+    for descriptor in Path("/proc/self/fd").iterdir():
+        if descriptor.is_socket():
+            with (
+                contextlib.suppress(OSError),
+                socket.fromfd(int(descriptor.name), socket.AF_INET, socket.SOCK_STREAM) as found,
+            ):
+                try:
+                    ports = found.getsockname()[1], found.getpeername()[1]
+                except (OSError, IndexError):
+                    continue
+                if port in ports:
+                    yield found
