@@ -9,6 +9,7 @@ from typing import Self
 
 from services.drill.cell import Cell
 from services.drill.start import Plan, started
+from services.drill.witness import Witness
 from services.options import Options
 from services.robot import load_robot
 
@@ -21,6 +22,7 @@ class Lab:
         folder: For logs, libraries and traces; a folder in it for each cell.
         long: Take the hour, not the minutes.
         say: Told what goes on.
+        witness: Sees, while the lab is entered, what the host of this machine withholds.
     """
 
     def __init__(self, options: Options, folder: Path, long: bool = False, say: Callable[[str], object] = str) -> None:
@@ -29,15 +31,18 @@ class Lab:
         self.config = load_robot(options.robot_config)
         self.long = long
         self.say = say
+        self.witness = Witness()
         self._numbers = count(1)
         self._sharing = ExitStack()
         self._shared: Cell | None = None
 
     def __enter__(self) -> Self:
+        self.witness.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.end_shared()
+        self.witness.__exit__()
 
     def cell(self, plan: Plan) -> AbstractContextManager[Cell]:
         """Return a cell of its own, ended with the block."""

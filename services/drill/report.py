@@ -34,6 +34,12 @@ def bound_text(bound: Bound) -> str:
     return value if bound.relation == "=" else f"{bound.relation} {value}"
 
 
+def withheld_text(withheld: Sequence[float]) -> str:
+    """Return what is told of tries before, empty where there were none."""
+    times = " and ".join(f"{1e3 * seconds:.0f} ms" for seconds in withheld)
+    return f"tried again: the host had withheld a core for {times}" if withheld else ""
+
+
 def table(outcomes: Sequence[Outcome]) -> Table:
     """Return a line for each reaction."""
     shown = Table(title="The drill", box=SIMPLE_HEAD, padding=(0, 1))
@@ -41,6 +47,8 @@ def table(outcomes: Sequence[Outcome]) -> Table:
         shown.add_column(heading, overflow="fold")
     for outcome in outcomes:
         fault = f"{outcome.scenario.name}: {outcome.scenario.fault}"
+        if outcome.withheld:
+            fault += f"\n({withheld_text(outcome.withheld)})"
         if outcome.broken:
             shown.add_row(fault, outcome.broken, "", "", Text("broke off", "bold red"))
             continue
@@ -115,7 +123,9 @@ def _line(scenario: Scenario, row: dict[str, Any] | None) -> str:
         taken = {r["reaction"]: r["measured"] for r in row["reactions"] if r["measured"] is not None}
         outcome = judge(scenario, taken, row["seconds"], row["broken"])
         told = "<br>".join(f"{r.bound.reaction}: {number(r.measured, r.bound.unit)}" for r in outcome.reactions)
-        measured, held = outcome.broken or told, "held" if outcome.held else "**fell short**"
+        again = withheld_text(row.get("withheld", ()))
+        measured = (outcome.broken or told) + f"<br>{again}" * bool(again)
+        held = "held" if outcome.held else "**fell short**"
     return f"| `{scenario.name}`: {scenario.fault} | {measured} | {bounds} | {held} |"
 
 
@@ -126,6 +136,7 @@ def _row(outcome: Outcome) -> dict[str, Any]:
         "held": outcome.held,
         "broken": outcome.broken,
         "seconds": round(outcome.seconds, 1),
+        "withheld": list(outcome.withheld),
         "reactions": [
             {
                 "reaction": reaction.bound.reaction,

@@ -87,12 +87,16 @@ class Reaction:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a scenario went; `broken` says why it could not be carried through, if it could not."""
+    """How a scenario went; `broken` says why it could not be carried through, if it could not.
+
+    `withheld`: for each try before that fell short, how long the host withheld a core in it, s.
+    """
 
     scenario: Scenario
     reactions: tuple[Reaction, ...]
     seconds: float
     broken: str = ""
+    withheld: tuple[float, ...] = ()
 
     @property
     def held(self) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from protocol.sessions import RECORDER
+from services.host import stolen_share
 
 CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter")
 """Clock sources that are read without a system call."""
@@ -66,6 +67,13 @@ def clock(source: str) -> Fact:
     return Fact("clock source", source or "not told", source in CLOCKS if source else None, "clocksource=tsc")
 
 
+def host(share: float | None) -> Fact:
+    """Judge the share of the cores' time that the host of a virtual machine has withheld."""
+    found = "not told" if share is None else f"has withheld {share:.3%} of the time" if share else "none, or a fair one"
+    good = None if share is None else not share
+    return Fact("host", found, good, "a machine that is not virtual, or cores that its host keeps for it alone")
+
+
 def receive_buffer(allowed: int | None) -> Fact:
     """Judge net.core.rmem_max, bytes: whether what is said to a recorder that is stopped may wait for it."""
     wanted = RECORDER.backlog_bytes
@@ -84,6 +92,7 @@ def read_facts(missing: Sequence[str]) -> list[Fact]:
         cores(len(usable), _read(sys_cpu / "isolated")),
         governor([name for name in governors if name]),
         kernel(platform.version(), _read(Path("/sys/kernel/realtime"))),
+        host(stolen_share()),
         receive_buffer(int(allowed) if allowed else None),
         clock(_read(Path("/sys/devices/system/clocksource/clocksource0/current_clocksource"))),
     ]

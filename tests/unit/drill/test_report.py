@@ -1,6 +1,7 @@
 """The drill's files, and the page that is made from them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 from services.drill.report import BEGIN, END, markdown, number, save, write_markdown
@@ -36,6 +37,14 @@ def test_later_measurements_join_the_earlier(tmp_path: Path):
     text = markdown(document)
     assert text.count("**fell short**") == 1
     assert text.count("not measured") == len(SCENARIOS) - 2
+
+
+def test_tries_before_are_told(tmp_path: Path):
+    """Beside what was measured in the last one, in the file and on the page."""
+    outcome = replace(judge(SCENARIOS["noise"], measured("noise", True), 1.0), withheld=(0.101, 0.03))
+    text = markdown(save(tmp_path / "drill.json", [outcome]))
+    assert "tried again: the host had withheld a core for 101 ms and 30 ms" in text
+    assert text.count("tried again") == 1
 
 
 def test_only_the_table_of_a_page_is_replaced(tmp_path: Path):

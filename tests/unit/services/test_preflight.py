@@ -13,6 +13,7 @@ from services.preflight.facts import Fact
 from services.preflight.verdict import measure, promise, summarise
 
 GOOD = [Fact("scheduler", "SCHED_FIFO", True, needed=True), Fact("kernel", "PREEMPT_RT", True)]
+FACTS = "scheduler", "memory lock", "cores", "governor", "kernel", "host", "receive buffer", "clock source"
 PUNCTUAL = np.full(1000, 3.0)
 
 
@@ -50,6 +51,8 @@ def test_cores_governor_and_clock():
     assert facts.governor(["performance"] * 4).good is True
     assert facts.governor(["performance", "powersave"]).good is False
     assert facts.governor([]).good is None
+    assert [facts.host(share).good for share in (0.0, 0.0004, None)] == [True, False, None]
+    assert "0.040%" in facts.host(0.0004).found
     assert [facts.receive_buffer(size).good for size in (212992, 4 << 20, None)] == [False, True, None]
     assert [facts.clock(name).good for name in ("tsc", "hpet", "")] == [True, False, None]
 
@@ -88,8 +91,7 @@ def test_it_runs_with_and_without_privileges(prefix):
     done = subprocess.run(command, check=False, capture_output=True, text=True, env={"COLUMNS": "120"})
     assert done.returncode in (0, 1), done.stderr
     assert done.stderr == ""
-    found = "scheduler", "memory lock", "cores", "governor", "kernel", "receive buffer", "clock source", "1 ms loop"
-    for name in found:
+    for name in (*FACTS, "1 ms loop"):
         assert name in done.stdout
     assert ("This machine promises not" in done.stdout or "was refused" in done.stdout) == (done.returncode == 1)
     if prefix:
