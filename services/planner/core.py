@@ -27,14 +27,14 @@ from services.planner.replies import goal_reply, plan_message, refused_message, 
 from services.robot import RobotConfig
 
 STEPPED_LEAD_TICKS = 20
-UNKNOWN_PLANNING_S = 0.05
+UNKNOWN_PLANNING_S = 0.025
 
 
 class Lead:
     """How far ahead a plan begins: what nine in ten of the last plans took, and a quarter more.
 
     The tenth is late, which moves nothing, and is planned again with the lead of the slowest, at least twice what the
-    late one took. Before anything was measured, and for the first ten plans, 50 ms count as one that was. `fixed` (s)
+    late one took. Before anything was measured, and for the first ten plans, 25 ms count as one that was. `fixed` (s)
     overrides. In stepped time nothing is late, and the lead is 20 ticks.
     """
 
