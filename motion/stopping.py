@@ -89,10 +89,11 @@ def _largest(holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: n
     return np.where(everywhere, high, np.where(somewhere, left, -np.inf))
 
 
-def _max_velocity(request: MotionRequest, joint: int) -> float:
-    """The largest velocity, in the direction asked for, from which one joint could stop; 0 if there is none.
+def _max_velocity(request: MotionRequest, joint: int) -> float | None:
+    """The largest velocity up to the one asked for from which one joint could stop, a little below the bound itself.
 
-    A little below the bound itself.
+    None where it could from none of them, which a given final acceleration can bring about. With one that brakes, slow
+    arrivals can be too slow: the stop swings back too far.
     """
     goal, limits = request.goal, request.limits
     sign = float(np.sign(goal.velocities[joint])) or 1.0
@@ -100,10 +101,16 @@ def _max_velocity(request: MotionRequest, joint: int) -> float:
     def stoppable(speeds: np.ndarray) -> np.ndarray:
         chosen = np.full(speeds.size, joint)
         many = Limits(*(x[chosen] for x in (limits.positions, limits.velocities, limits.accelerations, limits.jerks)))
-        end = Boundary(goal.positions[chosen], sign * speeds.ravel(), goal.accelerations[chosen])
+        end = Boundary(goal.positions[chosen], sign * speeds, goal.accelerations[chosen])
         each = MotionRequest(end, end, request.duration, many, rest_fraction=request.rest_fraction)
         low, high = _stoppable(end.positions, end.velocities, arriving(each), many)
-        return (low <= high).reshape(speeds.shape)
+        return low <= high
 
-    largest = float(_largest(stoppable, np.zeros(1), np.abs(goal.velocities[[joint]]))[0])
-    return sign * max(largest, 0.0) * (1 - 1e-6)
+    low, high = 0.0, abs(goal.velocities[joint])
+    for _ in range(_ROUNDS):
+        speeds = np.linspace(low, high, _POINTS)
+        works = stoppable(speeds).nonzero()[0]
+        if not works.size:
+            return None
+        low, high = speeds[works[-1]], speeds[min(works[-1] + 1, _POINTS - 1)]
+    return sign * float(low) * (1 - 1e-6)

@@ -116,6 +116,7 @@ def test_free_final_acceleration_is_confined_to_what_can_be_stopped(
         low, high = np.sort(sign * final_accelerations(request)[0])
     except CannotStop as refusal:
         assert not any(stops(v, trial) for trial in trials)
+        assert refusal.max_velocity is not None
         top = sign * refusal.max_velocity
         assert 0 <= top <= v
         confined = final_accelerations(_hit(sign * p, sign * top, limits))[0]
@@ -130,6 +131,31 @@ def test_free_final_acceleration_is_confined_to_what_can_be_stopped(
             assert not stops(v, trial)
 
 
-def _hit(position: float, velocity: float, limits: Limits) -> MotionRequest:
+@settings(max_examples=200, deadline=None)
+@given(st.floats(0.5, 12), st.floats(-0.99, 0.99), st.floats(-1, 1), st.floats(50, 500), st.floats(1000, 20000))
+def test_the_velocity_named_can_be_stopped_with_the_final_acceleration_given(
+    v: float, p: float, part: float, a: float, j: float
+) -> None:
+    limits = one_joint(a, j, room=1.0, speed=12.0)
+
+    def stops(speed: float) -> bool:
+        state = np.array([p]), np.array([speed]), np.array([part * a])
+        p_min, p_max, v_min, v_max = stop_extremes(*state, limits.accelerations, limits.jerks)
+        return bool(p_min >= -1 - 1e-9 and p_max <= 1 + 1e-9 and max(-v_min, v_max) <= 12 + 1e-9)
+
+    try:
+        final_accelerations(_hit(p, v, limits, part * a))
+    except CannotStop as refusal:
+        assert not stops(v)
+        top = refusal.max_velocity
+        faster = np.linspace(0 if top is None else top * (1 + 2e-6) + 1e-6, v, 301)
+        assert not any(stops(speed) for speed in faster if speed < v)
+        assert top is None or stops(top)
+    else:
+        assert stops(v)
+
+
+def _hit(position: float, velocity: float, limits: Limits, acceleration: float = np.nan) -> MotionRequest:
     start = Boundary(np.zeros(1), np.zeros(1), np.zeros(1))
-    return MotionRequest(start, Boundary(np.array([position]), np.array([velocity]), np.array([np.nan])), 1.0, limits)
+    goal = Boundary(*(np.array([value]) for value in (position, velocity, acceleration)))
+    return MotionRequest(start, goal, 1.0, limits)

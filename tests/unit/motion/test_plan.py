@@ -17,6 +17,7 @@ from motion.plan import Warm, plan
 from motion.primitive import Primitive, learn
 from motion.problem import BAND
 from motion.request import Boundary, MotionRequest, Waypoint
+from motion.stopping import final_accelerations
 
 Ask = Callable[..., MotionRequest]
 
@@ -309,12 +310,38 @@ def test_the_velocity_named_by_cannot_stop_is_accepted(figure: Primitive, ask: A
     with pytest.raises(CannotStop) as refusal:
         plan(figure, ask(goal=(1.9, 10.0), limits=paper_limits))
     top = refusal.value.max_velocity
+    assert top is not None
     # From a_f = −A the stop takes v²/2A + A³/24J² of the room; here A²/2J = 3 < v (design 1.9).
     room, a, j = 0.1, 300.0, 15000.0
     assert top == pytest.approx(np.sqrt(2 * a * (room - a**3 / (24 * j**2))), rel=1e-5)
     assert plan(figure, ask(goal=(1.9, 0.999 * top), limits=paper_limits)).report.certified
     with pytest.raises(CannotStop):
         plan(figure, ask(goal=(1.9, 1.001 * top), limits=paper_limits))
+
+
+def test_a_final_acceleration_from_which_nothing_stops(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    """From 200 rad/s² even an arm at rest travels 200³/3J² = 0.012 rad until jerk has brought that to 0."""
+    with pytest.raises(CannotStop, match="leave the acceleration free") as refusal:
+        plan(figure, ask(goal=(1.99, 1.0, 200.0), limits=paper_limits))
+    assert refusal.value.max_velocity is None
+
+
+def test_a_braking_final_acceleration_wants_some_velocity(ask: Ask, paper_limits: Limits) -> None:
+    """Too fast passes the upper limit, too slow swings back through the lower one: the fastest between is named."""
+    narrow = replace(paper_limits, positions=np.array([[-0.01, 0.05]]))
+
+    def hit(velocity: float) -> np.ndarray:
+        return final_accelerations(ask(goal=(0.0, velocity, -200.0), limits=narrow))
+
+    with pytest.raises(CannotStop) as refusal:
+        hit(8.0)
+    top = refusal.value.max_velocity
+    assert top is not None
+    assert 4 < top < 8
+    assert np.array_equal(hit(top), [[-200.0, -200.0]])
+    for velocity in (1.0001 * top, 0.0):
+        with pytest.raises(CannotStop):
+            hit(velocity)
 
 
 def test_too_short_a_duration_gets_the_shortest_that_works(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
