@@ -30,7 +30,7 @@ class Canvas:
     Attributes:
         measured: Positions by laid tick, of this batch and the last 2000 ticks.
         pose: The newest measured positions.
-        heard: When the last batch's states came, Unix ns, and where they lie.
+        heard: When the states of the last two batches came, Unix ns, and where they lie.
         begun: Lives begun so far.
     """
 
@@ -45,6 +45,7 @@ class Canvas:
         self.measured: dict[int, list[float]] = {}
         self.pose = config.home
         self.heard: tuple[list[int], list[int]] = ([], [])
+        self._heard_last: tuple[list[int], list[int]] = ([], [])
         self._wall_ns = 0
 
     def rows(self, ticks: Sequence[int] | np.ndarray, received: Sequence[Received[Any]]) -> Rows:
@@ -56,7 +57,7 @@ class Canvas:
         return Rows([tick], self.rate_hz, [wall_ns])
 
     def now(self, wall_ns: int) -> Rows:
-        """One row at the tick of the arm that was the newest at `wall_ns`, or at the oldest of the last batch."""
+        """One row at the tick of the arm that was the newest at `wall_ns`, or at the oldest still known."""
         walls, ticks = self.heard
         return self.row(ticks[max(0, bisect_right(walls, wall_ns) - 1)] if ticks else 0, wall_ns)
 
@@ -73,6 +74,11 @@ class Canvas:
         """Where a command lies."""
         self._wall_ns = one.wall_ns
         return self.lives.lay_command(one.message.run, one.message.tick)
+
+    def hear(self, received: Sequence[Received[Any]], ticks: list[int]) -> None:
+        """Remember when a batch of states came: what happened among the last of them may be in the next batch."""
+        (walls_last, ticks_last), walls = self._heard_last, [one.wall_ns for one in received]
+        self.heard, self._heard_last = (walls_last + walls, ticks_last + ticks), (walls, ticks)
 
     def remember(self, tick: int, positions: list[float]) -> None:
         """Keep a measurement for the command that answers it."""

@@ -35,7 +35,7 @@ class StateDrawer:
             return
         canvas, trace = self._canvas, self._canvas.trace
         ticks = [canvas.lay_state(one) for one in received]
-        canvas.heard = ([one.wall_ns for one in received], ticks)
+        canvas.hear(received, ticks)
         states = [one.message for one in received]
         for tick, state in zip(ticks, states, strict=True):
             canvas.remember(tick, state.positions)

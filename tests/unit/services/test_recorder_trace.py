@@ -361,6 +361,16 @@ def test_a_refused_goal_is_an_event_where_the_arm_was(desk: Desk) -> None:
         assert trace.column("/goals/refused", name).values == [[value] for value in values], name
 
 
+def test_what_comes_a_batch_late_lies_where_it_happened(desk: Desk) -> None:
+    """Its topic is looked at before the states: those behind it are then in the batch before."""
+    for tick in range(30):
+        desk.say(STATE, state(tick), at=100 + tick)
+    desk.draw()
+    desk.say(REFUSED, refused(), at=104)
+    desk.say(STATE, state(30), at=130)
+    assert desk.read().column("/goals/refused", "code").times["tick"].tolist() == [4]
+
+
 def test_contact_and_ball(desk: Desk) -> None:
     places = [[0.1 * k, 1 / 3, -0.7] for k in range(5)]
     desk.say(STATE, *(state(tick) for tick in range(50)))
