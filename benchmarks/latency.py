@@ -34,7 +34,7 @@ HIT_AFTER_S = 1.4
 STREAM_S = 0.7
 SETTLED_S = 1.0
 FIRST = 10
-"""Goals after a start for which the planner takes a generous lead, not knowing yet how long it takes."""
+"""Goals after a start for which the planner takes a lead of its own, not knowing yet how long it takes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +136,7 @@ def streamed(bus: Bus, strikes: int) -> Latencies:
             hit = bus.ask(topics.STATE_QUERY, m.Empty()).time + HIT_AFTER_S
             began = time.monotonic()
             for k in range(round(STREAM_S * RATE_HZ)):
-                wanted = msgspec.structs.replace(tight_goal(rng, arrival_time=hit), limits=None)
+                wanted = tight_goal(rng, arrival_time=hit)
                 time.sleep(max(0.0, began + k / RATE_HZ - time.monotonic()))
                 askers.submit(client.ask, wanted)
             time.sleep(HIT_AFTER_S - STREAM_S + SETTLED_S)

@@ -6,28 +6,35 @@ from pathlib import Path
 STEP_S = 1 / os.sysconf("SC_CLK_TCK")
 """In which the kernel counts, usually 10 ms."""
 
-_STOLEN = 7
-"""Behind user, nice, system, idle, iowait, irq and softirq."""
+KINDS = "user", "nice", "system", "idle", "iowait", "irq", "softirq", "steal"
+_STEAL = KINDS.index("steal")
 
 
-def stolen() -> list[int]:
-    """Return for how long each core has been withheld since the system's start, in steps of `STEP_S`.
+def stolen() -> dict[int, int]:
+    """Return for how long each core of this process has been withheld since the system's start, in steps of `STEP_S`.
 
-    Zeros on a machine without a host; nothing where the kernel does not tell.
+    Zero where there is no host, or one that does not tell; empty where the kernel does not.
     """
-    return [times[_STOLEN] for times in _times()]
+    usable = os.sched_getaffinity(0)
+    return {core: times[_STEAL] for core, times in spent(_counts()).items() if core in usable}
 
 
 def stolen_share() -> float | None:
-    """Return the share of the cores' time since the system's start that was withheld; None where nobody tells."""
-    times = _times()
-    return sum(core[_STOLEN] for core in times) / sum(map(sum, times)) if times else None
+    """Return the share of all cores' time since the system's start that was withheld; None where nobody tells."""
+    times = spent(_counts()).values()
+    total = sum(map(sum, times))
+    return sum(core[_STEAL] for core in times) / total if total else None
 
 
-def _times() -> list[list[int]]:
-    """How each core has spent its time, as /proc/stat has it."""
+def spent(counts: str) -> dict[int, list[int]]:
+    """Return how each core has spent its time, by `KINDS`, from the text of /proc/stat."""
+    lines = (line.split() for line in counts.splitlines())
+    cores = ((name.removeprefix("cpu"), fields) for name, *fields in filter(None, lines) if name.startswith("cpu"))
+    return {int(core): [int(field) for field in fields[: len(KINDS)]] for core, fields in cores if core}
+
+
+def _counts() -> str:
     try:
-        lines = Path("/proc/stat").read_text().splitlines()
+        return Path("/proc/stat").read_text()
     except OSError:
-        return []
-    return [[int(field) for field in line.split()[1:]] for line in lines if line[:3] == "cpu" and line[3] != " "]
+        return ""

@@ -15,7 +15,7 @@ from protocol.sessions import CLIENT, open_session
 from services.drill.cell import Broken, Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.reference import unlike_plan
-from services.drill.scenario import Measured, Scenario, at_most, exactly, none
+from services.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 from services.drill.start import Plan
 
 GOAL_ID = "followed"
@@ -115,14 +115,19 @@ def refusal(cell: Cell, **fields: object) -> tuple[str, str]:
     return "taken", ""
 
 
-ENDED_AT_REST = exactly("the arm then", "holding")
+PLAYS = timed(exactly("the goal", "succeeded"))
+ENDED_AT_REST = timed(exactly("the arm then", "holding"))
 
 SCENARIOS = (
     Scenario(
         "client-killed-lease",
         "client killed that holds a lease",
         "realtime",
-        (at_most("the stop begins after", 300.0, "ms"), exactly("the goal", "canceled"), ENDED_AT_REST),
+        (
+            timed(at_most("the stop begins after", 300.0, "ms")),
+            timed(exactly("the goal", "canceled")),
+            ENDED_AT_REST,
+        ),
         lambda lab: kill_client(lab, lease=True),
         "short",
     ),
@@ -130,7 +135,7 @@ SCENARIOS = (
         "client-killed",
         "client killed that holds none",
         "realtime",
-        (exactly("the goal", "succeeded"), ENDED_AT_REST),
+        (PLAYS, ENDED_AT_REST),
         lambda lab: kill_client(lab, lease=False),
         "short",
     ),
@@ -138,7 +143,7 @@ SCENARIOS = (
         "listeners-stopped",
         "four listeners to everything stopped, for longer than their sessions last",
         "realtime",
-        (exactly("the goal", "succeeded"), ENDED_AT_REST),
+        (PLAYS, ENDED_AT_REST),
         stop_listeners,
         "short",
     ),

@@ -10,7 +10,7 @@ from protocol import topics
 from protocol.codec import decode
 from services.drill.cell import Cell
 from services.drill.lab import Lab
-from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed, told
 from services.drill.shims import shim
 from services.drill.start import ARM, Plan
 
@@ -166,9 +166,9 @@ SCENARIOS = (
             JUMPS,
             at_least("jumps that the controller sees", 20),
             none("ticks missing or doubled"),
-            at_most("robot time off the monotonic clock", ASKING_S, "s"),
-            none("ticks braked"),
-            exactly("the goal", "succeeded"),
+            timed(at_most("robot time off the monotonic clock", ASKING_S, "s")),
+            timed(none("ticks braked")),
+            timed(exactly("the goal", "succeeded")),
         ),
         jump_in_real_time,
         "full",
@@ -180,9 +180,9 @@ SCENARIOS = (
         (
             none("ticks missing or doubled"),
             at_least("robot time lags by", STALL_S - ASKING_S, "s"),
-            at_most("robot time lags by", STALL_S + ASKING_S, "s"),
+            timed(at_most("robot time lags by", STALL_S + ASKING_S, "s")),
             exactly("the sim counts the lag", "yes"),
-            at_most("most ticks in any 50 ms afterwards", 52),
+            timed(at_most("most ticks in any 50 ms afterwards", 52)),
             at_most("fastest measured step beside the velocity limit", 1.0),
             told("the goal"),
         ),

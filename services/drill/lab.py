@@ -41,8 +41,10 @@ class Lab:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.end_shared()
-        self.witness.__exit__()
+        try:
+            self.end_shared()
+        finally:
+            self.witness.__exit__()
 
     def cell(self, plan: Plan) -> AbstractContextManager[Cell]:
         """Return a cell of its own, ended with the block."""

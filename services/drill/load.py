@@ -19,7 +19,7 @@ from protocol.codec import ENCODING, encode
 from protocol.sessions import open_session
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
-from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed, told
 from services.drill.start import Plan
 
 CLIENTS = 4
@@ -218,12 +218,12 @@ def ratios(before: float, during: float) -> Measured:
 
 
 RATIOS = (
-    at_least("on-time ratio without", ON_TIME, "%"),
+    timed(at_least("on-time ratio without", ON_TIME, "%")),
     told("on-time ratio under load", "%"),
-    at_most("less than without by", 2.0, "%"),
+    timed(at_most("less than without by", 2.0, "%")),
 )
 BOUNDED = at_most("memory of a process grows by", 25.0, "MB")
-UNDISTURBED = (exactly("the goal", "succeeded"), at_most("peak tracking error", 0.02, "rad"))
+UNDISTURBED = (timed(exactly("the goal", "succeeded")), timed(at_most("peak tracking error", 0.02, "rad")))
 
 SCENARIOS = (
     Scenario(
@@ -235,7 +235,7 @@ SCENARIOS = (
             told("goals taken"),
             at_least("told busy", 1),
             none("goals without an answer"),
-            none("statuses in fault"),
+            timed(none("statuses in fault")),
             BOUNDED,
             *RATIOS,
         ),

@@ -13,7 +13,7 @@ from services.drill.cell import Cell, code_of, wait_for
 from services.drill.lab import Lab
 from services.drill.planners import library, nod
 from services.drill.reference import unlike_plan
-from services.drill.scenario import Measured, Scenario, at_most, exactly, none
+from services.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 from services.drill.start import ARM, Plan
 from services.options import Options
 from services.runtime import EXIT_TAKEN
@@ -143,7 +143,7 @@ def _status(line: list[str]) -> int:
 
 
 UNLIKE = none("commands unlike the plan's samples")
-PLAYS = exactly("the goal", "succeeded")
+PLAYS = timed(exactly("the goal", "succeeded"))
 
 SCENARIOS = (
     Scenario(
@@ -194,7 +194,7 @@ SCENARIOS = (
         "realtime",
         (
             exactly("exit status of the first", EXIT_TAKEN),
-            at_most("it leaves after", 1.0, "s"),
+            timed(at_most("it leaves after", 1.0, "s")),
             PLAYS,
         ),
         come_back,

@@ -12,7 +12,7 @@ from protocol.errors import NoAnswer, Refusal
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.reference import unlike_plan
-from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed, told
 from services.drill.start import Plan
 
 TRIES = 100
@@ -122,7 +122,7 @@ SCENARIOS = (
         "planner-restarted",
         "the same, timed: how long a planner takes from its start",
         "realtime",
-        (at_most("a new planner serves after", 3.0, "s"), none("primitives lost")),
+        (timed(at_most("a new planner serves after", 3.0, "s")), none("primitives lost")),
         kill_in_motion,
         "short",
     ),

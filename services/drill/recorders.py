@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.load import ON_TIME, answered_since, on_time
-from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed
 from services.drill.start import ARM, Plan
 
 WINDOW_S = 8.0
@@ -98,9 +98,9 @@ def missing_inside(ticks: list[int]) -> int:
 
 
 BOUNDS = (
-    at_least("on-time ratio before", ON_TIME, "%"),
-    at_least("on-time ratio after less before", -2.0, "%"),
-    exactly("the goal", "succeeded"),
+    timed(at_least("on-time ratio before", ON_TIME, "%")),
+    timed(at_least("on-time ratio after less before", -2.0, "%")),
+    timed(exactly("the goal", "succeeded")),
     exactly("the trace opens", "yes"),
 )
 LOST = (at_most("lost at the end", 1.0, "s"), none("ticks missing inside"))

@@ -34,10 +34,11 @@ def bound_text(bound: Bound) -> str:
     return value if bound.relation == "=" else f"{bound.relation} {value}"
 
 
-def withheld_text(withheld: Sequence[float]) -> str:
-    """Return what is told of tries before, empty where there were none."""
-    times = " and ".join(f"{1e3 * seconds:.0f} ms" for seconds in withheld)
-    return f"tried again: the host had withheld a core for {times}" if withheld else ""
+def shortfall(outcome: Outcome) -> str:
+    """Return what broke off or fell short, in words."""
+    short = [reaction for reaction in outcome.reactions if not reaction.held]
+    words = ", ".join(f"{each.bound.reaction}: {number(each.measured, each.bound.unit)}" for each in short)
+    return outcome.broken or words
 
 
 def table(outcomes: Sequence[Outcome]) -> Table:
@@ -47,8 +48,7 @@ def table(outcomes: Sequence[Outcome]) -> Table:
         shown.add_column(heading, overflow="fold")
     for outcome in outcomes:
         fault = f"{outcome.scenario.name}: {outcome.scenario.fault}"
-        if outcome.withheld:
-            fault += f"\n({withheld_text(outcome.withheld)})"
+        fault += "".join(f"\ntried again: {try_before}" for try_before in outcome.before)
         if outcome.broken:
             shown.add_row(fault, outcome.broken, "", "", Text("broke off", "bold red"))
             continue
@@ -123,9 +123,8 @@ def _line(scenario: Scenario, row: dict[str, Any] | None) -> str:
         taken = {r["reaction"]: r["measured"] for r in row["reactions"] if r["measured"] is not None}
         outcome = judge(scenario, taken, row["seconds"], row["broken"])
         told = "<br>".join(f"{r.bound.reaction}: {number(r.measured, r.bound.unit)}" for r in outcome.reactions)
-        again = withheld_text(row.get("withheld", ()))
-        measured = (outcome.broken or told) + f"<br>{again}" * bool(again)
-        held = "held" if outcome.held else "**fell short**"
+        again = "".join(f"<br>tried again: {try_before}" for try_before in row["before"])
+        measured, held = (outcome.broken or told) + again, "held" if outcome.held else "**fell short**"
     return f"| `{scenario.name}`: {scenario.fault} | {measured} | {bounds} | {held} |"
 
 
@@ -136,7 +135,7 @@ def _row(outcome: Outcome) -> dict[str, Any]:
         "held": outcome.held,
         "broken": outcome.broken,
         "seconds": round(outcome.seconds, 1),
-        "withheld": list(outcome.withheld),
+        "before": list(outcome.before),
         "reactions": [
             {
                 "reaction": reaction.bound.reaction,

@@ -9,7 +9,7 @@ from protocol.errors import NoAnswer, Refusal
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
 from services.drill.load import noisy
-from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, told
+from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, timed, told
 from services.drill.start import Plan
 
 CONTROLLER_SAYS, PLANNER_SAYS = "the arm fell silent", ("the controller fell silent", "the controller is in fault")
@@ -57,12 +57,12 @@ def outcome(cell: Cell, goal_id: str) -> str:
 
 
 BOUNDS = (
-    at_most("controller says so after", 20.0, "ms"),
-    at_most("planner says so after", 1.0, "s"),
+    timed(at_most("controller says so after", 20.0, "ms")),
+    timed(at_most("planner says so after", 1.0, "s")),
     exactly("the goal", "aborted"),
     told("its reason"),
     told("back in service after", "s"),
-    exactly("the next goal", "succeeded"),
+    timed(exactly("the next goal", "succeeded")),
 )
 
 SCENARIOS = (

@@ -3,37 +3,46 @@
 import time
 from dataclasses import replace
 
+from protocol.errors import NoAnswer, Refusal
+from services.drill.cell import Broken
 from services.drill.lab import Lab
+from services.drill.report import shortfall
 from services.drill.scenario import Measured, Outcome, Scenario, judge
-from services.drill.witness import LONG_S
+from services.drill.witness import LONG, milliseconds
 
 TRIES = 3
+"""A host that withholds cores in each of them is no machine to drill on."""
 
 
 def carry_out(scenario: Scenario, lab: Lab) -> Outcome:
     """Cause the fault and measure the reaction; what breaks the scenario off is told in the outcome.
 
-    In real time, where a bound fell short while the host of this machine withheld a core for as long as makes any arm
-    brake, the scenario is carried out again, which the outcome tells: what was measured is the host's doing. Nothing
-    else is tried again.
+    Where nothing fell short but what a core's absence may move, and the host of this machine did withhold one meanwhile
+    for so long that an arm may have to brake, the scenario is carried out again. The outcome tells of the tries before.
+    Nothing else is tried again.
     """
-    withheld: list[float] = []
+    before: list[str] = []
     while True:
-        began = time.monotonic()
-        outcome = replace(_carry_out_once(scenario, lab), withheld=tuple(withheld))
-        away = lab.witness.withheld_s(began)
-        if outcome.held or scenario.clock == "stepped" or away < LONG_S or len(withheld) + 1 == TRIES:
-            return outcome
-        withheld.append(away)
-        lab.say(f"once more, since the host withheld a core for {1e3 * away:.0f} ms")
+        began = lab.witness.look()
+        outcome, excusable = _carry_out_once(scenario, lab)
+        if not excusable or len(before) + 1 == TRIES or (steps := lab.witness.withheld(began)) < LONG:
+            return replace(outcome, before=tuple(before))
+        before.append(f"the host withheld a core for {milliseconds(steps):.0f} ms; {shortfall(outcome)}")
+        lab.say(f"once more: {before[-1]}")
 
 
-def _carry_out_once(scenario: Scenario, lab: Lab) -> Outcome:
-    began, broken = time.monotonic(), ""
+def _carry_out_once(scenario: Scenario, lab: Lab) -> tuple[Outcome, bool]:
+    """The outcome, and whether it may be the doing of a host that withholds cores."""
+    began = time.monotonic()
     measured: Measured = {}
+    error = None
     try:
         measured = scenario.run(lab)
-    except Exception as error:  # whatever it is, the other scenarios go on and the table tells
-        broken = f"{type(error).__name__}: {error}"
+    except Exception as caught:  # whatever it is, the other scenarios go on and the table tells
+        error = caught
         lab.end_shared()
-    return judge(scenario, measured, time.monotonic() - began, broken)
+    broken = f"{type(error).__name__}: {error}" if error else ""
+    outcome = judge(scenario, measured, time.monotonic() - began, broken)
+    short = [reaction.bound for reaction in outcome.reactions if not reaction.held]
+    timed = isinstance(error, Broken | Refusal | NoAnswer) if error else all(bound.timed for bound in short)
+    return outcome, scenario.clock == "realtime" and not outcome.held and timed

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from protocol.messages import Clock
@@ -19,13 +19,15 @@ Kind = Literal["exact", "short", "full"]
 class Bound:
     """What a reaction has to keep: `measured relation value`; what is only told has no value to keep.
 
-    `reaction` says in words what is measured, and names it among a scenario's measurements.
+    `reaction` says in words what is measured, and names it among a scenario's measurements. `timed`: a machine whose
+    host withholds a core may miss it for that alone.
     """
 
     reaction: str
     relation: Relation
     value: Value = 0.0
     unit: str = ""
+    timed: bool = False
 
     def holds(self, measured: Value) -> bool:
         """Return whether `measured` keeps the bound; what is not a number keeps none."""
@@ -59,6 +61,11 @@ def at_least(reaction: str, value: float, unit: str = "") -> Bound:
     return Bound(reaction, "≥", value, unit)
 
 
+def timed(bound: Bound) -> Bound:
+    """Return a bound that a machine whose host withholds a core may miss for that alone."""
+    return replace(bound, timed=True)
+
+
 def told(reaction: str, unit: str = "") -> Bound:
     """Return a reaction that is reported beside the others, without a bound."""
     return Bound(reaction, "told", unit=unit)
@@ -89,14 +96,14 @@ class Reaction:
 class Outcome:
     """How a scenario went; `broken` says why it could not be carried through, if it could not.
 
-    `withheld`: for each try before that fell short, how long the host withheld a core in it, s.
+    `before`: of each try before, what the host of the machine had done and what fell short.
     """
 
     scenario: Scenario
     reactions: tuple[Reaction, ...]
     seconds: float
     broken: str = ""
-    withheld: tuple[float, ...] = ()
+    before: tuple[str, ...] = ()
 
     @property
     def held(self) -> bool:

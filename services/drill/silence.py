@@ -10,7 +10,7 @@ from protocol import topics
 from services.drill.cell import code_of, wait_for
 from services.drill.lab import Lab
 from services.drill.reference import unlike_plan
-from services.drill.scenario import Measured, Scenario, at_most, exactly, none
+from services.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 from services.drill.start import Plan
 
 LOST_TICKS = (1, 2, 7, 13, 19)
@@ -103,7 +103,7 @@ FEW = (none("commands unlike the plan's samples"), none("ticks braked"), none("l
 BRAKES = exactly("silent ticks until the arm brakes", 20)
 REFUSES = none("goals taken in the fault")
 STAYS = at_most("jump at the reset", 1e-3, "rad")
-GOES_ON = exactly("the next goal", "succeeded")
+GOES_ON = timed(exactly("the next goal", "succeeded"))
 MANY = (BRAKES, exactly("the goal", "aborted"), REFUSES, STAYS, GOES_ON)
 ALONE = (
     BRAKES,

@@ -7,6 +7,7 @@ from services.drill.cell import code_of
 from services.drill.lab import Lab
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
 from services.drill.start import ARM, Plan
+from services.drill.witness import LONG
 
 SECONDS, LONG_SECONDS = 600.0, 3600.0
 GOAL_S = 0.25
@@ -26,7 +27,8 @@ def soak(lab: Lab) -> Measured:
         cell.recover()
         began, first = time.monotonic(), cell.state()
         goals = crooked = 0
-        codes, faults = Counter(), Counter()
+        codes: Counter[str] = Counter()
+        faults: Counter[bool] = Counter()
         settled: dict[str, float] = {}
         while (passed := time.monotonic() - began) < seconds:
             if not settled and passed > SETTLED * seconds:
@@ -37,7 +39,7 @@ def soak(lab: Lab) -> Measured:
             codes[code] += 1
             goals += 1
             if code == "fault":
-                faults[lab.witness.excuses(time.monotonic() - LOOK_BACK_S)] += 1
+                faults[lab.witness.withheld(time.monotonic() - LOOK_BACK_S) >= LONG] += 1
                 cell.recover()
             state = cell.state()
             crooked += state.time != state.tick / cell.config.rate_hz
@@ -46,7 +48,7 @@ def soak(lab: Lab) -> Measured:
         after, status = cell.memory(), cell.status()
     return {
         "goals": goals,
-        "goals refused": goals - codes["taken"],
+        "goals refused": goals - codes["taken"] - faults[True],
         "faults": faults[False],
         "faults as the host withheld a core": faults[True],
         **{f"memory of the {name} grows by": after[name] - settled[name] for name in ARM},

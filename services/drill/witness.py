@@ -1,26 +1,31 @@
-"""Whether the host of this machine, where it is a virtual one, withheld a core: then an arm is right to brake."""
+"""Whether the host of this machine, where it is a virtual one, withheld a core: then an arm may be right to brake."""
 
 import threading
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping
 from typing import Self
 
 from services.host import STEP_S, stolen
 
 PERIOD_S = 0.05
-WINDOW_S = 2.5 * PERIOD_S
-"""What is withheld in one piece may be counted at two looks."""
-LONG_S = 2 * STEP_S
-"""With the kernel's steps of 10 ms: more than 10 ms in one piece, the least after which 20 ticks may be missing."""
+WINDOW_S = 1.5 * PERIOD_S
+"""Of two looks in a row: what is withheld in one piece may be counted at both."""
+LONG = 2
+"""Steps of the kernel's count: 20 ms in one piece, after which an arm brakes, always show as so many, 10 ms never."""
 
 
 class Witness:
     """Looks twenty times a second, while entered, at what the kernel says was withheld of each core."""
 
-    def __init__(self, stolen: Callable[[], list[int]] = stolen) -> None:
+    def __init__(
+        self, stolen: Callable[[], Mapping[int, int]] = stolen, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self._stolen = stolen
+        self._clock = clock
         self._last = stolen()
-        self._rises: list[tuple[float, int, int]] = []
+        self._recent: list[tuple[float, int, int]] = []
+        self._most: list[tuple[float, int]] = []
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="witness", daemon=True)
@@ -33,27 +38,32 @@ class Witness:
         self._closed.set()
         self._thread.join()
 
-    def look(self) -> None:
-        """Note by how much the time withheld of each core has risen since the last look."""
+    def look(self) -> float:
+        """Note what has been withheld of each core since the last look; return the time, s."""
         with self._lock:
-            now, seen = time.monotonic(), self._stolen()
-            rises = [new - old for old, new in zip(self._last, seen, strict=False)]
-            self._rises += [(now, core, steps) for core, steps in enumerate(rises) if steps > 0]
+            now, seen = self._clock(), self._stolen()
+            rises = {core: steps - self._last.get(core, steps) for core, steps in seen.items()}
             self._last = seen
+            if not any(rises.values()):
+                return now
+            self._recent = [rise for rise in self._recent if rise[0] > now - WINDOW_S]
+            self._recent += [(now, core, steps) for core, steps in rises.items()]
+            at_once: Counter[int] = Counter()
+            for _, core, steps in self._recent:
+                at_once[core] += steps
+            self._most.append((now, max(at_once.values())))
+            return now
 
-    def withheld_s(self, since: float) -> float:
-        """Return the most that was withheld of one core at once since `since` (monotonic), s."""
+    def withheld(self, since: float) -> int:
+        """Return the most that was withheld of one core within two looks after the time `since`, in steps."""
         self.look()
-        rises = [rise for rise in self._rises if rise[0] >= since]
-        most = (
-            sum(steps for at, core, steps in rises if core == of and end - WINDOW_S < at <= end) for end, of, _ in rises
-        )
-        return STEP_S * max(most, default=0)
-
-    def excuses(self, since: float) -> bool:
-        """Return whether a core was away for as long as makes an arm brake by itself."""
-        return self.withheld_s(since) >= LONG_S
+        return max((steps for at, steps in self._most if at > since), default=0)
 
     def _watch(self) -> None:
         while not self._closed.wait(PERIOD_S):
             self.look()
+
+
+def milliseconds(steps: int) -> float:
+    """Return what a count of the kernel's steps stands for."""
+    return 1e3 * STEP_S * steps

@@ -12,6 +12,9 @@ from services.host import stolen_share
 CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter")
 """Clock sources that are read without a system call."""
 
+FAIR = 1e-5
+"""Share of the time: 36 ms an hour."""
+
 CORES = 4
 """One for the sim or the robot's driver, one for the controller, two for the rest."""
 
@@ -21,6 +24,7 @@ class Fact:
     """One line of the table. `good` is None where the machine does not say; `advice` is empty where nothing is amiss.
 
     `needed`: without it the machine is not fit for an arm, however well the sample went. `timing`: it bears on ticks.
+    `braking`: where it is amiss, an arm brakes now and then.
     """
 
     name: str
@@ -29,6 +33,7 @@ class Fact:
     advice: str = ""
     needed: bool = False
     timing: bool = True
+    braking: bool = False
 
 
 def granted(missing: Sequence[str]) -> tuple[Fact, Fact, Fact]:
@@ -69,9 +74,11 @@ def clock(source: str) -> Fact:
 
 def host(share: float | None) -> Fact:
     """Judge the share of the cores' time that the host of a virtual machine has withheld."""
-    found = "not told" if share is None else f"has withheld {share:.3%} of the time" if share else "none, or a fair one"
-    good = None if share is None else not share
-    return Fact("host", found, good, "a machine that is not virtual, or cores that its host keeps for it alone")
+    if share is None:
+        return Fact("host", "not told", None)
+    found = f"has withheld {share:.3%} of the time" if share >= FAIR else "withholds nothing"
+    advice = "a machine that is not virtual, or cores that its host keeps for it alone"
+    return Fact("host", found, share < FAIR, advice, braking=True)
 
 
 def receive_buffer(allowed: int | None) -> Fact:

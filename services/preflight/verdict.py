@@ -59,5 +59,7 @@ def promise(sample: Sample, facts: Sequence[Fact]) -> tuple[bool, str]:
         return False, f"1 kHz while nothing else wants the cores: {worst}, but {' and '.join(lacking)} was refused"
     if sample.late or amiss:
         reasons = [f"{sample.late} ticks later than {QUARTER_US:.0f} µs"] * bool(sample.late) + amiss
-        return True, f"1 kHz with a rare late tick, which the arm rides out: {worst}; see to {', '.join(reasons)}"
+        braking = any(fact.good is False and fact.braking for fact in facts)
+        what = "a moment without a core, in which the arm brakes" if braking else "a late tick, which the arm rides out"
+        return True, f"1 kHz with now and then {what}: {worst}; see to {', '.join(reasons)}"
     return True, f"1 kHz under load: {worst}, and nothing is amiss; the drill's soak is the longer proof"

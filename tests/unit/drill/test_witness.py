@@ -1,28 +1,38 @@
-"""What the host of the machine withholds, and which tries that excuses."""
+"""What the host of the machine withholds, and which tries are repeated for it."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from protocol.messages import Clock
+from services.drill.cell import Broken
 from services.drill.lab import Lab
 from services.drill.run import TRIES, carry_out
-from services.drill.scenario import Scenario, none
-from services.drill.witness import LONG_S, WINDOW_S, Witness
-from services.host import STEP_S, stolen, stolen_share
+from services.drill.scenario import Bound, Measured, Scenario, none, timed
+from services.drill.witness import LONG, PERIOD_S, Witness
 from services.options import Options
 from tests.waiting import eventually
 
+JUMPS, LATE = none("jumps"), timed(none("late ticks"))
+
 
 class Host:
-    """Says how many steps two cores have been withheld."""
+    """Says how many steps two cores have been withheld, by a clock of its own."""
 
     def __init__(self) -> None:
-        self.steps = [3, 5]
+        self.steps = {0: 3, 1: 5}
+        self.now = 100.0
 
-    def __call__(self) -> list[int]:
+    def stolen(self) -> dict[int, int]:
         """Return the steps."""
-        return list(self.steps)
+        return dict(self.steps)
+
+    def withhold(self, core: int, steps: int, after: float = PERIOD_S) -> None:
+        """Let some time pass, and withhold a core in it."""
+        self.now += after
+        self.steps[core] = self.steps.get(core, 0) + steps
 
 
 @pytest.fixture
@@ -31,94 +41,120 @@ def host() -> Host:
     return Host()
 
 
-def test_this_machine_tells_of_each_core():
-    """As many counts as it has cores, and a share of all of the time."""
-    assert len(stolen()) > 0
-    share = stolen_share()
-    assert share is not None
-    assert 0 <= share < 1
+@pytest.fixture
+def witness(host: Host) -> Witness:
+    """A witness that looks when it is asked to."""
+    return Witness(host.stolen, lambda: host.now)
 
 
-def test_the_most_of_one_core_at_once_counts(host: Host):
-    """Of two looks that follow each other the sum, of two cores or two times not."""
-    witness = Witness(host)
-    began = time.monotonic()
-    assert witness.withheld_s(began) == 0.0
-    host.steps = [4, 6]
-    assert witness.withheld_s(began) == STEP_S
-    assert not witness.excuses(began)
-    host.steps = [5, 6]
-    assert witness.withheld_s(began) == LONG_S == 2 * STEP_S
-    assert witness.excuses(began)
-    time.sleep(WINDOW_S)
-    host.steps = [6, 6]
-    later = time.monotonic()
-    assert witness.withheld_s(later) == STEP_S
-    assert witness.withheld_s(began) == LONG_S
+def test_two_looks_in_a_row_count_together(host: Host, witness: Witness):
+    """A piece may lie across them; three looks are not one piece."""
+    began = host.now
+    for expected in (1, 2, 2, 2):
+        host.withhold(core=0, steps=1)
+        assert witness.withheld(began) == expected
 
 
-def test_it_looks_by_itself(host: Host):
-    """While it is entered: a rise long ago counts at its own time."""
-    with Witness(host) as witness:
-        began = time.monotonic()
-        host.steps = [9, 5]
-        eventually(lambda: bool(witness._rises))
-        host.steps = [9, 5]
-        after = time.monotonic()
-        assert witness.withheld_s(began) == 6 * STEP_S
-        assert witness.withheld_s(after) == 0.0
+def test_two_cores_do_not(host: Host, witness: Witness):
+    """Half of it away from each is no core away."""
+    began = host.now
+    host.withhold(core=0, steps=1)
+    host.withhold(core=1, steps=1, after=0.0)
+    assert witness.withheld(began) == 1
 
 
-def test_a_kernel_that_does_not_tell_excuses_nothing():
-    """No cores, no excuse."""
-    witness = Witness(list)
-    assert witness.withheld_s(0.0) == 0.0
+def test_what_was_before_does_not_count(host: Host, witness: Witness):
+    """Only that since the time asked for."""
+    host.withhold(core=1, steps=10)
+    witness.look()
+    host.now += 1.0
+    assert witness.withheld(host.now) == 0
+    assert witness.withheld(100.0) == 10
+
+
+def test_a_core_that_comes_and_goes_steals_nothing(host: Host, witness: Witness):
+    """Its count since the start of the system is not news."""
+    host.withhold(core=2, steps=1000)
+    del host.steps[0]
+    assert witness.withheld(100.0) == 0
+    host.withhold(core=2, steps=1)
+    assert witness.withheld(100.0) == 1
+
+
+def test_it_looks_by_itself_while_entered(host: Host):
+    """So that what was withheld counts at its own time."""
+    with Witness(host.stolen) as witness:
+        began = witness.look()
+        host.withhold(core=0, steps=6)
+        assert eventually(lambda: witness._most)
+        assert witness.withheld(began) == 6
+        assert witness.withheld(time.monotonic()) == 0
 
 
 @pytest.fixture
 def lab(tmp_path: Path, host: Host) -> Lab:
     """A lab whose witness asks that host."""
     lab = Lab(Options(), tmp_path)
-    lab.witness = Witness(host)
+    lab.witness = Witness(host.stolen, lambda: host.now)
     return lab
 
 
-def falling_short(host: Host, tries: int, withheld: int, clock: str = "realtime") -> tuple[Scenario, list[int]]:
-    """Return a scenario that falls short in its first `tries`, as a core is withheld for so many steps; its tries."""
-    jumps: list[int] = []
-
-    def run(_: Lab) -> dict[str, float | str]:
-        jumps.append(len(jumps) < tries)
-        host.steps[0] += withheld * jumps[-1]
-        return {"jumps": jumps[-1]}
-
-    return Scenario("nothing", "nothing happens", clock, (none("jumps"),), run), jumps  # type: ignore[arg-type]
+def scenario(run: Callable[[Lab], Measured], clock: Clock = "realtime", *others: Bound) -> Scenario:
+    """Return a scenario that causes nothing by itself."""
+    return Scenario("nothing", "nothing happens", clock, (LATE, *others), run)
 
 
-def test_what_the_host_has_done_is_tried_again(lab: Lab, host: Host):
-    """And told."""
-    scenario, tries = falling_short(host, tries=2, withheld=10)
-    outcome = carry_out(scenario, lab)
+def test_what_the_host_has_done_is_carried_out_again(lab: Lab, host: Host):
+    """And told with what fell short, or broke off."""
+    tries = iter([{"late ticks": 7}, Broken("waited in vain"), {"late ticks": 0}])
+
+    def run(_: Lab) -> Measured:
+        host.withhold(core=0, steps=10, after=1.0)
+        measured = next(tries)
+        if isinstance(measured, Exception):
+            raise measured
+        return measured
+
+    outcome = carry_out(scenario(run), lab)
     assert outcome.held
-    assert outcome.withheld == (10 * STEP_S, 10 * STEP_S)
-    assert len(tries) == 3
+    assert outcome.before == (
+        "the host withheld a core for 100 ms; late ticks: 7",
+        "the host withheld a core for 100 ms; Broken: waited in vain",
+    )
+    assert next(tries, None) is None
 
 
 @pytest.mark.parametrize(
-    ("withheld", "clock", "expected"), [(1, "realtime", 1), (10, "stepped", 1), (10, "realtime", TRIES)]
+    ("steps", "clock", "measured", "expected"),
+    [
+        (LONG, "realtime", {"late ticks": 7, "jumps": 0}, TRIES),
+        (LONG - 1, "realtime", {"late ticks": 7, "jumps": 0}, 1),
+        (LONG, "stepped", {"late ticks": 7, "jumps": 0}, 1),
+        (LONG, "realtime", {"late ticks": 7, "jumps": 1}, 1),
+        (LONG, "realtime", {"late ticks": 0, "jumps": 0}, 1),
+        (LONG, "realtime", KeyError("a defect"), 1),
+    ],
+    ids=["to no end", "a moment", "stepped", "a jump", "held", "a defect"],
 )
-def test_nothing_else_is(lab: Lab, host: Host, withheld: int, clock: str, expected: int):
-    """Not for a moment withheld, not on the stepped clock, and not for ever."""
-    scenario, tries = falling_short(host, 100, withheld, clock)
-    assert not carry_out(scenario, lab).held
-    assert len(tries) == expected
+def test_nothing_else_is(lab: Lab, host: Host, steps: int, clock: Clock, measured: Measured | Exception, expected: int):
+    """Only what a core's absence may move, in real time, where one was absent for long; and not for ever."""
+    tries = 0
+
+    def run(_: Lab) -> Measured:
+        nonlocal tries
+        tries += 1
+        host.withhold(core=0, steps=steps)
+        if isinstance(measured, Exception):
+            raise measured
+        return measured
+
+    outcome = carry_out(scenario(run, clock, JUMPS), lab)
+    assert tries == expected
+    assert len(outcome.before) == expected - 1
+    assert outcome.held == (measured == {"late ticks": 0, "jumps": 0})
 
 
-def test_a_try_that_holds_is_the_last(lab: Lab, host: Host):
-    """Whatever the host has withheld."""
-    scenario, tries = falling_short(host, tries=0, withheld=10)
-    host.steps[1] += 50
-    outcome = carry_out(scenario, lab)
-    assert outcome.held
-    assert outcome.withheld == ()
-    assert len(tries) == 1
+def test_what_was_withheld_before_excuses_nothing(lab: Lab, host: Host):
+    """A try has to be disturbed itself."""
+    host.withhold(core=0, steps=50)
+    assert carry_out(scenario(lambda _: {"late ticks": 7}), lab).before == ()

@@ -52,6 +52,7 @@ def test_cores_governor_and_clock():
     assert facts.governor(["performance", "powersave"]).good is False
     assert facts.governor([]).good is None
     assert [facts.host(share).good for share in (0.0, 0.0004, None)] == [True, False, None]
+    assert facts.host(1e-6).good is True
     assert "0.040%" in facts.host(0.0004).found
     assert [facts.receive_buffer(size).good for size in (212992, 4 << 20, None)] == [False, True, None]
     assert [facts.clock(name).good for name in ("tsc", "hpet", "")] == [True, False, None]
@@ -71,6 +72,7 @@ def test_samples():
         (with_one(300.0), GOOD, True, "1 ticks later than 250 µs"),
         (PUNCTUAL, [*GOOD, Fact("governor", "powersave", False)], True, "see to governor"),
         (PUNCTUAL, [*GOOD, Fact("governor", "not told", None)], True, "1 kHz under load"),
+        (PUNCTUAL, [*GOOD, facts.host(0.0004)], True, "now and then a moment without a core, in which the arm brakes"),
         (PUNCTUAL, [*GOOD, facts.receive_buffer(212992)], True, "1 kHz under load"),
         (PUNCTUAL, [Fact("scheduler", "no", False, needed=True)], False, "scheduler was refused"),
         (with_one(1500.0), GOOD, False, "not 1 kHz: the worst of 1001 ticks came 1500 µs late"),
