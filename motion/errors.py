@@ -62,12 +62,12 @@ class Infeasible(MotionError):
 class CannotStop(MotionError):
     """No stop after the hit keeps the limits; `max_velocity` (rad/s, signed) is the fastest that could be stopped.
 
-    None where no velocity up to the one asked for could, because of the final acceleration that was asked for.
+    None where none was found up to the one asked for, because of the final acceleration that was asked for.
     """
 
     def __init__(self, joint: int, max_velocity: float | None) -> None:
         if max_velocity is None:
-            remedy = "with this final acceleration no slower one could either; leave the acceleration free"
+            remedy = "with this final acceleration no slower arrival was found that could; leave it free"
         else:
             remedy = f"a final velocity of {max_velocity:.6g} could be stopped"
         super().__init__(f"joint {joint}: the arm could not come to rest inside its limits after this goal; {remedy}")

@@ -10,7 +10,9 @@ from motion.limits import SIGNS, Limits
 from motion.request import Boundary, MotionRequest
 from motion.tail import TOUCH, UNLIMITED, stop_extremes
 
-_POINTS = 257
+TRIED = 257
+"""Values of a search's interval that are tried in each of its rounds."""
+
 _ROUNDS = 3
 
 
@@ -81,19 +83,19 @@ def _largest(holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: n
     left, right = low, high
     somewhere, everywhere = holds(np.stack([low, high]))
     for _ in range(_ROUNDS):
-        points = left + (right - left) * np.linspace(0, 1, _POINTS)[:, None]
+        points = left + (right - left) * np.linspace(0, 1, TRIED)[:, None]
         points[0] = left
         last = np.maximum(np.logical_and.accumulate(holds(points), axis=0).sum(axis=0) - 1, 0)
         joints = np.arange(len(low))
-        left, right = points[last, joints], points[np.minimum(last + 1, _POINTS - 1), joints]
+        left, right = points[last, joints], points[np.minimum(last + 1, TRIED - 1), joints]
     return np.where(everywhere, high, np.where(somewhere, left, -np.inf))
 
 
 def _max_velocity(request: MotionRequest, joint: int) -> float | None:
     """The largest velocity up to the one asked for from which one joint could stop, a little below the bound itself.
 
-    None where it could from none of them, which a given final acceleration can bring about. With one that brakes, slow
-    arrivals can be too slow: the stop swings back too far.
+    None where it could from none of those tried, which a given final acceleration can bring about. With one that
+    brakes, arrivals can be too slow as well: the stop swings back too far.
     """
     goal, limits = request.goal, request.limits
     sign = float(np.sign(goal.velocities[joint])) or 1.0
@@ -108,9 +110,9 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
 
     low, high = 0.0, abs(goal.velocities[joint])
     for _ in range(_ROUNDS):
-        speeds = np.linspace(low, high, _POINTS)
+        speeds = np.linspace(low, high, TRIED)
         works = stoppable(speeds).nonzero()[0]
         if not works.size:
             return None
-        low, high = speeds[works[-1]], speeds[min(works[-1] + 1, _POINTS - 1)]
+        low, high = speeds[works[-1]], speeds[min(works[-1] + 1, TRIED - 1)]
     return sign * float(low) * (1 - 1e-6)

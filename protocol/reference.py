@@ -75,8 +75,8 @@ MEANINGS = {
     "limit": "a value that the goal fixes lies outside a limit",
     "infeasible": "no motion of this duration keeps all limits; `min_duration` is the shortest found that does, "
     "`waypoint_times` those of its way-points, null where none was found",
-    "cannot_stop": "the arm could not come to rest behind the goal; `max_velocity` could be stopped, null: with the "
-    "final acceleration asked for none",
+    "cannot_stop": "the arm could not come to rest behind the goal; `max_velocity` could be stopped, null "
+    "where none was found for the final acceleration asked for",
     "solver_failed": "the quadratic program was not solved, for numerical reasons",
     "late": "the motion would have had to start already",
     "superseded": "planned before something else was accepted, cancelled or reset",

@@ -20,7 +20,7 @@ def stolen() -> dict[int, int]:
 
 
 def stolen_share() -> float | None:
-    """Return the share of all cores' time since the system's start that was withheld; None where nobody tells."""
+    """Return the share of all cores' time since the start that was withheld; None where the kernel does not tell."""
     times = spent(_counts()).values()
     total = sum(map(sum, times))
     return sum(core[_STEAL] for core in times) / total if total else None

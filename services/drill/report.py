@@ -123,7 +123,7 @@ def _line(scenario: Scenario, row: dict[str, Any] | None) -> str:
         taken = {r["reaction"]: r["measured"] for r in row["reactions"] if r["measured"] is not None}
         outcome = judge(scenario, taken, row["seconds"], row["broken"])
         told = "<br>".join(f"{r.bound.reaction}: {number(r.measured, r.bound.unit)}" for r in outcome.reactions)
-        again = "".join(f"<br>tried again: {try_before}" for try_before in row["before"])
+        again = "".join(f"<br>tried again: {try_before}" for try_before in row.get("before", ()))
         measured, held = (outcome.broken or told) + again, "held" if outcome.held else "**fell short**"
     return f"| `{scenario.name}`: {scenario.fault} | {measured} | {bounds} | {held} |"
 

@@ -3,12 +3,15 @@
 import time
 from dataclasses import replace
 
-from protocol.errors import NoAnswer, Refusal
+from protocol.errors import Refusal
 from services.drill.cell import Broken
 from services.drill.lab import Lab
 from services.drill.report import shortfall
 from services.drill.scenario import Measured, Outcome, Scenario, judge
 from services.drill.witness import LONG, milliseconds
+
+BRAKED = "fault", "late"
+"""Codes with which goals are refused that came to an arm that has braked, or too late."""
 
 TRIES = 3
 """A host that withholds cores in each of them is no machine to drill on."""
@@ -18,8 +21,8 @@ def carry_out(scenario: Scenario, lab: Lab) -> Outcome:
     """Cause the fault and measure the reaction; what breaks the scenario off is told in the outcome.
 
     Where nothing fell short but what a core's absence may move, and the host of this machine did withhold one meanwhile
-    for so long that an arm may have to brake, the scenario is carried out again. The outcome tells of the tries before.
-    Nothing else is tried again.
+    for so long that an arm may have to brake, the scenario is carried out again: also where it broke off, since the arm
+    did not do what was waited for. The outcome tells of the tries before. Nothing else is tried again.
     """
     before: list[str] = []
     while True:
@@ -32,7 +35,7 @@ def carry_out(scenario: Scenario, lab: Lab) -> Outcome:
 
 
 def _carry_out_once(scenario: Scenario, lab: Lab) -> tuple[Outcome, bool]:
-    """The outcome, and whether it may be the doing of a host that withholds cores."""
+    """The outcome, and whether it may be the doing of a host that withholds cores: never where no bound is timed."""
     began = time.monotonic()
     measured: Measured = {}
     error = None
@@ -43,6 +46,8 @@ def _carry_out_once(scenario: Scenario, lab: Lab) -> tuple[Outcome, bool]:
         lab.end_shared()
     broken = f"{type(error).__name__}: {error}" if error else ""
     outcome = judge(scenario, measured, time.monotonic() - began, broken)
-    short = [reaction.bound for reaction in outcome.reactions if not reaction.held]
-    timed = isinstance(error, Broken | Refusal | NoAnswer) if error else all(bound.timed for bound in short)
-    return outcome, scenario.clock == "realtime" and not outcome.held and timed
+    if outcome.held or scenario.clock == "stepped" or not any(bound.timed for bound in scenario.bounds):
+        return outcome, False
+    if error:
+        return outcome, isinstance(error, Broken) or (isinstance(error, Refusal) and error.code in BRAKED)
+    return outcome, all(reaction.held or reaction.bound.timed for reaction in outcome.reactions)

@@ -2,7 +2,6 @@
 
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Self
 
@@ -24,8 +23,7 @@ class Witness:
         self._stolen = stolen
         self._clock = clock
         self._last = stolen()
-        self._recent: list[tuple[float, int, int]] = []
-        self._most: list[tuple[float, int]] = []
+        self._rises: list[tuple[float, int, int]] = []
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="witness", daemon=True)
@@ -42,22 +40,20 @@ class Witness:
         """Note what has been withheld of each core since the last look; return the time, s."""
         with self._lock:
             now, seen = self._clock(), self._stolen()
-            rises = {core: steps - self._last.get(core, steps) for core, steps in seen.items()}
+            rises = ((core, steps - self._last.get(core, steps)) for core, steps in seen.items())
+            self._rises += [(now, core, steps) for core, steps in rises if steps > 0]
             self._last = seen
-            if not any(rises.values()):
-                return now
-            self._recent = [rise for rise in self._recent if rise[0] > now - WINDOW_S]
-            self._recent += [(now, core, steps) for core, steps in rises.items()]
-            at_once: Counter[int] = Counter()
-            for _, core, steps in self._recent:
-                at_once[core] += steps
-            self._most.append((now, max(at_once.values())))
             return now
 
     def withheld(self, since: float) -> int:
         """Return the most that was withheld of one core within two looks after the time `since`, in steps."""
         self.look()
-        return max((steps for at, steps in self._most if at > since), default=0)
+        most, recent = 0, []
+        for at, core, steps in self._rises:
+            if at > since:
+                recent = [*(rise for rise in recent if rise[0] > at - WINDOW_S), (at, core, steps)]
+                most = max(most, sum(rise[2] for rise in recent if rise[1] == core))
+        return most
 
     def _watch(self) -> None:
         while not self._closed.wait(PERIOD_S):

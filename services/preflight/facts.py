@@ -24,7 +24,7 @@ class Fact:
     """One line of the table. `good` is None where the machine does not say; `advice` is empty where nothing is amiss.
 
     `needed`: without it the machine is not fit for an arm, however well the sample went. `timing`: it bears on ticks.
-    `braking`: where it is amiss, an arm brakes now and then.
+    `braking`: where it is amiss, an arm may brake now and then.
     """
 
     name: str
@@ -76,7 +76,7 @@ def host(share: float | None) -> Fact:
     """Judge the share of the cores' time that the host of a virtual machine has withheld."""
     if share is None:
         return Fact("host", "not told", None)
-    found = f"has withheld {share:.3%} of the time" if share >= FAIR else "withholds nothing"
+    found = f"has withheld {share:.3%} of the time" if share >= FAIR else f"less than {FAIR:.3%} withheld"
     advice = "a machine that is not virtual, or cores that its host keeps for it alone"
     return Fact("host", found, share < FAIR, advice, braking=True)
 

@@ -60,6 +60,6 @@ def promise(sample: Sample, facts: Sequence[Fact]) -> tuple[bool, str]:
     if sample.late or amiss:
         reasons = [f"{sample.late} ticks later than {QUARTER_US:.0f} µs"] * bool(sample.late) + amiss
         braking = any(fact.good is False and fact.braking for fact in facts)
-        what = "a moment without a core, in which the arm brakes" if braking else "a late tick, which the arm rides out"
+        what = "a core withheld, for which the arm may brake" if braking else "a late tick, which the arm rides out"
         return True, f"1 kHz with now and then {what}: {worst}; see to {', '.join(reasons)}"
     return True, f"1 kHz under load: {worst}, and nothing is amiss; the drill's soak is the longer proof"

@@ -88,7 +88,7 @@ def test_objective_lies_between_the_true_and_the_demanded_optimum(seed: int) -> 
 
 def check_objective(found: Solution, grid: Grid, problem: Problem) -> None:
     """Between the optima at the true limits and at the demanded ones: inside by the band, and by what the solution says
-    beside a peak between samples that rises above a tapered band."""
+    beside a peak between samples that rises above the limit."""
     band = problem.band.copy()
     for row, further in found.further.items():
         side, quantity, sample = np.unravel_index(row, (2, 4, len(grid.s)))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from protocol.errors import Refusal
 from protocol.messages import Clock
 from services.drill.cell import Broken
 from services.drill.lab import Lab
@@ -72,6 +73,15 @@ def test_what_was_before_does_not_count(host: Host, witness: Witness):
     assert witness.withheld(100.0) == 10
 
 
+def test_a_piece_across_the_time_asked_for_counts_from_there(host: Host, witness: Witness):
+    """Its first part was another try's."""
+    host.withhold(core=0, steps=1)
+    between = witness.look()
+    host.withhold(core=0, steps=1)
+    assert witness.withheld(between) == 1
+    assert witness.withheld(100.0) == 2
+
+
 def test_a_core_that_comes_and_goes_steals_nothing(host: Host, witness: Witness):
     """Its count since the start of the system is not news."""
     host.withhold(core=2, steps=1000)
@@ -86,7 +96,7 @@ def test_it_looks_by_itself_while_entered(host: Host):
     with Witness(host.stolen) as witness:
         began = witness.look()
         host.withhold(core=0, steps=6)
-        assert eventually(lambda: witness._most)
+        assert eventually(lambda: witness._rises)
         assert witness.withheld(began) == 6
         assert witness.withheld(time.monotonic()) == 0
 
@@ -133,8 +143,10 @@ def test_what_the_host_has_done_is_carried_out_again(lab: Lab, host: Host):
         (LONG, "realtime", {"late ticks": 7, "jumps": 1}, 1),
         (LONG, "realtime", {"late ticks": 0, "jumps": 0}, 1),
         (LONG, "realtime", KeyError("a defect"), 1),
+        (LONG, "realtime", Refusal("bad_message", "a defect", field=""), 1),
+        (LONG, "realtime", Refusal("fault", "the arm has braked", fault=""), TRIES),
     ],
-    ids=["to no end", "a moment", "stepped", "a jump", "held", "a defect"],
+    ids=["to no end", "a moment", "stepped", "a jump", "held", "a defect", "a refusal", "a fault"],
 )
 def test_nothing_else_is(lab: Lab, host: Host, steps: int, clock: Clock, measured: Measured | Exception, expected: int):
     """Only what a core's absence may move, in real time, where one was absent for long; and not for ever."""
@@ -152,6 +164,16 @@ def test_nothing_else_is(lab: Lab, host: Host, steps: int, clock: Clock, measure
     assert tries == expected
     assert len(outcome.before) == expected - 1
     assert outcome.held == (measured == {"late ticks": 0, "jumps": 0})
+
+
+def test_a_row_without_a_timed_bound_is_final(lab: Lab, host: Host):
+    """However it ends: the soak counts what the host does by itself."""
+
+    def run(_: Lab) -> Measured:
+        host.withhold(core=0, steps=50)
+        raise Broken("waited in vain")
+
+    assert carry_out(Scenario("nothing", "nothing happens", "realtime", (JUMPS,), run), lab).before == ()
 
 
 def test_what_was_withheld_before_excuses_nothing(lab: Lab, host: Host):

@@ -194,6 +194,7 @@ def test_null_is_free(primitive: Primitive):
             },
         ),
         (CannotStop(0, 3.5), "cannot_stop", {"joint": "joint_1", "max_velocity": 3.5}),
+        (CannotStop(0, None), "cannot_stop", {"joint": "joint_1", "max_velocity": None}),
         (SolverFailed(5, "MAX_ITER"), "solver_failed", {"joint": "joint_6", "status": "MAX_ITER"}),
         (InvalidMotion("goal.velocities", "has to be finite"), "invalid_goal", {"field": "velocities"}),
     ],
