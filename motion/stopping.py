@@ -78,15 +78,20 @@ def _stoppable(
 
 
 def _largest(holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """The largest values (J,) in [low, high] at which a predicate that turns false once still holds; −inf where it does
-    not even hold at `low`. The predicate takes (n, J)."""
+    """The largest values (J,) in [low, high] at which a predicate holds; −inf where it does at none of those tried.
+
+    The predicate takes (n, J) and holds on one interval: what lies between two of the values tried first is not found.
+    """
     left, right = low, high
-    somewhere, everywhere = holds(np.stack([low, high]))
+    everywhere = holds(high[None])[0]
+    somewhere = np.zeros(len(low), dtype=bool)
+    joints = np.arange(len(low))
     for _ in range(_ROUNDS):
         points = left + (right - left) * np.linspace(0, 1, TRIED)[:, None]
         points[0] = left
-        last = np.maximum(np.logical_and.accumulate(holds(points), axis=0).sum(axis=0) - 1, 0)
-        joints = np.arange(len(low))
+        works = holds(points)
+        somewhere |= works.any(axis=0)
+        last = TRIED - 1 - works[::-1].argmax(axis=0)
         left, right = points[last, joints], points[np.minimum(last + 1, TRIED - 1), joints]
     return np.where(everywhere, high, np.where(somewhere, left, -np.inf))
 
@@ -103,16 +108,10 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
     def stoppable(speeds: np.ndarray) -> np.ndarray:
         chosen = np.full(speeds.size, joint)
         many = Limits(*(x[chosen] for x in (limits.positions, limits.velocities, limits.accelerations, limits.jerks)))
-        end = Boundary(goal.positions[chosen], sign * speeds, goal.accelerations[chosen])
+        end = Boundary(goal.positions[chosen], sign * speeds.ravel(), goal.accelerations[chosen])
         each = MotionRequest(end, end, request.duration, many, rest_fraction=request.rest_fraction)
         low, high = _stoppable(end.positions, end.velocities, arriving(each), many)
-        return low <= high
+        return (low <= high).reshape(speeds.shape)
 
-    low, high = 0.0, abs(goal.velocities[joint])
-    for _ in range(_ROUNDS):
-        speeds = np.linspace(low, high, TRIED)
-        works = stoppable(speeds).nonzero()[0]
-        if not works.size:
-            return None
-        low, high = speeds[works[-1]], speeds[min(works[-1] + 1, TRIED - 1)]
-    return sign * float(low) * (1 - 1e-6)
+    largest = float(_largest(stoppable, np.zeros(1), np.abs(goal.velocities[[joint]]))[0])
+    return sign * largest * (1 - 1e-6) if np.isfinite(largest) else None

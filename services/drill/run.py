@@ -8,7 +8,8 @@ from services.drill.cell import Broken
 from services.drill.lab import Lab
 from services.drill.report import shortfall
 from services.drill.scenario import Measured, Outcome, Scenario, judge
-from services.drill.witness import LONG, milliseconds
+from services.drill.witness import LONG
+from services.host import STEP_S
 
 BRAKED = "fault", "late"
 """Codes with which goals are refused that came to an arm that has braked, or too late."""
@@ -30,7 +31,7 @@ def carry_out(scenario: Scenario, lab: Lab) -> Outcome:
         outcome, excusable = _carry_out_once(scenario, lab)
         if not excusable or len(before) + 1 == TRIES or (steps := lab.witness.withheld(began)) < LONG:
             return replace(outcome, before=tuple(before))
-        before.append(f"the host withheld a core for {milliseconds(steps):.0f} ms; {shortfall(outcome)}")
+        before.append(f"the host withheld a core for {1e3 * STEP_S * steps:.0f} ms; {shortfall(outcome)}")
         lab.say(f"once more: {before[-1]}")
 
 

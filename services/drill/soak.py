@@ -26,8 +26,7 @@ def soak(lab: Lab) -> Measured:
     with lab.cell(Plan(clock="realtime")) as cell:
         cell.recover()
         began, first = time.monotonic(), cell.state()
-        goals = crooked = 0
-        codes: Counter[str] = Counter()
+        goals = taken = crooked = 0
         faults: Counter[bool] = Counter()
         settled: dict[str, float] = {}
         while (passed := time.monotonic() - began) < seconds:
@@ -36,7 +35,7 @@ def soak(lab: Lab) -> Measured:
             lab.say(f"{passed:.0f} of {seconds:.0f} s, {goals} goals")
             aim = [0.2 if goals % 2 else -0.2, *cell.home[1:]]
             code = code_of(lambda aim=aim: cell.goal(positions=aim, duration=0.6))
-            codes[code] += 1
+            taken += code == "taken"
             goals += 1
             if code == "fault":
                 faults[lab.witness.withheld(time.monotonic() - LOOK_BACK_S) >= LONG] += 1
@@ -48,7 +47,7 @@ def soak(lab: Lab) -> Measured:
         after, status = cell.memory(), cell.status()
     return {
         "goals": goals,
-        "goals refused": goals - codes["taken"] - faults[True],
+        "goals refused": goals - taken - faults[True],
         "faults": faults[False],
         "faults as the host withheld a core": faults[True],
         **{f"memory of the {name} grows by": after[name] - settled[name] for name in ARM},

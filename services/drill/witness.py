@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Self
 
-from services.host import STEP_S, stolen
+from services.host import stolen
 
 PERIOD_S = 0.05
 WINDOW_S = 1.5 * PERIOD_S
@@ -58,8 +58,3 @@ class Witness:
     def _watch(self) -> None:
         while not self._closed.wait(PERIOD_S):
             self.look()
-
-
-def milliseconds(steps: int) -> float:
-    """Return what a count of the kernel's steps stands for."""
-    return 1e3 * STEP_S * steps

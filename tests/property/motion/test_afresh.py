@@ -1,9 +1,7 @@
 """The duration-free problem against the same goal built afresh in seconds, at its own duration (design 1.1, 1.3)."""
 
-from ctypes import c_int
 from dataclasses import replace
 
-import daqp
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -17,6 +15,7 @@ from motion.plan import Plan, plan
 from motion.primitive import Primitive
 from motion.problem import BAND
 from motion.request import MotionRequest
+from tests.property.motion.independent import nearest_to_zero
 from tests.property.motion.random_goals import in_other_time, make_primitive, random_request
 
 seeds = st.integers(0, 2**32 - 1)
@@ -91,8 +90,8 @@ class Afresh:
         """
         scaled = self.curves[2] * np.sqrt(self.simpson)[:, None]
         factor = np.linalg.cholesky(scaled.T @ scaled)
-        rows, targets = self.fixed()
-        full, r = np.linalg.qr(np.linalg.solve(factor, rows.T), mode="complete")
+        fixed, targets = self.fixed()
+        full, r = np.linalg.qr(np.linalg.solve(factor, fixed.T), mode="complete")
         span, null = full[:, : len(targets)], full[:, len(targets) :]
         towards = np.linalg.solve(factor, self.curves[2].T @ (self.simpson * self.wanted))
         nearest = towards + span @ (np.linalg.solve(r[: len(targets)].T, targets) - span.T @ towards)
@@ -104,25 +103,16 @@ class Afresh:
         instants = self.curves[:, ::8] @ back
         values = instants[..., 0] + self.start[:, ::8]
         lower, upper = (ranges.T + np.array([[1], [-1]]) * inside * half)[:, :, None] - values
-        u = nearest_to_zero(instants[..., 1:].reshape(-1, null.shape[1]), lower.ravel(), upper.ravel())
+        rows = instants[..., 1:].reshape(-1, null.shape[1])
+        norms = np.linalg.norm(rows, axis=1)
+        # What is fixed has no room: its rows say nothing of the weights that are left.
+        free = norms > 1e-7 * norms.reshape(4, -1).max(axis=1).repeat(INTERVALS + 1)
+        u = nearest_to_zero(rows[free], lower.ravel()[free], upper.ravel()[free])
         return None if u is None else back @ np.append(1.0, u)
 
     def weights_of(self, planned: Plan) -> np.ndarray:
         """A plan's weights, which are those of g″(s)."""
         return planned.weights[0] / self.request.duration**2
-
-
-def nearest_to_zero(matrix: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray | None:
-    """DAQP's smallest u with lower ≤ matrix·u ≤ upper; None where there is none."""
-    norms = np.linalg.norm(matrix, axis=1)
-    # What is fixed has no room: its rows say nothing of the weights that are left.
-    free = norms > 1e-7 * norms.reshape(4, -1).max(axis=1).repeat(INTERVALS + 1)
-    matrix, lower, upper = (np.ascontiguousarray(part[free].T / norms[free]).T for part in (matrix, lower, upper))
-    size, sense = matrix.shape[1], np.zeros(len(matrix), dtype=c_int)
-    program = np.eye(size), np.zeros(size), np.ascontiguousarray(matrix), upper, lower, sense
-    u, _, flag, _ = daqp.solve(*program, primal_tol=1e-9)
-    assume(flag in (1, -1))  # neither cycling nor out of iterations
-    return u if flag == 1 else None
 
 
 def _at(t: np.ndarray, values: np.ndarray, when: float) -> np.ndarray:

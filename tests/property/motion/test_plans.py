@@ -1,9 +1,7 @@
 """Plans on random goals, held against an independent solver on the full problem and against fine sampling."""
 
-from ctypes import c_int
 from dataclasses import replace
 
-import daqp
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -18,6 +16,7 @@ from motion.problem import Problem, build
 from motion.request import MotionRequest
 from motion.solver import Clash, Solution, solve
 from motion.stopping import final_accelerations
+from tests.property.motion.independent import nearest_to_zero
 from tests.property.motion.random_goals import in_other_time, make_primitive, random_request, together
 
 seeds = st.integers(0, 2**32 - 1)
@@ -41,14 +40,9 @@ def full_optimum(grid: Grid, problem: Problem, demanded: bool) -> tuple[np.ndarr
     # What the equalities decide alone is no row, as in the planner (design 1.5).
     keep = norms > 1e-9 * np.repeat(grid.norms, len(grid.s))
     keep &= np.isfinite(lower) | np.isfinite(upper)
-    high, low = np.minimum(upper[keep] / norms[keep], 1e29), np.maximum(lower[keep] / norms[keep], -1e29)
-    matrix = np.ascontiguousarray(rows[keep] / norms[keep, None])
-    sense = np.zeros(len(high), dtype=c_int)
-    size = null.shape[1]
     # The origin is the nearest motion that meets the equalities, so the cost is |u|² and a constant.
-    u, _, flag, _ = daqp.solve(np.eye(size), np.zeros(size), matrix, high, low, sense, primal_tol=1e-9)
-    assume(flag in (1, -1))  # neither cycling nor out of iterations
-    if flag == -1:
+    u = nearest_to_zero(rows[keep], lower[keep], upper[keep])
+    if u is None:
         return None, np.inf
     z = origin[:-2] + null @ u
     return z, objective(problem, z)

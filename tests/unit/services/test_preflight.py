@@ -72,12 +72,7 @@ def test_samples():
         (with_one(300.0), GOOD, True, "1 ticks later than 250 µs"),
         (PUNCTUAL, [*GOOD, Fact("governor", "powersave", False)], True, "see to governor"),
         (PUNCTUAL, [*GOOD, Fact("governor", "not told", None)], True, "1 kHz under load"),
-        (
-            PUNCTUAL,
-            [*GOOD, facts.host(0.0004)],
-            True,
-            "now and then a core withheld",
-        ),
+        (PUNCTUAL, [*GOOD, facts.host(0.0004)], True, "now and then a core withheld"),
         (PUNCTUAL, [*GOOD, facts.receive_buffer(212992)], True, "1 kHz under load"),
         (PUNCTUAL, [Fact("scheduler", "no", False, needed=True)], False, "scheduler was refused"),
         (with_one(1500.0), GOOD, False, "not 1 kHz: the worst of 1001 ticks came 1500 µs late"),
