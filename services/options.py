@@ -33,6 +33,8 @@ class Options:
         listen: Endpoints on which this service hosts the bus.
         zenoh_config: Further Zenoh settings, a json5 file.
         insecure: Let machines in that show no certificate; whoever reaches the bus can move the arm.
+        loop_core: Core that sim and controller share and the other services leave to them; by default the last one,
+            unless the process was given only some of the machine's. Each arm of a machine needs a core of its own.
         log: What services log on stderr: text for a terminal, json for one object a line.
     """
 
@@ -42,6 +44,7 @@ class Options:
     listen: tuple[str, ...] = ()
     zenoh_config: Path | None = None
     insecure: bool = False
+    loop_core: int | None = None
     log: LogForm = "text"
 
 

@@ -53,6 +53,43 @@ def end_like_ctrl_c() -> None:
     signal.signal(signal.SIGTERM, interrupt)
 
 
+def share_loop_core(wanted: int | None) -> list[str]:
+    """Keep this process to the core on which sim and controller take turns; return what was not obtained, as sentences.
+
+    One core is enough for two that wait for each other, and a message that stays on its core wakes nobody up on
+    another. Holds for threads made later, so call this before the Zenoh session is opened. `wanted` as in `Options`.
+    """
+    core = loop_core(wanted)
+    if core is None:
+        return []
+    try:
+        os.sched_setaffinity(0, {core})
+    except (OSError, ValueError, OverflowError) as error:
+        return [f"core {core}: {error}"]
+    return []
+
+
+def leave_loop_core(wanted: int | None) -> None:
+    """Keep this process off the core that sim and controller share, unless it has no other.
+
+    Their threads are awake several times a millisecond: beside them a plan takes twice as long.
+    """
+    others = os.sched_getaffinity(0) - {loop_core(wanted)}
+    if others:
+        os.sched_setaffinity(0, others)
+
+
+def loop_core(wanted: int | None) -> int | None:
+    """Return the core that sim and controller share, or None where each runs wherever it may.
+
+    That is so where a process may use only some of the machine's cores: somebody has chosen them already.
+    """
+    usable = os.sched_getaffinity(0)
+    if wanted is not None or len(usable) < (os.cpu_count() or 1):
+        return wanted
+    return max(usable) if len(usable) > 1 else None
+
+
 def become_real_time(priority: int) -> list[str]:
     """Ask for what a 1 kHz loop needs and return what was not obtained, as sentences; never fail for want of it.
 

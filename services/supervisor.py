@@ -42,6 +42,8 @@ def _command_line(
         line += ["--robot", options.robot]
     if options.zenoh_config:
         line += ["--zenoh-config", str(options.zenoh_config)]
+    if options.loop_core is not None:
+        line += ["--loop-core", str(options.loop_core)]
     if options.insecure:
         line.append("--insecure")
     for name in process.flags:

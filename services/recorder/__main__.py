@@ -34,6 +34,7 @@ def main() -> None:
     flags = tyro.cli(Flags)
     log = start_logging("recorder", flags.common.log)
     stopping = runtime.stop_on_signals()
+    runtime.leave_loop_core(flags.common.loop_core)
     runtime.become_polite()
     config = load_robot(flags.common.robot_config)
     with service_bus("recorder", flags.common, config.name, stopping, log, patience=RECORDER) as bus:

@@ -29,9 +29,11 @@ def main() -> None:
     log = start_logging("sim", flags.common.log)
     stopping = runtime.stop_on_signals()
     config = load_robot(flags.common.robot_config)
+    missing = runtime.share_loop_core(flags.common.loop_core)
     if flags.own.clock == "realtime":
-        for missing in runtime.become_real_time(priority=50):
-            log.warning("without %s: ticks may come late", missing)
+        missing += runtime.become_real_time(priority=50)
+    for sentence in missing:
+        log.warning("without %s: ticks may come late", sentence)
     with service_bus("sim", flags.common, config.name, stopping, log, hosts=True) as bus:
         loop = SimLoop(bus, config, flags.own.clock, flags.own.seed, log)
         loop.open()

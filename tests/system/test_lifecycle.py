@@ -1,6 +1,8 @@
 """Processes that come late, leave early, come twice, die and return."""
 
 import math
+import os
+import re
 import signal
 import subprocess
 import sys
@@ -18,6 +20,7 @@ from protocol.errors import NoAnswer, Refusal
 from protocol.sessions import open_session
 from services.demo.strikes import goal
 from services.options import Options, free_endpoint
+from services.runtime import loop_core
 from services.supervisor import Supervisor, command_lines
 
 HOME = ROBOT.home.tolist()
@@ -65,6 +68,21 @@ def test_sigterm_ends_each_service_in_order(tmp_path: Path):
         process.terminate()
         process.communicate()
         assert process.returncode == 0, name
+
+
+@pytest.mark.skipif(loop_core(None) is None, reason="there is one core, or only some were given to this process")
+def test_sim_and_controller_share_a_core(tmp_path: Path):
+    """With the threads of Zenoh, which run several times a tick, and nothing of the planner's does."""
+    core = loop_core(None)
+    with running(tmp_path) as stack:
+        for name, process in stack.services.running.items():
+            tasks = Path(f"/proc/{process.pid}/task").iterdir()
+            names = {int(task.name): (task / "comm").read_text() for task in tasks}
+            of_zenoh = [thread for thread, comm in names.items() if re.fullmatch(r"(rx|tx|net|app)-\d+\n", comm)]
+            assert of_zenoh
+            for thread in (process.pid, *of_zenoh):
+                cores = os.sched_getaffinity(thread)
+                assert core not in cores if name == "planner" else cores == {core}, name
 
 
 @pytest.fixture(scope="module")

@@ -18,9 +18,10 @@ def hub() -> str:
 
 def test_flags_without_a_prefix():
     """As every service and `python -m services` take them."""
-    line = "--robot left --robot-config a.toml --connect tcp/h:1 tcp/h:2 --zenoh-config z.json5 --log json"
-    options = tyro.cli(Options, args=line.split())
-    assert options == Options("left", Path("a.toml"), ("tcp/h:1", "tcp/h:2"), (), Path("z.json5"), log="json")
+    line = "--robot left --robot-config a.toml --connect tcp/h:1 tcp/h:2 --zenoh-config z.json5 --loop-core 3"
+    options = tyro.cli(Options, args=[*line.split(), "--log", "json"])
+    places = Path("a.toml"), ("tcp/h:1", "tcp/h:2"), (), Path("z.json5")
+    assert options == Options("left", *places, loop_core=3, log="json")
 
 
 def test_the_shipped_robot_is_the_default():

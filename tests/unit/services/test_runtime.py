@@ -1,5 +1,6 @@
 """What a process asks of the operating system."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -83,6 +84,61 @@ def test_a_stall_is_counted(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(runtime.time, "monotonic_ns", lambda: 501_000_000)
     deadlines.wait()
     assert (deadlines.stalls, deadlines.lag_ns, deadlines.next_ns) == (1, 500_000_000, 501_000_000)
+
+
+CORES = """
+import os, sys, threading
+from services import runtime
+given, wanted = eval(sys.argv[1])
+if given:
+    os.sched_setaffinity(0, given)
+before = os.sched_getaffinity(0)
+runtime.leave_loop_core(wanted)
+left = os.sched_getaffinity(0)
+os.sched_setaffinity(0, before)
+missing = runtime.share_loop_core(wanted)
+thread = threading.Thread(target=lambda: print((before, left, os.sched_getaffinity(0), missing)))
+thread.start()
+thread.join()
+"""
+
+
+def cores(given: set[int] | None = None, wanted: int | None = None) -> tuple[set[int], set[int], set[int], list[str]]:
+    """Of a process that may use the cores `given`: those, those left to it beside the loops, those of a loop's later
+    threads, and what it did not obtain."""
+    line = [sys.executable, "-c", CORES, repr((given, wanted))]
+    return eval(subprocess.run(line, stdout=subprocess.PIPE, text=True, check=True).stdout)
+
+
+def test_loops_share_the_last_core_and_the_rest_leaves_it():
+    """Of all that there are."""
+    usable, left, shared, missing = cores()
+    if len(usable) == os.cpu_count() and len(usable) > 1:
+        assert (left, shared, missing) == (usable - {max(usable)}, {max(usable)}, [])
+    else:
+        assert (left, shared, missing) == (usable, usable, [])
+
+
+def test_cores_that_somebody_chose_are_kept():
+    """By taskset, or by a unit's CPUAffinity."""
+    first = min(os.sched_getaffinity(0))
+    assert cores(given={first}) == ({first}, {first}, {first}, [])
+
+
+def test_a_core_that_is_asked_for_is_the_loops():
+    """Though others were chosen; the only core of a process that is no loop is left to it."""
+    usable = os.sched_getaffinity(0)
+    first, last = min(usable), max(usable)
+    assert cores(wanted=first) == (usable, usable - {first} or usable, {first}, [])
+    assert cores(given={first}, wanted=last) == ({first}, {first}, {last}, [])
+
+
+@pytest.mark.parametrize("core", [-1, 1 << 12, 1 << 40])
+def test_a_core_that_is_not_there(core: int):
+    """The loop runs wherever it may, and says so."""
+    usable, left, shared, (sentence,) = cores(wanted=core)
+    assert usable == left == shared
+    assert sentence.startswith(f"core {core}: ")
 
 
 def test_a_second_sigterm_does_not_interrupt_the_ending():

@@ -54,9 +54,10 @@ def test_on_an_existing_bus_all_connect():
 def test_flags_go_to_whom_they_belong(tmp_path: Path):
     """None and False leave a flag out, True is the flag alone, a path is a word."""
     flags = {"clock": "stepped", "seed": 0, "library": tmp_path, "lead": None, "live": True, "record": None}
-    lines = command_lines(Options("left", tmp_path / "a.toml", (), (), tmp_path / "z.json5"), flags)
+    lines = command_lines(Options("left", tmp_path / "a.toml", (), (), tmp_path / "z.json5", loop_core=0), flags)
     for line in lines.values():
         assert after(line, "--robot") == "left"
+        assert after(line, "--loop-core") == "0"
         assert after(line, "--robot-config") == str(tmp_path / "a.toml")
         assert after(line, "--zenoh-config") == str(tmp_path / "z.json5")
     assert (after(lines["sim"], "--clock"), after(lines["sim"], "--seed")) == ("stepped", "0")
