@@ -122,9 +122,9 @@ class Bus:
             self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
         )
 
-    def stream(self, topic: Publication) -> Stream:
-        """Queue the samples of a topic for a loop that answers each at once."""
-        stream = Stream()
+    def stream(self, topic: Publication, stream: Stream | None = None) -> Stream:
+        """Queue the samples of a topic, in `stream` if it is given, for a loop that answers each at once."""
+        stream = stream or Stream()
         self._keep(self.session.declare_subscriber(self.key(topic.key), stream.callback))
         return stream
 

@@ -1,6 +1,7 @@
 """Queues between Zenoh's threads and the loop that owns a process's state."""
 
 import time
+from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import Generic, TypeVar
 
@@ -12,17 +13,23 @@ Item = TypeVar("Item")
 
 
 class Inbox(Generic[Item]):
-    """A bounded queue between Zenoh's threads and the loop that owns the state."""
+    """A bounded queue between Zenoh's threads and the loop that owns the state.
 
-    def __init__(self, length: int = QUEUE_LENGTH) -> None:
+    `wake` is called after an item has come into an empty queue, for a loop that waits for something else.
+    """
+
+    def __init__(self, length: int = QUEUE_LENGTH, wake: Callable[[], object] | None = None) -> None:
         self._queue: SimpleQueue[Item] = SimpleQueue()
         self._length = length
+        self._wake = wake
 
     def offer(self, item: Item) -> bool:
         """Append `item`, or return False where the queue is full."""
         if self._queue.qsize() >= self._length:
             return False
         self._queue.put(item)
+        if self._wake is not None and self._queue.qsize() == 1:
+            self._wake()
         return True
 
     def take(self, timeout: float | None = 0.0) -> Item | None:
@@ -43,21 +50,28 @@ class Stream:
     """
 
     def __init__(self, length: int = QUEUE_LENGTH) -> None:
-        self._queue: SimpleQueue[zenoh.Sample] = SimpleQueue()
+        self._queue: SimpleQueue[zenoh.Sample | None] = SimpleQueue()
         self._length = length
         self.callback = zenoh.handlers.Callback(self._queue.put, indirect=False)
 
+    def wake(self) -> None:
+        """Let a `take` that waits return at once."""
+        self._queue.put(None)
+
     def take(self, timeout: float = 0.0) -> bytes | None:
-        """Return the oldest body, after waiting up to `timeout` s for one, or None."""
+        """Return the oldest body, after waiting up to `timeout` s for one, or None, also where `wake` was called."""
         if timeout <= 0.0 and self._queue.empty():
             return None
         try:
             while self._queue.qsize() > self._length:
                 self._queue.get_nowait()
-            payload = self._queue.get(block=timeout > 0.0, timeout=timeout).payload
-            return payload.to_bytes() if len(payload) <= SMALL else b""  # too large to be copied in a tick, and refused
+            sample = self._queue.get(block=timeout > 0.0, timeout=timeout)
         except Empty:
             return None
+        if sample is None:
+            return None
+        payload = sample.payload
+        return payload.to_bytes() if len(payload) <= SMALL else b""  # too large to be copied in a tick, and refused
 
 
 class Collector:

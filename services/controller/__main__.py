@@ -25,7 +25,7 @@ def main() -> None:
     log = start_logging("controller", flags.common.log)
     stopping = runtime.stop_on_signals()
     config = load_robot(flags.common.robot_config)
-    for missing in runtime.share_loop_core(flags.common.loop_core) + runtime.become_real_time(priority=40):
+    for missing in runtime.share_loop_core(flags.common.loop_core) + runtime.become_real_time(priority=50):
         log.warning("without %s: ticks may come late", missing)
     with service_bus("controller", flags.common, config.name, stopping, log) as bus:
         loop = ControllerLoop(bus, config, log)

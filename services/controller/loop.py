@@ -12,7 +12,7 @@ from protocol import topics
 from protocol.bus import Asking, Bus
 from protocol.codec import decode
 from protocol.errors import Refusal
-from protocol.queues import Inbox
+from protocol.queues import Inbox, Stream
 from protocol.topics import QUEUE_LENGTH
 from services.controller.checks import Checked, check_trajectory
 from services.controller.core import Controller
@@ -38,10 +38,12 @@ class ControllerLoop:
         self._config = config
         self._log = log
         self._core = Controller(config)
-        self._urgent: Inbox[Asking] = Inbox()
-        self._requests: Inbox[Asking] = Inbox()
+        self._states = Stream()
+        self._urgent: Inbox[Asking] = Inbox(wake=self._states.wake)
+        self._requests: Inbox[Asking] = Inbox(wake=self._states.wake)
         self._trajectories: Inbox[Asking] = Inbox()
-        self._checked: Inbox[tuple[Asking, Checked]] = Inbox()
+        self._checked: Inbox[tuple[Asking, Checked]] = Inbox(wake=self._states.wake)
+        self._attended = False
         self._sightings: Inbox[tuple[str, bool]] = Inbox(MAX_SIGHTINGS)
         self._sightings_lost = threading.Event()
         self._arm_seen = threading.Event()
@@ -66,7 +68,7 @@ class ControllerLoop:
 
     def open(self) -> None:
         """Declare everything on the bus; the arm introduces itself as soon as it is there."""
-        self._states = self._bus.stream(topics.STATE)
+        self._bus.stream(topics.STATE, self._states)
         for query in topics.QUERIES:
             if query.owner == "controller" and query.key in self._handlers:
                 self._bus.serve(query, self._requests if query.reads else self._urgent)
@@ -100,7 +102,10 @@ class ControllerLoop:
     # --- the three verbs ------------------------------------------------------------------------------
 
     def _receive(self) -> list[bytes]:
-        """Return the states that wait (in stepped time the next one), after waiting for one until 1 ms is over."""
+        """Return the states that wait (in stepped time the next one), after waiting for one until 1 ms is over.
+
+        Sooner, and none, where a request comes meanwhile.
+        """
         left_ns = self._wait_ends_ns - time.perf_counter_ns()
         taken = self._states.take(max(0, left_ns) * 1e-9)
         waiting = [taken] if taken is not None else []
@@ -116,12 +121,14 @@ class ControllerLoop:
             if command is not None:
                 self._commands.put(command)
                 self._silent_waits, self._wait_ends_ns = 0, began_ns + WAIT_NS
+                self._attended = False
                 self._core.cycle.note_response(time.perf_counter_ns() - began_ns)
                 return
         if began_ns < self._wait_ends_ns:
             return
         self._wait_ends_ns = max(self._wait_ends_ns + WAIT_NS, began_ns)  # a stall of the machine is one wait
         self._silent_waits += 1
+        self._attended = False
         if self._silent_waits == self._config.silence_ticks and self._clock == "realtime" and self._core.awake:
             self._log.error("the arm fell silent; any motion is aborted")
             self._core.raise_fault(f"no state for {self._silent_waits} waits of 1 ms")
@@ -136,16 +143,23 @@ class ControllerLoop:
             return None
 
     def _attend(self) -> None:
-        """Apply at most one of each kind of event and one request, a stop before a motion before a question."""
+        """Apply at most one of each kind of event, and one request a tick, a stop before a motion before a question."""
         self._look_at_arm()
         self._look_at_clients()
+        if not self._attended:
+            self._attended = self._apply_request()
+        self._tell()
+
+    def _apply_request(self) -> bool:
         if (asking := self._urgent.take()) is not None:
             self._handle(asking)
         elif (checked := self._checked.take()) is not None:
             self._execute(*checked)
         elif (asking := self._requests.take()) is not None:
             self._handle(asking)
-        self._tell()
+        else:
+            return False
+        return True
 
     def _tell(self) -> None:
         for result in self._core.ledger.take_ended():

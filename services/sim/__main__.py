@@ -31,7 +31,7 @@ def main() -> None:
     config = load_robot(flags.common.robot_config)
     missing = runtime.share_loop_core(flags.common.loop_core)
     if flags.own.clock == "realtime":
-        missing += runtime.become_real_time(priority=50)
+        missing += runtime.become_real_time(priority=40)
     for sentence in missing:
         log.warning("without %s: ticks may come late", sentence)
     with service_bus("sim", flags.common, config.name, stopping, log, hosts=True) as bus:

@@ -17,7 +17,7 @@ from services.supervisor import PATIENCE_S
 DIRECTORY = Path(deploy.__file__).parent / "systemd"
 PYTHON = "/opt/volley/.venv/bin/python"
 NAMES = [process.name for process in PROCESSES]
-REAL_TIME = {"sim": 50, "controller": 40}
+REAL_TIME = {"sim": 40, "controller": 50}
 """The priorities for which these two ask."""
 
 EACH = pytest.mark.parametrize("process", PROCESSES, ids=NAMES)

@@ -11,6 +11,27 @@ def test_inbox_is_bounded_and_in_order():
     assert [inbox.take(), inbox.take(0.001), inbox.take(), inbox.take(0.001)] == [1, 2, None, None]
 
 
+def test_an_inbox_wakes_a_loop_that_waits_for_something_else():
+    """Once for what comes into it while it is empty: a flood wakes nobody up again and again."""
+    woken: list[str] = []
+    inbox = Inbox[int](length=2, wake=lambda: woken.append("up"))
+    assert [inbox.offer(item) for item in (1, 2, 3)] == [True, True, False]
+    assert woken == ["up"]
+    assert (inbox.take(), inbox.take()) == (1, 2)
+    inbox.offer(4)
+    assert woken == ["up", "up"]
+
+
+def test_a_stream_that_is_woken_returns_nothing_and_loses_nothing():
+    stream = Stream()
+    with open_session(listen=[free_endpoint()]) as session:
+        subscriber = session.declare_subscriber("numbers", stream.callback)
+        stream.wake()
+        session.put("numbers", b"1")
+        subscriber.undeclare()
+    assert [stream.take(60.0), stream.take(60.0), stream.take()] == [None, b"1", None]
+
+
 def test_stream_drops_the_oldest():
     stream = Stream(length=2)
     with open_session(listen=[free_endpoint()]) as session:

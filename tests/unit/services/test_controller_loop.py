@@ -1,6 +1,8 @@
 """The controller's loop amid noise on the stream of states."""
 
 import logging
+import threading
+import time
 from typing import Any
 
 import pytest
@@ -122,7 +124,8 @@ def test_a_stop_is_attended_to_before_what_only_reads(desk: Desk):
         (desk.loop._urgent, topics.CANCEL, m.Cancel()),
     ):
         assert inbox.offer(Question(topic, request, answered))  # type: ignore[arg-type]
-    for _ in range(3):
+    for tick in range(3):
+        desk.loop._answer([state(tick)])
         desk.loop._attend()
     assert answered == ["cancel", "result", "status"]
 
@@ -138,8 +141,38 @@ def test_one_request_a_tick(desk: Desk):
     assert desk.loop._urgent.offer(stop)  # type: ignore[arg-type]
     desk.loop._core.execute = lambda *_: m.Accepted(goal_id="g", start_time=0.0)  # type: ignore[method-assign]
     for count, key in enumerate(("cancel", "execute", "status"), 1):
-        desk.loop._attend()
-        assert (len(answered), answered[-1]) == (count, key)
+        desk.loop._answer([state(count)])
+        for _ in range(3):
+            desk.loop._attend()
+            assert (len(answered), answered[-1]) == (count, key)
+
+
+def test_requests_are_attended_to_while_the_arm_is_silent(desk: Desk):
+    """One in every millisecond without a state, however often the loop is woken within it."""
+    answered: list[str] = []
+    for goal_id in "ab":
+        assert desk.loop._requests.offer(Question(topics.RESULT, m.ResultRequest(goal_id=goal_id), answered))  # type: ignore[arg-type]
+    for expected in (1, 2):
+        desk.loop._wait_ends_ns = 0  # a millisecond is over
+        desk.loop._answer([])
+        for _ in range(3):
+            desk.loop._wait_ends_ns = 1 << 62
+            desk.loop._answer([])
+            desk.loop._attend()
+            assert len(answered) == expected
+
+
+@pytest.mark.parametrize("inbox", ["_urgent", "_requests", "_checked"])
+def test_a_request_does_not_wait_for_the_next_state(desk: Desk, inbox: str):
+    """It ends the wait for one, and only that: states behind it are still there."""
+    desk.loop._wait_ends_ns = time.perf_counter_ns() + 10 * 1_000_000_000
+    asker = threading.Timer(0.05, lambda: getattr(desk.loop, inbox).offer(None))
+    asker.start()
+    began = time.monotonic()
+    assert desk.loop._receive() == []
+    assert time.monotonic() - began < 5.0
+    assert getattr(desk.loop, inbox).take() is None
+    asker.join()
 
 
 def see(desk: Desk, client: str, alive: bool = True) -> None:
