@@ -54,41 +54,28 @@ def end_like_ctrl_c() -> None:
     signal.signal(signal.SIGTERM, interrupt)
 
 
-def share_loop_core(wanted: int | None) -> list[str]:
-    """Keep this process to the core on which sim and controller take turns; return what was not obtained, as sentences.
+def split_cores(loop_core: int | None) -> tuple[set[int], set[int]]:
+    """Return the cores of the loops of sim and controller, and those of everything else.
 
-    One core is enough for two that wait for each other, and a message that stays on its core wakes nobody up on
-    another. Holds for threads made later, so call this before the Zenoh session is opened. `wanted` as in `Options`.
-    """
-    core = loop_core(wanted)
-    if core is None:
-        return []
-    try:
-        os.sched_setaffinity(0, {core})
-    except (OSError, ValueError, OverflowError) as error:
-        return [f"core {core}: {error}"]
-    return []
-
-
-def leave_loop_core(wanted: int | None) -> None:
-    """Keep this process off the core that sim and controller share, unless it has no other.
-
-    Their threads are awake several times a millisecond: beside them a plan takes twice as long.
-    """
-    others = os.sched_getaffinity(0) - {loop_core(wanted)}
-    if others:
-        os.sched_setaffinity(0, others)
-
-
-def loop_core(wanted: int | None) -> int | None:
-    """Return the core that sim and controller share, or None where each runs wherever it may.
-
-    That is so where a process may use only some of the machine's cores: somebody has chosen them already.
+    The loops take turns, so they share one core, `loop_core` or by default the last: a message that stays there wakes
+    nobody up on another, and a plan elsewhere is not interrupted several times a tick and takes half as long. A process
+    that may use only some of the machine's cores, since somebody has chosen them, uses those for both.
     """
     usable = os.sched_getaffinity(0)
-    if wanted is not None or len(usable) < (os.cpu_count() or 1):
-        return wanted
-    return max(usable) if len(usable) > 1 else None
+    if loop_core is None:
+        if len(usable) == 1 or len(usable) < (os.cpu_count() or 1):
+            return usable, usable
+        loop_core = max(usable)
+    return {loop_core}, usable - {loop_core} or usable
+
+
+def keep_to(cores: set[int]) -> list[str]:
+    """Keep this thread, and those that it makes from now on, to `cores`; return what was not obtained, as sentences."""
+    try:
+        os.sched_setaffinity(0, cores)
+    except (OSError, ValueError, OverflowError) as error:
+        return [f"core {', '.join(map(str, sorted(cores)))}: {error}"]
+    return []
 
 
 def become_real_time(priority: int) -> list[str]:

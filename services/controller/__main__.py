@@ -25,11 +25,14 @@ def main() -> None:
     log = start_logging("controller", flags.common.log)
     stopping = runtime.stop_on_signals()
     config = load_robot(flags.common.robot_config)
-    for missing in runtime.share_loop_core(flags.common.loop_core) + runtime.become_real_time(priority=50):
+    loops, others = runtime.split_cores(flags.common.loop_core)
+    for missing in runtime.keep_to(loops) + runtime.become_real_time(priority=50):
         log.warning("without %s: ticks may come late", missing)
     with service_bus("controller", flags.common, config.name, stopping, log) as bus:
         loop = ControllerLoop(bus, config, log)
+        runtime.keep_to(others)  # what `open` starts: threads that take requests and check trajectories
         loop.open()
+        runtime.keep_to(loops)
         runtime.freeze_garbage()
         try:
             loop.run(stopping)

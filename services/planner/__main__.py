@@ -44,7 +44,8 @@ def main() -> None:
     flags = tyro.cli(Flags)
     log = start_logging("planner", flags.common.log)
     stopping = runtime.stop_on_signals()
-    runtime.leave_loop_core(flags.common.loop_core)
+    _, others = runtime.split_cores(flags.common.loop_core)
+    runtime.keep_to(others)
     config = load_robot(flags.common.robot_config)
     library = Library(flags.own.library, log)
     if library.is_new:

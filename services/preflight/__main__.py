@@ -29,7 +29,8 @@ def main() -> int:
     """Ask for what the loops ask for, read the facts, run the loop, print."""
     flags = tyro.cli(Flags)
     facts = read_facts(runtime.become_real_time(priority=50))
-    runtime.share_loop_core(None)
+    loops, _ = runtime.split_cores(None)
+    runtime.keep_to(loops)
     runtime.freeze_garbage()
     sample = measure(flags.seconds)
     fit, sentence = promise(sample, facts)

@@ -34,7 +34,8 @@ def main() -> None:
     flags = tyro.cli(Flags)
     log = start_logging("recorder", flags.common.log)
     stopping = runtime.stop_on_signals()
-    runtime.leave_loop_core(flags.common.loop_core)
+    _, others = runtime.split_cores(flags.common.loop_core)
+    runtime.keep_to(others)
     runtime.become_polite()
     config = load_robot(flags.common.robot_config)
     with service_bus("recorder", flags.common, config.name, stopping, log, patience=RECORDER) as bus:

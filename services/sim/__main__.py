@@ -29,14 +29,17 @@ def main() -> None:
     log = start_logging("sim", flags.common.log)
     stopping = runtime.stop_on_signals()
     config = load_robot(flags.common.robot_config)
-    missing = runtime.share_loop_core(flags.common.loop_core)
+    loops, others = runtime.split_cores(flags.common.loop_core)
+    missing = runtime.keep_to(loops)
     if flags.own.clock == "realtime":
         missing += runtime.become_real_time(priority=40)
     for sentence in missing:
         log.warning("without %s: ticks may come late", sentence)
     with service_bus("sim", flags.common, config.name, stopping, log, hosts=True) as bus:
         loop = SimLoop(bus, config, flags.own.clock, flags.own.seed, log)
+        runtime.keep_to(others)  # what `open` starts: threads that take requests
         loop.open()
+        runtime.keep_to(loops)
         log.info("robot %s, %s clock", bus.robot, flags.own.clock)
         runtime.freeze_garbage()
         try:

@@ -20,7 +20,7 @@ from protocol.errors import NoAnswer, Refusal
 from protocol.sessions import open_session
 from services.demo.strikes import goal
 from services.options import Options, free_endpoint
-from services.runtime import loop_core
+from services.runtime import split_cores
 from services.supervisor import Supervisor, command_lines
 
 HOME = ROBOT.home.tolist()
@@ -70,19 +70,23 @@ def test_sigterm_ends_each_service_in_order(tmp_path: Path):
         assert process.returncode == 0, name
 
 
-@pytest.mark.skipif(loop_core(None) is None, reason="there is one core, or only some were given to this process")
+LOOPS, OTHERS = split_cores(None)
+
+
+@pytest.mark.skipif(LOOPS == OTHERS, reason="there is one core, or only some were given to this process")
 def test_sim_and_controller_share_a_core(tmp_path: Path):
-    """With the threads of Zenoh, which run several times a tick, and nothing of the planner's does."""
-    core = loop_core(None)
+    """With the threads of Zenoh, which run several times a tick; the planner has no part in it, nor have the threads
+    that take requests."""
     with running(tmp_path) as stack:
         for name, process in stack.services.running.items():
-            tasks = Path(f"/proc/{process.pid}/task").iterdir()
-            names = {int(task.name): (task / "comm").read_text() for task in tasks}
-            of_zenoh = [thread for thread, comm in names.items() if re.fullmatch(r"(rx|tx|net|app)-\d+\n", comm)]
+            tasks = list(Path(f"/proc/{process.pid}/task").iterdir())
+            names = {int(task.name): (task / "comm").read_text().strip() for task in tasks}
+            of_zenoh = [thread for thread, comm in names.items() if re.fullmatch(r"(rx|tx|net|app)-\d+", comm)]
             assert of_zenoh
             for thread in (process.pid, *of_zenoh):
-                cores = os.sched_getaffinity(thread)
-                assert core not in cores if name == "planner" else cores == {core}, name
+                assert os.sched_getaffinity(thread) == (OTHERS if name == "planner" else LOOPS), (name, names[thread])
+            python = [thread for thread, comm in names.items() if comm.startswith("python") and thread != process.pid]
+            assert OTHERS in [os.sched_getaffinity(thread) for thread in python], name
 
 
 @pytest.fixture(scope="module")

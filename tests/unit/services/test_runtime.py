@@ -89,55 +89,55 @@ def test_a_stall_is_counted(monkeypatch: pytest.MonkeyPatch):
 CORES = """
 import os, sys, threading
 from services import runtime
-given, wanted = eval(sys.argv[1])
+given, loop_core = eval(sys.argv[1])
 if given:
     os.sched_setaffinity(0, given)
-before = os.sched_getaffinity(0)
-runtime.leave_loop_core(wanted)
-left = os.sched_getaffinity(0)
-os.sched_setaffinity(0, before)
-missing = runtime.share_loop_core(wanted)
-thread = threading.Thread(target=lambda: print((before, left, os.sched_getaffinity(0), missing)))
+usable = os.sched_getaffinity(0)
+loops, others = runtime.split_cores(loop_core)
+missing = runtime.keep_to(loops)
+thread = threading.Thread(target=lambda: print((usable, loops, others, os.sched_getaffinity(0), missing)))
 thread.start()
 thread.join()
 """
+Cores = set[int]
 
 
-def cores(given: set[int] | None = None, wanted: int | None = None) -> tuple[set[int], set[int], set[int], list[str]]:
-    """Of a process that may use the cores `given`: those, those left to it beside the loops, those of a loop's later
+def cores(given: Cores | None = None, loop_core: int | None = None) -> tuple[Cores, Cores, Cores, Cores, list[str]]:
+    """Of a process that may use the cores `given`: those, the loops', everybody else's, those of a loop's later
     threads, and what it did not obtain."""
-    line = [sys.executable, "-c", CORES, repr((given, wanted))]
+    line = [sys.executable, "-c", CORES, repr((given, loop_core))]
     return eval(subprocess.run(line, stdout=subprocess.PIPE, text=True, check=True).stdout)
 
 
 def test_loops_share_the_last_core_and_the_rest_leaves_it():
     """Of all that there are."""
-    usable, left, shared, missing = cores()
+    usable, loops, others, kept, missing = cores()
+    assert (kept, missing) == (loops, [])
     if len(usable) == os.cpu_count() and len(usable) > 1:
-        assert (left, shared, missing) == (usable - {max(usable)}, {max(usable)}, [])
+        assert (loops, others) == ({max(usable)}, usable - {max(usable)})
     else:
-        assert (left, shared, missing) == (usable, usable, [])
+        assert loops == others == usable
 
 
 def test_cores_that_somebody_chose_are_kept():
     """By taskset, or by a unit's CPUAffinity."""
     first = min(os.sched_getaffinity(0))
-    assert cores(given={first}) == ({first}, {first}, {first}, [])
+    assert cores(given={first}) == ({first}, {first}, {first}, {first}, [])
 
 
 def test_a_core_that_is_asked_for_is_the_loops():
-    """Though others were chosen; the only core of a process that is no loop is left to it."""
+    """Though others were chosen; what has no other core keeps it."""
     usable = os.sched_getaffinity(0)
     first, last = min(usable), max(usable)
-    assert cores(wanted=first) == (usable, usable - {first} or usable, {first}, [])
-    assert cores(given={first}, wanted=last) == ({first}, {first}, {last}, [])
+    assert cores(loop_core=first) == (usable, {first}, usable - {first} or usable, {first}, [])
+    assert cores(given={first}, loop_core=last) == ({first}, {last}, {first}, {last}, [])
 
 
 @pytest.mark.parametrize("core", [-1, 1 << 12, 1 << 40])
 def test_a_core_that_is_not_there(core: int):
     """The loop runs wherever it may, and says so."""
-    usable, left, shared, (sentence,) = cores(wanted=core)
-    assert usable == left == shared
+    usable, _, others, kept, (sentence,) = cores(loop_core=core)
+    assert usable == others == kept
     assert sentence.startswith(f"core {core}: ")
 
 
