@@ -58,8 +58,8 @@ def split_cores(loop_core: int | None) -> tuple[set[int], set[int]]:
     """Return the cores of the loops of sim and controller, and those of everything else.
 
     The loops take turns, so they share one core, `loop_core` or by default the last: a message that stays there wakes
-    nobody up on another, and a plan elsewhere is not interrupted several times a tick and takes half as long. A process
-    that may use only some of the machine's cores, since somebody has chosen them, uses those for both.
+    nobody up on another, and a plan elsewhere is not interrupted several times a tick. A process that may use only some
+    of the machine's cores, since somebody has chosen them, uses those for both.
     """
     usable = os.sched_getaffinity(0)
     if loop_core is None:
