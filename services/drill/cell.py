@@ -172,14 +172,6 @@ class Cell:
             self.services.running[name].wait()
         return sent
 
-    def wait_for_mid_tick(self) -> None:
-        """Return about half a tick after a state was published in real time, the mean of when a fault may come."""
-        published = self.listen(topics.STATE)
-        while not published.empty():
-            published.get()
-        published.get(timeout=PATIENCE_S)
-        time.sleep(0.3 * self.config.tick)
-
     def restart(self, name: str) -> None:
         """Start a process anew; who stopped it, and did not end it, has to."""
         self.services.start(name)

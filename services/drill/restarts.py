@@ -24,7 +24,6 @@ def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = Fa
         if noise:
             meanwhile.enter_context(noisy(cell, (topics.STATE, topics.STATUS)))
         reply = cell.under_way()
-        cell.wait_for_mid_tick()
         at = cell.signal("sim", number)
         time.sleep(1.5)
         controller = cell.said_at("controller", CONTROLLER_SAYS, at)
