@@ -122,11 +122,9 @@ class Bus:
             self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
         )
 
-    def stream(self, topic: Publication, stream: Stream | None = None) -> Stream:
-        """Queue the samples of a topic, in `stream` if it is given, for a loop that answers each at once."""
-        stream = stream or Stream()
+    def stream(self, topic: Publication, stream: Stream) -> None:
+        """Queue the samples of a topic in `stream`, for a loop that answers each at once."""
         self._keep(self.session.declare_subscriber(self.key(topic.key), stream.callback))
-        return stream
 
     def collect(self, topic: Publication, length: int) -> Collector:
         """Collect the samples of a topic, at most `length`, to be taken in batches; a publisher never waits for it."""

@@ -15,7 +15,7 @@ from protocol import topics
 from protocol.bus import Asking, Bus
 from protocol.codec import bad_message, decode
 from protocol.errors import Refusal
-from protocol.queues import Inbox
+from protocol.queues import Inbox, Stream
 from services.logs import Seldom
 from services.robot import RobotConfig
 from services.runtime import Deadlines
@@ -56,6 +56,7 @@ class SimLoop:
         self._arm = SimulatedArm(config, seed)
         self._drive = Drive(config)
         self._loss = Loss(config.rate_hz)
+        self._commands = Stream()
         self._requests: Inbox[Asking] = Inbox()
         self._debt: Debt | None = None
         self._acting: list[m.ActiveDisturbance] = []
@@ -72,7 +73,7 @@ class SimLoop:
 
     def open(self) -> None:
         """Declare everything on the bus and publish tick 0."""
-        self._commands = self._bus.stream(topics.COMMAND)
+        self._bus.stream(topics.COMMAND, self._commands)
         for query in topics.QUERIES:
             if query.owner == "sim":
                 self._bus.serve(query, self._requests)

@@ -13,7 +13,7 @@ from protocol import messages as m
 from protocol.bus import Asking, Bus
 from protocol.codec import ENCODING, encode
 from protocol.errors import NoAnswer, Refusal
-from protocol.queues import Inbox
+from protocol.queues import Inbox, Stream
 from protocol.sessions import open_session
 from protocol.topics import CANCEL, CONTACT, PRIMITIVES, QUEUE_LENGTH, STATE, STATUS_QUERY, alive_key
 from tests.golden.examples import EXAMPLES, STATUS
@@ -184,7 +184,8 @@ def test_ask_later_hands_the_body_over(hub, client, inbox):
 
 @pytest.mark.parametrize(("topic", "message"), [(STATE, EXAMPLES["State"]), (CONTACT, EXAMPLES["Contact"])])
 def test_publications_arrive(hub, client, topic, message):
-    stream = client.stream(topic)
+    stream = Stream()
+    client.stream(topic, stream)
     publisher = hub.publisher(topic, blocking=True)
     received = []
 

@@ -164,7 +164,7 @@ def test_requests_are_attended_to_while_the_arm_is_silent(desk: Desk):
 
 @pytest.mark.parametrize("inbox", ["_urgent", "_requests", "_checked"])
 def test_a_request_does_not_wait_for_the_next_state(desk: Desk, inbox: str):
-    """It ends the wait for one, and only that: states behind it are still there."""
+    """It ends the wait for one, and stays where it is until it is attended to."""
     desk.loop._wait_ends_ns = time.perf_counter_ns() + 10 * 1_000_000_000
     asker = threading.Timer(0.05, lambda: getattr(desk.loop, inbox).offer(None))
     asker.start()
