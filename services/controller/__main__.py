@@ -32,7 +32,7 @@ def main() -> None:
         loop = ControllerLoop(bus, config, log)
         runtime.keep_to(others)  # what `open` starts: threads that take requests and check trajectories
         loop.open()
-        runtime.keep_to(loops | others)  # a sim that is killed holds up its core for milliseconds while it ends
+        runtime.keep_to(loops)
         runtime.freeze_garbage()
         try:
             loop.run(stopping)

@@ -19,7 +19,12 @@ from services.controller.core import Controller
 from services.logs import Seldom
 from services.robot import RobotConfig
 
-WAIT_NS = 1_000_000
+FIRST_WAIT = 1.2
+"""In ticks; more than one, so that the next state ends the wait and not the clock."""
+WAIT = 0.96
+"""In ticks, all later ones: less than one, so that 20 end within 20 ticks of the last state, even if it was late."""
+STALL_NS = 5_000_000
+"""Of a time in which the loop did not run, so much counts: a sim that is killed holds its core up for 2 to 4 ms."""
 STATUS_PERIOD_NS = 20_000_000
 FAREWELL_S = 3.0
 MAX_SIGHTINGS = 256
@@ -51,6 +56,7 @@ class ControllerLoop:
         self._refusals = Seldom(log)
         self._floods = Seldom(log)
         self._fault_told: str | None = None
+        self._first_wait_ns, self._wait_ns = (round(ticks * config.tick * 1e9) for ticks in (FIRST_WAIT, WAIT))
         self._silent_waits = 0
         self._wait_ends_ns = 0
         self._clock: m.Clock | None = None
@@ -93,7 +99,8 @@ class ControllerLoop:
         with contextlib.suppress(Refusal):
             self._core.cancel(m.Cancel())
         deadline = time.monotonic() + FAREWELL_S
-        while not self._core.resting and self._silent_waits < 20 and time.monotonic() < deadline:
+        silence = self._config.silence_ticks
+        while not self._core.resting and self._silent_waits < silence and time.monotonic() < deadline:
             self._answer(self._receive())
             self._tell()
         self._closed.set()
@@ -102,7 +109,7 @@ class ControllerLoop:
     # --- the three verbs ------------------------------------------------------------------------------
 
     def _receive(self) -> list[bytes]:
-        """Return the states that wait (in stepped time the next one), after waiting for one until 1 ms is over.
+        """Return the states that wait (in stepped time the next one), after waiting for one for about a tick.
 
         Sooner, and none, where a request comes meanwhile.
         """
@@ -120,18 +127,18 @@ class ControllerLoop:
             command = self._command(data)
             if command is not None:
                 self._commands.put(command)
-                self._silent_waits, self._wait_ends_ns = 0, began_ns + WAIT_NS
+                self._silent_waits, self._wait_ends_ns = 0, began_ns + self._first_wait_ns
                 self._attended = False
                 self._core.cycle.note_response(time.perf_counter_ns() - began_ns)
                 return
         if began_ns < self._wait_ends_ns:
             return
-        self._wait_ends_ns = max(self._wait_ends_ns + WAIT_NS, began_ns)  # a stall of the machine is one wait
+        self._wait_ends_ns = max(self._wait_ends_ns + self._wait_ns, began_ns - STALL_NS)
         self._silent_waits += 1
         self._attended = False
         if self._silent_waits == self._config.silence_ticks and self._clock == "realtime" and self._core.awake:
             self._log.error("the arm fell silent; any motion is aborted")
-            self._core.raise_fault(f"no state for {self._silent_waits} waits of 1 ms")
+            self._core.raise_fault(f"no state for {self._silent_waits} ticks")
 
     def _command(self, data: bytes) -> m.Command | None:
         """Return the command that answers a state, or None where it is old, doubled or malformed."""

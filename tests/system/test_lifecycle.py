@@ -76,7 +76,7 @@ LOOPS, OTHERS = split_cores(None)
 @pytest.mark.skipif(LOOPS == OTHERS, reason="there is one core, or only some were given to this process")
 def test_sim_and_controller_share_a_core(tmp_path: Path):
     """With the threads of Zenoh, which run several times a tick; the planner has no part in it, nor have the threads
-    that take requests. The controller's loop may leave it when it is held up."""
+    that take requests."""
     with running(tmp_path) as stack:
         for name, process in stack.services.running.items():
             tasks = list(Path(f"/proc/{process.pid}/task").iterdir())
@@ -84,8 +84,7 @@ def test_sim_and_controller_share_a_core(tmp_path: Path):
             of_zenoh = [thread for thread, comm in names.items() if re.fullmatch(r"(rx|tx|net|app)-\d+", comm)]
             assert of_zenoh
             for thread in (process.pid, *of_zenoh):
-                everywhere = name == "controller" and thread == process.pid
-                kept = LOOPS | OTHERS if everywhere else OTHERS if name == "planner" else LOOPS
+                kept = OTHERS if name == "planner" else LOOPS
                 assert os.sched_getaffinity(thread) == kept, (name, names[thread])
             python = [thread for thread, comm in names.items() if comm.startswith("python") and thread != process.pid]
             assert OTHERS in [os.sched_getaffinity(thread) for thread in python], name

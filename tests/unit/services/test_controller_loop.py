@@ -1,5 +1,6 @@
 """The controller's loop amid noise on the stream of states."""
 
+import dataclasses
 import logging
 import threading
 import time
@@ -11,7 +12,7 @@ from protocol import messages as m
 from protocol import topics
 from protocol.codec import encode
 from services.controller.loop import MAX_SIGHTINGS, ControllerLoop
-from services.robot import load_robot
+from services.robot import RobotConfig, load_robot
 
 CONFIG = load_robot()
 NOISE = b"\xc1" * 100
@@ -31,9 +32,9 @@ class Publisher:
 class Desk:
     """A loop in real time, and the commands it publishes."""
 
-    def __init__(self) -> None:
+    def __init__(self, config: RobotConfig = CONFIG) -> None:
         self.commands: list[m.Command] = []
-        self.loop = ControllerLoop(self, CONFIG, logging.getLogger("controller"))  # type: ignore[arg-type]
+        self.loop = ControllerLoop(self, config, logging.getLogger("controller"))  # type: ignore[arg-type]
         self.loop._clock = "realtime"
 
     def publisher(self, topic: Any, blocking: bool = False) -> Publisher:
@@ -78,11 +79,11 @@ def test_noise_behind_a_state_does_not_take_its_place(desk: Desk):
 
 
 def test_noise_is_no_sign_of_life(desk: Desk):
-    """However much of it comes, every millisecond without a state is a silent wait, and the twentieth a fault."""
+    """However much of it comes, every wait without a state is a silent one, and the twentieth a fault."""
     desk.loop._answer([state(5)])
     assert desk.loop._silent_waits == 0
     for wait in range(1, CONFIG.silence_ticks + 1):
-        desk.loop._wait_ends_ns = 0  # a millisecond is over
+        desk.loop._wait_ends_ns = 0  # the wait is over
         desk.loop._answer([NOISE, NOISE])
         assert desk.loop._silent_waits == wait
         assert (desk.loop._core.fault is None) == (wait < CONFIG.silence_ticks)
@@ -90,7 +91,43 @@ def test_noise_is_no_sign_of_life(desk: Desk):
     assert desk.loop._silent_waits == 0
 
 
-def test_within_the_millisecond_nothing_is_counted(desk: Desk):
+class Watch:
+    """A clock for the loop, which goes on by itself from the end of one wait to that of the next."""
+
+    def __init__(self, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now_ns = 10**9
+        self._loop = desk.loop
+        monkeypatch.setattr("services.controller.loop.time.perf_counter_ns", lambda: self.now_ns)
+
+    def silence_ms(self, held_up_ms: float = 0.0) -> float:
+        """Return the time from a state to the fault, `held_up_ms` of which the loop did not run."""
+        self._loop._answer([state(5)])
+        began_ns = self.now_ns
+        self.now_ns += int(held_up_ms * 1e6)
+        while self._loop._core.fault is None:
+            self.now_ns = max(self.now_ns, self._loop._wait_ends_ns)
+            self._loop._answer([])
+        return (self.now_ns - began_ns) / 1e6
+
+
+@pytest.mark.parametrize("held_up_ms", [0.0, 0.5, 1.0, 2.5, 4.0, 5.0])
+def test_silence_is_told_within_its_ticks(desk: Desk, monkeypatch: pytest.MonkeyPatch, held_up_ms: float):
+    """Half a millisecond is left to tell it, even where a sim that dies holds up the core."""
+    assert CONFIG.silence_ticks - 1.0 < Watch(desk, monkeypatch).silence_ms(held_up_ms) <= CONFIG.silence_ticks - 0.5
+
+
+def test_silence_is_counted_in_the_ticks_of_the_arm(monkeypatch: pytest.MonkeyPatch):
+    slow = Desk(dataclasses.replace(CONFIG, rate_hz=100.0))
+    assert 10.0 * (CONFIG.silence_ticks - 1) < Watch(slow, monkeypatch).silence_ms() <= 10.0 * CONFIG.silence_ticks
+
+
+def test_a_stall_of_the_machine_is_no_silence(desk: Desk, monkeypatch: pytest.MonkeyPatch):
+    """The arm stood still as well: of the stall counts only what a dying sim takes, 5 ms and the wait it fell in."""
+    stall_ms = 100.0
+    assert Watch(desk, monkeypatch).silence_ms(stall_ms) > stall_ms + CONFIG.silence_ticks - 8.0
+
+
+def test_within_a_wait_nothing_is_counted(desk: Desk):
     """A wait that noise cut short is waited on."""
     desk.loop._answer([state(5)])
     desk.loop._wait_ends_ns = 1 << 62
@@ -148,12 +185,12 @@ def test_one_request_a_tick(desk: Desk):
 
 
 def test_requests_are_attended_to_while_the_arm_is_silent(desk: Desk):
-    """One in every millisecond without a state, however often the loop is woken within it."""
+    """One in every wait without a state, however often the loop is woken within it."""
     answered: list[str] = []
     for goal_id in "ab":
         assert desk.loop._requests.offer(Question(topics.RESULT, m.ResultRequest(goal_id=goal_id), answered))  # type: ignore[arg-type]
     for expected in (1, 2):
-        desk.loop._wait_ends_ns = 0  # a millisecond is over
+        desk.loop._wait_ends_ns = 0  # the wait is over
         desk.loop._answer([])
         for _ in range(3):
             desk.loop._wait_ends_ns = 1 << 62
