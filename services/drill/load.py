@@ -48,10 +48,10 @@ def answered_since(first: m.Status, cell: Cell) -> float:
 
 
 class Flood:
-    """Sends requests without waiting, at most `in_flight` unanswered, and counts the answers by code."""
+    """Sends requests without waiting, at most `in_flight` unanswered, and keeps the codes of the answers."""
 
     def __init__(self, session: zenoh.Session, key: str, in_flight: int = IN_FLIGHT) -> None:
-        self.answers: Counter[str] = Counter()
+        self.codes: list[str] = []  # not a Counter: each answer comes in a thread of its own
         self.sent = 0
         self._session = session
         self._key = key
@@ -72,10 +72,10 @@ class Flood:
 
     def _hear(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:
-            self.answers["taken"] += 1
+            self.codes.append("taken")
         elif reply.err is not None:
             body = msgpack.unpackb(reply.err.payload.to_bytes())
-            self.answers[body["code"] if isinstance(body, dict) else "silent"] += 1
+            self.codes.append(body["code"] if isinstance(body, dict) else "silent")
 
 
 def flood_goals(endpoint: str, robot: str, home: list[float], seconds: float) -> tuple[int, Counter[str]]:
@@ -87,7 +87,7 @@ def flood_goals(endpoint: str, robot: str, home: list[float], seconds: float) ->
         while time.monotonic() < ends:
             flood.send(goals[flood.sent % 2])
         flood.wait()
-    return flood.sent, flood.answers
+    return flood.sent, Counter(flood.codes)
 
 
 def goals_from_four(lab: Lab) -> Measured:
@@ -128,7 +128,7 @@ def flood_queries(endpoint: str, robot: str, goal_id: str, count: int) -> Counte
         for _ in range(count):
             flood.send(body)
         flood.wait()
-    return flood.answers
+    return Counter(flood.codes)
 
 
 def queries_at_once(lab: Lab) -> Measured:
