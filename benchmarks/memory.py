@@ -71,7 +71,7 @@ def on_the_wire(goals: int, seed: int) -> dict[str, object]:
     return {"goals": goals, "resident_kB": kilobytes}
 
 
-def main(goals: int = 100_000, asked: int = 3000, seed: int = 3) -> None:
+def main(goals: int = 100_000, asked: int = 100_000, seed: int = 3) -> None:
     """Plan and ask this many, and print and save what was resident along the way."""
     found = {"here": here(goals, seed), "on the wire": on_the_wire(asked, seed)}
     for name, row in found.items():

@@ -111,7 +111,7 @@ class Result(Message, kw_only=True):
 
 
 class Lateness(Struct, kw_only=True):
-    """From the arrival of a state to the departure of its command.
+    """From a state in the loop's hand to the departure of its command, of the last 1000 answers.
 
     Attributes:
         p50: median, µs
@@ -131,7 +131,7 @@ class Cycle(Struct, kw_only=True):
         count: states answered
         missed: ticks never seen or answered too late
         on_time_ratio: share of the ticks answered in time
-        late_us: the time an answer took
+        late_us: the time that the last 1000 answers took
         refused: states that were old, doubled or malformed, in all runs
     """
 

@@ -49,8 +49,8 @@ class Goal(Request, kw_only=True):
             zero where it is
         duration: from the start, rounded up to a tick; without it and `arrival_time` as long as the demonstration
         arrival_time: on the robot's clock, to the nearest tick; not together with `duration`
-        goal_id: names the motion in everything that follows, null: made by the planner; the same one with the same body
-            answers as the first did and moves nothing, with another body it is `duplicate`
+        goal_id: names the motion in everything that follows, 1 to 128 characters, null: made by the planner; the same
+            one with the same body answers as the first did and moves nothing, with another body it is `duplicate`
         client_id: whose goal it is, at most 128 characters
         lease: the client holds the liveliness token `alive/client/CLIENT_ID`, its loss cancels the motion, and until
             the end other clients' goals get `not_holder`
@@ -60,7 +60,8 @@ class Goal(Request, kw_only=True):
         rest_fraction: final part of the duration with exactly zero acceleration, 0 ≤ ρ < 1; `accelerations` must then
             be null or 0
         tail: after the goal: stop inside the limits, or coast on with the final velocity (only with `plan_only`)
-        method: the quadratic program, or the movement primitive that it is compared with
+        method: the quadratic program, or the movement primitive that it is compared with: no certificate, its limits
+            looked at on its samples; no way-points, `rest_fraction`, `accelerations` or `start.accelerations`
         plan_only: reply without moving
         include_trajectory: reply with the samples
         preempt: take the place of a motion that runs; false: `busy` while there is one

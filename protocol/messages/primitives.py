@@ -23,8 +23,8 @@ class Learn(Request, kw_only=True):
     """Learn a primitive from a demonstration.
 
     Attributes:
-        name: of the primitive
-        positions: an array of samples, each an array of joints; or a matrix, with `joint_count`
+        name: of the primitive, 1 to 64 letters, digits, - or _, the first a letter or digit
+        positions: 10 to 100,000 samples, each an array of at most 64 joints; or a matrix, with `joint_count`
         joint_count: columns of the matrix
         rate: samples per second; this or `times`
         times: of the samples, s, rising

@@ -50,7 +50,7 @@ class GoalFlags:
         plan_only: Plan, and move nothing.
         no_preempt: Be refused instead of taking the place of a motion that runs.
         wait: Follow the motion to its end and print the result.
-        save: Write the planned trajectory to this .msgpack file, for `execute`.
+        save: Write the planned trajectory to this .msgpack file; with --plan-only it is for `execute`.
     """
 
     primitive: Positional[str]

@@ -13,7 +13,9 @@ from services.client.shell import Shared, UsageError, reach
 
 
 def execute(file: Positional[Path], *, lead: float | None = None, wait: bool = False, shell: Shared) -> int:
-    """Play a trajectory from a .msgpack file, as `goal --save` writes it.
+    """Play a trajectory from a .msgpack file, as `goal --plan-only --save` writes it.
+
+    The arm has to be where it begins, and in real time --lead has to move it into the future.
 
     Args:
         file: One Trajectory message.

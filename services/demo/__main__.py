@@ -24,7 +24,9 @@ from services.supervisor import NotReady, Supervisor, command_lines
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Start everything, strike five times in real time, report, and leave a trace.
+    """Start everything on a bus of its own, strike five times in real time, report, and leave a trace.
+
+    The bus is on a free port, or where --listen says; with --connect it is one that somebody else hosts.
 
     Attributes:
         record: The trace to write.

@@ -3,7 +3,7 @@
 import sys
 import tempfile
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -17,14 +17,19 @@ from services.drill.report import listing, save, table, write_markdown
 from services.drill.run import carry_out
 from services.drill.scenario import Outcome, Scenario
 from services.drill.table import chosen
-from services.options import Common, Options
+from services.options import DEFAULT_ROBOT_CONFIG, Options
 
 
 @dataclass(frozen=True, slots=True)
 class Flags:
     """Cause every fault that Volley claims to survive, and measure each reaction against its bound.
 
+    Each scenario has a bus of its own on a free port.
+
     Attributes:
+        robot: Name of the robot on the bus; by default the one in the robot config.
+        robot_config: TOML file beside an MJCF file that describes a robot that knows the forehand.
+        loop_core: Core that sim and controller share; by default the last one.
         only: Scenario to drill, repeatable; by default all.
         list: Print the scenarios and their bounds, and do nothing.
         long: An hour's soak and 100,000 fuzzed messages, instead of ten minutes and 5,000.
@@ -33,7 +38,9 @@ class Flags:
         markdown: Page whose table is made anew from the JSON file.
     """
 
-    common: Common = field(default_factory=Options)
+    robot: str | None = None
+    robot_config: Path = DEFAULT_ROBOT_CONFIG
+    loop_core: int | None = None
     only: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     list: bool = False
     long: bool = False
@@ -73,11 +80,12 @@ def main() -> int:
 def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> list[Outcome]:
     """Carry out the scenarios, showing what goes on."""
     columns = SpinnerColumn(), BarColumn(20), TextColumn("{task.description}"), TimeElapsedColumn()
+    options = Options(flags.robot, flags.robot_config, loop_core=flags.loop_core)
     outcomes: list[Outcome] = []
     with (
         nullcontext(flags.logs) if flags.logs else tempfile.TemporaryDirectory(prefix="volley-drill-") as folder,
         Progress(*columns, console=console, transient=True) as progress,
-        Lab(flags.common, Path(folder), flags.long) as lab,
+        Lab(options, Path(folder), flags.long) as lab,
     ):
         task = progress.add_task("", total=len(scenarios))
         for scenario in scenarios:
