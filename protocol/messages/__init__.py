@@ -22,6 +22,7 @@ from protocol.messages.arm import (
     Stepped,
 )
 from protocol.messages.base import (
+    MAX_JOINTS,
     Clock,
     Empty,
     ErrorBody,
@@ -68,6 +69,7 @@ from protocol.messages.primitives import Forget, Forgotten, Learn, Learned, Prim
 from protocol.messages.trajectories import Plan, PlanLimits, Trajectory
 
 __all__ = [
+    "MAX_JOINTS",
     "Accepted",
     "ActiveDisturbance",
     "ActiveLimit",

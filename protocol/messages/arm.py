@@ -4,7 +4,7 @@ from typing import Literal
 
 from msgspec import Struct
 
-from protocol.messages.base import Clock, Message, Number, PartialVector, Point, Range, Request, Vector
+from protocol.messages.base import Clock, Message, Names, Number, PartialVector, Point, Range, Request, Vector
 
 
 class State(Message, kw_only=True):
@@ -65,7 +65,7 @@ class Description(Message, kw_only=True):
         run: names this life of the arm
     """
 
-    joint_names: list[str]
+    joint_names: Names
     home: Vector
     limits: RobotLimits
     rate_hz: Number

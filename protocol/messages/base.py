@@ -5,11 +5,14 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
+MAX_JOINTS = 64
 Number = Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)]
 """A finite number: NaN fails both bounds."""
 Vector = list[Number]
 PartialVector = list[Number | None]
 Range = tuple[Number, Number]
+Names = Annotated[list[str], Meta(max_length=MAX_JOINTS)]
+"""Of joints."""
 Outcome = Literal["running", "succeeded", "preempted", "canceled", "aborted"]
 Mode = Literal["holding", "tracking", "stopping", "fault"]
 Clock = Literal["realtime", "stepped"]

@@ -2,7 +2,7 @@
 
 from msgspec import Struct, field
 
-from protocol.messages.base import Message, Number, PartialVector, Range, Stamps, Waypoint
+from protocol.messages.base import Message, Names, Number, PartialVector, Range, Stamps, Waypoint
 
 
 class Motion(Message, kw_only=True):
@@ -30,7 +30,7 @@ class Motion(Message, kw_only=True):
     lease: bool = False
     preempt: bool = True
     epoch: int
-    joint_names: list[str]
+    joint_names: Names
     start_time: Number
     dt: Number
     count: int

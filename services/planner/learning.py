@@ -25,7 +25,6 @@ MAX_ORDER = 10
 """Of the smoothing polynomial; beyond it the fit is ill-conditioned."""
 
 
-MAX_JOINTS = 64
 """Of a demonstration: more than any arm has."""
 
 MAX_SAMPLES = 100_000
@@ -94,8 +93,8 @@ def _positions(request: m.Learn) -> np.ndarray:
     positions = _matrix(request)
     if not len(positions):
         raise bad_message("positions", "positions has no samples")
-    if positions.shape[1] > MAX_JOINTS:
-        raise bad_message("positions", f"positions have {positions.shape[1]} joints; at most {MAX_JOINTS} are taken")
+    if positions.shape[1] > m.MAX_JOINTS:
+        raise bad_message("positions", f"positions have {positions.shape[1]} joints; at most {m.MAX_JOINTS} are taken")
     if np.abs(positions).max(initial=0.0) > MAX_POSITION:
         row, joint = np.argwhere(np.abs(positions) > MAX_POSITION)[0]
         sentence = f"positions[{row}][{joint}] is {positions[row, joint]:.6g}; it must lie within {MAX_POSITION:g} of 0"

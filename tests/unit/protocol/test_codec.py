@@ -1,5 +1,6 @@
 """The codec's sentences: each names the field and what would work."""
 
+import tracemalloc
 from typing import Any, cast
 
 import msgpack
@@ -9,6 +10,7 @@ import pytest
 from protocol import messages as m
 from protocol.codec import decode, encode, matrix, matrix_bytes
 from protocol.errors import CODES, Refusal
+from protocol.topics import EXECUTE, MIB
 
 GOAL = {"primitive": "forehand", "positions": [0.5, 1.0]}
 
@@ -56,6 +58,41 @@ def test_body_that_is_not_a_map(body):
 def test_text_is_not_taken_for_a_matrix():
     refused = refusal({"name": "wipe", "positions": "AAAAAAAA8D8=", "joint_count": 1, "rate": 1.0}, m.Learn)
     assert refused.message == "positions: expected bytes | array, got str"
+
+
+def array(length: int, entry: bytes) -> bytes:
+    """A msgpack array of `length` equal entries."""
+    return b"\xdd" + length.to_bytes(4, "big") + entry * length
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "sentence"),
+    [
+        ("joint_names", array(4_000_000, b"\x90"), "joint_names: expected array of length <= 64"),
+        ("joint_names", array(4_000_000, b"\xa0"), "joint_names: expected array of length <= 64"),
+        ("positions", array(4_000_000, b"\x01"), "positions: expected bytes, got array"),
+        ("colour", array(4_000_000, b"\x90"), "colour is not a known field"),
+        (" - at `$" + ".a" * 2_000_000 + "`", b"\xc0", " - at  is not a known field"),
+    ],
+    ids=["lists", "texts", "numbers", "unknown", "deceptive"],
+)
+def test_of_what_does_not_fit_nothing_is_built(field: str, value: bytes, sentence: str):
+    """A 1 kHz loop in the same process would have to wait meanwhile."""
+    body = b"\x81" + cast(bytes, msgpack.packb(field)) + value
+    tracemalloc.start()
+    with pytest.raises(Refusal) as refused:
+        decode(body, m.Trajectory, EXECUTE.max_bytes)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert refused.value.message.startswith(sentence)
+    assert peak < 5 * len(field) + 200_000
+
+
+def test_numbers_that_are_not_finite_are_named_in_a_large_body():
+    samples = [[0.0, 1.0]] * 10_000 + [[0.0, float("nan")]]
+    with pytest.raises(Refusal) as refused:
+        decode(cast(bytes, msgpack.packb({"name": "wipe", "positions": samples, "rate": 100.0})), m.Learn, 16 * MIB)
+    assert refused.value.message == "positions[10000][1] is not finite; only finite numbers are taken"
 
 
 def test_refusal_stays_short_whatever_was_sent():
