@@ -26,6 +26,8 @@ WAIT = 0.96
 STALL_NS = 5_000_000
 """Of a time in which the loop did not run, so much counts: a sim that is killed holds its core up for 2 to 4 ms."""
 STATUS_PERIOD_NS = 20_000_000
+GREETING_PERIOD_NS = 500_000_000
+NEVER_NS = 1 << 62
 FAREWELL_S = 3.0
 MAX_SIGHTINGS = 256
 """Notices of clients that wait for the loop, which takes one a tick: more come only of somebody who means harm."""
@@ -52,6 +54,7 @@ class ControllerLoop:
         self._sightings: Inbox[tuple[str, bool]] = Inbox(MAX_SIGHTINGS)
         self._sightings_lost = threading.Event()
         self._arm_seen = threading.Event()
+        self._next_greeting_ns = NEVER_NS
         self._answers: Inbox[Callable[[], None]] = Inbox()
         self._refusals = Seldom(log)
         self._floods = Seldom(log)
@@ -219,9 +222,13 @@ class ControllerLoop:
             self._arm_seen.set()
 
     def _look_at_arm(self) -> None:
-        """Greet an arm that has appeared, and take its next answer."""
+        """Greet an arm that has appeared, again and again until it has answered, and take its next answer."""
+        now_ns = time.monotonic_ns()
         if self._arm_seen.is_set():
             self._arm_seen.clear()
+            self._next_greeting_ns = now_ns
+        if now_ns >= self._next_greeting_ns:
+            self._next_greeting_ns = now_ns + GREETING_PERIOD_NS
             self._greet_arm()
         if (answer := self._answers.take()) is not None:
             try:
@@ -256,6 +263,7 @@ class ControllerLoop:
 
         def answer_if_new() -> None:
             state = decode(data, m.State)
+            self._next_greeting_ns = NEVER_NS
             if not self._core.has_seen(state.run, state.tick):
                 self._answer([data])
 

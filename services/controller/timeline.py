@@ -58,8 +58,11 @@ class Timeline:
         """Splice in the earliest jerk-limited stop, from `tick` on, that stays inside `limits`.
 
         `length`: of a tick, s. Returns the ticks at which the reference leaves what was planned and at which it rests;
-        where no stop comes earlier, that is the plan's own end.
+        where no stop comes earlier, that is the plan's own end. An arm that rests at `tick` stays there, even outside.
         """
+        _, velocities, accelerations = self.at(tick)
+        if not (velocities.any() or accelerations.any()):
+            return self._splice_stop(tick, limits, length)
         ahead, size = tick, WINDOW
         while ahead < self.end:
             coming = self.coming(ahead, size)

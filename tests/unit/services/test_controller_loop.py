@@ -7,12 +7,14 @@ import time
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import encode
 from services.controller.loop import MAX_SIGHTINGS, ControllerLoop
 from services.robot import RobotConfig, load_robot
+from tests.golden.examples import EXAMPLES
 
 CONFIG = load_robot()
 NOISE = b"\xc1" * 100
@@ -34,8 +36,13 @@ class Desk:
 
     def __init__(self, config: RobotConfig = CONFIG) -> None:
         self.commands: list[m.Command] = []
+        self.asked: list[tuple[str, Any]] = []
         self.loop = ControllerLoop(self, config, logging.getLogger("controller"))  # type: ignore[arg-type]
         self.loop._clock = "realtime"
+
+    def ask_later(self, topic: Any, _: object, callback: Any) -> None:
+        """Stand in for the bus: note who wants which answer."""
+        self.asked.append((topic.key, callback))
 
     def publisher(self, topic: Any, blocking: bool = False) -> Publisher:
         """Stand in for the bus."""
@@ -134,6 +141,37 @@ def test_within_a_wait_nothing_is_counted(desk: Desk):
     desk.loop._answer([NOISE])
     desk.loop._answer([])
     assert desk.loop._silent_waits == 0
+
+
+def test_an_arm_is_greeted_until_it_has_answered(desk: Desk, monkeypatch: pytest.MonkeyPatch):
+    """What it is and where: either answer may be lost, or refused by a busy arm."""
+    now_ns = [10**9]
+    monkeypatch.setattr("services.controller.loop.time.monotonic_ns", lambda: now_ns[0])
+    names = list(CONFIG.joint_names)
+    arm = encode(structs.replace(EXAMPLES["Description"], joint_names=names, rate_hz=CONFIG.rate_hz, clock="stepped"))
+    desk.loop._look_at_arm()
+    assert desk.asked == []
+    desk.loop._see_arm("alive/sim", True)
+    for count in (1, 2, 3):
+        for _ in range(3):
+            desk.loop._look_at_arm()
+            assert [key for key, _ in desk.asked] == ["description"] * count
+        now_ns[0] += 500_000_000
+    desk.asked[-1][1](arm)
+    desk.loop._look_at_arm()
+    assert desk.asked[-1][0] == "state"
+    now_ns[0] += 500_000_000
+    desk.loop._look_at_arm()
+    assert desk.asked[-1][0] == "description"
+    desk.asked[-1][1](arm)
+    desk.loop._look_at_arm()
+    desk.asked[-1][1](state(0))
+    desk.loop._look_at_arm()
+    assert [command.tick for command in desk.commands] == [0]
+    asked = len(desk.asked)
+    now_ns[0] += 10**10
+    desk.loop._look_at_arm()
+    assert len(desk.asked) == asked
 
 
 class Question:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from motion.limits import Limits
 from motion.samples import Samples
 from services.controller.timeline import Segment, Timeline
 
@@ -74,3 +75,12 @@ def test_holding_forgets_everything():
     pose[0] = 8.0
     assert positions(timeline, range(10, 13)) == [7, 7, 7]
     assert not any(values.any() for values in timeline.at(12)[1:])
+
+
+def test_an_arm_at_rest_outside_its_limits_stays_where_it_is():
+    """A plan that has not begun never begins, however far ahead."""
+    limits = Limits(np.array([[-1.0, 1.0]]), np.array([2.0]), np.array([10.0]), np.array([100.0]))
+    timeline = Timeline(np.array([1.01]))
+    timeline.splice(ramp(1_000_000, 50, 1.01))
+    assert timeline.stop(5, limits, 0.001) == (5, 5)
+    assert positions(timeline, range(0, 2_000_000, 1000)) == [1.01] * 2000
