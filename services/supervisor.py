@@ -68,8 +68,12 @@ class Supervisor:
         self.running: dict[str, subprocess.Popen[bytes]] = {}
 
     def __enter__(self) -> Self:
-        for name in self._commands:
-            self.start(name)
+        try:
+            for name in self._commands:
+                self.start(name)
+        except BaseException:
+            self.stop()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:

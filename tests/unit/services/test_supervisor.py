@@ -118,6 +118,13 @@ def test_processes_are_ended_in_the_reverse_order(tmp_path: Path):
     assert services.running == {}
 
 
+def test_where_one_cannot_be_started_none_is_left():
+    services = Supervisor({"slow": SLEEP, "absent": ["/no/such/program"]})
+    with pytest.raises(FileNotFoundError), services:
+        pass
+    assert services.running == {}
+
+
 def test_one_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch):
     """After some patience."""
     monkeypatch.setattr("services.supervisor.PATIENCE_S", 0.5)
