@@ -23,6 +23,8 @@ MAX_DEPTH = 8
 MAX_FIELD = 120
 MAX_SENTENCE = 400
 MAX_ERROR = 2000
+MAX_EXPLAINED = 1 << 12
+"""Bytes of a body that is unpacked to say what is wrong with it."""
 _WHERE = re.compile(r"^(?P<what>.*?)(?: - at (?P<key>`key` in )?`\$\.?(?P<path>.*?)`)?$", re.DOTALL)
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _FINITE = re.compile(r"Expected `float` [<>]= ")
@@ -98,7 +100,7 @@ def matrix_bytes(values: np.ndarray) -> bytes:
 def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Refusal:
     """Say what is wrong with a body that could not be read."""
     body: Any = {}
-    if len(data) <= SMALL:
+    if len(data) <= MAX_EXPLAINED:
         try:
             body = msgpack.unpackb(data)
         except msgpack.ExtraData as extra:
@@ -124,7 +126,7 @@ def _describe(body: Any) -> str:
 
 
 def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: dict[str, Any]) -> Refusal:
-    """Turn msgspec's sentence and JSON path into the refusal that names the field; a large `body` is not known."""
+    """Turn msgspec's sentence and JSON path into the refusal that names the field; a larger `body` is not known."""
     matched = _WHERE.match(_short(str(error), MAX_ERROR))
     what, path = (matched["what"], matched["path"] or "") if matched else (str(error), "")
     value = _value_at(body, path)

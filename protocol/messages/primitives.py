@@ -1,10 +1,13 @@
 """The library of primitives."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
-from protocol.messages.base import Message, Number, Request, Vector
+from protocol.messages.base import MAX_JOINTS, Message, Number, Request, Vector
+
+Samples = Annotated[list[Annotated[Vector, Meta(max_length=MAX_JOINTS)]], Meta(max_length=1_000_000)]
+"""Of a demonstration; the planner says it better where it is only ten times too many."""
 
 
 class SavitzkyGolay(Struct, forbid_unknown_fields=True, kw_only=True):
@@ -33,7 +36,7 @@ class Learn(Request, kw_only=True):
     """
 
     name: str
-    positions: list[Vector] | bytes
+    positions: Samples | bytes
     joint_count: int | None = None
     rate: Number | None = None
     times: Vector | None = None

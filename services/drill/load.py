@@ -28,6 +28,7 @@ FLOOD_S = 30.0
 IDLE_S = 8.0
 NOISE_S = 10.0
 NOISE_BYTES = 1000
+HOARD_EVERY_S = 0.1
 QUERIES = 10_000
 ANSWER_S = 20.0
 ON_TIME = 95.0
@@ -156,6 +157,42 @@ def queries_at_once(lab: Lab) -> Measured:
     }
 
 
+def hoards_in_a_motion(lab: Lab) -> Measured:
+    """Each request in turn, with each of its fields made a hoard."""
+    with lab.cell(Plan(clock="realtime")) as cell:
+        cell.recover()
+        before, memory = on_time(cell, IDLE_S), cell.memory()
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=NOISE_S)
+        first, sent, codes = cell.status(), 0, Counter[str]()
+        for query in topics.QUERIES:
+            flood = Flood(cell.bus.session, cell.bus.key(query.key), in_flight=1)
+            for body in hoards(query):
+                flood.send(body)
+                time.sleep(HOARD_EVERY_S)
+            flood.wait()
+            sent += flood.sent
+            codes.update(flood.codes)
+        during = answered_since(first, cell)
+        result = cell.finish(reply)
+        grown = growth(memory, cell)
+    return {
+        "hoards sent": sent,
+        "hoards not refused as `bad_message`": sent - codes["bad_message"],
+        "the goal": result.outcome,
+        "peak tracking error": result.peak_tracking_error,
+        **grown,
+        **ratios(before, during),
+    }
+
+
+def hoards(query: topics.Query) -> Iterator[bytes]:
+    """Make requests as large as they may be, of one field each, its own or a strange one: millions of empty lists."""
+    for name in (*query.request.__struct_fields__, "strange"):
+        head = bytes([0x81, 0xA0 + len(name)]) + name.encode()
+        count = query.max_bytes - len(head) - 5
+        yield head + b"\xdd" + count.to_bytes(4, "big") + b"\x90" * count
+
+
 def noise(lab: Lab) -> Measured:
     """1 MB/s of random bytes, spread over every key that anyone publishes on, during a motion."""
     with lab.cell(Plan(clock="realtime")) as cell:
@@ -255,6 +292,20 @@ SCENARIOS = (
             *RATIOS,
         ),
         queries_at_once,
+        "full",
+    ),
+    Scenario(
+        "hoards",
+        "requests as large as they may be, each field in turn millions of empty lists, ten a second in a motion",
+        "realtime",
+        (
+            told("hoards sent"),
+            none("hoards not refused as `bad_message`"),
+            at_most("memory of a process grows by", 64.0, "MB"),  # four of the largest, of which Zenoh keeps some
+            *UNDISTURBED,
+            *RATIOS,
+        ),
+        hoards_in_a_motion,
         "full",
     ),
     Scenario(

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from msgspec import Struct
 
 from protocol import messages as m
-from protocol.codec import MAX_DEPTH, MAX_FIELD, MAX_SENTENCE, decode, encode
+from protocol.codec import MAX_DEPTH, MAX_EXPLAINED, MAX_FIELD, MAX_SENTENCE, decode, encode
 from protocol.errors import Refusal
-from protocol.topics import MIB, PUBLICATIONS, QUERIES, SMALL
+from protocol.topics import MIB, PUBLICATIONS, QUERIES
 from tests.golden.examples import EXAMPLES
 
 REQUESTS: list[type[Struct]] = list(dict.fromkeys(query.request for query in QUERIES))
@@ -166,7 +166,7 @@ def test_numbers_that_are_not_finite_are_refused_by_path(message, number, data):
 @MODEST
 def test_nesting_bombs_are_refused(depth, opening):
     body = b"\x81\xa9primitive" + opening * depth + b"\x00"
-    sentence = r"nested (more than|too deep)" if len(body) <= SMALL else "primitive: expected str"
+    sentence = r"nested (more than|too deep)" if len(body) <= MAX_EXPLAINED else "primitive: expected str"
     with pytest.raises(Refusal, match=sentence):
         decode(body, m.Goal, MIB)
 
