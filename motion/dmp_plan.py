@@ -19,6 +19,9 @@ from motion.request import MotionRequest
 from motion.samples import Samples
 from motion.tail import stop
 
+MAX_STOP_S = 100.0
+"""A longer stop is not sampled."""
+
 ROUNDING = 1e-6
 """A limit counts as left beyond this part of its range, as in the certificate of a plan."""
 
@@ -45,7 +48,7 @@ def plan_dmp(primitive: Primitive, request: MotionRequest, tick: float = 0.001) 
     The duration is rounded to ticks. A start's acceleration is the first sample's; from it the motion jumps
     to the DMP's own within one tick. The tail stops from the state that was reached, which is not exactly
     the goal. Limits are not looked at but for the tail's jerk and acceleration. Raises InvalidMotion for what
-    a DMP cannot do: way-points, a rest fraction, a given final acceleration.
+    a DMP cannot do: way-points, a rest fraction, a given final acceleration; and for a stop of more than 100 s.
     """
     _refuse_what_it_cannot(primitive, request)
     moving = learn_dmp(primitive).rollout(request.start, request.goal, request.duration, tick, "trapezium")
@@ -88,6 +91,8 @@ def _refuse_what_it_cannot(primitive: Primitive, request: MotionRequest) -> None
 def _with_stop(moving: Samples, request: MotionRequest, tick: float) -> Samples:
     """The motion and, from where it arrives, the jerk-limited stop."""
     tail = stop(moving.positions[-1], moving.velocities[-1], moving.accelerations[-1], request.limits)
+    if tail.duration > MAX_STOP_S:
+        raise InvalidMotion("limits", f"make the stop take {tail.duration:.0f} s; at most {MAX_STOP_S:.0f} s are taken")
     count = math.ceil(tail.duration / tick - 1e-9)
     stopping = tail.sample(np.arange(1, count + 1) * tick)
     return Samples(

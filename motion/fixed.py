@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from motion.basis import Grid
-from motion.errors import LimitExceeded, SolverFailed
+from motion.errors import InvalidMotion, LimitExceeded, SolverFailed
 from motion.limits import LED_BACK_FROM, QUANTITIES
 from motion.request import MotionRequest
 
@@ -102,10 +102,15 @@ def check_fixed(request: MotionRequest, fixed: Fixed) -> None:
 def equalities_of(grid: Grid, fixed: Fixed, values: np.ndarray) -> tuple[Equalities, np.ndarray]:
     """The equalities of `values` (F, J), in normalised time, and their targets (J, m).
 
-    The start's position and velocity are coordinates and need no row. Raises SolverFailed for values that depend on
-    each other.
+    The start's position and velocity are coordinates and need no row. Raises InvalidMotion for more values of a joint
+    than a motion has weights, SolverFailed for values that depend on each other.
     """
     given = ~np.isnan(values[2:])
+    most, weights = int(given.sum(axis=0).max()), len(grid.whitening)
+    if most > weights:
+        raise InvalidMotion(
+            "waypoints", f"fix, with both ends, {most} values of a joint; at most {weights} can be met: leave some out"
+        )
     equalities = _equalities(grid, tuple(fixed.quantity[2:]), tuple(fixed.s[2:]), given.T.tobytes())
     return equalities, np.where(given, values[2:], 0.0).T
 

@@ -48,7 +48,7 @@ def build(grid: Grid, request: MotionRequest, fixed: Fixed, theta: np.ndarray, c
     """The problem of all joints: imitate `theta` (J, N).
 
     `confined` (J, 2) are the intervals that free final accelerations may use (design 1.9). What is fixed has been
-    checked. Raises SolverFailed for fixed values that depend on each other.
+    checked. Raises InvalidMotion for too many fixed values, SolverFailed for some that depend on each other.
     """
     powers = request.duration ** np.arange(4.0)
     ranges = request.limits.ranges * powers[:, None]

@@ -16,6 +16,10 @@ from motion.samples import Samples
 UNLIMITED = 1e9
 """What an acceleration (rad/s²) or jerk (rad/s³) without limit counts as, so that a stop takes some time."""
 
+ARRIVED = 1e-10
+"""From this many seconds before its end on a joint is exactly at rest: of a stop that lasts whole ticks the last sample
+may lie before the end by rounding."""
+
 TOUCH = 1e-9
 """A stop may end beyond a limit by this much (rad, rad/s): rounding, not motion."""
 
@@ -40,6 +44,7 @@ class Stop:
         out = np.empty((3, len(times), len(self.knots)))
         for joint, knots in enumerate(self.knots):
             piece = np.maximum(np.searchsorted(knots, times, side="right") - 1, 0)
+            piece[times >= knots[-1] - ARRIVED] = len(knots) - 1
             p, v, a = self.states[:, joint, piece]
             j = self.jerks[joint, piece]
             t = times - knots[piece]
@@ -82,7 +87,8 @@ def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarra
     """The fastest stop from a state (J,) inside the acceleration and jerk limits.
 
     Position and velocity limits are not looked at: see `Stop.extremes`, `stops_inside`. States in rad, rad/s, rad/s².
-    Raises SolverFailed where Ruckig finds none, which happens for accelerations of 10⁶ rad/s² and more.
+    Raises SolverFailed where Ruckig finds none, which happens for accelerations of 10⁶ rad/s² and more and where the
+    acceleration takes hours to go.
     """
     count = len(velocities)
     wanted = ruckig.InputParameter(count)
@@ -95,7 +101,7 @@ def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarra
     trajectory = ruckig.Trajectory(count)
     try:
         ruckig.Ruckig(count).calculate(wanted, trajectory)
-    except ruckig.RuckigError:
+    except (ruckig.RuckigError, ValueError):  # a ValueError for the results that its binding does not know
         raise SolverFailed(int(np.abs(accelerations).argmax()), "Ruckig found no stop") from None
     joints = zip(*state, trajectory.profiles[0], strict=True)
     each = [_knots(*joint) for joint in joints]

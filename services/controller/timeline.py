@@ -75,7 +75,7 @@ class Timeline:
 
     def _splice_stop(self, tick: int, limits: Limits, length: float) -> tuple[int, int]:
         halt = stop(*self.at(tick), limits)
-        count = math.ceil(halt.duration / length - 1e-6) + 1
+        count = math.ceil(halt.duration / length - 1e-9) + 1
         segment = Segment(tick, halt.sample(np.arange(count) * length))
         self.splice(segment)
         return segment.start, segment.end

@@ -100,7 +100,10 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
 
 
 def answer(asking: Asking, planner: Planner, log: logging.Logger) -> None:
-    """Reply to a request, or refuse it and say why in the log, and of a goal on the bus, under the goal's id."""
+    """Reply to a request, or refuse it and say why in the log, and of a goal on the bus, under the goal's id.
+
+    An error that nobody foresaw is refused as well: it is one request's, and the planner goes on for the others.
+    """
     goal, goal_id = None, None
     try:
         match request := asking.decode():
@@ -114,12 +117,19 @@ def answer(asking: Asking, planner: Planner, log: logging.Logger) -> None:
                 asking.reply(planner.forget(request))
             case _:
                 asking.reply(planner.primitives(request))
-    except Refusal as refusal:
-        asking.refuse(refusal)
-        fields = {"goal_id": goal_id, "code": refusal.code}
-        log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
-        if asking.topic is topics.GOAL:
-            planner.tell_refused(goal, goal_id, refusal, asking.arrival_ns)
+        return
+    except Refusal as reason:
+        refusal = reason
+    except Exception:
+        log.exception("%s met an error of the planner", asking.topic.key, extra={"goal_id": goal_id})
+        detail = {"service": "planner"} | ({"goal_id": goal_id} if goal_id else {})
+        sentence = "the planner met an error of its own; please report what its log says"
+        refusal = Refusal("unavailable", sentence, **detail)
+    asking.refuse(refusal)
+    fields = {"goal_id": goal_id, "code": refusal.code}
+    log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
+    if asking.topic is topics.GOAL:
+        planner.tell_refused(goal, goal_id, refusal, asking.arrival_ns)
 
 
 def is_stepped(bus: Bus) -> bool:

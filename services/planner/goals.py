@@ -145,6 +145,9 @@ def _duration(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin: O
     """The duration in whole ticks: rounded up, or to the nearest for an arrival time."""
     if goal.arrival_time is None:
         wanted = goal.duration if goal.duration is not None else primitive.duration
+        if wanted > MAX_PLAN_S:
+            sentence = f"the demonstration takes {wanted:.3f} s; give a duration of at most {MAX_PLAN_S} s"
+            raise Refusal("invalid_goal", sentence, field="duration")
         return math.ceil(wanted * config.rate_hz - ROUNDING) / config.rate_hz
     left = goal.arrival_time - origin.time
     if left > MAX_PLAN_S + config.tick / 2:

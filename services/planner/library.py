@@ -4,13 +4,12 @@ import logging
 import os
 import re
 import time
-import zipfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
-from motion.errors import InvalidMotion
 from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import bad_message
@@ -44,7 +43,7 @@ class Library:
         for path in sorted(directory.glob("*.npz")):
             try:
                 self._primitives[path.stem] = _read(path)
-            except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, InvalidMotion) as error:
+            except Exception as error:  # a damaged archive makes zipfile and numpy raise whatever they like
                 log.warning("%s is not a primitive and is left alone: %s", path, error)
 
     def __iter__(self) -> Iterator[m.PrimitiveEntry]:
@@ -87,27 +86,43 @@ class Library:
             raise bad_message("name", sentence)
 
     def put(self, name: str, primitive: Primitive) -> None:
-        """Keep `primitive` as `name`, on disk before this returns."""
+        """Keep `primitive` as `name`, on disk before this returns.
+
+        Raises:
+            Refusal: `unavailable` where it cannot be written.
+        """
         created = time.time()
-        temporary = self._directory / f".{name}.tmp"
-        with temporary.open("wb") as file:
-            np.savez(file, created=created, **primitive.to_arrays())  # type: ignore[arg-type]
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(self._directory / f"{name}.npz")
-        self._sync_directory()
+        with self._writing(f".{name}.tmp") as temporary:
+            with temporary.open("wb") as file:
+                np.savez(file, created=created, **primitive.to_arrays())  # type: ignore[arg-type]
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(self._directory / f"{name}.npz")
+            self._sync_directory()
         self._primitives[name] = primitive, created
 
     def remove(self, name: str) -> None:
         """Forget the primitive called `name`.
 
         Raises:
-            Refusal: `unknown_primitive`.
+            Refusal: `unknown_primitive`, or `unavailable` where it cannot be removed.
         """
         self.get(name)
-        (self._directory / f"{name}.npz").unlink(missing_ok=True)
-        self._sync_directory()
+        with self._writing(f"{name}.npz") as path:
+            path.unlink(missing_ok=True)
+            self._sync_directory()
         del self._primitives[name]
+
+    @contextmanager
+    def _writing(self, name: str) -> Iterator[Path]:
+        """Give the path of a file; where the disk refuses, say so to whoever asked."""
+        try:
+            yield self._directory / name
+        except OSError as error:
+            for leftover in self._directory.glob(".*.tmp"):
+                leftover.unlink(missing_ok=True)
+            sentence = f"the library {self._directory} cannot be written: {error.strerror or error}; nothing changed"
+            raise Refusal("unavailable", sentence, service="planner") from None
 
     def _sync_directory(self) -> None:
         """Make a new or removed name survive a power cut."""

@@ -202,6 +202,39 @@ def test_a_warm_plan_is_as_good_as_a_cold_one(figure: Primitive, ask: Ask, paper
     assert least <= missed(paper_limits, near) <= most
 
 
+def test_no_verdict_rests_on_the_rows_of_an_earlier_motion(
+    figure: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are demanded where this motion might do without: what fails with them is tried without."""
+    request = ask(goal=(-1.0, 10.0), limits=paper_limits)
+    cold = plan(figure, request)
+    for failure in (solver_module.Clash(0, 1, 0.5), SolverFailed(0, "no end")):
+
+        def only_cold(grid, problem, warm, joints, failure=failure):
+            if warm is not None:
+                raise failure
+            return solver_module.solve(grid, problem, warm, joints)
+
+        monkeypatch.setattr(plan_module, "solve", only_cold)
+        assert plan(figure, request, warm=cold.warm).curves.tobytes() == cold.curves.tobytes()
+
+
+def test_a_motion_that_is_over_at_once(figure: Primitive, ask: Ask) -> None:
+    """Its weights are large and cancel each other; what is left of the equalities is their rounding."""
+    for goal in np.linspace(-1.0, 1.0, 21):
+        hasty = ask(start=(0.5, 0.0), goal=(float(goal), 0.0), duration=10.0, rest_fraction=0.99)
+        assert plan(figure, hasty).report.final_error_positions[0] < 1e-7
+
+
+def test_more_values_than_a_motion_can_meet(figure: Primitive, ask: Ask) -> None:
+    def through(count: int) -> tuple[Waypoint, ...]:
+        return tuple(Waypoint((k + 1) / (count + 1), np.zeros(1), FREE) for k in range(count))
+
+    plan(figure, ask(goal=(0.0, 1.0), waypoints=through(20)))
+    with pytest.raises(InvalidMotion, match=r"fix, with both ends, 53 values of a joint; at most 50 can be met"):
+        plan(figure, ask(goal=(0.0, 1.0), waypoints=through(51)))
+
+
 def test_rest_fraction_ends_in_a_straight_line(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
     planned = plan(figure, ask(limits=paper_limits, rest_fraction=0.2))
     last = planned.sample(np.linspace(0.8, 1.0, 50)[1:])

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from motion.errors import SolverFailed
 from motion.limits import Limits
 from motion.samples import Samples
 from motion.tail import first_stop, stop, stop_extremes
@@ -81,3 +82,21 @@ def test_the_last_piece_of_a_stop_leads_nowhere_else() -> None:
     low, high, _, _ = stop_extremes(np.zeros(1000), -a * np.abs(a) / 200, a, np.array(60.0), np.array(100.0))
     assert np.where(a < 0, high, low) == pytest.approx(-(a**3) / (6 * 100.0**2), abs=1e-9)
     assert np.where(a < 0, low, high) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_stop_of_whole_ticks_ends_at_rest() -> None:
+    """Exactly, though its last sample may lie before its end by rounding."""
+    limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([1e3]), np.array([100.0]))
+    for half in range(1, 300):
+        halt = stop(np.zeros(1), np.array([100.0 * (half * 0.001) ** 2]), np.zeros(1), limits)
+        last = halt.sample(np.arange(2 * half + 1) * 0.001)
+        assert halt.duration == pytest.approx(2 * half * 0.001, abs=1e-12)
+        assert not last.velocities[-1].any()
+        assert not last.accelerations[-1].any()
+        assert last.positions[-1] == halt.final_positions
+
+
+def test_a_stop_that_takes_years_is_not_found() -> None:
+    limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([1e3]), np.array([1e-8]))
+    with pytest.raises(SolverFailed, match="no stop"):
+        stop(np.zeros(1), np.ones(1), np.ones(1), limits)

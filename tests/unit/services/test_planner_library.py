@@ -98,8 +98,20 @@ def test_files_that_are_no_primitives_are_left_alone(
         assert f"{name}.npz is not a primitive" in caplog.text
 
 
+def test_a_damaged_file_is_left_alone(tmp_path: Path, primitive: Primitive):
+    """Wherever the damage is: here in the headers of the archive and of its arrays."""
+    Library(tmp_path, LOG).put("swing", primitive)
+    whole = (tmp_path / "swing.npz").read_bytes()
+    headers = [place for place in range(len(whole)) if whole.startswith(b"PK\x03\x04", place)]
+    for header in headers[:4]:
+        for place in range(header, header + 160, 3):
+            (tmp_path / "swing.npz").write_bytes(whole[:place] + bytes([whole[place] ^ 0x11]) + whole[place + 1 :])
+            assert names(Library(tmp_path, LOG)) in ([], ["swing"])
+            assert (tmp_path / "swing.npz").exists()
+
+
 def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: Primitive, monkeypatch):
-    """The new file takes the old one's place whole or not at all; leftovers are swept up."""
+    """The new file takes the old one's place whole or not at all; leftovers of a killed planner are swept up."""
     library = Library(tmp_path, LOG)
     library.put("swing", primitive)
     before = (tmp_path / "swing.npz").read_bytes()
@@ -108,10 +120,12 @@ def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: 
         raise OSError("no space left on device")
 
     monkeypatch.setattr(np, "savez", full)
-    with pytest.raises(OSError, match="no space"):
+    with pytest.raises(Refusal, match="cannot be written: no space") as refused:
         library.put("swing", primitive)
+    assert (refused.value.code, refused.value.detail) == ("unavailable", {"service": "planner"})
     assert (tmp_path / "swing.npz").read_bytes() == before
-    assert list(tmp_path.glob(".*.tmp"))
+    assert not list(tmp_path.glob(".*.tmp"))
+    (tmp_path / ".swing.tmp").touch()
     assert names(Library(tmp_path, LOG)) == ["swing"]
     assert not list(tmp_path.glob(".*.tmp"))
 

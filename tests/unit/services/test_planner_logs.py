@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import pytest
 
 from protocol import messages as m
@@ -133,6 +134,52 @@ def test_what_is_refused_and_no_goal(desk: Desk, caplog: pytest.LogCaptureFixtur
         assert refusal.code == code
         assert lines == [("INFO", None, code)]
         assert caplog.messages[-1] == f"{topic.key} refused as {code}: {refusal}"
+
+
+def test_an_error_that_nobody_foresaw(desk: Desk, monkeypatch: pytest.MonkeyPatch):
+    """Is one request's; its traceback is in the log."""
+
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    with monkeypatch.context() as patched:
+        patched.setattr("services.planner.core.plan", broken)
+        refusal, lines = desk.ask(topics.GOAL, GOAL)
+    goal_id = refusal.detail["goal_id"]
+    assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner", "goal_id": goal_id})
+    assert lines == [("ERROR", goal_id, None), ("INFO", goal_id, "unavailable")]
+    reply, _ = desk.ask(topics.GOAL, GOAL)
+    assert desk.bus.goal_ids == [reply.goal_id]
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "field"),
+    [
+        ({"waypoints": [(2.0 * (k + 1) / 52, [0.0] * 6, None) for k in range(51)]}, "invalid_goal", "waypoints"),
+        ({"waypoints": [(2.0 * (k + 1) / 25, [0.0] * 6, [0.0] * 6) for k in range(24)]}, "invalid_goal", "waypoints"),
+        ({"method": "dmp", "limits": {"jerks": [1e-4] * 6}}, "invalid_goal", "limits"),
+        ({"method": "dmp", "limits": {"jerks": [1e-8] * 6}}, "solver_failed", None),
+    ],
+)
+def test_what_no_motion_can_do_is_refused(desk: Desk, change: dict[str, Any], code: str, field: str | None):
+    """Every one of these ended the planner, or took all memory, once."""
+    body = {"primitive": "forehand", "positions": GOAL.positions, "duration": 2.0, "plan_only": True, **change}
+    body["waypoints"] = [
+        {"time_from_start": time, "positions": positions, "velocities": velocities}
+        for time, positions, velocities in body.get("waypoints", [])
+    ]
+    refusal, lines = desk.ask(topics.GOAL, msgspec.convert(body, m.Goal))
+    assert (refusal.code, refusal.detail.get("field")) == (code, field)
+    assert [level for level, _, _ in lines] == ["INFO"]
+
+
+def test_a_demonstration_that_takes_too_long_needs_a_duration(desk: Desk):
+    desk.ask(topics.LEARN, m.Learn(name="slow", positions=[ROBOT.home.tolist()] * 100, rate=1.0))
+    for method in ("qp", "dmp"):
+        goal = m.Goal(primitive="slow", positions=ROBOT.home.tolist(), method=method)
+        refusal, _ = desk.ask(topics.GOAL, goal)
+        assert (refusal.code, refusal.detail) == ("invalid_goal", {"field": "duration"})
+        assert "give a duration of at most 20" in refusal.message
 
 
 def test_every_request_has_its_answer(desk: Desk):
