@@ -115,7 +115,7 @@ def equalities_of(grid: Grid, fixed: Fixed, values: np.ndarray) -> tuple[Equalit
     return equalities, np.where(given, values[2:], 0.0).T
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def _equalities(grid: Grid, quantity: tuple[int, ...], s: tuple[float, ...], given: bytes) -> Equalities:
     """The equalities that fix the `given` (J, m) of the quantities at the places s."""
     masks = np.frombuffer(given, dtype=bool).reshape(-1, len(s))

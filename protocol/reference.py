@@ -82,7 +82,8 @@ MEANINGS = {
     "superseded": "planned before something else was accepted, cancelled or reset",
     "busy": "a motion runs and shall not be preempted, or too many requests wait",
     "not_holder": "another client's motion with a lease runs",
-    "unavailable": "the other side is silent; for a goal `goal_id` is there too, since the motion may have started",
+    "unavailable": "the other side is silent, or met an error of its own, as a full disk; for a goal `goal_id` is "
+    "there too, since the motion may have started",
     "fault": "the controller is in a fault; `reset` leaves it",
     "wrong_clock": "only a stepped clock does this",
 }
