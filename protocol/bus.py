@@ -163,14 +163,24 @@ class Bus:
             Refusal: the owner refused.
             NoAnswer: there is no owner, or it is silent.
         """
+        return self.send(topic, request, timeout)()
+
+    def send(
+        self, topic: Query[Asked, Answered], request: Asked, timeout: float | None = None
+    ) -> Callable[[], Answered]:
+        """Send `request` as `ask` does, and return what waits for the reply and returns it, or raises."""
         wait = timeout if timeout is not None else topic.timeout_s
         replies = self.session.get(self.key(topic.key), payload=encode(request), encoding=ENCODING, timeout=wait)
-        for reply in replies:
-            if reply.ok is not None:
-                return decode(reply.ok.payload.to_bytes(), topic.reply, max_bytes=1 << 26)
-            if reply.err is not None:
-                raise self._refusal(topic, reply.err)
-        raise NoAnswer(topic.owner, self.key(topic.key))
+
+        def answer() -> Answered:
+            for reply in replies:
+                if reply.ok is not None:
+                    return decode(reply.ok.payload.to_bytes(), topic.reply, max_bytes=1 << 26)
+                if reply.err is not None:
+                    raise self._refusal(topic, reply.err)
+            raise NoAnswer(topic.owner, self.key(topic.key))
+
+        return answer
 
     def announce(self, service: str) -> None:
         """Hold the liveliness token of `service` while the session lives: it is ready for requests."""

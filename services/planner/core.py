@@ -137,9 +137,15 @@ class Planner:
         self._refused.put(refused_message(goal, goal_id, refusal, requested_ns))
 
     def _only_plan(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> m.GoalReply:
-        """Plan; sampled only where the samples are asked for."""
-        origin = self._origin(goal, again=False)
-        made, solve_ms = self._solve(goal, primitive, origin)
+        """Plan; sampled only where the samples are asked for.
+
+        What has its own start and takes its time whenever it begins is planned while the controller is asked.
+        """
+        answer = self._ask_reference(again=False)
+        at_once = goal.start is not None and goal.arrival_time is None
+        solved = self._solve(goal, primitive, self._origin(goal, None)) if at_once else None
+        origin = self._origin(goal, self._reference(answer, optional=True))
+        made, solve_ms = solved or self._solve(goal, primitive, origin)
         trajectory = None
         if goal.include_trajectory:
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
@@ -152,7 +158,7 @@ class Planner:
         """Plan and execute; once more where the plan came late or another plan came between."""
         for last in (False, True):
             began = time.monotonic()
-            origin = self._origin(goal, again=last)
+            origin = self._origin(goal, self._reference(self._ask_reference(again=last), optional=False))
             made, solve_ms = self._solve(goal, primitive, origin)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
             trajectory = trajectory_message(made, goal, goal_id, origin, self._config, stamps)
@@ -195,9 +201,8 @@ class Planner:
         self._warm[goal.primitive] = made.warm
         return made
 
-    def _origin(self, goal: m.Goal, again: bool) -> Origin:
+    def _origin(self, goal: m.Goal, reference: m.Reference | None) -> Origin:
         """Where the motion begins: the goal's own start, the reference's future, or the home pose at rest."""
-        reference = self._reference(self._lead.seconds(again), optional=goal.plan_only)
         at, epoch = (reference.time, reference.epoch) if reference else (0.0, 0)
         if goal.start is not None:
             return Origin(at, epoch, start_boundary(goal.start, self._config))
@@ -207,9 +212,12 @@ class Planner:
         vectors = (np.array(v) for v in (reference.positions, reference.velocities, reference.accelerations))
         return Origin(at, epoch, Boundary(*vectors))
 
-    def _reference(self, lead: float, optional: bool) -> m.Reference | None:
+    def _ask_reference(self, again: bool) -> Callable[[], m.Reference]:
+        return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds(again)))
+
+    def _reference(self, answer: Callable[[], m.Reference], optional: bool) -> m.Reference | None:
         try:
-            return self._bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=lead))
+            return answer()
         except NoAnswer as silence:
             if optional:
                 return None

@@ -1,13 +1,16 @@
 """What the planner logs of goals and refusals: in fields, beside the sentence."""
 
 import logging
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import msgspec
 import pytest
+from msgspec import structs
 
+from motion.plan import Plan, plan
 from protocol import messages as m
 from protocol import topics
 from protocol.errors import Refusal
@@ -27,14 +30,20 @@ class FakeBus:
     def __init__(self, late: int = 0) -> None:
         self.late = late
         self.goal_ids: list[str] = []
+        self.heard: Callable[[], object] = lambda: None
 
     def publisher(self, *_: object, **__: object) -> SimpleNamespace:
         """Let what is published go nowhere."""
         return SimpleNamespace(put=lambda _: None)
 
+    def send(self, topic: topics.Query, asked: Any) -> Callable[[], Any]:
+        """Answer once the answer is wanted."""
+        return lambda: self.ask(topic, asked)
+
     def ask(self, topic: topics.Query, request: Any) -> object:
         """Answer as a controller at rest."""
         if topic is topics.REFERENCE:
+            self.heard()
             rest = [0.0] * ROBOT.joint_count
             return m.Reference(time=1.0, positions=ROBOT.home.tolist(), velocities=rest, accelerations=rest, epoch=0)
         self.goal_ids.append(request.goal_id)
@@ -134,6 +143,29 @@ def test_what_is_refused_and_no_goal(desk: Desk, caplog: pytest.LogCaptureFixtur
         assert refusal.code == code
         assert lines == [("INFO", None, code)]
         assert caplog.messages[-1] == f"{topic.key} refused as {code}: {refusal}"
+
+
+@pytest.mark.parametrize(
+    ("change", "order"),
+    [({}, ["plan", "heard"]), ({"arrival_time": 2.0}, ["heard", "plan"]), ({"start": None}, ["heard", "plan"])],
+)
+def test_what_has_its_own_start_is_planned_while_the_controller_is_asked(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], order: list[str]
+):
+    """Unless its duration follows from the answer."""
+    events: list[str] = []
+
+    def noted(*arguments: Any) -> Plan:
+        events.append("plan")
+        return plan(*arguments)
+
+    monkeypatch.setattr("services.planner.core.plan", noted)
+    desk.bus.heard = lambda: events.append("heard")
+    start = m.Start(positions=ROBOT.home.tolist(), velocities=[0.0] * 6)
+    goal = m.Goal(primitive="forehand", positions=GOAL.positions, plan_only=True, start=start)
+    reply, _ = desk.ask(topics.GOAL, structs.replace(goal, **change))
+    assert events == order
+    assert reply.start_time == 1.0
 
 
 def test_an_error_that_nobody_foresaw(desk: Desk, monkeypatch: pytest.MonkeyPatch):

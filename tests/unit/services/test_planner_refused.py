@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -69,6 +70,10 @@ class FakeBus:
         """Only a plan may wait for a listener whose link is dead: a refusal would hold up the next goal's answer."""
         assert blocking is (topic is topics.PLAN)
         return self
+
+    def send(self, topic: topics.Query, asked: Any) -> Callable[[], Any]:
+        """Answer once the answer is wanted."""
+        return lambda: self.ask(topic, asked)
 
     def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
         """Answer as the controller."""
