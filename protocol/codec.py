@@ -23,6 +23,7 @@ MAX_DEPTH = 8
 MAX_FIELD = 120
 MAX_SENTENCE = 400
 MAX_ERROR = 2000
+"""Characters of msgspec's sentence that are looked at; a sender's field name may be part of it."""
 MAX_EXPLAINED = 1 << 12
 """Bytes of a body that is unpacked to say what is wrong with it."""
 _WHERE = re.compile(r"^(?P<what>.*?)(?: - at (?P<key>`key` in )?`\$\.?(?P<path>.*?)`)?$", re.DOTALL)
@@ -131,8 +132,9 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
     what, path = (matched["what"], matched["path"] or "") if matched else (str(error), "")
     value = _value_at(body, path)
     if matched and matched["key"]:
-        strange = next((key for key in value if not isinstance(key, str)), None)
-        return bad_message(path, f"{path or 'the body'} has the key {strange!r:.40}; keys are strings")
+        strange = [key for key in (value if isinstance(value, dict) else ()) if not isinstance(key, str)]
+        which = f"the key {strange[0]!r:.40}" if strange else "a key that is no string"
+        return bad_message(path, f"{path or 'the body'} has {which}; keys are strings")
     if _FINITE.match(what):
         return bad_message(path, f"{path} is {value or 'not finite'}; only finite numbers are taken")
     if _depth(value) > MAX_DEPTH:

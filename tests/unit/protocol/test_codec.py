@@ -46,6 +46,23 @@ def test_sentences(change, field, sentence):
     assert (refused.message, refused.detail) == (sentence, {"field": field})
 
 
+@pytest.mark.parametrize(
+    ("body", "kind", "sentence"),
+    [
+        ({"goal_id": "g" * 5000, "stamps": {b"planned": 2}}, m.Trajectory, "stamps has a key that is no string"),
+        ({b"version": 1, "goal_id": "g" * 5000}, m.Trajectory, "the body has a key that is no string"),
+        ({"lead": 0.1, "a` - at `key` in `$.lead": 1}, m.ReferenceRequest, "lead has a key that is no string"),
+        ({"positions": [1.0], "a` - at `key` in `$.positions[0]": 1}, m.Goal, "positions[0] has a key that is no"),
+    ],
+    ids=["large", "large itself", "deceptive", "deceptive in a list"],
+)
+def test_a_key_that_is_not_found(body: dict[Any, Any], kind: type, sentence: str):
+    """In a body too large to be explained, or where a field's name passes for msgspec's own words."""
+    with pytest.raises(Refusal) as refused:
+        decode(cast(bytes, msgpack.packb(body)), kind, EXECUTE.max_bytes)
+    assert refused.value.message.startswith(sentence)
+
+
 def test_unknown_field_lists_the_known_ones():
     assert "a Step has version, ticks" in refusal({"ticks": 1, "tocks": 2}, m.Step).message
 
