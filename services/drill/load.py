@@ -19,6 +19,7 @@ from protocol.codec import ENCODING, encode
 from protocol.sessions import open_session
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
+from services.drill.punctuality import RATIOS, answered_since, on_time, ratios
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed, told
 from services.drill.start import Plan
 
@@ -32,21 +33,6 @@ HOARD_EVERY_S = 0.1
 HOARD_BYTES = topics.EXECUTE.max_bytes
 QUERIES = 10_000
 ANSWER_S = 20.0
-ON_TIME = 95.0
-"""%; a loop that is late more often without any load has nothing to show under it."""
-
-
-def on_time(cell: Cell, seconds: float) -> float:
-    """Return the share of ticks that the controller answers in time over the coming `seconds`."""
-    first = cell.status()
-    time.sleep(seconds)
-    return answered_since(first, cell)
-
-
-def answered_since(first: m.Status, cell: Cell) -> float:
-    """Return the share of ticks that the controller has answered in time since a status."""
-    last = cell.status()
-    return 1.0 - (last.cycle.missed - first.cycle.missed) / max(1, cell.ticks(last.time - first.time))
 
 
 class Flood:
@@ -246,20 +232,6 @@ def growth(before: Mapping[str, float], cell: Cell) -> Measured:
     return {"memory of a process grows by": max(after - before[name] for name, after in cell.memory().items())}
 
 
-def ratios(before: float, during: float) -> Measured:
-    """Return the on-time ratios without load and under it, in percent, and their difference."""
-    return {
-        "on-time ratio without": 100 * before,
-        "on-time ratio under load": 100 * during,
-        "less than without by": 100 * (before - during),
-    }
-
-
-RATIOS = (
-    timed(at_least("on-time ratio without", ON_TIME, "%")),
-    told("on-time ratio under load", "%"),
-    timed(at_most("less than without by", 2.0, "%")),
-)
 BOUNDED = at_most("memory of a process grows by", 25.0, "MB")
 UNDISTURBED = (timed(exactly("the goal", "succeeded")), timed(at_most("peak tracking error", 0.02, "rad")))
 

@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 
 from services.drill.cell import Cell, wait_for
 from services.drill.lab import Lab
-from services.drill.load import ON_TIME, answered_since, on_time
+from services.drill.punctuality import ON_TIME, answered_since, on_time
 from services.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed
 from services.drill.start import ARM, Plan
 
