@@ -25,7 +25,6 @@ __all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan"]
 EQUALITY_TOLERANCE = 1e-10
 """Equalities hold to this part of the largest target, or it is no plan."""
 
-
 ROUNDING = 4 * np.finfo(float).eps
 """… or to this part of the terms that make them up."""
 

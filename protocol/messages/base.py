@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct
 
 MAX_JOINTS = 64
+"""More than any arm has."""
 Number = Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)]
 """A finite number: NaN fails both bounds."""
 Vector = list[Number]

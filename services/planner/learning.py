@@ -24,9 +24,6 @@ SHORTEST_GAP = 1e-3
 MAX_ORDER = 10
 """Of the smoothing polynomial; beyond it the fit is ill-conditioned."""
 
-
-"""Of a demonstration: more than any arm has."""
-
 MAX_SAMPLES = 100_000
 """Samples of a demonstration: 100 s at 1 kHz; more would keep goals waiting while it is smoothed."""
 

@@ -38,8 +38,7 @@ class Library:
         directory.mkdir(parents=True, exist_ok=True)
         self._directory = directory
         self._primitives: dict[str, tuple[Primitive, float]] = {}
-        for leftover in directory.glob(".*.tmp"):
-            leftover.unlink()
+        self._sweep()
         for path in sorted(directory.glob("*.npz")):
             try:
                 self._primitives[path.stem] = _read(path)
@@ -119,10 +118,14 @@ class Library:
         try:
             yield self._directory / name
         except OSError as error:
-            for leftover in self._directory.glob(".*.tmp"):
-                leftover.unlink(missing_ok=True)
+            self._sweep()
             sentence = f"the library {self._directory} cannot be written: {error.strerror or error}; nothing changed"
             raise Refusal("unavailable", sentence, service="planner") from None
+
+    def _sweep(self) -> None:
+        """Remove what a write that was cut off has left."""
+        for leftover in self._directory.glob(".*.tmp"):
+            leftover.unlink()
 
     def _sync_directory(self) -> None:
         """Make a new or removed name survive a power cut."""
