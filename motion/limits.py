@@ -9,7 +9,10 @@ from motion.errors import InvalidMotion
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
 SIGNS = np.array([-1.0, 1.0])
-"""A lower limit is an upper one seen upside down: value·sign ≤ limit for both sides."""
+"""Signs that turn lower bounds into upper bounds: sign·value ≤ limit."""
+
+ROUNDING = 1e-6
+"""A value that is asked for may lie beyond its limit by this part of the limit's range: it was rounded to float32."""
 
 LED_BACK_FROM = 0.02
 """A motion may begin this far (rad) outside a position limit, where an arm was pushed, …"""
@@ -59,6 +62,20 @@ class Limits:
     def joint_count(self) -> int:
         """Number of joints J."""
         return len(self.velocities)
+
+    def contains(self, positions: np.ndarray, velocities: np.ndarray) -> bool:
+        """Whether positions and velocities (J,) lie inside."""
+        low, high = self.ranges[:, :2].transpose(2, 1, 0)
+        values = np.stack([positions, velocities])
+        return bool(((low <= values) & (values <= high)).all())
+
+    def clipped(self, quantity: int, values: np.ndarray) -> np.ndarray:
+        """Values (J,) of a quantity, those beyond a limit by rounding moved onto it; NaN stays."""
+        low, high = self.ranges[:, quantity].T
+        width = high - low
+        slack = ROUNDING * np.where(np.isfinite(width), width, 0.0)
+        values = np.where((values > high) & (values <= high + slack), high, values)
+        return np.where((values < low) & (values >= low - slack), low, values)
 
     def tightened(self, other: "Limits") -> "Limits":
         """The tighter of both everywhere. Raises InvalidMotion where the position ranges do not meet."""

@@ -5,52 +5,54 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motion.basis import INTERVALS, Grid, make_grid
-from motion.curve import interpolate
-from motion.errors import Infeasible, InvalidMotion, SolverFailed
-from motion.fixed import check_fixed, fixed_values
+from motion import splines
+from motion.braking import TOUCH, fastest_stop
+from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, SolverFailed
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.problem import Problem, build
-from motion.report import Active, Report, make_report
+from motion.program.constraint_generation import InfeasibleRows, Solution, solve
+from motion.program.effort import Effort
+from motion.program.equalities import Fixed, check_fixed, fixed_values
+from motion.program.min_duration import min_duration
+from motion.program.problem import FINEST, USUAL, Precision, Problem, build
+from motion.program.report import Active, Report, make_report
+from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import MotionRequest
-from motion.samples import Samples
-from motion.shortest import shortest_duration
-from motion.solver import Clash, Solution, solve
-from motion.stopping import arriving, final_accelerations
-from motion.tail import TOUCH, Stop, stop
+from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 
 __all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan"]
 
+EFFORT = 20_000.0
+"""Of a plan of up to six joints, more in proportion; see `motion.program.effort`."""
+
 EQUALITY_TOLERANCE = 1e-10
-"""Equalities hold to this part of the largest target, or it is no plan."""
+"""Equalities hold to this part of the largest target, or it is no plan …"""
 
 ROUNDING = 4 * np.finfo(float).eps
 """… or to this part of the terms that make them up."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Warm:
-    """A motion's curves (J, 6, M) in normalised time: the next plan of the same joints begins with the rows at which
-    they come near its limits."""
+    """The rows of a plan that came near their limits, an array for each joint: the next plan of the same joints begins
+    with them. They belong to hulls with `points` control points."""
 
-    curves: np.ndarray
+    points: int
+    rows: list[np.ndarray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """A verified motion: basis part, straight part (rest fraction), tail.
+    """A verified motion: a spline up to the goal, a straight part if asked for, and a stop.
 
-    weights: (J, N) of g″(s) (eq. 8 in normalised time). curves: (J, 6, 1001), position and its first five
-    derivatives at s = 0, 0.001, … 1. duration: of the motion up to the hit, s.
-    total_duration: with the tail, s, a multiple of `tick`. hit_index: the tick nearest to the hit. warm: for
-    the next call. tail: the stop, None for "coast".
+    control_points (J, N + 2): of the position over the moving part, rad. trajectory: all of it. duration: up to the hit,
+    s. total_duration: with the stop, s, a multiple of `tick`. hit_index: the tick nearest to the hit. warm: for the next
+    call.
     """
 
     request: MotionRequest
-    weights: np.ndarray
-    curves: np.ndarray
-    tail: Stop | None
+    control_points: np.ndarray
+    trajectory: Trajectory
     duration: float
     total_duration: float
     hit_index: int
@@ -60,22 +62,7 @@ class Plan:
 
     def sample(self, times: np.ndarray) -> Samples:
         """States at `times` (n,), s from the start; beyond the end the arm rests (or coasts)."""
-        times = np.asarray(times, dtype=float)
-        request = self.request
-        end = request.moving_duration
-        out = np.empty((3, len(times), request.joint_count))
-        moving = times <= end
-        out[:, moving] = interpolate(self.curves, self.duration, times[moving])
-        after = times[~moving] - self.duration
-        goal = request.goal
-        out[0, ~moving] = goal.positions + after[:, None] * goal.velocities
-        out[1, ~moving] = goal.velocities
-        out[2, ~moving] = 0.0
-        if self.tail is not None:
-            stopping = times > self.duration - 1e-9  # at the goal itself too: there an arm at rest is exactly at rest
-            states = self.tail.sample(np.maximum(times[stopping] - self.duration, 0.0))
-            out[:, stopping] = states.positions, states.velocities, states.accelerations
-        return Samples(*out)
+        return self.trajectory.sample(times)
 
     def samples(self) -> Samples:
         """States on the tick grid, the first at 0, the last at `total_duration` (with a tail "stop" at rest)."""
@@ -83,129 +70,191 @@ class Plan:
         return self.sample(np.arange(count + 1) * self.tick)
 
 
-def plan(primitive: Primitive, request: MotionRequest, tick: float = 0.001, warm: Warm | None = None) -> Plan:
+def plan(
+    primitive: Primitive,
+    request: MotionRequest,
+    tick: float = 0.001,
+    warm: Warm | None = None,
+    remedy: bool = True,
+) -> Plan:
     """Plan the motion that imitates `primitive` best as `request` asks (eq. 10–17).
 
-    `tick` (s) is the grid of the total duration; `warm` comes from an earlier plan of the same joints. Raises
-    InvalidMotion, LimitExceeded, CannotStop, Infeasible (with the shortest duration found to work) or
+    `tick` (s) is the grid of the total duration; `warm` comes from an earlier plan of the same joints; `remedy`: what is
+    infeasible is answered with a duration that works. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or
     SolverFailed. What is returned was verified from its weights.
     """
-    if primitive.joint_count != request.joint_count:
-        raise InvalidMotion(
-            "primitive",
-            f"moves {primitive.joint_count} joints, the request {request.joint_count}; both have to agree",
-        )
-    if warm is not None and len(warm.curves) != request.joint_count:
-        raise InvalidMotion("warm", f"belongs to {len(warm.curves)} joints, not to {request.joint_count}")
+    _check_joints(primitive, request, warm)
+    request = request.clipped()
     # A goal outside its limits is named as such, not as one from which no stop leads back inside.
     fixed = fixed_values(request)
     check_fixed(request, fixed)
-    grid = make_grid(primitive.basis_count)
+    effort = Effort(EFFORT * max(1.0, request.joint_count / 6))
     try:
-        problem = build(grid, request, fixed, primitive.theta, arriving(request))
-        solutions = _solved(grid, problem, warm)
-        tail, reach, stuck = _tail(request, solutions)
-        if stuck.size:
-            # Only now does it pay to ask which final accelerations leave room for the stop.
-            problem = build(grid, request, fixed, primitive.theta, final_accelerations(request))
-            again = _solved(grid, problem, Warm(_curves(solutions)), stuck)
-            for joint, solution in zip(stuck.tolist(), again, strict=True):
-                solutions[joint] = solution
-            tail, reach, stuck = _tail(request, solutions)
-    except Clash as clash:
-        raise _infeasible(grid, primitive, request, tick, clash) from None
+        return _planned(primitive, request, fixed, tick, warm, effort, USUAL)
+    except InfeasibleRows:
+        pass
+    try:
+        return _planned(primitive, request, fixed, tick, None, effort, FINEST)
+    except InfeasibleRows as clash:
+        raise _infeasible(primitive, request, tick, clash, effort, remedy) from None
+
+
+def _check_joints(primitive: Primitive, request: MotionRequest, warm: Warm | None) -> None:
+    joints = request.joint_count
+    if primitive.joint_count != joints:
+        sentence = f"moves {primitive.joint_count} joints, the request {joints}; both must agree"
+        raise InvalidMotion("primitive", sentence)
+    if warm is not None and len(warm.rows) != joints:
+        raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {joints}")
+
+
+def _planned(
+    primitive: Primitive,
+    request: MotionRequest,
+    fixed: Fixed,
+    tick: float,
+    warm: Warm | None,
+    effort: Effort,
+    precision: Precision,
+) -> Plan:
+    """The plan with a precision. Raises InfeasibleRows where there is none."""
+    problem = build(primitive, request, fixed, arriving(request), precision)
+    solutions = _solved(problem, effort, warm)
+    points, tail, reach, stuck = _stopped(request, problem, solutions)
+    if stuck.size:
+        # Only now does it pay to ask which final accelerations leave room for the stop.
+        problem = build(primitive, request, fixed, final_accelerations(request), precision)
+        begin = Warm(len(problem.hull.s), [solution.rows for solution in solutions])
+        for solution in _solved(problem, effort, begin, stuck):
+            solutions[solution.joint] = solution
+        points, tail, reach, stuck = _stopped(request, problem, solutions)
     if stuck.size:
         raise SolverFailed(int(stuck[0]), "the stop after the goal leaves the limits")
-    normalised = _curves(solutions)
-    curves = normalised * request.duration ** -np.arange(6.0)[:, None]
-    total = request.duration + (tail.duration if tail else 0.0)
+    pieces = splines.pieces(points)
+    breaks = np.linspace(0.0, problem.duration, len(pieces) + 1)
+    spline = Trajectory(breaks, pieces * problem.duration ** -np.arange(float(COEFFICIENTS)))
+    total = problem.duration + tail.duration
     return Plan(
         request=request,
-        weights=grid.weights(np.array([solution.x for solution in solutions])),
-        curves=curves,
-        tail=tail,
+        control_points=points,
+        trajectory=spline.then(tail),
         duration=request.duration,
         total_duration=math.ceil(total / tick - 1e-9) * tick,
         hit_index=round(request.duration / tick),
         tick=tick,
-        report=make_report(primitive, request, solutions, curves, reach),
-        warm=Warm(normalised),
+        report=make_report(primitive, request, problem, solutions, pieces, reach),
+        warm=Warm(len(problem.hull.s), [solution.near for solution in solutions]),
     )
 
 
-def _curves(solutions: list[Solution]) -> np.ndarray:
-    """The curves (J, 6, M) of all joints in normalised time."""
-    return np.array([solution.certificate.curves for solution in solutions])
-
-
-def _solved(grid: Grid, problem: Problem, warm: Warm | None = None, joints: np.ndarray | None = None) -> list[Solution]:
-    """The optimum, certified, of every joint or of the `joints` (n,). Raises Clash or SolverFailed.
+def _solved(
+    problem: Problem, effort: Effort, warm: Warm | None = None, joints: np.ndarray | None = None
+) -> list[Solution]:
+    """The optimum of every joint or of the `joints` (n,). Raises InfeasibleRows or SolverFailed.
 
     Rows of an earlier motion are demanded where this one might have done without, so no verdict rests on them.
     """
-    if warm is not None:
+    if warm is not None and warm.points == len(problem.hull.s):
         try:
-            return _certified(grid, problem, warm, joints)
-        except (Clash, SolverFailed):
+            return _verified(problem, solve(problem, effort, warm.rows, joints))
+        except (InfeasibleRows, SolverFailed):
             pass
-    return _certified(grid, problem, None, joints)
+    return _verified(problem, solve(problem, effort, None, joints))
 
 
-def _certified(grid: Grid, problem: Problem, warm: Warm | None, joints: np.ndarray | None) -> list[Solution]:
-    chosen = np.arange(len(problem.targets)) if joints is None else joints
-    solutions = solve(grid, problem, warm.curves if warm else None, chosen)
-    for joint, solution in zip(chosen.tolist(), solutions, strict=True):
-        if solution.certificate.failures:
-            failure = solution.certificate.failures[0]
-            time = (failure.sample + 0.5) / grid.intervals * problem.duration
-            raise SolverFailed(joint, f"no certificate for the {QUANTITIES[failure.quantity]} near {time:.3f} s")
+def _verified(problem: Problem, solutions: list[Solution]) -> list[Solution]:
+    """The solutions, whose limits were looked at, with their equalities looked at. Raises SolverFailed."""
+    joints = np.array([solution.joint for solution in solutions])
     x = np.array([solution.x for solution in solutions])
-    missed = np.abs(problem.equalities.missed(x, problem.targets, chosen))
-    allowed = EQUALITY_TOLERANCE * np.maximum(1.0, np.abs(problem.targets[chosen]).max(axis=1))[:, None]
+    missed = np.abs(problem.equalities.missed(x, problem.targets, joints))
+    allowed = EQUALITY_TOLERANCE * np.maximum(1.0, np.abs(problem.targets[joints]).max(axis=1))[:, None]
     if not (missed <= allowed).all():
         # Large weights that cancel each other, as in a motion that is over at once, leave their rounding.
-        terms = np.abs(problem.equalities.rows[chosen]) @ np.abs(x)[:, :, None]
+        terms = np.matmul(np.abs(problem.equalities.rows[joints]), np.abs(x)[:, :, None])
         allowed = np.maximum(allowed, ROUNDING * terms[:, :, 0])
     if not (missed <= allowed).all():
         joint = (missed / allowed).max(axis=1).argmax()
-        raise SolverFailed(int(chosen[joint]), f"equalities are off by {missed[joint].max():.1e}")
+        raise SolverFailed(int(joints[joint]), f"equalities are off by {missed[joint].max():.1e}")
     return solutions
 
 
-def _infeasible(grid: Grid, primitive: Primitive, request: MotionRequest, tick: float, clash: Clash) -> Infeasible:
-    """The answer to a request whose limits clash, with a duration that works if one is found.
+def _stopped(
+    request: MotionRequest, problem: Problem, solutions: list[Solution]
+) -> tuple[np.ndarray, Trajectory, np.ndarray, np.ndarray]:
+    """Control points (J, N + 2) of the moving part, what follows it, the lowest and highest values there (J, 4, 2), and the
+    joints (n,) in which these leave the limits."""
+    x = np.array([solution.x for solution in solutions])
+    points = problem.space.positions(x)
+    goal, limits, given = request.goal, request.limits, request.final_accelerations
+    end = goal.positions + request.follow_through * goal.velocities
+    line = _straight(request)
+    reach = np.empty((len(end), 4, 2))
+    reach[:, :2, 0] = reach[:, :2, 1] = np.stack([goal.positions, goal.velocities], axis=1)
+    reach[:, 2:, 0], reach[:, 2:, 1] = np.inf, -np.inf
+    if request.tail == "coast":
+        return points, line, reach, np.zeros(0, dtype=int)
+    reached = problem.space.weights(x)[:, -1] / problem.duration**2
+    final = np.where(np.isnan(given), reached, given)
+    halt = fastest_stop(goal.velocities, final, limits.accelerations, limits.jerks)
+    low, high, slow, fast = halt.extremes(end)
+    motion = halt.trajectory(end)
+    accelerations, jerks = 2 * motion.coefficients[..., 2], 6 * motion.coefficients[..., 3]
+    reach[:, 0, 0], reach[:, 0, 1] = np.minimum(low, goal.positions), np.maximum(high, goal.positions)
+    reach[:, 1, 0], reach[:, 1, 1] = slow, fast
+    reach[:, 2, 0], reach[:, 2, 1] = accelerations.min(axis=0), accelerations.max(axis=0)
+    reach[:, 3, 0], reach[:, 3, 1] = jerks.min(axis=0), jerks.max(axis=0)
+    ranges = limits.ranges
+    outside = (reach[:, :2, 0] < ranges[:, :2, 0] - TOUCH) | (reach[:, :2, 1] > ranges[:, :2, 1] + TOUCH)
+    behind = line.then(motion) if request.straight_duration else motion
+    return points, behind, reach, np.flatnonzero(outside.any(axis=1))
+
+
+def _straight(request: MotionRequest) -> Trajectory:
+    """The part with the final velocity: before the hit for a rest fraction, after it to follow through."""
+    goal = request.goal
+    line = np.zeros((1, request.joint_count, COEFFICIENTS))
+    line[0, :, 0] = goal.positions - request.rest_fraction * request.duration * goal.velocities
+    line[0, :, 1] = goal.velocities
+    return Trajectory(np.array([0.0, request.straight_duration]), line)
+
+
+def _infeasible(
+    primitive: Primitive, request: MotionRequest, tick: float, clash: InfeasibleRows, effort: Effort, remedy: bool
+) -> Infeasible:
+    """The answer to a request whose limits contradict each other, with a duration that works if one is found.
 
     Raises CannotStop where none could, because the arm would not come to rest inside its limits.
     """
-    confined = final_accelerations(request)
+    final = final_accelerations(request)
 
-    def works(longer: MotionRequest) -> object:
-        fixed = fixed_values(longer)
-        check_fixed(longer, fixed)
-        return _solved(grid, build(grid, longer, fixed, primitive.theta, confined))
+    def failing(longer: MotionRequest, joints: np.ndarray) -> np.ndarray:
+        try:
+            fixed = fixed_values(longer)
+            check_fixed(longer, fixed)
+            problem = build(primitive, longer, fixed, final)
+        except (LimitExceeded, InvalidMotion, CannotStop):
+            return joints
+        return np.array([joint for joint in joints.tolist() if not _works(problem, joint, effort)], dtype=int)
 
-    found = shortest_duration(request, works, tick)
+    found = min_duration(request, failing, np.array([clash.joint]), tick) if remedy else None
     return Infeasible(
         clash.joint,
         QUANTITIES[clash.quantity],
-        clash.s * request.duration,
+        clash.s * request.moving_duration,
         found.duration if found else None,
         [w.time_from_start for w in found.waypoints] if found else None,
     )
 
 
-def _tail(request: MotionRequest, solutions: list[Solution]) -> tuple[Stop | None, np.ndarray, np.ndarray]:
-    """The stop from the goal, the lowest and highest values (J, 4, 2) of all quantities from there on (none of the
-    acceleration and jerk of an arm that coasts), and the joints (n,) in which they leave the limits."""
-    goal, ranges = request.goal, request.limits.ranges
-    if request.tail == "coast":
-        free = np.full(request.joint_count, np.inf)
-        state = goal.positions, goal.velocities
-        return None, np.array([[*state, free, free], [*state, -free, -free]]).T, np.zeros(0, dtype=int)
-    last = round(request.moving_fraction * INTERVALS)
-    reached = np.array([solution.certificate.curves[2, last] for solution in solutions]) / request.duration**2
-    given = request.final_accelerations
-    tail = stop(goal.positions, goal.velocities, np.where(np.isnan(given), reached, given), request.limits)
-    reach = tail.extremes()
-    outside = (reach[:, :2, 0] < ranges[:, :2, 0] - TOUCH) | (reach[:, :2, 1] > ranges[:, :2, 1] + TOUCH)
-    return tail, reach, np.flatnonzero(outside.any(axis=1))
+def _works(problem: Problem, joint: int, effort: Effort) -> bool:
+    """Whether a joint can be planned. Raises SolverFailed where no effort is left."""
+    effort.spend(joint, 0)
+    try:
+        _verified(problem, solve(problem, effort, None, np.array([joint])))
+    except InfeasibleRows:
+        return False
+    except SolverFailed as failure:
+        if failure.status == "time":
+            raise
+        return False
+    return True

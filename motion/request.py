@@ -1,17 +1,19 @@
-"""What a motion is asked to do: start, goal, duration, way-points, limits."""
+"""What a motion is asked to do: start, goal, duration, waypoints, limits."""
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
-from motion.basis import INTERVALS
 from motion.errors import InvalidMotion
 from motion.limits import Limits
 
 MIN_SEPARATION = 0.01
-"""Way-points closer than this part of the duration to each other or to an end are refused (design 1.1)."""
+"""Waypoints closer than this part of the duration to each other or to an end are refused."""
+
+
+MIN_PLACE_TIME = 0.05
+"""s; places kept more tightly would leave accelerations no part in the cost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,11 +46,13 @@ class Waypoint:
 class MotionRequest:
     """A motion of J joints from `start` to `goal` in `duration` seconds inside `limits`.
 
-    A NaN acceleration of the goal is free where the final velocity is not 0 and zero where it is (design 1.9):
-    `final_accelerations` (J,) are those at the end of the moving part, NaN where they stay free. `rest_fraction` is
-    the final part of the duration with exactly zero acceleration (rounded up to 0.001). `tail` "stop" ends in a
-    jerk-limited stop after the hit, "coast" moves on at the final velocity (the paper's way). Raises InvalidMotion
-    naming the field for anything malformed.
+    A NaN acceleration of the goal is free where the final velocity is not 0 and zero where it is: `final_accelerations`
+    (J,) are those at the end of the moving part, NaN where they stay free. rest_fraction: final part of the duration with
+    exactly zero acceleration. tail: "stop" ends in a jerk-limited stop after the hit, "coast" moves on at the final
+    velocity (the paper's way). follow_through: s for which the final velocity is kept after the hit, before the stop.
+    place_time: s; differences from the demonstration's start and goal are made up for within about this time of the
+    ends, None: over the whole motion, as in the paper. phase: where in the demonstration, 0 to 1, the motion begins: what
+    is left of it is imitated. Raises InvalidMotion naming the field for anything malformed.
     """
 
     start: Boundary
@@ -58,6 +62,9 @@ class MotionRequest:
     waypoints: tuple[Waypoint, ...] = ()
     rest_fraction: float = 0.0
     tail: Literal["stop", "coast"] = "stop"
+    follow_through: float = 0.0
+    place_time: float | None = None
+    phase: float = 0.0
     final_accelerations: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -67,18 +74,27 @@ class MotionRequest:
             _check_vector(f"{name}.velocities", boundary.velocities, joints)
             _check_vector(f"{name}.accelerations", boundary.accelerations, joints, nan="free")
         if not (np.isfinite(self.duration) and self.duration > 0):
-            raise InvalidMotion("duration", f"is {self.duration}; it has to be finite and greater than 0 s")
-        if not (0 <= self.rest_fraction < 1 and self.moving_fraction >= MIN_SEPARATION):
+            raise InvalidMotion("duration", f"is {self.duration}; it must be finite and greater than 0 s")
+        if not 0 <= self.rest_fraction <= 1 - MIN_SEPARATION:
             raise InvalidMotion(
-                "rest_fraction", f"is {self.rest_fraction}; it has to be from 0 to {1 - MIN_SEPARATION}"
+                "rest_fraction", f"is {self.rest_fraction}; it must lie between 0 and {1 - MIN_SEPARATION}"
             )
-        if self.rest_fraction > 0 and np.any(np.nan_to_num(self.goal.accelerations) != 0):
-            raise InvalidMotion("goal.accelerations", "has to be null or 0 with a rest_fraction")
+        if not 0 <= self.follow_through < np.inf:
+            raise InvalidMotion("follow_through", f"is {self.follow_through}; it must be finite and at least 0 s")
+        if self.place_time is not None and not MIN_PLACE_TIME <= self.place_time < np.inf:
+            raise InvalidMotion(
+                "place_time", f"is {self.place_time}; it must be finite and at least {MIN_PLACE_TIME} s"
+            )
+        if not 0 <= self.phase < 1:
+            raise InvalidMotion("phase", f"is {self.phase}; it must be at least 0 and less than 1")
+        straight = self.rest_fraction > 0 or self.follow_through > 0
+        if straight and np.any(np.nan_to_num(self.goal.accelerations) != 0):
+            raise InvalidMotion("goal.accelerations", "must be null or 0 with a rest_fraction or a follow_through")
         if self.tail not in ("stop", "coast"):
-            raise InvalidMotion("tail", f"is {self.tail!r}; it has to be 'stop' or 'coast'")
+            raise InvalidMotion("tail", f"is {self.tail!r}; it must be 'stop' or 'coast'")
         self._check_waypoints(joints)
         at_rest = np.isnan(self.goal.accelerations) & (self.goal.velocities == 0)
-        final = np.where(at_rest | (self.rest_fraction > 0), 0.0, self.goal.accelerations)
+        final = np.where(at_rest | straight, 0.0, self.goal.accelerations)
         object.__setattr__(self, "final_accelerations", final)
 
     @property
@@ -87,14 +103,30 @@ class MotionRequest:
         return self.limits.joint_count
 
     @property
-    def moving_fraction(self) -> float:
-        """1−ρ, rounded down to the grid on which limits are looked at: where the moving part ends in s."""
-        return math.floor((1 - self.rest_fraction) * INTERVALS + 1e-9) / INTERVALS
-
-    @property
     def moving_duration(self) -> float:
         """Duration (s) without the final part of zero acceleration."""
-        return self.moving_fraction * self.duration
+        return (1 - self.rest_fraction) * self.duration
+
+    @property
+    def straight_duration(self) -> float:
+        """Time (s) of constant velocity behind the moving part: before the hit and after it."""
+        return self.rest_fraction * self.duration + self.follow_through
+
+    @property
+    def imitates(self) -> tuple[float, float]:
+        """The phases of the demonstration between which the moving part imitates it."""
+        return self.phase, self.phase + (1 - self.phase) * (1 - self.rest_fraction)
+
+    def clipped(self) -> "MotionRequest":
+        """The same request, with values of goal and waypoints that lie beyond their limit by rounding moved onto it."""
+        clip = self.limits.clipped
+        if not self.waypoints and self.limits.contains(self.goal.positions, self.goal.velocities):
+            return self
+        goal = replace(self.goal, positions=clip(0, self.goal.positions), velocities=clip(1, self.goal.velocities))
+        waypoints = tuple(
+            replace(w, positions=clip(0, w.positions), velocities=clip(1, w.velocities)) for w in self.waypoints
+        )
+        return replace(self, goal=goal, waypoints=waypoints)
 
     def _check_waypoints(self, joints: int) -> None:
         apart = MIN_SEPARATION * self.duration * (1 - 1e-9)
@@ -107,14 +139,14 @@ class MotionRequest:
             if not 0 < time < end:
                 raise InvalidMotion(
                     f"{field}.time_from_start",
-                    f"is {time:.6g} s; it has to lie between 0 and {end:.6g} s, where the motion is shaped",
+                    f"is {time:.6g} s; it must lie between 0 and {end:.6g} s, where the motion is shaped",
                 )
             others = [0.0, end, *times[:k], *times[k + 1 :]]
             if min(abs(time - other) for other in others) < apart:
                 raise InvalidMotion(
                     f"{field}.time_from_start",
                     f"of {time:.6g} s is closer than {apart:.6g} s (0.01 of the duration) to another "
-                    "way-point or to an end",
+                    "waypoint or to an end",
                 )
 
 
@@ -122,4 +154,4 @@ def _check_vector(field: str, values: np.ndarray, joints: int, nan: str = "refus
     if values.shape != (joints,):
         raise InvalidMotion(field, f"needs {joints} numbers, one a joint; it has shape {values.shape}")
     if not np.all(np.isfinite(values) | (np.isnan(values) if nan == "free" else False)):
-        raise InvalidMotion(field, f"has to be finite; it is {values.tolist()}")
+        raise InvalidMotion(field, f"must be finite; it is {values.tolist()}")

@@ -1,4 +1,4 @@
-"""Clamped uniform B-splines over [0, 1]: rows, integrals, derivatives, knot insertion.
+"""Clamped uniform B-splines over [0, 1]: rows, integrals, derivatives, knot insertion, pieces.
 
 A curve of `count` functions of a degree has `count` control points; the curve lies in their convex hull. Its integral
 and its derivative are B-splines on the same knots, one degree up with one control point more and one degree down with
@@ -6,6 +6,7 @@ one less. In this project accelerations are cubic: velocities have degree 4, pos
 """
 
 from functools import cache
+from math import factorial
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -17,9 +18,7 @@ POSITION_DEGREE = 5
 @cache
 def knots(count: int, degree: int) -> np.ndarray:
     """Knots (count + degree + 1,) of `count` functions: uniform, with the ends repeated degree + 1 times."""
-    return _constant(
-        np.concatenate([np.zeros(degree), np.linspace(0, 1, count - degree + 1), np.ones(degree)])
-    )
+    return _constant(np.concatenate([np.zeros(degree), np.linspace(0, 1, count - degree + 1), np.ones(degree)]))
 
 
 def rows(count: int, degree: int, s: np.ndarray) -> np.ndarray:
@@ -49,19 +48,57 @@ def differentiation(count: int, degree: int) -> np.ndarray:
 @cache
 def greville(count: int, degree: int) -> np.ndarray:
     """Greville abscissae (count,): the control points of s ↦ s, and where in s a control point acts most."""
+    return _constant(averages(knots(count, degree), degree))
+
+
+def averages(t: np.ndarray, degree: int) -> np.ndarray:
+    """Greville abscissae (m,) of a knot vector t (m + degree + 1,): averages of `degree` knots."""
+    return np.lib.stride_tricks.sliding_window_view(t[1:-1], degree).mean(axis=1)
+
+
+def insertion(count: int, degree: int, finer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How the control points of a curve of `count` functions become those on `finer` knots (m + degree + 1,).
+
+    `finer` contains the curve's knots. Returns which control points (m, degree + 1) a new one is made of, and with which
+    coefficients (m, degree + 1). A control point is the blossom of a piece at `degree` consecutive knots (Ramshaw), here
+    by de Boor's recursion.
+    """
     t = knots(count, degree)
-    return _constant(np.array([t[i + 1 : i + degree + 1].mean() for i in range(count)]))
+    arguments = np.lib.stride_tricks.sliding_window_view(finer[1:-1], degree)
+    # A piece that lies inside the new function's support: any will do, so the last that begins at or before its middle.
+    last = np.searchsorted(t[: count + 1], finer[: -degree - 1], side="right") - 1
+    last = np.clip(last, degree, count - 1)
+    first = last - degree
+    parts = np.broadcast_to(np.eye(degree + 1), (len(arguments), degree + 1, degree + 1)).copy()
+    for step in range(1, degree + 1):
+        u = arguments[:, step - 1, None]
+        index = first[:, None] + np.arange(step, degree + 1)
+        left, right = t[index], t[index + degree + 1 - step]
+        share = ((u - left) / (right - left))[:, :, None]
+        parts[:, step:] = (1 - share) * parts[:, step - 1 : -1] + share * parts[:, step:]
+    return first[:, None] + np.arange(degree + 1), parts[:, -1]
 
 
 @cache
-def refinement(count: int, degree: int, factor: int) -> np.ndarray:
-    """Matrix (m, count): control points of the same curve with `factor` knot intervals in place of each.
+def _conversion(count: int) -> np.ndarray:
+    """Coefficients (m, 6, 6), powers of s since each of the m knots, of the six control points that act behind it."""
+    degree, intervals = POSITION_DEGREE, count - POSITION_DEGREE
+    t = knots(count, degree)
+    begins = t[degree : -degree - 1]
+    out = np.zeros((intervals, degree + 1, degree + 1))
+    for k in range(degree + 1):
+        matrix = np.eye(count)
+        for d in range(k):
+            matrix = differentiation(count - d, degree - d) @ matrix
+        values = rows(count - k, degree - k, begins) @ matrix / factorial(k)
+        out[:, k] = [values[i, i : i + degree + 1] for i in range(intervals)]
+    return _constant(out)
 
-    The finer curve interpolates the coarser one at its Greville abscissae, which determines it.
-    """
-    finer = (count - degree) * factor + degree
-    at = greville(finer, degree)
-    return _constant(np.linalg.solve(rows(finer, degree, at), rows(count, degree, at)))
+
+def pieces(control_points: np.ndarray) -> np.ndarray:
+    """Coefficients (m, J, 6) of powers of s since each knot, of position curves with control points (J, m + 5)."""
+    windows = np.lib.stride_tricks.sliding_window_view(control_points, POSITION_DEGREE + 1, axis=1)
+    return np.matmul(windows.transpose(1, 0, 2), _conversion(control_points.shape[1]).transpose(0, 2, 1))
 
 
 def _constant(array: np.ndarray) -> np.ndarray:

@@ -1,14 +1,17 @@
-"""Which final accelerations, and which final velocities, leave room for the stop after the hit (design 1.9)."""
+"""Which final accelerations, and which final velocities, leave room for the stop after the hit."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from motion.errors import CannotStop
-from motion.fixed import FIXED_TOLERANCE
+from motion.braking import TOUCH, UNLIMITED, stop_extremes
 from motion.limits import SIGNS, Limits
 from motion.request import Boundary, MotionRequest
-from motion.tail import TOUCH, UNLIMITED, stop_extremes
+
+ON_LIMIT = 1e-9
+"""A velocity within this part of its limit lies on it."""
 
 TRIED = 257
 """Values of a search's interval that are tried in each of its rounds."""
@@ -17,16 +20,16 @@ _ROUNDS = 3
 
 
 def arriving(request: MotionRequest) -> np.ndarray:
-    """The interval (J, 2) in which each joint's acceleration at the end of its moving part has to lie, but for the
-    position limits of the stop.
+    """The interval (J, 2) in which each joint's acceleration at the end of its moving part must lie, the position limits
+    of the stop left aside.
 
     A given acceleration is an interval of no width. The velocity peaks at v + a|a|/2J during the stop.
     """
     limits, wanted = request.limits, request.final_accelerations
-    # Row 0 is the lower end, seen upside down.
+    # Row 0 is the lower end, with its sign turned.
     velocities = SIGNS[:, None] * request.goal.velocities
     # A joint that arrives at its velocity limit has come from inside it.
-    from_inside = velocities <= limits.velocities * (FIXED_TOLERANCE - 1)
+    from_inside = velocities <= limits.velocities * (ON_LIMIT - 1)
     reach = np.where(from_inside, 0.0, limits.accelerations)
     if request.tail == "stop":
         jerks, slower = np.minimum(limits.jerks, UNLIMITED), limits.velocities + TOUCH - velocities
@@ -46,7 +49,9 @@ def final_accelerations(request: MotionRequest) -> np.ndarray:
     interval = arriving(request)
     if request.tail == "coast":
         return interval
-    low, high = _stoppable(request.goal.positions, request.goal.velocities, interval, request.limits)
+    goal = request.goal
+    stops_at = goal.positions + request.follow_through * goal.velocities
+    low, high = _stoppable(stops_at, goal.velocities, interval, request.limits)
     stuck = np.flatnonzero(~(low <= high))
     if stuck.size:
         joint = int(stuck[0])
@@ -109,8 +114,9 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
         chosen = np.full(speeds.size, joint)
         many = Limits(*(x[chosen] for x in (limits.positions, limits.velocities, limits.accelerations, limits.jerks)))
         end = Boundary(goal.positions[chosen], sign * speeds.ravel(), goal.accelerations[chosen])
-        each = MotionRequest(end, end, request.duration, many, rest_fraction=request.rest_fraction)
-        low, high = _stoppable(end.positions, end.velocities, arriving(each), many)
+        each = replace(request, start=end, goal=end, limits=many, waypoints=())
+        stops_at = end.positions + request.follow_through * end.velocities
+        low, high = _stoppable(stops_at, end.velocities, arriving(each), many)
         return (low <= high).reshape(speeds.shape)
 
     largest = float(_largest(stoppable, np.zeros(1), np.abs(goal.velocities[[joint]]))[0])

@@ -1,0 +1,73 @@
+"""Curves of planned motions at the knots and half way between them, and their extremes."""
+
+from functools import cache
+
+import numpy as np
+
+ORDERS = 5
+"""Position and its first four derivatives."""
+
+NOTHING = 1e-150
+"""A divisor below this belongs to a line or parabola that has its maximum at an end."""
+
+
+def half_knots(pieces: np.ndarray) -> np.ndarray:
+    """Position and its first four derivatives with respect to s (5, J, 2m + 1) at s = 0, 1/2m, 2/2m, … 1.
+
+    pieces (m, J, 6): coefficients of powers of s since each of m equal pieces began.
+    """
+    count, joints, _ = pieces.shape
+    values = (pieces.reshape(-1, 6) @ _powers(count)).reshape(count, joints, 3, ORDERS)
+    curves = np.empty((ORDERS, joints, 2 * count + 1))
+    curves[:, :, :-1] = values[:, :, :2].transpose(3, 1, 0, 2).reshape(ORDERS, joints, -1)
+    curves[:, :, -1] = values[-1, :, 2].T
+    return curves
+
+
+@cache
+def _powers(count: int) -> np.ndarray:
+    """From coefficients to values of all orders at the begin, the middle and the end of a piece of length 1/count."""
+    matrix = np.zeros((6, 3, ORDERS))
+    for node, x in enumerate((0.0, 0.5 / count, 1.0 / count)):
+        for order in range(ORDERS):
+            for power in range(order, 6):
+                factor = np.prod(np.arange(power - order + 1, power + 1, dtype=float))
+                matrix[power, node, order] = factor * x ** (power - order)
+    return matrix.reshape(6, -1)
+
+
+def extremes(pieces: np.ndarray, curves: np.ndarray) -> np.ndarray:
+    """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of m pieces and their `half_knots`.
+
+    Between two instants the extreme is looked for where the cubic through values and slopes has its own; there the curve
+    itself is evaluated, so nothing is named that it does not reach.
+    """
+    step = 1 / (curves.shape[2] - 1)
+    values, slopes = curves[:4], step * curves[1:5]
+    f0, d0, d1 = values[..., :-1], slopes[..., :-1], slopes[..., 1:]
+    rise = values[..., 1:] - f0
+    b, c = 3 * rise - 2 * d0 - d1, d0 + d1 - 2 * rise
+    # The slope d0 + 2b x + 3c x² has two roots, one at a maximum and one at a minimum, in the form that does not cancel.
+    root = np.sqrt(np.maximum(b * b - 3 * c * d0, 0.0))
+    far = np.where(b > 0, -b - root, root - b)
+    above, below = np.stack([d0, far]), np.stack([far, 3 * c])
+    below[np.abs(below) < NOTHING] = 1.0
+    x = np.minimum(np.maximum(above / below, 0.0), 1.0)
+    at = (f0 + x * (d0 + x * (b + x * c))).transpose(1, 2, 0, 3).reshape(*values.shape[:2], -1)
+    found = np.stack([at.argmin(axis=2), at.argmax(axis=2)])
+    x = x.transpose(1, 2, 0, 3).reshape(1, *at.shape)
+    place, within = found % f0.shape[2], np.take_along_axis(x, found[..., None], axis=3)[..., 0]
+    reached = _evaluated(pieces, place // 2, step * (place % 2 + within))
+    lowest, highest = np.minimum(values.min(axis=2), reached[0]), np.maximum(values.max(axis=2), reached[1])
+    return np.stack([lowest, highest], axis=2).transpose(1, 0, 2)
+
+
+def _evaluated(pieces: np.ndarray, piece: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Position, velocity, acceleration and jerk (2, 4, J), each in a piece of its own at x since its begin."""
+    coefficients = pieces[piece, np.arange(pieces.shape[1])]
+    return (coefficients * _FACTORS * x[..., None] ** _POWERS).sum(axis=3)
+
+
+_POWERS = np.maximum(np.arange(6) - np.arange(4)[:, None], 0)[:, None]
+_FACTORS = np.array([[1, 1, 1, 1, 1, 1], [0, 1, 2, 3, 4, 5], [0, 0, 2, 6, 12, 20], [0, 0, 0, 6, 24, 60.0]])[:, None]
+"""Of the coefficients in position and its first three derivatives: (4, 1, 6)."""

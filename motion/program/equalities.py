@@ -1,0 +1,167 @@
+"""The values that a request fixes, and what they demand of a motion in normalised time."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from motion.errors import InvalidMotion, LimitExceeded, SolverFailed
+from motion.limits import LED_BACK_FROM, QUANTITIES, ROUNDING
+from motion.program.space import Space, make_space
+from motion.request import MotionRequest
+
+Joints = np.ndarray | slice
+
+DEPENDENT = 1e-10
+"""Unit rows with less than this outside the span of those before them depend on them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fixed:
+    """F values fixed by the request of J joints: the start's three first, the end's three last.
+
+    quantity (F,): 0 position, 1 velocity, 2 acceleration. s (F,): where. values (F, J): NaN where free. touched: places
+    on the way at which a value lies on its limit.
+    """
+
+    quantity: np.ndarray
+    s: np.ndarray
+    values: np.ndarray
+    touched: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Equalities:
+    """What fixed values demand of the motions x (J, N + 2) of J joints: rows·x = targets.
+
+    rows (J, m, N + 2), zero where a joint's value is free. kind: of each joint, an index of `spans`; these are
+    orthonormal bases (N, m) of the rows on z, one for each set of values that some joint fixes. correction (J, m, N): the least change of z for a unit of each target; adaptation (J, m, N): the same in the metric in
+    which the demonstration is adapted to the targets.
+    """
+
+    rows: np.ndarray
+    kind: list[int]
+    spans: list[np.ndarray]
+    correction: np.ndarray
+    adaptation: np.ndarray
+
+    def missed(self, x: np.ndarray, targets: np.ndarray, joints: Joints = slice(None)) -> np.ndarray:
+        """How far (n, m) the joints' motions x (n, N + 2) are from their targets, which are those of all (J, m)."""
+        return targets[joints] - np.matmul(self.rows[joints], x[:, :, None])[:, :, 0]
+
+    def adapted(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """The nearest motions (J, N + 2) that meet the targets; corrected twice, so that they hold to rounding."""
+        x = x.copy()
+        for _ in range(2):
+            x[:, :-2] += np.matmul(self.missed(x, targets)[:, None], self.adaptation)[:, 0]
+        return x
+
+    def corrected(self, x: np.ndarray, targets: np.ndarray, joints: Joints) -> np.ndarray:
+        """The joints' motions x (n, N + 2), in place, brought to their targets by the least change."""
+        x[:, :-2] += np.matmul(self.missed(x, targets, joints)[:, None], self.correction[joints])[:, 0]
+        return x
+
+
+def fixed_values(request: MotionRequest) -> Fixed:
+    """Return what the request fixes of its moving part, in physical units.
+
+    A waypoint that touches a limit fixes the derivative as well: the motion can only turn there.
+    """
+    start, goal, ranges = request.start, request.goal, request.limits.ranges
+    fixed = [(0, 0.0, start.positions), (1, 0.0, start.velocities), (2, 0.0, start.accelerations)]
+    touched = []
+    for waypoint in request.waypoints:
+        s = waypoint.time_from_start / request.moving_duration
+        turning = _touches(waypoint.positions, ranges[:, 0])
+        velocities = np.where(turning & np.isnan(waypoint.velocities), 0.0, waypoint.velocities)
+        fastest = _touches(velocities, ranges[:, 1])
+        fixed += [(0, s, waypoint.positions), (1, s, velocities), (2, s, np.where(fastest, 0.0, np.nan))]
+        if (turning | fastest).any():
+            touched.append(s)
+    end = goal.positions - request.rest_fraction * request.duration * goal.velocities
+    fixed += [(0, 1.0, end), (1, 1.0, goal.velocities), (2, 1.0, request.final_accelerations)]
+    quantity, s, values = zip(*fixed, strict=True)
+    return Fixed(np.array(quantity), np.array(s), np.array(values), tuple(touched))
+
+
+def check_fixed(request: MotionRequest, fixed: Fixed) -> None:
+    """Raise LimitExceeded for the first joint's first fixed value outside its range."""
+    ranges = request.limits.ranges[:, fixed.quantity]
+    values = fixed.values.T[:, :, None]
+    beyond = np.concatenate([ranges[:, :, :1] - values, values - ranges[:, :, 1:]], axis=2).max(axis=2)
+    if not (beyond > 0).any():
+        return
+    width = ranges[:, :, 1] - ranges[:, :, 0]
+    tolerance = ROUNDING * np.where(np.isfinite(width), width, 1.0)
+    tolerance[:, 0] = LED_BACK_FROM
+    outside = beyond > tolerance
+    if outside.any():
+        joint, k = np.unravel_index(outside.argmax(), outside.shape)
+        value = float(fixed.values[k, joint])
+        low, high = ranges[joint, k]
+        raise LimitExceeded(int(joint), QUANTITIES[fixed.quantity[k]], value, float(low if value < low else high))
+
+
+def equalities_of(space: Space, fixed: Fixed, values: np.ndarray, local: bool) -> tuple[Equalities, np.ndarray]:
+    """Return the equalities of `values` (F, J), in normalised time, and their targets (J, m).
+
+    The start's position and velocity are coordinates and need no row. `local`: the demonstration is adapted in the
+    space's own metric, otherwise in that of the accelerations alone. Raises InvalidMotion for more values of a joint than
+    a motion has weights, SolverFailed for values that depend on each other.
+    """
+    given = ~np.isnan(values[2:])
+    most = int(given.sum(axis=0).max())
+    if most > space.count:
+        sentence = f"fix, with both ends, {most} values of a joint; at most {space.count} can be met: leave some out"
+        raise InvalidMotion("waypoints", sentence)
+    pattern = tuple(fixed.quantity[2:].tolist()), tuple(fixed.s[2:].tolist()), given.T.tobytes()
+    return _equalities(space, *pattern, local), np.where(given, values[2:], 0.0).T
+
+
+@lru_cache(maxsize=64)
+def _equalities(space: Space, quantity: tuple[int, ...], s: tuple[float, ...], given: bytes, local: bool) -> Equalities:
+    """The equalities that fix the `given` (J, m) of the quantities at the places s."""
+    masks = np.frombuffer(given, dtype=bool).reshape(-1, len(s))
+    plain = make_space(space.count, 0.0)
+    every, on_plain = (_rows(metric, quantity, s) for metric in (space, plain))
+    kinds = list(dict.fromkeys(mask.tobytes() for mask in masks))
+    factored = []
+    for kind in kinds:
+        mask = np.frombuffer(kind, dtype=bool)
+        joint = next(j for j, own in enumerate(masks) if own.tobytes() == kind)
+        rows, span, correction = _factored(every, mask, joint)
+        adaptation = correction
+        if not local:
+            *_, adaptation = _factored(on_plain, mask, joint)
+            adaptation = space.whitened(adaptation @ plain.whitening)
+        factored.append((rows, span, correction, adaptation))
+    of_joint = [kinds.index(mask.tobytes()) for mask in masks]
+    rows, correction, adaptation = (np.array([factored[k][part] for k in of_joint]) for part in (0, 2, 3))
+    return Equalities(rows, of_joint, [span for _, span, *_ in factored], correction, adaptation)
+
+
+def _rows(space: Space, quantity: tuple[int, ...], s: tuple[float, ...]) -> np.ndarray:
+    """Rows (m, N + 2) on x of the quantities at the places s."""
+    return np.concatenate([space.rows_at(k, np.array([place])) for k, place in zip(quantity, s, strict=True)])
+
+
+def _factored(every: np.ndarray, mask: np.ndarray, joint: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """One joint's rows, span and correction."""
+    rows = np.where(mask[:, None], every, 0.0)
+    on_weights = rows[mask, :-2]
+    norms = np.linalg.norm(on_weights, axis=1)
+    q, r = np.linalg.qr((on_weights / norms[:, None]).T)
+    if np.abs(np.diag(r)).min(initial=1.0) < DEPENDENT:
+        raise SolverFailed(joint, "the fixed values depend on each other")
+    span = np.zeros((on_weights.shape[1], len(rows)))
+    span[:, mask] = q
+    correction = np.zeros(span.T.shape)
+    correction[mask] = (q @ np.linalg.inv(r.T) / norms).T
+    return rows, span, correction
+
+
+def _touches(values: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    """Whether values (J,) lie on one of their limits (J, 2), to rounding."""
+    width = ranges[:, 1] - ranges[:, 0]
+    near = 1e-3 * ROUNDING * np.where(np.isfinite(width), width, 1.0)
+    return np.abs(values[:, None] - ranges).min(axis=1) <= near

@@ -1,0 +1,64 @@
+"""The part of a demonstration that a motion imitates, as a motion of the spline space."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.linalg import cho_solve, cholesky
+
+from motion import splines
+from motion.primitive import Primitive
+from motion.program.space import at_nodes, gram_of, nodes, quadrature
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Imitated:
+    """A part d of a demonstration in its own normalised time u from 0 to 1.
+
+    duration: of the part when it was demonstrated, s. weights (J, N): of d″(u). control_points (J, N + 2): of d(u), rad.
+    start (J, 2): d and d′ at u = 0, rad. accelerations (J, K): d″ at the quadrature nodes of N functions, exact where
+    `weights` are its projection.
+    """
+
+    duration: float
+    weights: np.ndarray
+    control_points: np.ndarray
+    start: np.ndarray
+    accelerations: np.ndarray
+
+
+def imitated(primitive: Primitive, begin: float, end: float, count: int) -> Imitated:
+    """Return what lies between two phases, 0 ≤ begin < end ≤ 1, of a primitive, for `count` functions.
+
+    With u from 0 to 1 in place of s from `begin` to `end`, d″(u) = (end − begin)²·d″(s). It is projected onto the
+    functions, except where they are the demonstration's own.
+    """
+    if (begin, end) == (0.0, 1.0):
+        return _whole(primitive, count)
+    return _part(primitive, begin, end, count)
+
+
+@lru_cache(maxsize=64)
+def _whole(primitive: Primitive, count: int) -> Imitated:
+    return _part(primitive, 0.0, 1.0, count)
+
+
+def _part(primitive: Primitive, begin: float, end: float, count: int) -> Imitated:
+    length, own = end - begin, primitive.basis_count
+    s = begin + length * np.concatenate([[0.0], nodes(count)])
+    accelerations = length**2 * (splines.rows(own, 3, s[1:]) @ primitive.weights.T).T
+    if length == 1 and count == own:
+        weights = primitive.weights
+    else:
+        theta = accelerations @ (quadrature(count)[:, None] * at_nodes(count))
+        weights = cho_solve((_factor(count), True), theta.T).T
+    state = primitive.sample(s[:1])
+    start = np.stack([state.positions[0], length * primitive.duration * state.velocities[0]], axis=1)
+    velocities = start[:, 1:] + weights @ splines.integration(count, 3).T
+    control_points = start[:, :1] + velocities @ splines.integration(count + 1, 4).T
+    return Imitated(length * primitive.duration, weights, control_points, start, accelerations)
+
+
+@lru_cache(maxsize=32)
+def _factor(count: int) -> np.ndarray:
+    return cholesky(gram_of(count), lower=True)

@@ -1,0 +1,143 @@
+"""What a plan promises, recomputed from its solution."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from motion import splines
+from motion.limits import QUANTITIES
+from motion.primitive import Primitive
+from motion.program.constraint_generation import Solution
+from motion.program.curves import extremes as extremes_of
+from motion.program.curves import half_knots
+from motion.program.imitation import imitated
+from motion.program.problem import Problem
+from motion.program.space import at_nodes, quadrature
+from motion.request import MotionRequest
+
+APART = 6
+"""Control points farther apart than so many, two knot intervals in most hulls, belong to different stretches along a limit."""
+
+
+class Active(NamedTuple):
+    """A limit that shapes the motion: its row carries a multiplier at `time_from_start` (s)."""
+
+    joint: int
+    quantity: str
+    time_from_start: float
+
+
+class Distance(NamedTuple):
+    """Distance between two motions: root mean square and largest, (J,) rad."""
+
+    rms: np.ndarray
+    max: np.ndarray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Report:
+    """What a plan promises, J joints.
+
+    imitation_rms: (J,) rms of g̈ − τ²d̈ over the motion, rad/s². final_error_*: (J,) distance from the goal at the hit.
+    extremes: per quantity (J, 2), lowest and highest over all t, stop included. margin: per quantity (J,), the smallest
+    distance to the limit, inf where there is none. active: what shapes the motion. from_demonstration: distance from the
+    demonstration in the motion's own time; by_limits: from the plan without limits. phase: where in the demonstration the
+    motion begins. basis_count: functions a joint. certified: the limits hold at every time. rounds, rows: the most of any
+    joint.
+    """
+
+    imitation_rms: np.ndarray
+    final_error_positions: np.ndarray
+    final_error_velocities: np.ndarray
+    extremes: dict[str, np.ndarray]
+    margin: dict[str, np.ndarray]
+    active: tuple[Active, ...]
+    from_demonstration: Distance
+    by_limits: Distance
+    phase: float
+    basis_count: int
+    certified: bool
+    rounds: int
+    rows: int
+
+
+def make_report(
+    primitive: Primitive,
+    request: MotionRequest,
+    problem: Problem,
+    solutions: list[Solution],
+    pieces: np.ndarray,
+    reach: np.ndarray,
+) -> Report:
+    """Return the report of a plan.
+
+    pieces (m, J, 6): of the moving part in normalised time. reach (J, 4, 2): lowest and highest values behind it.
+    """
+    duration = problem.duration
+    curves = half_knots(pieces)
+    extremes = extremes_of(pieces, curves) * duration ** -np.arange(4.0)[:, None]
+    extremes[..., 0] = np.minimum(extremes[..., 0], reach[..., 0])
+    extremes[..., 1] = np.maximum(extremes[..., 1], reach[..., 1])
+    ranges = request.limits.ranges
+    margin = np.minimum(extremes[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - extremes[:, :, 1])
+    end = request.goal.positions - request.rest_fraction * request.duration * request.goal.velocities
+    others = np.concatenate([problem.imitated.control_points, problem.space.positions(problem.origin)])
+    demonstrated, unlimited = (others @ _at_half_knots(problem.space.count)).reshape(2, *curves[0].shape)
+    return Report(
+        imitation_rms=_imitation_rms(primitive, request, problem, solutions),
+        final_error_positions=np.abs(curves[0, :, -1] - end),
+        final_error_velocities=np.abs(curves[1, :, -1] / duration - request.goal.velocities),
+        extremes={name: extremes[:, k] for k, name in enumerate(QUANTITIES)},
+        margin={name: margin[:, k] for k, name in enumerate(QUANTITIES)},
+        active=_active(problem, solutions),
+        from_demonstration=_distance(curves[0] - demonstrated),
+        by_limits=_distance(curves[0] - unlimited),
+        phase=request.phase,
+        basis_count=problem.space.count,
+        certified=True,
+        rounds=max(solution.rounds for solution in solutions),
+        rows=max(len(solution.rows) for solution in solutions),
+    )
+
+
+def _distance(apart: np.ndarray) -> Distance:
+    return Distance(np.sqrt((apart**2).mean(axis=1)), np.abs(apart).max(axis=1))
+
+
+def _imitation_rms(
+    primitive: Primitive, request: MotionRequest, problem: Problem, solutions: list[Solution]
+) -> np.ndarray:
+    """Rms (J,) of g̈ − τ²d̈ over the whole duration; in its final part with zero acceleration all of d̈ is missed."""
+    count = problem.space.count
+    weights = problem.space.weights(np.array([solution.x for solution in solutions]))
+    missed = weights @ at_nodes(count).T - problem.imitated.accelerations
+    mean = missed**2 @ quadrature(count) / problem.duration**4
+    if request.rest_fraction:
+        last = imitated(primitive, request.imitates[1], 1.0, count)
+        still = last.accelerations**2 @ quadrature(count) / (request.rest_fraction * request.duration) ** 4
+        mean = (1 - request.rest_fraction) * mean + request.rest_fraction * still
+    return np.sqrt(mean)
+
+
+def _active(problem: Problem, solutions: list[Solution]) -> tuple[Active, ...]:
+    """One entry for each stretch of neighbouring rows with multipliers, at the largest of them."""
+    hull, found = problem.hull, []
+    for solution in solutions:
+        if not solution.rows.size:
+            continue
+        binding = solution.binding()
+        rows, multipliers = solution.rows[binding], solution.multipliers[binding]
+        stretches = np.flatnonzero(np.diff(rows) > APART) + 1
+        for begin, end in zip([0, *stretches.tolist()], [*stretches.tolist(), len(rows)], strict=True):
+            point = rows[begin + multipliers[begin:end].argmax()] % len(hull.s)
+            name = QUANTITIES[hull.quantity[point]]
+            found.append(Active(solution.joint, name, float(hull.s[point]) * problem.duration))
+    return tuple(found)
+
+
+@cache
+def _at_half_knots(count: int) -> np.ndarray:
+    """From position control points to positions at the half knots (N + 2, 2m + 1)."""
+    return np.ascontiguousarray(splines.rows(count + 2, splines.POSITION_DEGREE, np.linspace(0, 1, 2 * count - 5)).T)

@@ -1,0 +1,169 @@
+"""Spline space: motions of one joint in normalised time, the metric of the cost, and the control points of a motion.
+
+The acceleration g″(s) is a cubic B-spline with N functions and weights w. Position, velocity, acceleration and jerk lie
+in the convex hulls of their control points, all of which are linear in w and in the start's position and velocity.
+"""
+
+from dataclasses import dataclass
+from functools import cache, lru_cache
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.sparse import csr_array
+
+from motion import splines
+
+MAX_ROWS = 20_000
+"""Control points of a hull: finer ones would fill the memory."""
+
+QUANTITIES = 4
+"""Position, velocity, acceleration and jerk, of degree 5, 4, 3 and 2."""
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+"""Gauss quadrature on a knot interval, exact for products of two quintics."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Space:
+    """N functions with a metric.
+
+    The cost of the difference δ of two motions with the same start is ∫δ″² + κ⁴∫δ² ds = |Lᵀδw|², so in the whitened
+    weights z = Lᵀw it is a distance. A motion is x = (z, p₀, v₀), N + 2 numbers, with the start's position and velocity
+    (with respect to s).
+
+    count: N. stiffness: κ. factor, whitening: L and L⁻¹ (N, N). control_points (4N + 2, N + 2): rows on x of the control
+    points of position (N + 2), velocity (N + 1), acceleration (N) and jerk (N − 1), one after the other. drift (2, N): by
+    how much z answers a start that lies a unit (of position, of velocity) beside the demonstrated one, where places are
+    part of the cost.
+    """
+
+    count: int
+    stiffness: float
+    factor: np.ndarray
+    whitening: np.ndarray
+    control_points: np.ndarray
+    drift: np.ndarray
+
+    def whitened(self, weights: np.ndarray) -> np.ndarray:
+        """z (n, N) of weights (n, N)."""
+        return weights @ self.factor
+
+    def weights(self, x: np.ndarray) -> np.ndarray:
+        """w (n, N) of motions x (n, N + 2)."""
+        return x[:, :-2] @ self.whitening
+
+    def rows_at(self, quantity: int, s: np.ndarray) -> np.ndarray:
+        """Rows (n, N + 2) on x of the quantity-th derivative of the position at s (n,), from 0 to 3."""
+        begin, end = _sections(self.count)[quantity : quantity + 2]
+        return splines.rows(end - begin, splines.POSITION_DEGREE - quantity, s) @ self.control_points[begin:end]
+
+    def positions(self, x: np.ndarray) -> np.ndarray:
+        """Control points (n, N + 2) of the positions of motions x (n, N + 2)."""
+        return x @ self.control_points[: self.count + 2].T
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hull:
+    """The control points of the four quantities on finer knots, R in all: tighter hulls.
+
+    rows (R, N + 2): on x. quantity (R,): of each, 0 to 3, in order. s (R,): where it acts most. ceases (R,): where in s it
+    ceases to act.
+    """
+
+    rows: np.ndarray
+    quantity: np.ndarray
+    s: np.ndarray
+    ceases: np.ndarray
+
+
+@lru_cache(maxsize=128)
+def make_space(count: int, stiffness: float) -> Space:
+    """The space of `count` ≥ 5 functions in the metric of κ = `stiffness`."""
+    velocity = splines.integration(count, 3)
+    position = splines.integration(count + 1, 4) @ velocity
+    at, step = nodes(count), quadrature(count)
+    on_positions = stiffness**2 * splines.rows(count + 2, 5, at) @ position
+    gram = gram_of(count) + (on_positions.T * step) @ on_positions
+    factor = cholesky(gram, lower=True)
+    whitening = solve_triangular(factor, np.eye(count), lower=True)
+    on_weights = np.concatenate([position, velocity, np.eye(count), splines.differentiation(count, 3)])
+    on_start = np.zeros((len(on_weights), 2))
+    on_start[: count + 2, 0], on_start[: count + 2, 1] = 1, splines.greville(count + 2, 5)
+    on_start[count + 2 : 2 * count + 3, 1] = 1
+    rows = np.concatenate([on_weights @ whitening.T, on_start], axis=1)
+    drift = -(stiffness**2) * (np.stack([step, step * at]) @ on_positions) @ whitening.T
+    return Space(count, stiffness, factor, whitening, rows, drift)
+
+
+@lru_cache(maxsize=64)
+def make_hull(space: Space, refinement: int, touched: tuple[float, ...] = ()) -> Hull:
+    """The hull of a space's motions with `refinement` knot intervals for each one.
+
+    At `touched`, places in s at which a value lies on its limit, the curve itself becomes a control point.
+    """
+    insertion, *rest = _insertion(space.count, refinement, touched)
+    return Hull(insertion @ space.control_points, *rest)
+
+
+@lru_cache(maxsize=32)
+def _insertion(
+    count: int, refinement: int, touched: tuple[float, ...]
+) -> tuple[csr_array, np.ndarray, np.ndarray, np.ndarray]:
+    """From the control points of `count` functions to those of a hull (R, 4N + 2), and the hull's other fields."""
+    sections = _sections(count)
+    rows, columns, shares, places, ends, sizes = [], [], [], [], [], []
+    for quantity in range(QUANTITIES):
+        sources, parts, s, ceases = _refined(count + 2 - quantity, 5 - quantity, refinement, touched)
+        rows.append(np.repeat(np.arange(len(s)) + sum(sizes), sources.shape[1]))
+        columns.append(sources.ravel() + sections[quantity])
+        shares.append(parts.ravel())
+        places.append(s)
+        ends.append(ceases)
+        sizes.append(len(s))
+    entries = np.concatenate(shares), (np.concatenate(rows), np.concatenate(columns))
+    matrix = csr_array(entries, shape=(sum(sizes), sections[-1]))
+    return matrix, np.repeat(np.arange(QUANTITIES), sizes), np.concatenate(places), np.concatenate(ends)
+
+
+def _refined(
+    count: int, degree: int, refinement: int, touched: tuple[float, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Sources, shares, places and ends of the control points of one quantity."""
+    inner = np.linspace(0, 1, (count - degree) * refinement + 1)
+    # Rounding must not make two of one knot.
+    inner[::refinement] = splines.knots(count, degree)[degree:-degree]
+    finer = np.sort(np.concatenate([np.zeros(degree), inner, np.repeat(np.array(touched), degree), np.ones(degree)]))
+    sources, shares = splines.insertion(count, degree, finer)
+    return sources, shares, splines.averages(finer, degree), finer[degree + 1 :]
+
+
+@cache
+def at_nodes(count: int) -> np.ndarray:
+    """Values (K, N) of the acceleration's functions at the `nodes`."""
+    return splines.rows(count, 3, nodes(count))
+
+
+@cache
+def gram_of(count: int) -> np.ndarray:
+    """Ψ = ∫ψψᵀ ds (N, N) of eq. 13."""
+    psi = at_nodes(count)
+    return (psi.T * quadrature(count)) @ psi
+
+
+@cache
+def nodes(count: int) -> np.ndarray:
+    """Gauss nodes of all knot intervals of `count` functions of the acceleration, in order."""
+    intervals = count - 3
+    return ((np.arange(intervals)[:, None] + (NODES + 1) / 2) / intervals).ravel()
+
+
+@cache
+def quadrature(count: int) -> np.ndarray:
+    """Weights of the `nodes`."""
+    return np.tile(WEIGHTS / (2 * (count - 3)), count - 3)
+
+
+@cache
+def _sections(count: int) -> tuple[int, ...]:
+    """Where position, velocity, acceleration and jerk begin among the control points, and where they end."""
+    return 0, count + 2, 2 * count + 3, 3 * count + 3, 4 * count + 2
