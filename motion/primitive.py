@@ -1,6 +1,5 @@
 """A movement primitive: a demonstration as a spline in normalised time."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,7 +7,6 @@ import numpy as np
 
 from motion import splines
 from motion.demonstration import SavitzkyGolay
-from motion.errors import InvalidMotion
 from motion.request import Boundary
 from motion.trajectory import Samples
 

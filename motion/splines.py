@@ -59,9 +59,9 @@ def averages(t: np.ndarray, degree: int) -> np.ndarray:
 def insertion(count: int, degree: int, finer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How the control points of a curve of `count` functions become those on `finer` knots (m + degree + 1,).
 
-    `finer` contains the curve's knots. Returns which control points (m, degree + 1) a new one is made of, and with which
-    coefficients (m, degree + 1). A control point is the blossom of a piece at `degree` consecutive knots (Ramshaw), here
-    by de Boor's recursion.
+    `finer` contains the curve's knots. Returns which control points (m, degree + 1) a new one is made of, and with
+    which coefficients (m, degree + 1). A control point is the blossom of a piece at `degree` consecutive knots
+    (Ramshaw), here by de Boor's recursion.
     """
     t = knots(count, degree)
     arguments = np.lib.stride_tricks.sliding_window_view(finer[1:-1], degree)
