@@ -27,8 +27,8 @@ key with a wildcard is refused for a request that changes something.
 
 **Encoding.** A body is one msgpack map with string keys. Zenoh's encoding is `application/msgpack` on everything
 sent, and not looked at on anything received. An absent body counts as `{{}}`. Vectors over joints are arrays in the
-order of `joint_names`. A matrix is `bin`: little-endian float64, row-major, one row a sample. `version` is 1 and
-may be left out.
+order of `joint_names`. A matrix is `bin`: little-endian float64, row-major, one row a sample; an array of more
+dimensions likewise, its last index fastest. `version` is 1 and may be left out.
 
 **Units** are SI, unless a name ends in another.
 
@@ -129,7 +129,8 @@ def _rate(publication: Publication) -> str:
 
 
 def _query_section(query: Query, shown: list[type[Struct]]) -> str:
-    size = f" At most {query.max_bytes // MIB} MiB." if query.max_bytes != SMALL else ""
+    smaller = f" Where that does not fit, {query.smaller}." if query.smaller else ""
+    size = f" At most {query.max_bytes // MIB} MiB.{smaller}" if query.max_bytes != SMALL else ""
     exchange = f"{_link(query.request)} → {_link(query.reply)}, answered by the {query.owner}.{size}\n"
     said = f"{_sentence(query.about)} {exchange}"
     return "\n".join([f"### {_heading(query)}\n", said, *_struct(query.request, shown), *_struct(query.reply, shown)])
@@ -178,7 +179,7 @@ def _type(hint: Any) -> str:
     if origin is Literal:
         return " or ".join(f"`{json.dumps(value)}`" for value in arguments)
     if origin in (Union, types.UnionType):
-        return " or ".join(_type(argument) for argument in arguments)
+        return " or ".join(_type(argument) for argument in arguments if argument is not msgspec.UnsetType)
     if origin in (list, tuple):
         return f"[{', '.join(_type(argument) for argument in arguments)}]"
     if origin is dict:
@@ -191,6 +192,8 @@ def _default(field: msgspec.structs.FieldInfo) -> str:
         return "**required**"
     if field.default is msgspec.NODEFAULT:
         return "`[]`"
+    if field.default is msgspec.UNSET:
+        return "left out"
     return (
         f"`{json.dumps(msgspec.to_builtins(field.default))}`" if not isinstance(field.default, Struct) else "all `null`"
     )

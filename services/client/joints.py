@@ -67,6 +67,29 @@ def waypoint(text: str, names: Sequence[str]) -> m.Waypoint:
     )
 
 
+def alternative(text: str, names: Sequence[str]) -> m.Alternative:
+    """Return the further end of TIME:POSITIONS:VELOCITIES:ACCELERATIONS, vectors comma-separated.
+
+    What is empty or left out at the end is as in the goal; TIME is a duration, or after an @ an arrival time.
+
+    Raises:
+        UsageError: another form, or as `vector`.
+    """
+    flag = f"--alternative {text}"
+    parts = text.split(":")
+    if not 2 <= len(parts) <= 4 or not any(parts):
+        raise UsageError(f"{flag}: write TIME:POSITIONS:VELOCITIES:ACCELERATIONS, as 0.8:0.2,0.5,0.8,0,0,0 or @12.5:")
+    time, positions, velocities, accelerations = (*parts, "", "")[:4]
+    arrives = time.startswith("@")
+    return m.Alternative(
+        positions=vector(positions.split(","), flag, names) if positions else None,
+        velocities=vector(velocities.split(","), flag, names) if velocities else None,
+        accelerations=partial(accelerations.split(","), flag, names) if accelerations else None,
+        duration=number(time, flag) if time and not arrives else None,
+        arrival_time=number(time[1:], flag) if arrives else None,
+    )
+
+
 def number(word: str, flag: str) -> float:
     """Return the finite number in `word`.
 

@@ -7,7 +7,7 @@ import pytest
 from motion.samples import Samples
 from motion.tail import stop
 from protocol import messages as m
-from protocol.codec import matrix_bytes
+from protocol.codec import matrix, matrix_bytes
 from protocol.errors import Refusal
 from services.controller.checks import check_trajectory
 from services.controller.core import Controller
@@ -201,7 +201,8 @@ def test_what_may_not_move_the_arm(arm: PerfectArm):
     controller = arm.controller
     assert refused(arm, trajectory(controller, 9)).code == "late"
     elsewhere = trajectory(controller, 30)
-    elsewhere.positions = matrix_bytes(np.frombuffer(elsewhere.positions).reshape(-1, JOINTS) + 1e-5)
+    positions = matrix(elsewhere.positions, elsewhere.count, JOINTS, "positions")
+    elsewhere.positions = matrix_bytes(positions + 1e-5)
     jump = refused(arm, elsewhere)
     assert (jump.code, jump.detail["field"]) == ("invalid_goal", "positions")
     stale = trajectory(controller, 30)
