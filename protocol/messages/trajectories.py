@@ -39,10 +39,11 @@ class Motion(Message, kw_only=True):
         epoch: the controller's when the plan was made: a plan made under an older one is `superseded`
         joint_names: in the controller's order
         start_time: of sample 0
-        dt: from one sample to the next: 1 / `rate_hz`
-        count: number of samples; of `pieces` the ticks from 0 to the first at or after the last break
-        hit_index: the sample at the goal
+        dt: from one sample to the next: 1 / `rate_hz`; in a reply or published, of a motion over 20 s, a multiple of it
+        count: number of samples; where only `pieces` are there, of ticks from 0 to the first one at or after their end
+        hit_index: the sample at the goal; where samples lie more than a tick apart, the nearest
         stamps: so far
+        pieces: the motion at all times, where it is made of polynomials; left out where it is not
     """
 
     goal_id: str
@@ -56,6 +57,8 @@ class Motion(Message, kw_only=True):
     count: int
     hit_index: int
     stamps: Stamps = Stamps()
+    # Not null where there are none: the first clients refuse a trajectory with a field that they do not know.
+    pieces: Pieces | UnsetType | None = UNSET
 
 
 class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):
@@ -69,15 +72,11 @@ class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):
         positions: matrix of `count` × joints
         velocities: matrix of `count` × joints
         accelerations: matrix of `count` × joints
-        pieces: in place of the three; in a reply beside them, of a motion whose samples lie more than a tick apart
     """
 
     positions: bytes | None = None
     velocities: bytes | None = None
     accelerations: bytes | None = None
-    pieces: Pieces | UnsetType | None = (
-        UNSET  # Left out where there are none: the first clients refuse a trajectory with a field they do not know.
-    )
 
 
 class PlanLimits(Struct, kw_only=True):
@@ -100,13 +99,9 @@ class Plan(Motion, kw_only=True):
     """A trajectory that was accepted, with what it was made of.
 
     Attributes:
-        dt: from one sample to the next: 1 / `rate_hz`, or of a motion over 20 s a multiple of it
-        count: number of samples
-        hit_index: the sample at the goal, or the nearest
         positions: matrix of `count` × joints
         velocities: matrix of `count` × joints
         accelerations: matrix of `count` × joints
-        pieces: the motion at all times, where it is made of polynomials
         primitive: what it imitates
         revises: the goal whose motion it corrects, null for none
         phase: where in the demonstration it began
@@ -119,7 +114,6 @@ class Plan(Motion, kw_only=True):
     positions: bytes
     velocities: bytes
     accelerations: bytes
-    pieces: Pieces | None = None
     primitive: str
     revises: str | None = None
     phase: Number = 0.0

@@ -92,7 +92,14 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
     tables = [joint_table(names, joints, "extremes"), joint_table(names, margins, "distance to limits")]
     if reply.positions:
         ends = [("position [rad]", reply.positions), ("velocity [rad/s]", reply.velocities)]
-        tables.insert(0, joint_table(names, [*ends, *_deviations(report.deviation)], "at the goal, and deviation"))
+        tables.insert(
+            0,
+            joint_table(
+                names,
+                [*ends, *_deviations(report.deviation)],
+                "at the goal; deviation from the demonstration, and what of it the limits do",
+            ),
+        )
     active = [f"{a.quantity} of {a.joint} at {a.time_from_start:.3f} s" for a in report.active]
     shaped = sentence(f"shaped by the limits on {', '.join(active)}" if active else "no limit is active")
     return Group(head, solved, *tables, shaped)
@@ -102,8 +109,8 @@ def _deviations(deviation: m.Deviation | None) -> list[tuple[str, Sequence[objec
     """Columns of what the plan is away from the demonstration, and how much of that the limits do."""
     if deviation is None:
         return []
-    kinds = ("from demonstration", deviation.from_demonstration), ("by limits", deviation.by_limits)
-    return [(f"{kind}, {name} [rad]", getattr(distance, name)) for kind, distance in kinds for name in ("rms", "max")]
+    kinds = ("deviation", deviation.from_demonstration), ("by limits", deviation.by_limits)
+    return [(f"{kind} {name} [rad]", getattr(distance, name)) for kind, distance in kinds for name in ("rms", "max")]
 
 
 @show.register

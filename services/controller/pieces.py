@@ -16,6 +16,9 @@ from services.robot import RobotConfig
 JUMPS = ("positions", 1e-8), ("velocities", 1e-6), ("accelerations", 1e-4)
 """By how much (rad, rad/s, rad/s²) two pieces may differ where they meet: rounding."""
 
+ROUNDING = 1e-9
+"""Of a duration, in ticks."""
+
 NUMBERS_AT_ONCE = 1 << 16
 """Coefficients handled by one call of numpy: a short call never holds up the 1 kHz loop of the same process."""
 
@@ -54,7 +57,7 @@ def _read(pieces: m.Pieces, config: RobotConfig) -> Trajectory:
 
 def _check_count(trajectory: m.Trajectory, motion: Trajectory, config: RobotConfig) -> None:
     ticks = motion.duration * config.rate_hz
-    if not ticks - TIGHT <= trajectory.count - 1 < ticks + 1 + TIGHT:
+    if not ticks - TIGHT <= trajectory.count - 1 < ticks + 1 - ROUNDING:
         wanted = f"pieces that end at {motion.duration} s take {np.ceil(ticks - TIGHT) + 1:.0f} samples"
         raise bad_message("count", f"count is {trajectory.count}; {wanted}, the last one at or after their end")
 

@@ -194,6 +194,10 @@ def test_the_reference_is_asked_for_ahead(arm: PerfectArm):
     later = arm.controller.reference(m.ReferenceRequest(lead=0.2))
     assert later.velocities[0] > 1.0
     assert later.epoch == asked.epoch + 1
+    assert (asked.goal_id, later.goal_id) == (None, "goal")
+    assert arm.controller.reference(m.ReferenceRequest(lead=1.0)).goal_id is None
+    arm.controller.cancel(m.Cancel())
+    assert arm.controller.reference(m.ReferenceRequest(lead=0.05)).goal_id is None
 
 
 def test_what_may_not_move_the_arm(arm: PerfectArm):
