@@ -36,12 +36,12 @@ def bernstein(coefficients: np.ndarray, begin: np.ndarray, end: np.ndarray) -> n
     coefficients: (…, n), of the powers 0 to n − 1. begin, end: shapes that broadcast to (…).
     """
     count = coefficients.shape[-1]
-    moved = np.array(coefficients, dtype=float)
-    for last in range(count - 1):  # Horner's scheme again and again: the powers of the time since `begin`
-        for power in range(count - 2, last - 1, -1):
-            moved[..., power] += begin * moved[..., power + 1]
-    scaled = moved * (np.asarray(end) - begin)[..., None] ** np.arange(count)
-    return scaled @ _TO_BERNSTEIN[count]
+    if np.any(begin):
+        coefficients = np.array(coefficients, dtype=float)
+        for last in range(count - 1):  # Horner's scheme again and again: the powers of the time since `begin`
+            for power in range(count - 2, last - 1, -1):
+                coefficients[..., power] += begin * coefficients[..., power + 1]
+    return (coefficients * (end - begin)[..., None] ** np.arange(count)) @ _TO_BERNSTEIN[count]
 
 
 def first_outside(curves: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outside | None:
@@ -58,17 +58,21 @@ def first_outside(curves: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outs
 
 
 def _first_outside(curves: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outside | None:
+    finite = np.isfinite(curves)
+    if not finite.all():
+        row, place = np.argwhere(~finite)[0]
+        return Outside(int(row), place / max(curves.shape[1] - 1, 1), float(curves[row, place]))
     index, begin = np.arange(len(curves)), np.zeros(len(curves))
     left, right = _HALVES[curves.shape[1]]
     for halving in range(HALVINGS):
-        ends = curves[:, [0, -1]]
-        outside = np.argwhere(~((ends >= low) & (ends <= high) & np.isfinite(ends)))
+        inside = (curves >= low) & (curves <= high)
+        if inside.all():
+            return None
+        outside = np.argwhere(~inside[:, [0, -1]])
         if len(outside):
             row, side = outside[0]
-            return Outside(int(index[row]), float(begin[row] + side * 0.5**halving), float(ends[row, side]))
-        wide = ~((curves >= low) & (curves <= high)).all(axis=1)
-        if not wide.any():
-            return None
+            return Outside(int(index[row]), float(begin[row] + side * 0.5**halving), float(curves[row, -side]))
+        wide = ~inside.all(axis=1)
         curves = np.concatenate([curves[wide] @ left, curves[wide] @ right])
         low, high = np.concatenate([low[wide]] * 2), np.concatenate([high[wide]] * 2)
         index = np.concatenate([index[wide]] * 2)

@@ -75,9 +75,9 @@ def _check_joints(motion: Trajectory, config: RobotConfig) -> None:
     for name, tolerance in JUMPS:
         ends = np.polynomial.polynomial.polyval(lengths, before.transpose(2, 0, 1), tensor=False)
         gaps = after[:, :, 0] - ends
-        jumps = np.argwhere(~(np.abs(gaps) <= tolerance))
-        if len(jumps):
-            piece, joint = jumps[0]
+        jumps = ~(np.abs(gaps) <= tolerance)
+        if jumps.any():
+            piece, joint = np.argwhere(jumps)[0]
             sentence = (
                 f"{name} of {config.joint_names[joint]} jump by {gaps[piece, joint]:.3g} at "
                 f"{motion.breaks[piece + 1]:.6g} s, from piece {piece} to the next; they must go on there"
@@ -125,8 +125,8 @@ def _check_range(
         begins, ends = span.begins[some], span.ends[some]
         local = ((times - motion.breaks[some])[:, None] for times in (begins, ends))
         curves = bernstein(motion.coefficients[some], *local).reshape(len(some) * joints, -1)
-        lowest, highest = (np.tile(values, len(some)) for values in (low - margin, high + margin))
-        found = first_outside(curves, lowest, highest)
+        each = np.broadcast_to(np.stack([low - margin, high + margin])[:, None], (2, len(some), joints))
+        found = first_outside(curves, *each.reshape(2, -1))
         if found is not None:
             piece, joint = divmod(found.curve, joints)
             when = begins[piece] + found.at * (ends[piece] - begins[piece])
@@ -139,6 +139,10 @@ def _sample(motion: Trajectory, count: int, config: RobotConfig) -> Samples:
     times = np.arange(count) * config.tick
     times[-1] = max(times[-1], motion.duration)
     size = max(1, NUMBERS_AT_ONCE // motion.coefficients[0].size)
-    parts = [motion.sample(times[first : first + size]) for first in range(0, count, size)]
     fields = "positions", "velocities", "accelerations"
-    return Samples(*(np.concatenate([getattr(part, field) for part in parts]) for field in fields))
+    matrices = {field: np.empty((count, config.joint_count)) for field in fields}
+    for first in range(0, count, size):
+        some = motion.sample(times[first : first + size])
+        for field, values in matrices.items():
+            values[first : first + size] = getattr(some, field)
+    return Samples(**matrices)
