@@ -153,7 +153,7 @@ class Bus:
 
     def take_puts(self) -> list[str]:
         """Return the keys of the served topics on which something was put since the last call: nobody answers that."""
-        return [key for key, puts in self._puts.items() if puts.take() is not None]
+        return [key for key, puts in self._puts.items() if puts.drop()]
 
     def ask_later(self, topic: Query[Asked, Answered], request: Asked, callback: Callable[[bytes], None]) -> None:
         """Send `request` without waiting; the body of a reply goes to `callback` in Zenoh's thread."""

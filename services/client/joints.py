@@ -50,7 +50,7 @@ def ranges(words: Sequence[str], flag: str, names: Sequence[str]) -> list[tuple[
 
 
 def waypoint(text: str, names: Sequence[str]) -> m.Waypoint:
-    """Return the way-point of TIME:POSITIONS, TIME::VELOCITIES or TIME:POSITIONS:VELOCITIES, comma-separated.
+    """Return the waypoint of TIME:POSITIONS, TIME::VELOCITIES or TIME:POSITIONS:VELOCITIES, comma-separated.
 
     Raises:
         UsageError: another form, or as `vector`.

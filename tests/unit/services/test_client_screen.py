@@ -85,7 +85,7 @@ def test_screen_shows_status_and_events():
     assert "● sim  ● controller  ○ planner  ○ recorder" in text
     assert "tracking · goal forehand-7 · at 4.500 s, 0.250 s into the motion" in text
     assert "99.95 % on time" in text
-    assert "plan forehand-7: forehand, hits at 4.252 s" in text
+    assert "plan forehand-7: forehand, corrects forehand-6 at phase 0.625, hits at 4.252 s" in text
     assert "refused forehand-8 as late: arrival_time 4.25 s has passed" in text
     assert "racket hits ball: 0.375 N·s, ball at 6.58 m/s" in text
     assert "succeeded forehand-7, off by 0.002 rad: played to rest" in text
