@@ -26,6 +26,7 @@ from services.planner.core import Lead, Planner
 from services.planner.learning import learn_from_csv, prepare_to_learn
 from services.planner.library import Library
 from services.planner.watch import ControllerWatch
+from services.puts import PutWatch
 from services.robot import RobotConfig, load_robot
 
 SHIPPED = Path(__file__).resolve().parents[2] / "deploy" / "demonstrations"
@@ -76,7 +77,7 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
     """Answer requests one at a time until `stopping` is set."""
     inbox: Inbox[Asking] = Inbox()
     arm_appeared = threading.Event()
-    watch = ControllerWatch(bus, log)
+    watch, puts = ControllerWatch(bus, log), PutWatch(bus, log)
     prepared = False
     for query in topics.QUERIES:
         if query.owner == "planner":
@@ -86,6 +87,7 @@ def serve(bus: Bus, planner: Planner, lead: Lead, log: logging.Logger, stopping:
     while not stopping.is_set():
         asking = inbox.take(0.1)
         watch.look(time.monotonic())
+        puts.look()
         if arm_appeared.is_set():
             arm_appeared.clear()
             lead.stepped = is_stepped(bus)

@@ -19,7 +19,15 @@ from protocol.bus import Bus, Publisher
 from protocol.errors import NoAnswer, Refusal
 from protocol.topics import MAX_PLAN_S
 from services.planner.answers import Answers
-from services.planner.goals import Origin, check_goal, motion_request, refusal_of, start_boundary, too_long
+from services.planner.goals import (
+    Origin,
+    check_goal,
+    motion_request,
+    not_executed,
+    refusal_of,
+    start_boundary,
+    too_long,
+)
 from services.planner.learning import learn_from_request, learned_message
 from services.planner.library import Library
 from services.planner.rehearsal import rehearse
@@ -233,3 +241,7 @@ class Planner:
         except NoAnswer as silence:
             sentence = f"{silence}; goal {trajectory.goal_id} may have started, ask `result`"
             raise Refusal("unavailable", sentence, service="controller", goal_id=trajectory.goal_id) from None
+        except Refusal as refusal:
+            if refusal.code == "bad_message":  # of the plan, not of the goal that it was made for
+                raise not_executed(refusal) from None
+            raise

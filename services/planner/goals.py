@@ -34,13 +34,16 @@ def motion_request(goal: m.Goal, primitive: Primitive, config: RobotConfig, orig
         Refusal: `bad_message`, `invalid_goal` or `late`, naming the field.
     """
     joints = config.joint_count
-    velocities = _vector(goal.velocities, joints, "velocities")
+    positions, velocities = goal.positions, goal.velocities
+    if positions is None:
+        positions = primitive.goal.positions.tolist()
+        velocities = primitive.goal.velocities.tolist() if velocities is None else velocities
     try:
         return MotionRequest(
             start=origin.boundary,
             goal=Boundary(
-                _vector(goal.positions, joints, "positions"),
-                velocities,
+                _vector(positions, joints, "positions"),
+                _vector(velocities, joints, "velocities"),
                 _partial(goal.accelerations, joints, "accelerations"),
             ),
             duration=_duration(goal, primitive, config, origin),
@@ -67,6 +70,7 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
             f"primitive {goal.primitive!r} moves {primitive.joint_count} joints, the arm has {config.joint_count}"
         )
         raise Refusal("invalid_goal", sentence, field="primitive")
+    _check_supported(goal)
     if goal.duration is not None and goal.arrival_time is not None:
         raise Refusal("invalid_goal", "give duration or arrival_time, not both", field="arrival_time")
     if goal.duration is not None and not 0 < goal.duration <= MAX_PLAN_S:
@@ -89,6 +93,20 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
         raise Refusal("invalid_goal", sentence, field="start.accelerations")
 
 
+def _check_supported(goal: m.Goal) -> None:
+    """Refuse with `invalid_goal` what the contract has and this planner does not do yet."""
+    asked = {
+        "revises": goal.revises is not None,
+        "alternatives": bool(goal.alternatives),
+        "fastest": goal.fastest,
+        "follow_through": goal.follow_through != 0,
+        "place_time": goal.place_time is not None,
+        "method": goal.method == "gaussian",
+    }
+    for field in (field for field, is_asked in asked.items() if is_asked):
+        raise Refusal("invalid_goal", f"{field} {getattr(goal, field)!r:.80} is not supported yet", field=field)
+
+
 def too_long(goal: m.Goal, duration: float, total_duration: float) -> Refusal:
     """Return the refusal of a motion that takes more than a plan may, together with its stop."""
     field = "duration" if goal.arrival_time is None else "arrival_time"
@@ -97,6 +115,11 @@ def too_long(goal: m.Goal, duration: float, total_duration: float) -> Refusal:
         f"{MAX_PLAN_S} s of the longest plan; end it sooner or slower"
     )
     return Refusal("invalid_goal", sentence, field=field)
+
+
+def not_executed(refusal: Refusal) -> Refusal:
+    """Return the refusal of a goal whose plan does not fit `execute`."""
+    return Refusal("invalid_goal", f"the plan cannot be executed: {refusal.message}", field="duration")
 
 
 def start_boundary(start: m.Start, config: RobotConfig) -> Boundary:

@@ -211,7 +211,7 @@ def test_a_demonstration_that_takes_too_long_needs_a_duration(desk: Desk):
         goal = m.Goal(primitive="slow", positions=ROBOT.home.tolist(), method=method)
         refusal, _ = desk.ask(topics.GOAL, goal)
         assert (refusal.code, refusal.detail) == ("invalid_goal", {"field": "duration"})
-        assert "give a duration of at most 20" in refusal.message
+        assert "give a duration of at most 60" in refusal.message
 
 
 def test_every_request_has_its_answer(desk: Desk):
