@@ -129,7 +129,7 @@ def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_cou
     s, positions, duration = demonstration.phases, demonstration.positions, demonstration.duration
     used = None
     if smoothing == "none":
-        fitted = interpolate(s, positions, basis_count)
+        fitted = interpolate(s, positions, duration, basis_count)
     else:
         fitted = fit(s, positions, duration, basis_count)
     points, fit_rms = fitted.control_points, fitted.acceleration_error / duration**2

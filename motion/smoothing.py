@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motion import splines
-from motion.roughness import Smoother, condense
+from motion.roughness import FLOOR, Smoother, condense
 
 MIN_BASIS, MAX_BASIS = 20, 400
 
@@ -30,6 +30,9 @@ part of their rms."""
 
 FREE = 1e-26
 """Penalty weight, in units of the largest squared singular value, of a fit without smoothing."""
+
+THROUGH = 1e-6
+"""A spline passes through the samples where it stays this near, in parts of the range."""
 
 GRID = np.linspace(0, 1, 2001)
 
@@ -75,28 +78,36 @@ def fit(s: np.ndarray, positions: np.ndarray, duration: float, basis_count: int 
     return Fit(points, noise, errors)
 
 
-def interpolate(s: np.ndarray, positions: np.ndarray, basis_count: int | None = None) -> Fit:
-    """Fit as `fit` does, but without smoothing: with as many functions as the samples determine."""
-    count = basis_count or int(np.clip(len(s) - 2, MIN_BASIS, MAX_BASIS))
-    smoother = Smoother.of(condense(s, positions, count + 2), JUDGE)
-    weight = FREE * smoother.singular[0] ** 2
-    free = max(len(s) - count - 2, 1)
-    noise = np.sqrt(smoother.unexplained / free)
-    joints = range(positions.shape[1])
-    points = np.array([smoother.control_points(joint, weight) for joint in joints])
+def interpolate(s: np.ndarray, positions: np.ndarray, duration: float, basis_count: int | None = None) -> Fit:
+    """Fit as `fit` does, but without smoothing: with the fewest functions that pass through the samples, or the most
+    that these determine."""
+    near = np.maximum(THROUGH * np.ptp(positions, axis=0), FLOOR)
+    for count in [basis_count] if basis_count else _ladder(len(s), duration):
+        smoother = Smoother.of(condense(s, positions, count + 2), JUDGE)
+        weight = FREE * smoother.singular[0] ** 2
+        points = np.array([smoother.control_points(joint, weight) for joint in range(positions.shape[1])])
+        if np.all(np.abs(splines.derivative(points, s, 0) - positions).max(axis=0) < near):
+            break
+    noise = np.sqrt(smoother.unexplained / max(len(s) - count - 2, 1))
     return Fit(points, noise, noise * smoother.acceleration_error(weight))
 
 
 def choose_count(s: np.ndarray, positions: np.ndarray, duration: float, correlations: list[float]) -> int:
     """The smallest number of functions on LADDER that loses nothing against the largest the samples allow."""
-    ladder = [count for count in LADDER if count <= max(len(s) - 2, MIN_BASIS)]
-    least = np.clip(DENSITY * duration, MIN_BASIS, ENOUGH)
-    start = max(i for i, count in enumerate(ladder) if count <= least)
+    ladder = _ladder(len(s), duration)
     finest = _Judged(s, positions, ladder[-1], correlations)
-    for count in ladder[start:-1]:
+    for count in ladder[:-1]:
         if finest.needs_no_more_than(_Judged(s, positions, count, correlations)):
             return count
     return ladder[-1]
+
+
+def _ladder(samples: int, duration: float) -> list[int]:
+    """The part of LADDER from what limits need to what the samples determine."""
+    least = float(np.clip(DENSITY * duration, MIN_BASIS, ENOUGH))
+    most = max(samples - 2, MIN_BASIS)
+    ladder = [count for count in LADDER if count <= most]
+    return [count for count in ladder if count >= min(least, ladder[-1])] or ladder[-1:]
 
 
 def run_length(values: np.ndarray) -> float:
