@@ -46,7 +46,7 @@ def condense(s: np.ndarray, positions: np.ndarray, count: int) -> Rows:
     for i in range(intervals):
         if (inside := slice(ends[i], ends[i + 1])).start == inside.stop:
             continue
-        r = np.linalg.qr(np.concatenate([design[inside], positions[inside]], axis=1), mode="r")
+        r = np.asarray(np.linalg.qr(np.concatenate([design[inside], positions[inside]], axis=1), mode="r"))
         local = np.zeros((len(r[:order]), count))
         local[:, i : i + order] = r[:order, :order]
         matrices.append(local)

@@ -1,9 +1,7 @@
 """The paper's smoothing: a Savitzky-Golay filter on uniform samples, and the spline that follows it."""
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
-from scipy.linalg import solve
-from scipy.signal import savgol_filter
+import scipy  # whose parts are loaded when they are first used: a planner that filters nothing starts sooner
 
 from motion import splines
 from motion.demonstration import Demonstration, SavitzkyGolay
@@ -27,7 +25,8 @@ def filtered(demonstration: Demonstration, smoothing: SavitzkyGolay) -> tuple[Sa
     step = demonstration.duration / (len(positions) - 1)
     window = _checked_window(smoothing, step, len(positions))
     places, accelerations = (
-        np.asarray(savgol_filter(positions, window, smoothing.order, deriv=n, delta=step, axis=0)) for n in (0, 2)
+        np.asarray(scipy.signal.savgol_filter(positions, window, smoothing.order, deriv=n, delta=step, axis=0))
+        for n in (0, 2)
     )
     return SavitzkyGolay(float(window * step), smoothing.order), places, accelerations
 
@@ -45,7 +44,7 @@ def follow(positions: np.ndarray, accelerations: np.ndarray, duration: float, ba
     gram = weight * (place.T @ place).toarray() + second.T @ ((acceleration.T @ acceleration) @ second)
     right = weight * (place.T @ positions) + second.T @ (acceleration.T @ (duration**2 * accelerations))
     gram[np.diag_indices(count)] *= 1 + 1e-12  # fewer samples than control points
-    return np.ascontiguousarray(solve(gram, right, assume_a="pos").T)
+    return np.ascontiguousarray(scipy.linalg.solve(gram, right, assume_a="pos").T)
 
 
 def _uniform(demonstration: Demonstration) -> np.ndarray:
@@ -58,7 +57,7 @@ def _uniform(demonstration: Demonstration) -> np.ndarray:
     if gaps.min() < CLOSEST * uniform[1]:
         row = int(gaps.argmin())
         raise InvalidMotion("times", f"samples {row} and {row + 1} are {gaps[row]:.3g} s apart, too close for a filter")
-    return make_interp_spline(times, demonstration.positions, k=3)(uniform)
+    return scipy.interpolate.make_interp_spline(times, demonstration.positions, k=3)(uniform)
 
 
 def _checked_window(smoothing: SavitzkyGolay, step: float, count: int) -> int:

@@ -82,12 +82,18 @@ def interpolate(s: np.ndarray, positions: np.ndarray, duration: float, basis_cou
     """Fit as `fit` does, but without smoothing: with the fewest functions that pass through the samples, or the most
     that these determine."""
     near = np.maximum(THROUGH * np.ptp(positions, axis=0), FLOOR)
-    for count in [basis_count] if basis_count else _ladder(len(s), duration):
-        smoother = Smoother.of(condense(s, positions, count + 2), JUDGE)
-        weight = FREE * smoother.singular[0] ** 2
-        points = np.array([smoother.control_points(joint, weight) for joint in range(positions.shape[1])])
-        if np.all(np.abs(splines.derivative(points, s, 0) - positions).max(axis=0) < near):
-            break
+    *coarser, finest = [basis_count] if basis_count else _ladder(len(s), duration)
+    for count in coarser:
+        found = _unpenalised(s, positions, count)
+        if np.all(np.abs(splines.derivative(found.control_points, s, 0) - positions).max(axis=0) < near):
+            return found
+    return _unpenalised(s, positions, finest)
+
+
+def _unpenalised(s: np.ndarray, positions: np.ndarray, count: int) -> Fit:
+    smoother = Smoother.of(condense(s, positions, count + 2), JUDGE)
+    weight = FREE * smoother.singular[0] ** 2
+    points = np.array([smoother.control_points(joint, weight) for joint in range(positions.shape[1])])
     noise = np.sqrt(smoother.unexplained / max(len(s) - count - 2, 1))
     return Fit(points, noise, noise * smoother.acceleration_error(weight))
 

@@ -18,9 +18,7 @@ POSITION_DEGREE = 5
 @cache
 def knots(count: int, degree: int) -> np.ndarray:
     """Knots (count + degree + 1,) of `count` functions: uniform, with the ends repeated degree + 1 times."""
-    return _constant(
-        np.concatenate([np.zeros(degree), np.linspace(0, 1, count - degree + 1), np.ones(degree)])
-    )
+    return _constant(np.concatenate([np.zeros(degree), np.linspace(0, 1, count - degree + 1), np.ones(degree)]))
 
 
 def rows(count: int, degree: int, s: np.ndarray) -> np.ndarray:
