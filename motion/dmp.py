@@ -1,4 +1,4 @@
-"""Dynamic movement primitives: the discrete one, and two with a moving goal for hitting (eq. 1–7, design 1.11).
+"""Dynamic movement primitives: the discrete one, and two with a moving goal for hitting (eq. 1–7).
 
 All three are one system in real time t, with τ the duration in seconds, z = exp(−α_z t/τ), β = α/4:
 
