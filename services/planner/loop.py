@@ -39,9 +39,9 @@ class Loop:
         self._library = library
         self._lead = lead
         self._log = log
-        self._inbox: Inbox[Any] = Inbox()  # of requests, and of the learner's errands
+        self.inbox: Inbox[Any] = Inbox()  # of requests, and of the learner's errands
         worker = Worker(config.limits, config.joint_names, log)
-        self._learner = Learner(library, worker, planner.keep, self._inbox, log)
+        self._learner = Learner(library, worker, planner.keep, self.inbox, log)
 
     def serve(self, stopping: threading.Event) -> None:
         """Answer requests one at a time until `stopping` is set."""
@@ -49,22 +49,26 @@ class Loop:
         watch = ControllerWatch(self._bus, self._log)
         for query in topics.QUERIES:
             if query.owner == "planner":
-                self._bus.serve(UNREAD_LEARN if query is topics.LEARN else query, self._inbox)
+                self._bus.serve(UNREAD_LEARN if query is topics.LEARN else query, self.inbox)
         self._bus.announce("planner")
         self._bus.watch_alive(topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else None)
         while not stopping.is_set():
-            item = self._inbox.take(0.1)
+            item = self.inbox.take(0.1)
             watch.look(time.monotonic())
             if arm_appeared.is_set():
                 arm_appeared.clear()
                 self._lead.stepped = is_stepped(self._bus)
-            if isinstance(item, Errand):
-                item.run()
-            elif item is not None:
-                self.answer(item)
+            self.do(item)
             # Never while one plans: after each what is new, when there is time everything.
             gc.collect(1 if item is not None else 2)
         self.close()
+
+    def do(self, item: Asking | Errand | None) -> None:
+        """Do what came, if anything did."""
+        if isinstance(item, Errand):
+            item.run()
+        elif item is not None:
+            self.answer(item)
 
     def answer(self, asking: Asking) -> None:
         """Reply to a request, or refuse it and say why in the log, and of a goal on the bus, under the goal's id.
