@@ -1,4 +1,4 @@
-"""The planner's requests: learn, primitives, forget, goal."""
+"""The planner's requests: primitives, forget, goal."""
 
 import logging
 import time
@@ -28,8 +28,7 @@ from services.planner.goals import (
     start_boundary,
     too_long,
 )
-from services.planner.learning import learn_from_request, learned_message
-from services.planner.library import Library
+from services.planner.library import Library, Written
 from services.planner.rehearsal import rehearse
 from services.planner.replies import goal_reply, plan_message, refused_message, trajectory_message
 from services.robot import RobotConfig
@@ -100,14 +99,16 @@ class Planner:
         """List the library."""
         return m.Primitives(primitives=list(self._library))
 
-    def learn(self, request: m.Learn) -> m.Learned:
-        """Learn a primitive; it is on disk before this returns."""
-        self._library.check_name(request.name, request.replace)
-        primitive = learn_from_request(request)
-        self._library.put(request.name, primitive)
-        self._warm.pop(request.name, None)
-        self._log.info("learned %s: %.3f s, %d joints", request.name, primitive.duration, primitive.joint_count)
-        return learned_message(request.name, primitive)
+    def keep(self, written: Written, replace: bool) -> None:
+        """Take a primitive that was learned and written into the library.
+
+        Raises:
+            Refusal: another of its name was learned meanwhile and `replace` is not asked for; the library is full, or
+                cannot be written.
+        """
+        self._library.check_name(written.name, replace)
+        self._library.keep(written)
+        self._warm.pop(written.name, None)
 
     def forget(self, request: m.Forget) -> m.Forgotten:
         """Remove a primitive; a motion made from it goes on."""

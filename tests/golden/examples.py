@@ -223,6 +223,12 @@ LIBRARY: dict[str, Struct] = {
         fit_rms=[0.5, 0.25],
         noise_estimate=[0.0001, 0.0002],
         smoothing=m.SavitzkyGolay(window_s=0.2, order=5),
+        position_rms=[0.0001, 0.0002],
+        position_max=[0.0005, 0.001],
+        start=m.Point(positions=[0.0, 0.5], velocities=[0.0, 0.0]),
+        goal=m.Point(positions=[1.0, 0.25], velocities=[0.5, 0.0]),
+        samples=200,
+        warnings=["the demonstration ends moving: joint_1 at 0.5 rad/s"],
     ),
     "Primitives": m.Primitives(
         primitives=[

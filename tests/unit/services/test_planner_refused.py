@@ -14,10 +14,11 @@ from protocol.bus import Asking
 from protocol.codec import bad_message, decode, encode
 from protocol.errors import NoAnswer, Refusal
 from protocol.queues import Inbox
-from services.planner.__main__ import SHIPPED, serve
+from services.planner.__main__ import SHIPPED
 from services.planner.core import Lead, Planner
 from services.planner.learning import learn_from_csv
 from services.planner.library import Library
+from services.planner.loop import Loop
 from services.robot import load_robot
 
 ROBOT = load_robot()
@@ -122,7 +123,8 @@ def answered(library: Library, bus: FakeBus) -> list[Any]:
 
     turns = [None] * (len(bus._requests) + 1)
     lead = Lead(ROBOT.tick)
-    serve(bus, Planner(bus, ROBOT, library, lead, LOG), lead, LOG, Stopping())  # type: ignore[arg-type]
+    planner = Planner(bus, ROBOT, library, lead, LOG)  # type: ignore[arg-type]
+    Loop(bus, planner, library, ROBOT, lead, LOG).serve(Stopping())  # type: ignore[arg-type]
     return bus.events
 
 
