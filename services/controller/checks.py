@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motion.limits import Limits
-from motion.samples import Samples
+from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
 from protocol.errors import Refusal

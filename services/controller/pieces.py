@@ -6,7 +6,7 @@ import numpy as np
 
 from motion.bernstein import bernstein, derivative, first_outside
 from motion.limits import QUANTITIES
-from motion.samples import Samples
+from motion.trajectory import Samples
 from motion.trajectory import Trajectory
 from protocol import messages as m
 from protocol.codec import bad_message, matrix

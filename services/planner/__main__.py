@@ -13,7 +13,8 @@ from services.flags import PlannerFlags
 from services.logs import start_logging
 from services.options import Common, Options
 from services.place import service_bus
-from services.planner.core import Lead, Planner
+from services.planner.core import Planner
+from services.planner.lead import Lead
 from services.planner.learning import learn_from_csv
 from services.planner.library import Library
 from services.planner.loop import Loop

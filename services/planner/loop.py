@@ -16,7 +16,8 @@ from protocol.bus import Asking, Bus
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from protocol.queues import Inbox
-from services.planner.core import Lead, Planner
+from services.planner.core import Planner
+from services.planner.lead import Lead
 from services.planner.learner import Errand, Head, Learner
 from services.planner.library import Library
 from services.planner.watch import ControllerWatch
