@@ -143,7 +143,7 @@ class Planner:
             self._note_played(goal, goal_id, made)
             sampled = partial(sampled_message, made, goal, goal_id, self._config, stamps)
             answer = goal_reply(made, goal_id, sampled() if goal.include_trajectory else None, self._config)
-            return answer, lambda: plan_message(made, answer.trajectory or sampled(), goal, primitive)
+            return answer, partial(_published, made, answer.trajectory or sampled, goal, primitive)
         raise AssertionError("unreachable: the last round returns or raises")
 
     def _note_played(self, goal: m.Goal, goal_id: str, made: Made) -> None:
@@ -190,3 +190,10 @@ class Planner:
             if refusal.code == "bad_message":  # of the plan, not of the goal that it was made for
                 raise not_executed(refusal) from None
             raise
+
+
+def _published(
+    made: Made, trajectory: m.Trajectory | Callable[[], m.Trajectory], goal: m.Goal, primitive: Primitive
+) -> m.Plan:
+    """The plan that is published, sampled only now where the answer had no samples."""
+    return plan_message(made, trajectory() if callable(trajectory) else trajectory, goal, primitive)

@@ -50,9 +50,8 @@ class Corrections:
     def correction(self, goal: m.Goal, reference: m.Reference) -> Correction | None:
         """Return what `goal` goes on with at the `reference`, None where it corrects nothing.
 
-        Raises:
-            Refusal: `unknown_goal`, `invalid_goal` for another primitive, `late` where the hit has passed at the splice,
-                `superseded` where the motion was replaced or stopped.
+        Raises: Refusal: `unknown_goal`, `invalid_goal` for another primitive, `late` where the hit has passed at the
+        splice, `superseded` where the motion was replaced or stopped.
         """
         if goal.revises is None:
             return None

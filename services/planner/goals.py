@@ -26,7 +26,8 @@ REPEATS_START = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Origin:
-    """Where and when a motion begins; `epoch` is the controller's, 0 without one. `correction`: of a motion under way."""
+    """Where and when a motion begins; `epoch` is the controller's, 0 without one. `correction`: of a motion under
+    way."""
 
     time: float
     epoch: int
@@ -115,8 +116,8 @@ def _waypoints(asked: list[m.Waypoint], joints: int, start: Boundary) -> tuple[W
     for index, waypoint in enumerate(asked):
         positions = _partial(waypoint.positions, joints, f"waypoints[{index}].positions")
         velocities = _partial(waypoint.velocities, joints, f"waypoints[{index}].velocities")
-        apart = np.concatenate([positions - start.positions, velocities - start.velocities])
-        if waypoint.time_from_start == 0 and np.nan_to_num(np.abs(apart)).max() <= REPEATS_START:
+        apart = np.abs(np.concatenate([positions - start.positions, velocities - start.velocities]))
+        if waypoint.time_from_start == 0 and np.nanmax(apart, initial=0) <= REPEATS_START and waypoint.positions:
             continue
         found.append(Waypoint(waypoint.time_from_start, positions, velocities))
     return tuple(found)

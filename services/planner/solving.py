@@ -64,7 +64,8 @@ class Solver:
     def _planned(
         self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin
     ) -> tuple[int, Plan | SampledPlan]:
-        """The end that is played and its plan. A sampled plan may leave the limits, which only a plan-only goal allows."""
+        """The end that is played and its plan. A sampled plan may leave the limits, which only a plan-only goal
+        allows."""
         tick = self._config.tick
         if goal.method in SAMPLED:
             sampled = SAMPLED[goal.method](primitive, request, tick)

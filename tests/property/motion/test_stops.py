@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from motion.errors import CannotStop
 from motion.limits import Limits
 from motion.request import Boundary, MotionRequest
-from motion.samples import Samples
+from motion.trajectory import Samples
 from motion.stopping import TRIED, final_accelerations
-from motion.tail import ARRIVED, first_stop, stop, stop_extremes
+from motion.braking import ARRIVED, first_stop, stop, stop_extremes
 
 velocity = st.one_of(st.just(0.0), st.floats(-15, 15))
 part = st.floats(-1, 1)

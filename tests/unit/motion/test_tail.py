@@ -3,8 +3,8 @@ import pytest
 
 from motion.errors import SolverFailed
 from motion.limits import Limits
-from motion.samples import Samples
-from motion.tail import first_stop, stop, stop_extremes
+from motion.trajectory import Samples
+from motion.braking import first_stop, stop, stop_extremes
 
 
 def test_a_stop_worked_out_by_hand() -> None:

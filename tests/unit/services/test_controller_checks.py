@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from motion.braking import stop
 from motion.limits import LED_BACK_FROM
-from motion.tail import stop
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal

@@ -4,8 +4,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from motion.samples import Samples
-from motion.tail import stop
+from motion.braking import stop
+from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import matrix, matrix_bytes
 from protocol.errors import Refusal

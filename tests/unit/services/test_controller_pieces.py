@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motion.braking import stop
 from motion.limits import LED_BACK_FROM
-from motion.tail import stop
 from motion.trajectory import Trajectory
 from protocol import messages as m
 from protocol.codec import matrix_bytes
@@ -265,29 +265,13 @@ def test_what_overflows_is_refused():
     assert refusal(motion, robot).code in ("bad_message", "limit")
 
 
-def stopped(velocities: np.ndarray, accelerations: np.ndarray) -> Trajectory:
-    """A stop from home, in the pieces of constant jerk of all joints together."""
-    halt = stop(ROBOT.home, velocities, accelerations, ROBOT.limits)
-    breaks = np.unique(np.append(halt.knots, 0.0))
-    coefficients = np.zeros((len(breaks), JOINTS, 6))
-    coefficients[-1, :, 0] = halt.final_positions
-    for joint, knots in enumerate(halt.knots):
-        piece = np.maximum(np.searchsorted(knots, breaks[:-1], side="right") - 1, 0)
-        p, v, a = halt.states[:, joint, piece]
-        j, t = halt.jerks[joint, piece], breaks[:-1] - knots[piece]
-        state = p + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), (a + t * j) / 2, j / 6
-        at_rest = breaks[:-1] >= knots[-1]
-        coefficients[:-1, joint, :4] = np.where(at_rest, [p, 0 * p, 0 * p, 0 * p], state).T
-    return Trajectory(np.append(breaks, breaks[-1]), coefficients)
-
-
 def test_stops_are_smooth_within_rounding():
     """Of 200 random states with accelerations up to their limits, in 6 joints that end at different times."""
     random, limits = np.random.default_rng(3), ROBOT.limits
     for _ in range(200):
         velocities = random.uniform(-0.05, 0.05, JOINTS) * limits.velocities
         accelerations = random.uniform(-1.0, 1.0, JOINTS) * limits.accelerations
-        motion = stopped(velocities, accelerations)
+        motion = stop(ROBOT.home, velocities, accelerations, ROBOT.limits)
         with np.errstate(all="raise"):
             checked(motion)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from motion.limits import Limits
-from motion.samples import Samples
+from motion.trajectory import Samples
 from services.controller.timeline import Segment, Timeline
 
 

@@ -11,7 +11,9 @@ from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
 from protocol import messages as m
 from protocol.errors import Refusal
-from services.planner.goals import Origin, check_goal, motion_request, refusal_of, start_boundary
+from services.planner.goal_checks import check_goal
+from services.planner.goals import Origin, ends, motion_request, start_boundary
+from services.planner.refusals import refusal_of
 from services.robot import load_robot
 
 ROBOT = load_robot()
@@ -102,12 +104,23 @@ def test_an_arrival_that_has_passed_is_late(primitive: Primitive, time: float):
         ("arrival_time", {"arrival_time": 3.0, "duration": 1.0}),
         ("duration", {"duration": 0.0}),
         ("duration", {"duration": 60.001}),
-        ("revises", {"revises": "g0"}),
-        ("alternatives", {"alternatives": [m.Alternative(duration=1.0)]}),
-        ("fastest", {"fastest": True}),
-        ("follow_through", {"follow_through": 0.1}),
-        ("place_time", {"place_time": 0.5}),
-        ("method", {"method": "gaussian"}),
+        ("revises", {"revises": ""}),
+        ("start", {"revises": "g0", "start": m.Start(positions=HOME), "plan_only": True}),
+        ("revises", {"revises": "g0", "method": "gaussian"}),
+        ("alternatives", {"alternatives": [m.Alternative(duration=1.0)] * 257}),
+        ("alternatives", {"alternatives": [m.Alternative(duration=1.0)], "method": "dmp"}),
+        ("alternatives[1].duration", {"alternatives": [m.Alternative(), m.Alternative(duration=61.0)]}),
+        ("alternatives[0].arrival_time", {"alternatives": [m.Alternative(duration=1.0, arrival_time=3.0)]}),
+        ("fastest", {"fastest": True, "duration": 1.0}),
+        ("fastest", {"fastest": True, "arrival_time": 3.0}),
+        ("fastest", {"fastest": True, "waypoints": [m.Waypoint(time_from_start=0.2)]}),
+        ("fastest", {"fastest": True, "alternatives": [m.Alternative()]}),
+        ("follow_through", {"follow_through": 0.6}),
+        ("follow_through", {"follow_through": -0.1}),
+        ("follow_through", {"follow_through": 0.1, "tail": "coast", "plan_only": True}),
+        ("accelerations", {"follow_through": 0.1, "accelerations": [1.0, *FREE]}),
+        ("place_time", {"place_time": 0.0}),
+        ("place_time", {"place_time": 0.5, "method": "gaussian"}),
         ("start", {"start": m.Start(positions=HOME)}),
         ("tail", {"tail": "coast"}),
         ("client_id", {"lease": True}),
@@ -147,9 +160,43 @@ def test_wrong_lengths(primitive: Primitive, field: str, fields: dict[str, objec
     assert f"the arm has {JOINTS} joints" in refusal.message
 
 
+def test_a_waypoint_at_once_that_repeats_the_start_is_left_out(primitive: Primitive):
+    """The first point of many clients is where they believe the arm to be."""
+    start = m.Waypoint(time_from_start=0.0, positions=[HOME[0] + 0.005, *HOME[1:]])
+    later = m.Waypoint(time_from_start=0.5, positions=HOME)
+    kept = requested(primitive, waypoints=[start, later]).waypoints
+    assert [waypoint.time_from_start for waypoint in kept] == [0.5]
+    elsewhere = m.Waypoint(time_from_start=0.0, positions=[HOME[0] + 0.05, *HOME[1:]])
+    assert refused(primitive, waypoints=[elsewhere]).detail["field"] == "waypoints[0].time_from_start"
+
+
+def test_without_positions_it_plays_to_the_demonstrated_end(primitive: Primitive):
+    """With the demonstrated velocities, unless some are given."""
+    goal = requested(primitive, positions=None).goal
+    assert goal.positions.tolist() == primitive.goal.positions.tolist()
+    assert goal.velocities.tolist() == primitive.goal.velocities.tolist()
+    assert not requested(primitive, positions=None, velocities=[0.0] * 6).goal.velocities.any()
+
+
+def test_alternatives_differ_from_the_goal_in_what_they_name(primitive: Primitive):
+    """Durations in whole ticks, arrival times from where the motion begins."""
+    goal = m.Goal(
+        primitive="forehand",
+        positions=HOME,
+        velocities=[0.1] * 6,
+        duration=1.0,
+        alternatives=[m.Alternative(duration=0.7001), m.Alternative(positions=[0.2] * 6, arrival_time=2.5)],
+    )
+    own, shorter, elsewhere = ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+    assert (own.duration, shorter.duration, elsewhere.duration) == pytest.approx((1.0, 0.701, 0.5))
+    assert own.goal.positions.tolist() == shorter.goal.positions.tolist() == HOME
+    assert elsewhere.goal.positions.tolist() == [0.2] * 6
+    assert elsewhere.goal.velocities.tolist() == [0.1] * 6
+
+
 def test_another_arms_primitive(primitive: Primitive):
     """Moves another number of joints."""
-    fewer = replace(primitive, theta=primitive.theta[:-1])
+    fewer = replace(primitive, control_points=primitive.control_points[:-1])
     refusal = refused(fewer)
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "primitive")
 

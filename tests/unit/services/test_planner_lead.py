@@ -2,7 +2,7 @@
 
 import pytest
 
-from services.planner.core import Lead
+from services.planner.lead import Lead
 
 
 def test_it_follows_what_planning_takes():

@@ -16,7 +16,8 @@ from protocol import topics
 from protocol.codec import encode
 from protocol.errors import Refusal
 from services.planner.__main__ import learn_shipped
-from services.planner.core import Lead, Planner
+from services.planner.core import Planner
+from services.planner.lead import Lead
 from services.planner.library import Library
 from services.planner.loop import Loop
 from services.robot import load_robot
@@ -171,7 +172,7 @@ def test_what_has_its_own_start_is_planned_while_the_controller_is_asked(
         events.append("plan")
         return plan(*arguments)
 
-    monkeypatch.setattr("services.planner.core.plan", noted)
+    monkeypatch.setattr("services.planner.solving.plan", noted)
     desk.bus.heard = lambda: events.append("heard")
     start = m.Start(positions=ROBOT.home.tolist(), velocities=[0.0] * 6)
     goal = m.Goal(primitive="forehand", positions=GOAL.positions, plan_only=True, start=start)
@@ -187,7 +188,7 @@ def test_an_error_that_nobody_foresaw(desk: Desk, monkeypatch: pytest.MonkeyPatc
         raise ZeroDivisionError
 
     with monkeypatch.context() as patched:
-        patched.setattr("services.planner.core.plan", broken)
+        patched.setattr("services.planner.solving.plan", broken)
         refusal, lines = desk.ask(topics.GOAL, GOAL)
     goal_id = refusal.detail["goal_id"]
     assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner", "goal_id": goal_id})
@@ -199,10 +200,10 @@ def test_an_error_that_nobody_foresaw(desk: Desk, monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize(
     ("change", "code", "field"),
     [
-        ({"waypoints": [(2.0 * (k + 1) / 52, [0.0] * 6, None) for k in range(51)]}, "invalid_goal", "waypoints"),
-        ({"waypoints": [(2.0 * (k + 1) / 25, [0.0] * 6, [0.0] * 6) for k in range(24)]}, "invalid_goal", "waypoints"),
-        ({"method": "dmp", "limits": {"jerks": [1e-4] * 6}}, "invalid_goal", "limits"),
-        ({"method": "dmp", "limits": {"jerks": [1e-8] * 6}}, "solver_failed", None),
+        ({"waypoints": [(2.0 * (k + 1) / 52, [0.0] * 6, None) for k in range(51)]}, "infeasible", None),
+        ({"waypoints": [(2.0 * (k + 1) / 25, [0.0] * 6, [0.0] * 6) for k in range(24)]}, "infeasible", None),
+        ({"method": "dmp", "limits": {"jerks": [1e-4] * 6}}, "invalid_goal", "duration"),
+        ({"method": "dmp", "limits": {"jerks": [1e-8] * 6}}, "invalid_goal", "duration"),
     ],
 )
 def test_what_no_motion_can_do_is_refused(desk: Desk, change: dict[str, Any], code: str, field: str | None):

@@ -15,7 +15,8 @@ from protocol.codec import bad_message, decode, encode
 from protocol.errors import NoAnswer, Refusal
 from protocol.queues import Inbox
 from services.planner.__main__ import SHIPPED
-from services.planner.core import Lead, Planner
+from services.planner.core import Planner
+from services.planner.lead import Lead
 from services.planner.learning import learn_from_csv
 from services.planner.library import Library
 from services.planner.loop import Loop

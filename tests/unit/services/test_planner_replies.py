@@ -5,15 +5,17 @@ import pytest
 
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
 from motion.limits import Limits
-from motion.plan import Plan, plan
+from motion.plan import plan
 from motion.primitive import Primitive
 from motion.request import Boundary
+from motion.trajectory import Trajectory
 from protocol import messages as m
 from protocol.codec import decode, encode, matrix
 from services.planner.__main__ import SHIPPED
 from services.planner.goals import Origin, motion_request
 from services.planner.learning import learn_from_csv
-from services.planner.replies import goal_reply, limits_message, plan_message, trajectory_message
+from services.planner.replies import executed_message, goal_reply, limits_message, plan_message, sampled_message
+from services.planner.solving import Made
 from services.robot import load_robot
 
 ROBOT = load_robot()
@@ -36,20 +38,20 @@ def primitive() -> Primitive:
 
 
 @pytest.fixture(scope="module")
-def made(primitive: Primitive) -> Plan:
+def made(primitive: Primitive) -> Made:
     """A plan of it."""
-    return plan(primitive, motion_request(GOAL, primitive, ROBOT, ORIGIN), ROBOT.tick)
+    return Made(plan(primitive, motion_request(GOAL, primitive, ROBOT, ORIGIN), ROBOT.tick), 3, ORIGIN, 1.25)
 
 
 @pytest.fixture(scope="module")
-def trajectory(made: Plan) -> m.Trajectory:
-    """The plan on the wire."""
-    return trajectory_message(made, GOAL, "g", ORIGIN, ROBOT, STAMPS)
+def trajectory(made: Made) -> m.Trajectory:
+    """The plan on the wire, as samples."""
+    return sampled_message(made, GOAL, "g", ROBOT, STAMPS)
 
 
-def test_the_trajectory_has_every_sample(made: Plan, trajectory: m.Trajectory):
+def test_the_trajectory_has_every_sample(made: Made, trajectory: m.Trajectory):
     """From the start to rest, with the hit where it is, and all that the controller has to know."""
-    samples = made.samples()
+    samples = made.plan.samples()
     assert (trajectory.goal_id, trajectory.client_id, trajectory.lease, trajectory.preempt) == (
         "g",
         "alice",
@@ -57,7 +59,7 @@ def test_the_trajectory_has_every_sample(made: Plan, trajectory: m.Trajectory):
         False,
     )
     assert (trajectory.epoch, trajectory.start_time, trajectory.dt) == (7, 3.5, 0.001)
-    assert trajectory.count == round(made.total_duration * 1000) + 1
+    assert trajectory.count == round(made.plan.total_duration * 1000) + 1
     positions = matrix(trajectory.positions, trajectory.count, JOINTS, "positions")
     velocities = matrix(trajectory.velocities, trajectory.count, JOINTS, "velocities")
     assert np.array_equal(positions, samples.positions)
@@ -69,12 +71,16 @@ def test_the_trajectory_has_every_sample(made: Plan, trajectory: m.Trajectory):
 
 
 @pytest.mark.parametrize("include", [False, True])
-def test_the_reply_has_samples_only_where_asked(made: Plan, trajectory: m.Trajectory, include: bool):
+def test_the_reply_has_samples_only_where_asked(made: Made, trajectory: m.Trajectory, include: bool):
     """And goes over the wire and back unchanged: plain numbers, nothing of numpy."""
-    reply = goal_reply(made, "g", 3.5, trajectory if include else None, 1.25, ROBOT)
+    reply = goal_reply(made, "g", trajectory if include else None, ROBOT)
     assert (reply.trajectory is not None) == include
     assert (reply.goal_id, reply.start_time, reply.duration) == ("g", 3.5, 1.0)
-    assert reply.total_duration == made.total_duration > 1.0
+    assert reply.total_duration == made.plan.total_duration > 1.0
+    assert (reply.positions, reply.velocities, reply.alternative) == (list(HIT), list(HIT_VELOCITIES), 3)
+    assert reply.report.basis_count == made.plan.report.basis_count
+    assert reply.report.deviation is not None
+    assert len(reply.report.deviation.by_limits.max) == JOINTS
     assert reply.report.certified is True
     assert reply.report.solve_ms == 1.25
     assert decode(encode(reply), m.GoalReply, max_bytes=1 << 20) == reply
@@ -82,8 +88,8 @@ def test_the_reply_has_samples_only_where_asked(made: Plan, trajectory: m.Trajec
         assert len(vector) == JOINTS
 
 
-def test_the_published_plan_tells_what_it_was_made_of(made: Plan, trajectory: m.Trajectory, primitive: Primitive):
-    """Limits, way-points, and the demonstration warped to the plan's duration."""
+def test_the_published_plan_tells_what_it_was_made_of(made: Made, trajectory: m.Trajectory, primitive: Primitive):
+    """Limits, waypoints, and the demonstration warped to the plan's duration."""
     said = plan_message(made, trajectory, GOAL, primitive)
     assert decode(encode(said), m.Plan, max_bytes=1 << 20) == said
     assert (said.primitive, said.waypoints, said.goal_id) == ("forehand", GOAL.waypoints, "g")
@@ -91,6 +97,32 @@ def test_the_published_plan_tells_what_it_was_made_of(made: Plan, trajectory: m.
     demonstration = matrix(said.demonstration, said.hit_index + 1, JOINTS, "demonstration")
     assert np.abs(demonstration[0] - ROBOT.home).max() < 1e-3
     assert np.abs(demonstration[-1] - HIT).max() < 1e-3
+
+
+def test_the_controller_gets_polynomials(made: Made):
+    """The same motion: evaluated where the samples are it is these samples."""
+    message = executed_message(made, GOAL, "g", ROBOT, STAMPS)
+    assert message.positions is None
+    assert message.pieces
+    coefficients = np.frombuffer(message.pieces.coefficients).reshape(-1, JOINTS, 6)
+    times = np.arange(message.count) * message.dt
+    evaluated = Trajectory(np.array(message.pieces.breaks), coefficients).sample(times)
+    assert np.array_equal(evaluated.positions, made.plan.samples().positions)
+    assert len(encode(message)) < 40_000
+
+
+def test_of_a_long_motion_every_nth_sample_is_told(primitive: Primitive):
+    """`dt` says so, and the polynomials are there as well."""
+    goal = m.Goal(primitive="forehand", positions=list(HIT), duration=45.0)
+    made = Made(plan(primitive, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT.tick), 0, ORIGIN, 1.0)
+    message = sampled_message(made, goal, "g", ROBOT, STAMPS)
+    assert message.dt == pytest.approx(0.003)
+    assert message.pieces
+    positions = matrix(message.positions, message.count, JOINTS, "positions")
+    assert np.abs(positions[message.hit_index] - HIT).max() < 1e-3
+    assert np.abs(positions[-1] - made.plan.trajectory.final_positions).max() == 0
+    said = plan_message(made, message, goal, primitive)
+    assert decode(encode(said), m.Plan, max_bytes=4 << 20) == said
 
 
 def test_no_limit_is_null():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from deploy.demonstrations.make_forehand import FOREHAND
-from motion.samples import Samples
-from motion.tail import stop
+from motion.braking import stop
 from motion.tracking import tracking_acceleration
+from motion.trajectory import Samples
 from protocol.messages import Ball, Contact
 from services.robot import load_robot
 from services.sim.arm import SimulatedArm
