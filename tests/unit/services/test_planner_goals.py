@@ -135,7 +135,7 @@ def test_wrong_lengths(primitive: Primitive, field: str, fields: dict[str, objec
 
 def test_another_arms_primitive(primitive: Primitive):
     """Moves another number of joints."""
-    fewer = replace(primitive, theta=primitive.theta[:-1])
+    fewer = replace(primitive, control_points=primitive.control_points[:-1])
     refusal = refused(fewer)
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "primitive")
 
