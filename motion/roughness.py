@@ -19,6 +19,10 @@ from motion.splines import POSITION_DEGREE
 WEIGHTS = np.geomspace(1e-28, 1e4, 129)
 """Penalty weights that are tried, in units of the largest squared singular value."""
 
+EVIDENCE = 15.0
+"""−2·log of a likelihood, the price of what noise may have made: of more than a polynomial, of more functions. It is a
+ratio of 1800, which noise reaches in one recording of thousands."""
+
 FLOOR = 1e-9
 """rad: rounding of recorded numbers; what lies below it is no evidence."""
 
@@ -39,8 +43,9 @@ class Rows:
 def condense(s: np.ndarray, positions: np.ndarray, count: int) -> Rows:
     """Rows of `count` control points for positions (m, J) at rising s (m,) in [0, 1]: a QR for each knot interval."""
     order, intervals = POSITION_DEGREE + 1, count - POSITION_DEGREE
-    design = splines.design(count, POSITION_DEGREE, s).data.reshape(-1, order)
-    ends = np.searchsorted(np.minimum((s * intervals).astype(int), intervals - 1), np.arange(intervals + 1))
+    rows = splines.design(count, POSITION_DEGREE, s)
+    design, interval = rows.data.reshape(-1, order), rows.indices.reshape(-1, order)[:, 0]
+    ends = np.searchsorted(interval, np.arange(intervals + 1))
     matrices, values = [np.zeros((0, count))], [np.zeros((0, positions.shape[1]))]
     residual = np.zeros(positions.shape[1])
     for i in range(intervals):
@@ -89,9 +94,10 @@ class Smoother:
     def choose(self, joint: int, correlation: float = 1.0) -> tuple[float, float, float]:
         """Penalty weight, variance of the noise (rad²), and −2·log of the likelihood of one joint.
 
-        The weight has the largest restricted likelihood (REML). Neighbouring samples whose errors agree, `correlation`
-        of them at a time, count as one. The likelihood, with Schwarz's penalty on the polynomial's coefficients,
-        compares orders and numbers of functions.
+        The weight has the largest restricted likelihood (REML), unless the polynomial alone, which the largest weight
+        leaves, is likelier at the price of EVIDENCE for any other. With that and Schwarz's price for the polynomial's
+        coefficients (BIC) the likelihood compares orders and numbers of functions. Neighbouring samples whose errors
+        agree, `correlation` of them at a time, count as one.
         """
         count, power = self.rows.count / correlation, self.singular**2 / correlation
         weights = WEIGHTS[:, None] * power[0]
@@ -101,8 +107,11 @@ class Smoother:
         free = max(count - self.order, 1.0)
         volume = np.log1p(power / weights).sum(axis=1)
         best = int((free * np.log(squares) + volume).argmin())
-        likelihood = count * np.log(squares[best] / count) + volume[best] + self.order * np.log(max(count, 2.0))
-        return float(weights[best, 0] * correlation), float(squares[best] / free), float(likelihood)
+        likelihoods = count * np.log(squares / count) + volume + self.order * np.log(max(count, 2.0))
+        likelihoods[:-1] += EVIDENCE
+        if likelihoods[-1] < likelihoods[best]:
+            best = len(likelihoods) - 1
+        return float(weights[best, 0] * correlation), float(squares[best] / free), float(likelihoods[best])
 
     def control_points(self, joint: int, weight: float) -> np.ndarray:
         """Control points (n,) of one joint's fit."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motion import splines
-from motion.roughness import FLOOR, Smoother, condense
+from motion.roughness import EVIDENCE, FLOOR, Smoother, condense
 
 MIN_BASIS, MAX_BASIS = 20, 400
 
@@ -20,9 +20,6 @@ ORDERS = 2, 3, 4, 5, 6
 
 JUDGE = 4
 """The order with which numbers of functions are compared."""
-
-EVIDENCE = 12.0
-"""−2·log of the likelihood that fewer functions may lose: a ratio of 400."""
 
 PLACE_SHARE, PLACE_FLOOR, ACCELERATION_SHARE = 1e-3, 1e-4, 3e-2
 """Fewer functions will do where they change positions by this part of the range (or rad), and accelerations by this

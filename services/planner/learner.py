@@ -57,7 +57,7 @@ class Errand:
 class _Request:
     asking: Asking
     head: Head
-    body: bytes
+    body: memoryview
 
 
 class Learner:
@@ -85,7 +85,7 @@ class Learner:
         self._thread = threading.Thread(target=self._run, name="learner", daemon=True)
         self._thread.start()
 
-    def submit(self, asking: Asking, head: Head, body: bytes) -> None:
+    def submit(self, asking: Asking, head: Head, body: memoryview) -> None:
         """Learn and answer when those before are done.
 
         Raises:

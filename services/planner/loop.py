@@ -86,7 +86,7 @@ class Loop:
                     goal_id = (goal.goal_id or uuid.uuid4().hex)[: topics.MAX_ID]
                     self._planner.goal(goal, goal_id, asking.arrival_ns, asking.reply)
                 case msgspec.Raw():
-                    self._learn(asking, bytes(request))
+                    self._learn(asking, memoryview(request))  # 16 MiB are not copied again
                 case m.Forget():
                     asking.reply(self._planner.forget(request))
                 case _:
@@ -108,7 +108,7 @@ class Loop:
         """End the worker."""
         self._learner.close()
 
-    def _learn(self, asking: Asking, body: bytes) -> None:
+    def _learn(self, asking: Asking, body: memoryview) -> None:
         """Refuse at once what needs no look at the demonstration; the rest is the learner's."""
         head = decode(body, Head, topics.LEARN.max_bytes)
         self._library.check_name(head.name, head.replace)

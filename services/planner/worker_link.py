@@ -22,7 +22,7 @@ class Worker:
         self._process: subprocess.Popen | None = None
         self._connection: Connection | None = None
 
-    def learn(self, body: bytes) -> Lesson:
+    def learn(self, body: bytes | memoryview) -> Lesson:
         """Return what the body of a request teaches.
 
         Raises:

@@ -1,0 +1,72 @@
+"""The closed forms against plain least squares."""
+
+import numpy as np
+import pytest
+
+from motion import splines
+from motion.roughness import Smoother, condense
+from tests.unit.motion.recordings import strike
+
+S = np.sort(np.random.default_rng(0).uniform(0, 1, 300))
+POSITIONS = np.stack([strike(S), S**2], axis=1) + 1e-2 * np.random.default_rng(1).standard_normal((300, 2))
+
+
+@pytest.mark.parametrize("count", [22, 30, 52, 90, 150])
+def test_condensed_rows_say_the_same(count: int) -> None:
+    """Of knots that samples meet, too: the squares of any control points are the same."""
+    s = np.unique(np.concatenate([S, np.linspace(0, 1, 101), [1.0]]))
+    positions = np.stack([np.sin(9 * s), s**3], axis=1)
+    rows, design = condense(s, positions, count), splines.rows(count, 5, s)
+    for seed in range(3):
+        points = np.random.default_rng(seed).standard_normal((count, 2))
+        squares = ((rows.matrix @ points - rows.values) ** 2).sum(axis=0) + rows.residual
+        assert np.allclose(squares, ((design @ points - positions) ** 2).sum(axis=0))
+
+
+@pytest.mark.parametrize("order", [2, 3, 4, 5, 6])
+def test_the_fit_is_the_penalised_one(order: int) -> None:
+    """Solved densely, with the penalty's matrix written down."""
+    count, weight = 40, 10.0 ** (2 - 3 * order)
+    design = splines.rows(count, 5, S)
+    derivative = np.eye(count)
+    for step in range(min(order, 5)):
+        derivative = splines.differentiation(count - step, 5 - step) @ derivative
+    if order == 6:
+        jumps = np.diff(derivative, axis=0)
+        penalty = jumps.T @ jumps * (count - 5)
+    else:
+        penalty = derivative.T @ splines.gram(count - order, 5 - order) @ derivative
+    wanted = np.linalg.solve(design.T @ design + weight * penalty, design.T @ POSITIONS)
+    smoother = Smoother.of(condense(S, POSITIONS, count), order)
+    for joint in range(2):
+        found = smoother.control_points(joint, weight)
+        assert np.allclose(design @ found, design @ wanted[:, joint], atol=1e-6)
+
+
+@pytest.mark.parametrize("order", [2, 4, 6])
+def test_the_largest_weight_leaves_a_polynomial(order: int) -> None:
+    smoother = Smoother.of(condense(S, POSITIONS, 40), order)
+    wanted = np.polyval(np.polyfit(S, POSITIONS[:, 0], order - 1), S)
+    found = splines.rows(40, 5, S) @ smoother.control_points(0, 1e6 * smoother.singular[0] ** 2)
+    assert np.allclose(found, wanted, atol=1e-6)
+
+
+def test_the_standard_error_is_that_of_the_dense_problem() -> None:
+    """The square root of the mean variance of d″ under the posterior covariance of the control points."""
+    count, weight = 30, 1e-5
+    second = splines.differentiation(count - 1, 4) @ splines.differentiation(count, 5)
+    penalty = second.T @ splines.gram(count - 2, 3) @ second
+    design = splines.rows(count, 5, S)
+    covariance = np.linalg.inv(design.T @ design + weight * penalty)
+    wanted = np.sqrt(np.trace(second @ covariance @ second.T @ splines.gram(count - 2, 3)))
+    assert Smoother.of(condense(S, POSITIONS, count), 2).acceleration_error(weight) == pytest.approx(wanted, rel=1e-6)
+
+
+def test_equal_errors_of_neighbours_count_once() -> None:
+    """Each sample of a line written down ten times makes it no better known: its noise is not fitted."""
+    s = np.linspace(0, 1, 1000)
+    steps = np.repeat(1e-2 * np.random.default_rng(3).standard_normal(100), 10)
+    smoother = Smoother.of(condense(s, (s + steps)[:, None], 52), 4)
+    once, all_of_them = smoother.choose(0, 10.0), smoother.choose(0)
+    assert once[0] > 1e3 * all_of_them[0]
+    assert np.sqrt(once[1]) == pytest.approx(1e-2, rel=0.2)
