@@ -72,7 +72,7 @@ def acceleration_errors(movement: Movement, recorder: Recorder, seed: int) -> tu
     resampled = np.interp(uniform, times, positions)
     best = np.inf
     for window in np.unique(np.geomspace(7, len(times) - 2, WINDOWS).astype(int) | 1).tolist():
-        found = savgol_filter(resampled, window, 5, deriv=2, delta=uniform[1])
+        found = np.asarray(savgol_filter(resampled, window, 5, deriv=2, delta=uniform[1]))
         best = min(best, rms(np.interp(s * movement.duration, uniform, found) - truth))
     return rms(learned - truth), best
 

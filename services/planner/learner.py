@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from protocol import messages as m
 from protocol.bus import Asking
 from protocol.errors import Refusal
 from protocol.queues import Inbox
@@ -107,17 +108,25 @@ class Learner:
     def _run(self) -> None:
         while (request := self._waiting.get()) is not None and not self._closing:
             try:
-                self._learn(request)
-            except Refusal as refusal:
-                request.asking.refuse(refusal)
-                fields = {"goal_id": None, "code": refusal.code}
-                self._log.info("learn refused as %s: %s", refusal.code, refusal, extra=fields)
-            except Exception:
-                self._log.exception("learn met an error of the planner", extra={"goal_id": None})
-                request.asking.refuse(Refusal("unavailable", OWN_ERROR, service="planner"))
+                self._answer(request)
+            except Exception:  # such as a session that is closed: the next one must be answered all the same
+                self._log.exception("the answer to learn was lost", extra={"goal_id": None})
         self._worker.close()
 
-    def _learn(self, request: _Request) -> None:
+    def _answer(self, request: _Request) -> None:
+        try:
+            request.asking.reply(self._learn(request))
+            return
+        except Refusal as reason:
+            refusal = reason
+        except Exception:
+            self._log.exception("learn met an error of the planner", extra={"goal_id": None})
+            refusal = Refusal("unavailable", OWN_ERROR, service="planner")
+        request.asking.refuse(refusal)
+        fields = {"goal_id": None, "code": refusal.code}
+        self._log.info("learn refused as %s: %s", refusal.code, refusal, extra=fields)
+
+    def _learn(self, request: _Request) -> m.Learned:
         lesson, name = self._worker.learn(request.body), request.head.name
         written = self._library.write(name, lesson.primitive)
         try:
@@ -130,7 +139,7 @@ class Learner:
         self._log.info("learned %s: %.3f s, %d joints, %d functions each", *shape)
         for sentence in lesson.warnings:
             self._log.warning("%s: %s", name, sentence)
-        request.asking.reply(learned_message(name, lesson.primitive, lesson.warnings))
+        return learned_message(name, lesson.primitive, lesson.warnings)
 
     def _in_loop(self, work: Callable[[], None]) -> None:
         """Have `work` done by the planner's loop, and wait for it."""

@@ -6,7 +6,7 @@ import threading
 import time
 import uuid
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 
@@ -110,7 +110,7 @@ class Loop:
 
     def _learn(self, asking: Asking, body: memoryview) -> None:
         """Refuse at once what needs no look at the demonstration; the rest is the learner's."""
-        head = decode(body, Head, topics.LEARN.max_bytes)
+        head = decode(cast(bytes, body), Head, topics.LEARN.max_bytes)
         self._library.check_name(head.name, head.replace)
         self._learner.submit(asking, head, body)
 
