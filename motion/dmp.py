@@ -1,4 +1,4 @@
-"""Dynamic movement primitives: the discrete one, and two with a moving goal for hitting (eq. 1–7, design 1.11).
+"""Dynamic movement primitives: the discrete one, and two with a moving goal for hitting (eq. 1–7).
 
 All three are one system in real time t, with τ the duration in seconds, z = exp(−α_z t/τ), β = α/4:
 
@@ -19,16 +19,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import scipy
 
-from motion.basis import INTERVALS
 from motion.errors import InvalidMotion
 from motion.primitive import Primitive
 from motion.request import Boundary
-from motion.samples import Samples
+from motion.trajectory import Samples
 
 System = Literal["discrete", "linear", "polynomial"]
-Rule = Literal["euler", "trapezium"]
+Rule = Literal["euler", "newmark"]
 
 PHASE_DECAY = 4.0
 """α_z: the phase z ends at exp(−4); what the authors' code uses."""
@@ -41,6 +39,9 @@ BASIS_COUNT = 100
 
 LEAST_AMPLITUDE = 1e-9
 """A demonstration that ends this close (rad) to where it begins has no amplitude to divide by."""
+
+SAMPLES = 1001
+"""Of the demonstration, for the regression."""
 
 WIDTH = 0.5
 """Standard deviation of a Gaussian in units of the distance to the next centre: locally weighted regression
@@ -60,7 +61,7 @@ class Dmp:
     ) -> Samples:
         """The motion from `start` to about `goal` in `duration` s, sampled every `step` s, both ends included.
 
-        Accelerations of start and goal are not looked at but for the start's with the rule "trapezium".
+        Accelerations of start and goal are not looked at but for the start's with the rule "newmark".
         """
         return integrate(self.drive(start, goal, duration, step), start, duration, self.gain, rule)
 
@@ -75,26 +76,25 @@ class Dmp:
 def integrate(drive: np.ndarray, start: Boundary, duration: float, gain: float, rule: Rule = "euler") -> Samples:
     """The motion from `start` under a drive (n, J) sampled from 0 to `duration`.
 
-    "euler" is the paper's explicit rule. With "trapezium" samples are each other's integral by that rule, and
-    the first one has the start's acceleration where that is not NaN.
+    "euler" is the paper's explicit rule. With "newmark" (β = 1/6) accelerations are linear between samples and samples
+    are each other's exact integrals, and the first one has the start's acceleration where that is not NaN.
     """
     stiffness, damping = gain**2 / 4 / duration**2, gain / duration
     h = duration / (len(drive) - 1)
-    implicit = 1 + h * damping / 2 + h * h * stiffness / 4
     p, v = start.positions, start.velocities
     a = drive[0] - stiffness * p - damping * v
-    if rule == "trapezium":
+    if rule == "newmark":
         a = np.where(np.isnan(start.accelerations), a, start.accelerations)
     out = np.empty((3, *drive.shape))
     out[:, 0] = p, v, a
     for k in range(1, len(drive)):
         if rule == "euler":
             p, v = p + h * v, v + h * a
+            a = drive[k] - stiffness * p - damping * v
         else:
-            predicted = p + h * v / 2
-            faster = (v + h / 2 * (a + drive[k] - stiffness * predicted)) / implicit
-            p, v = predicted + h * faster / 2, faster
-        a = drive[k] - stiffness * p - damping * v
+            p, v = p + h * (v + h * a / 3), v + h * a / 2
+            a = (drive[k] - stiffness * p - damping * v) / (1 + h * (damping / 2 + h * stiffness / 6))
+            p, v = p + h * h * a / 6, v + h * a / 2
         out[:, k] = p, v, a
     return Samples(out[0], out[1], out[2])
 
@@ -112,11 +112,11 @@ def learn_dmp(
     if np.abs(amplitude).min() < LEAST_AMPLITUDE:
         joint = int(np.abs(amplitude).argmin())
         raise InvalidMotion("demonstration", f"ends where it begins on joint {joint}: a {system} DMP cannot learn it")
-    s = np.linspace(0, 1, INTERVALS + 1)
-    velocities = scipy.interpolate.make_interp_spline(s * duration, primitive.positions, k=5)(s * duration, 1)
+    s = np.linspace(0, 1, SAMPLES)
+    shown = primitive.sample(s)
     g, dg, ddg = moving_goal(system, start, goal, duration, s)
-    attraction = gain * (gain / 4 * (g - primitive.positions) + duration * (dg - velocities))
-    target = duration**2 * (primitive.accelerations - ddg) - attraction
+    attraction = gain * (gain / 4 * (g - shown.positions) + duration * (dg - shown.velocities))
+    target = duration**2 * (shown.accelerations - ddg) - attraction
     psi, z = _gaussians(s, basis_count), phase(s)[:, None]
     weights = (psi.T @ (z * target)) / (psi.T @ z**2) / amplitude
     return Dmp(system, gain, np.ascontiguousarray(weights.T))
