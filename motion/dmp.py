@@ -26,7 +26,7 @@ from motion.request import Boundary
 from motion.trajectory import Samples
 
 System = Literal["discrete", "linear", "polynomial"]
-Rule = Literal["euler", "trapezium"]
+Rule = Literal["euler", "newmark"]
 
 PHASE_DECAY = 4.0
 """α_z: the phase z ends at exp(−4); what the authors' code uses."""
@@ -61,7 +61,7 @@ class Dmp:
     ) -> Samples:
         """The motion from `start` to about `goal` in `duration` s, sampled every `step` s, both ends included.
 
-        Accelerations of start and goal are not looked at but for the start's with the rule "trapezium".
+        Accelerations of start and goal are not looked at but for the start's with the rule "newmark".
         """
         return integrate(self.drive(start, goal, duration, step), start, duration, self.gain, rule)
 
@@ -76,26 +76,25 @@ class Dmp:
 def integrate(drive: np.ndarray, start: Boundary, duration: float, gain: float, rule: Rule = "euler") -> Samples:
     """The motion from `start` under a drive (n, J) sampled from 0 to `duration`.
 
-    "euler" is the paper's explicit rule. With "trapezium" samples are each other's integral by that rule, and
-    the first one has the start's acceleration where that is not NaN.
+    "euler" is the paper's explicit rule. With "newmark" (β = 1/6) accelerations are linear between samples and samples
+    are each other's exact integrals, and the first one has the start's acceleration where that is not NaN.
     """
     stiffness, damping = gain**2 / 4 / duration**2, gain / duration
     h = duration / (len(drive) - 1)
-    implicit = 1 + h * damping / 2 + h * h * stiffness / 4
     p, v = start.positions, start.velocities
     a = drive[0] - stiffness * p - damping * v
-    if rule == "trapezium":
+    if rule == "newmark":
         a = np.where(np.isnan(start.accelerations), a, start.accelerations)
     out = np.empty((3, *drive.shape))
     out[:, 0] = p, v, a
     for k in range(1, len(drive)):
         if rule == "euler":
             p, v = p + h * v, v + h * a
+            a = drive[k] - stiffness * p - damping * v
         else:
-            predicted = p + h * v / 2
-            faster = (v + h / 2 * (a + drive[k] - stiffness * predicted)) / implicit
-            p, v = predicted + h * faster / 2, faster
-        a = drive[k] - stiffness * p - damping * v
+            p, v = p + h * (v + h * a / 3), v + h * a / 2
+            a = (drive[k] - stiffness * p - damping * v) / (1 + h * (damping / 2 + h * stiffness / 6))
+            p, v = p + h * h * a / 6, v + h * a / 2
         out[:, k] = p, v, a
     return Samples(out[0], out[1], out[2])
 

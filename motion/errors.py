@@ -34,7 +34,7 @@ class Infeasible(MotionError):
 
     `quantity` and `time` (s from the start) say which limit is hardest pressed and when. `min_duration` (s)
     is the shortest duration above the request found and verified to work, `waypoint_times` (s) the
-    way-points' times in it; both are None where none was found.
+    waypoints' times in it; both are None where none was found. `remedy` replaces the sentence's advice.
     """
 
     def __init__(
@@ -44,13 +44,14 @@ class Infeasible(MotionError):
         time: float,
         min_duration: float | None,
         waypoint_times: list[float] | None,
+        remedy: str | None = None,
     ) -> None:
-        if min_duration is None:
+        if remedy is None and min_duration is None:
             remedy = "no longer duration was found to work; loosen that limit or move the goal"
-        else:
+        elif remedy is None:
             remedy = f"a duration of {min_duration:.6g} s works"
             if waypoint_times:
-                remedy += " with way-points at " + ", ".join(f"{t:.6g}" for t in waypoint_times) + " s"
+                remedy += " with waypoints at " + ", ".join(f"{t:.6g}" for t in waypoint_times) + " s"
         super().__init__(f"joint {joint}: the {quantity} limit cannot be kept near {time:.3f} s; {remedy}")
         self.joint = joint
         self.quantity = quantity

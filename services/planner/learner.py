@@ -25,9 +25,12 @@ CLOSING_S = 1.0
 
 
 class Head(msgspec.Struct):
-    """What the planner's loop reads of a `learn` request: the rest of its body may be long."""
+    """What the planner's loop reads of a `learn` request: the rest of its body may be long.
 
-    name: str
+    A name that is missing is refused by the worker, with all that it finds.
+    """
+
+    name: str | None = None
     replace: bool = False
 
 
@@ -128,6 +131,7 @@ class Learner:
 
     def _learn(self, request: _Request) -> m.Learned:
         lesson, name = self._worker.learn(request.body), request.head.name
+        assert name is not None
         written = self._library.write(name, lesson.primitive)
         try:
             self._in_loop(lambda: self._keep(written, request.head.replace))

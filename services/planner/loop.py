@@ -111,7 +111,8 @@ class Loop:
     def _learn(self, asking: Asking, body: memoryview) -> None:
         """Refuse at once what needs no look at the demonstration; the rest is the learner's."""
         head = decode(cast(bytes, body), Head, topics.LEARN.max_bytes)
-        self._library.check_name(head.name, head.replace)
+        if head.name is not None:
+            self._library.check_name(head.name, head.replace)
         self._learner.submit(asking, head, body)
 
 

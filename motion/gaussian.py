@@ -1,0 +1,127 @@
+"""Plans by the paper's own formulation: the whole quadratic program of `motion.gaussian_program` by PIQP.
+
+Nothing is promised between the instants of the limits: see `motion.sampled.check_limits`.
+"""
+
+import numpy as np
+import piqp
+
+from motion.errors import Infeasible, InvalidMotion, SolverFailed
+from motion.gaussian_program import INSTANTS, GaussianProgram, make_programs, rows
+from motion.limits import QUANTITIES
+from motion.primitive import Primitive
+from motion.request import Boundary, MotionRequest
+from motion.sampled import SampledPlan, distance, make_plan
+from motion.trajectory import COEFFICIENTS, Trajectory
+
+BASIS_COUNT = 50
+
+SAFETY_MARGIN = 1e-3
+"""With this `margin` most motions that run along a limit keep it between the instants too; without one, few do."""
+
+TOLERANCES = 1e-9, 1e-7
+"""Of the solver, relative to the largest weight of the motion without limits; the second where the first fails."""
+
+MAX_ITERATIONS = 60
+"""Good solves take 27 iterations or fewer."""
+
+ELSEWHERE = "this method looks for no other duration; method 'qp' names one that works"
+
+
+def plan_gaussian(
+    primitive: Primitive,
+    request: MotionRequest,
+    tick: float = 0.001,
+    basis_count: int = BASIS_COUNT,
+    margin: float = 0.0,
+) -> SampledPlan:
+    """Plan as the paper does, with `basis_count` Gaussians.
+
+    margin: safety margin inside the limits (section IV-B), a part of half their range, such as SAFETY_MARGIN where the
+    motion is to be played. What is played are quintics between the instants. The stop begins at the goal.
+
+    Raises:
+        InvalidMotion, LimitExceeded, CannotStop: as `motion.plan.plan`, and for a place time.
+        Infeasible: the limits cannot be kept; no other duration is looked for.
+        SolverFailed: the solver met numerical trouble.
+    """
+    if primitive.joint_count != request.joint_count:
+        raise InvalidMotion("primitive", f"moves {primitive.joint_count} joints, the request {request.joint_count}")
+    request = request.clipped()
+    programs = make_programs(primitive, request, basis_count, margin)
+    weights, unlimited = np.empty((2, len(programs), basis_count))
+    for joint, program in enumerate(programs):
+        unlimited[joint] = optimum_without_limits(program)
+        weights[joint] = optimum(program, joint, request.moving_duration)
+    moving = _quintics(_states(programs, weights), request.moving_duration)
+    end = moving.sample(moving.breaks[-1:])
+    arrival = Boundary(end.positions[0], end.velocities[0], end.accelerations[0])
+    by_limits = distance(rows(basis_count)[0] @ (weights - unlimited).T)
+    return make_plan(primitive, request, moving, arrival, tick, basis_count, by_limits)
+
+
+def optimum_without_limits(program: GaussianProgram) -> np.ndarray:
+    """The weights (N,) that minimise the cost under the equalities alone, by the KKT system."""
+    m = len(program.b)
+    kkt = np.block([[program.P, program.A.T], [program.A, np.zeros((m, m))]])
+    return np.linalg.solve(kkt, np.concatenate([-program.c, program.b]))[: len(program.c)]
+
+
+def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray:
+    """The weights (N,) that minimise the cost under all constraints.
+
+    joint, duration (s): for the errors. Raises Infeasible or SolverFailed.
+    """
+    nearest = optimum_without_limits(program)
+    if not len(program.G):
+        return nearest
+    # In units of the largest weight, so that tolerances are relative.
+    size = max(np.abs(nearest).max(), 1e-6)
+    status = piqp.PIQP_UNSOLVED
+    for tolerance in TOLERANCES:
+        solver = _solver(tolerance)
+        bounds = program.low / size, program.high / size
+        solver.setup(program.P, program.c / size, program.A, program.b / size, np.asfortranarray(program.G), *bounds)
+        status = solver.solve()
+        if status == piqp.PIQP_PRIMAL_INFEASIBLE:
+            raise _infeasible(program, joint, duration, solver.result.z_u + solver.result.z_l)
+        w = size * solver.result.x
+        if status == piqp.PIQP_SOLVED and np.isfinite(w).all():
+            # What is fixed holds to rounding.
+            return w + np.linalg.lstsq(program.A, program.b - program.A @ w)[0]
+    raise SolverFailed(joint, status.name)
+
+
+def _solver(tolerance: float) -> piqp.DenseSolver:
+    solver = piqp.DenseSolver()
+    settings = solver.settings
+    settings.max_iter = MAX_ITERATIONS
+    settings.eps_abs = settings.eps_duality_gap_abs = tolerance
+    settings.eps_rel = settings.eps_duality_gap_rel = tolerance
+    return solver
+
+
+def _infeasible(program: GaussianProgram, joint: int, duration: float, multipliers: np.ndarray) -> Infeasible:
+    """Name the quantity with the largest sum of multipliers, and when its largest is."""
+    hardest = np.bincount(program.quantity, weights=multipliers, minlength=len(QUANTITIES)).argmax()
+    worst = np.where(program.quantity == hardest, multipliers, -1.0).argmax()
+    return Infeasible(joint, QUANTITIES[hardest], float(program.s[worst]) * duration, None, None, ELSEWHERE)
+
+
+def _states(programs: list[GaussianProgram], weights: np.ndarray) -> np.ndarray:
+    """Position and its first two derivatives with respect to s (3, 1001, J) at the instants."""
+    states = rows(weights.shape[1])[:3] @ weights.T
+    place, speed = np.array([program.start for program in programs]).T
+    states[0] += place + speed * INSTANTS[:, None]
+    states[1] += speed
+    return states
+
+
+def _quintics(states: np.ndarray, duration: float) -> Trajectory:
+    """The motion in physical time with a quintic between neighbouring instants: it has their states (3, n, J)."""
+    h = INSTANTS[1]
+    (p0, v0, a0), (p1, v1, a1) = states[:, :-1], states[:, 1:]
+    rise, steep, bent = p1 - p0 - h * (v0 + h * a0 / 2), h * (v1 - v0 - h * a0), h * h * (a1 - a0)
+    parts = p0, h * v0, h * h * a0 / 2, 10 * rise - 4 * steep + bent / 2, 7 * steep - 15 * rise - bent
+    coefficients = np.stack([*parts, 6 * rise - 3 * steep + bent / 2], axis=2)
+    return Trajectory(INSTANTS * duration, coefficients / (h * duration) ** np.arange(float(COEFFICIENTS)))

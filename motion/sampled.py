@@ -1,0 +1,153 @@
+"""Plans without a certificate: motions of method "gaussian" and "dmp", which promise nothing between their samples.
+
+Their report says how far they reach, and `check_limits` refuses what leaves the limits: what is checked are the
+polynomials that are played.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import simpson
+
+from motion.braking import fastest_stop
+from motion.errors import LimitExceeded
+from motion.limits import QUANTITIES, ROUNDING
+from motion.primitive import Primitive
+from motion.program.curves import extremes, half_knots
+from motion.program.report import Distance, Report
+from motion.request import Boundary, MotionRequest
+from motion.trajectory import ARRIVED, COEFFICIENTS, Samples, Trajectory
+
+COMPARED = 2001
+"""Instants at which a motion is compared with its demonstration."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampledPlan:
+    """A motion with its tail that was not certified; the fields are those of `motion.plan.Plan`.
+
+    trajectory: all of it. duration: up to the hit, s. total_duration: with the tail, s, a multiple of `tick`.
+    hit_index: the tick nearest to the hit.
+    """
+
+    request: MotionRequest
+    trajectory: Trajectory
+    duration: float
+    total_duration: float
+    hit_index: int
+    tick: float
+    report: Report
+
+    def sample(self, times: np.ndarray) -> Samples:
+        """States at `times` (n,), s from the start; beyond the end the arm rests (or coasts)."""
+        return self.trajectory.sample(times)
+
+    def samples(self) -> Samples:
+        """States on the tick grid, the first at 0, the last at `total_duration` (with a tail "stop" at rest)."""
+        count = round(self.total_duration / self.tick)
+        return self.sample(np.arange(count + 1) * self.tick)
+
+
+def check_limits(plan: SampledPlan) -> None:
+    """Raise LimitExceeded for the first limit that the plan leaves by more than rounding."""
+    for quantity, name in enumerate(QUANTITIES):
+        for joint, (lowest, highest) in enumerate(plan.report.extremes[name]):
+            low, high = plan.request.limits.ranges[joint, quantity]
+            slack = ROUNDING * (high - low) if np.isfinite(high - low) else 0.0
+            if lowest < low - slack:
+                raise LimitExceeded(joint, name, float(lowest), float(low))
+            if highest > high + slack:
+                raise LimitExceeded(joint, name, float(highest), float(high))
+
+
+def make_plan(
+    primitive: Primitive,
+    request: MotionRequest,
+    moving: Trajectory,
+    arrival: Boundary,
+    tick: float,
+    basis_count: int,
+    by_limits: Distance,
+) -> SampledPlan:
+    """Return the plan of a motion.
+
+    moving: the moving part, in pieces of equal length. arrival: the state (J,) from which the tail goes on, straight
+    ahead where the request asks for it, and the stop. by_limits: distance from the motion without limits.
+    """
+    trajectory, reach = _with_tail(request, moving, arrival)
+    hit = moving.duration + request.rest_fraction * request.duration
+    return SampledPlan(
+        request=request,
+        trajectory=trajectory,
+        duration=hit,
+        total_duration=math.ceil(trajectory.duration / tick - 1e-9) * tick,
+        hit_index=round(hit / tick),
+        tick=tick,
+        report=_report(primitive, request, trajectory, hit, reach, basis_count, by_limits),
+    )
+
+
+def distance(apart: np.ndarray) -> Distance:
+    """Return how large differences of positions (n, J), rad, are."""
+    return Distance(np.sqrt((apart**2).mean(axis=0)), np.abs(apart).max(axis=0))
+
+
+def _with_tail(request: MotionRequest, moving: Trajectory, arrival: Boundary) -> tuple[Trajectory, np.ndarray]:
+    """All of the motion; its lowest and highest position, velocity, acceleration and jerk (J, 4, 2)."""
+    straight, limits = request.straight_duration, request.limits
+    powers = moving.duration ** np.arange(float(COEFFICIENTS))
+    pieces = moving.coefficients * powers
+    reach = extremes(pieces, half_knots(pieces)) / powers[:4, None]
+    trajectory, stops_at = moving, arrival.positions + straight * arrival.velocities
+    reach[:, 0] = np.stack([np.minimum(reach[:, 0, 0], stops_at), np.maximum(reach[:, 0, 1], stops_at)], axis=1)
+    if straight or request.tail == "coast":
+        line = np.zeros((1, request.joint_count, COEFFICIENTS))
+        line[0, :, 0], line[0, :, 1] = arrival.positions, arrival.velocities
+        trajectory = moving.then(Trajectory(np.array([0.0, straight]), line))
+    if request.tail == "stop":
+        final = np.zeros_like(stops_at) if straight else arrival.accelerations
+        stop = fastest_stop(arrival.velocities, final, limits.accelerations, limits.jerks)
+        motion = stop.trajectory(stops_at)
+        trajectory = trajectory.then(motion)
+        accelerations, jerks = 2 * motion.coefficients[..., 2], 6 * motion.coefficients[..., 3]
+        ends = [bound for each in (accelerations, jerks) for bound in (each.min(axis=0), each.max(axis=0))]
+        behind = np.stack([*stop.extremes(stops_at), *ends], axis=1).reshape(-1, 4, 2)
+        reach = np.stack([np.minimum(reach, behind)[..., 0], np.maximum(reach, behind)[..., 1]], axis=2)
+    return trajectory, reach
+
+
+def _report(
+    primitive: Primitive,
+    request: MotionRequest,
+    trajectory: Trajectory,
+    hit: float,
+    reach: np.ndarray,
+    basis_count: int,
+    by_limits: Distance,
+) -> Report:
+    """What the motion reaches and misses; nothing is certified."""
+    ranges, goal = request.limits.ranges, request.goal
+    margin = np.minimum(reach[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - reach[:, :, 1])
+    s = np.linspace(0, 1, COMPARED)
+    # The last instant belongs to the motion, not to its tail, whose acceleration may be another.
+    played = trajectory.sample(np.minimum(s * hit, hit - 2 * ARRIVED))
+    shown = primitive.sample(request.phase + (1 - request.phase) * s)
+    at_hit = trajectory.sample(np.array([hit]))
+    tau = (1 - request.phase) * primitive.duration / hit
+    missed = played.accelerations - tau**2 * shown.accelerations
+    return Report(
+        imitation_rms=np.sqrt(simpson(missed**2, x=s, axis=0)),
+        final_error_positions=np.abs(at_hit.positions[0] - goal.positions),
+        final_error_velocities=np.abs(at_hit.velocities[0] - goal.velocities),
+        extremes={name: reach[:, k] for k, name in enumerate(QUANTITIES)},
+        margin={name: margin[:, k] for k, name in enumerate(QUANTITIES)},
+        active=(),
+        from_demonstration=distance(played.positions - shown.positions),
+        by_limits=by_limits,
+        phase=request.phase,
+        basis_count=basis_count,
+        certified=False,
+        rounds=0,
+        rows=0,
+    )
