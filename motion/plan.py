@@ -7,7 +7,7 @@ import numpy as np
 
 from motion import splines
 from motion.braking import TOUCH, fastest_stop
-from motion.errors import Infeasible, InvalidMotion, LimitExceeded, SolverFailed
+from motion.errors import Infeasible, InvalidMotion, LimitExceeded, OutOfTime, SolverFailed
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.program.constraint_generation import InfeasibleRows, Solution, solve
@@ -263,7 +263,7 @@ def _refusal(
     Raises CannotStop where none could, because the arm would not come to rest inside its limits.
     """
     found = None
-    if remedy:
+    if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
         first_failing = _first_failing(primitive, final_accelerations(request), effort)
         low = math.ceil(request.duration / tick - 1e-9)
         found = min_duration(request, first_failing, low, math.ceil(low * FACTOR), tick)
