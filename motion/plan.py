@@ -8,7 +8,7 @@ import numpy as np
 from motion import splines
 from motion.braking import TOUCH, fastest_stop
 from motion.errors import Infeasible, InvalidMotion, LimitExceeded, OutOfTime, SolverFailed
-from motion.limits import QUANTITIES
+from motion.limits import QUANTITIES, Limits
 from motion.primitive import Primitive
 from motion.program.constraint_generation import InfeasibleRows, Solution, solve
 from motion.program.effort import Effort
@@ -17,10 +17,10 @@ from motion.program.min_duration import FACTOR, MAX_DURATION, FirstFailing, min_
 from motion.program.problem import FINEST, USUAL, Precision, Problem, build
 from motion.program.report import Active, Report, make_report
 from motion.program.terminal_set import arriving, final_accelerations
-from motion.request import MotionRequest
+from motion.request import Boundary, MotionRequest
 from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 
-__all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan", "plan_fastest"]
+__all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan", "plan_fastest", "prepare"]
 
 EFFORT = 15_000.0
 """Of a plan of up to six joints, more in proportion; see `motion.program.effort`."""
@@ -111,6 +111,18 @@ def plan(
         pass
     effort.give_back(finest)
     raise _refusal(primitive, request, tick, failed, effort, remedy) from None
+
+
+def prepare(primitive: Primitive) -> None:
+    """Build what plans of a primitive share, which takes up to a second for hundreds of functions, so that the first goal
+    does not wait for it."""
+    joints = primitive.joint_count
+    rest, free = np.zeros(joints), np.full(joints, np.nan)
+    start = Boundary(primitive.start.positions, rest, rest)
+    for velocities in (rest, np.ones(joints)):
+        goal = Boundary(primitive.goal.positions, velocities, free)
+        request = MotionRequest(start, goal, primitive.duration, Limits.unlimited(joints), tail="coast")
+        build(primitive, request, fixed_values(request), arriving(request))
 
 
 def effort_for(joints: int) -> Effort:

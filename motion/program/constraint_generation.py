@@ -80,7 +80,7 @@ def solve(
     """
     chosen = np.arange(len(problem.origin)) if joints is None else joints
     _check_decided(problem, chosen)
-    outside = (problem.room < 0).any(axis=(1, 2)).tolist()
+    outside: list[bool] = (problem.room < 0).any(axis=(1, 2)).tolist()  # type: ignore[assignment]
     return [
         _solve(problem, joint, effort, None if warm is None else warm[joint], probe)
         if outside[joint]
@@ -103,7 +103,7 @@ def _solve(problem: Problem, joint: int, effort: Effort, warm: np.ndarray | None
     matrix, room = problem.limit_rows.matrix[joint], problem.room[joint].ravel()
     inside = problem.inside[joint]
     over = -room
-    rows, multipliers, rounds = NOTHING, NO_MULTIPLIERS, 0
+    rows, multipliers, rounds, u = NOTHING, NO_MULTIPLIERS, 0, np.zeros(matrix.shape[1])
     new = _first(over) if warm is None or not warm.size else warm
     while new.size:
         rounds += 1

@@ -3,15 +3,14 @@
 import time
 from dataclasses import dataclass
 
-from motion.gaussian import plan_gaussian
-from motion.sampled import SampledPlan, check_limits
-
 from motion.alternatives import AllRefused, plan_best
 from motion.dmp_plan import plan_dmp
 from motion.errors import MotionError
+from motion.gaussian import plan_gaussian
 from motion.plan import Plan, Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.request import MotionRequest
+from motion.sampled import SampledPlan, check_limits
 from protocol import messages as m
 from protocol.topics import MAX_PLAN_S
 from services.planner.goal_checks import too_long
