@@ -11,8 +11,8 @@ from typing import Any
 
 import msgspec
 
-from protocol import messages as m
 from motion.plan import prepare
+from protocol import messages as m
 from protocol.bus import Asking
 from protocol.errors import Refusal
 from protocol.queues import Inbox
