@@ -1,16 +1,15 @@
 """One joint's problem built afresh in seconds, from scipy's B-splines and quadrature of its own."""
 
 import math
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from scipy.interpolate import BSpline
 
-from motion.limits import Limits
 from motion.plan import Plan
 from motion.primitive import Primitive
 from motion.request import MotionRequest
-from tests.property.motion.independent import nearest_to_zero
+from tests.property.motion.independent import smallest_step
 
 INSTANTS = 4001
 """At so many the limits are demanded: fewer demands than at all times, so the optimum costs no more."""
@@ -29,36 +28,52 @@ def curve_of(control_points: np.ndarray, end: float) -> BSpline:
     return BSpline(knots(len(points), 5, end), points, 5)
 
 
+@cache
+def integrals(count: int) -> list[BSpline]:
+    """Position, velocity, acceleration and jerk over [0, 1] of a unit of each weight of the acceleration."""
+    acceleration = BSpline(knots(count, 3), np.eye(count), 3)
+    velocity = acceleration.antiderivative()
+    return [velocity.antiderivative(), velocity, acceleration, acceleration.derivative()]
+
+
+@cache
+def rows_at_instants(count: int) -> list[np.ndarray]:
+    """The values (INSTANTS, N) of these `integrals`."""
+    return [spline(np.linspace(0, 1, INSTANTS)) for spline in integrals(count)]
+
+
 class InSeconds:
     """The moving part of a request of one joint: the weights of the acceleration in t are the unknowns.
 
-    The cost is ∫(g̈ − g̈*)² + (κ/T)⁴∫(g − g*)² dt, where g* is the optimum without limits of ∫(g̈ − d̈)² dt, or with a
-    `place_time` of both terms against d. κ/T: `stiffness` (1/s).
+    The cost is ∫(g̈ − d̈)² + (κ/T)⁴∫(g − g*)² dt, where g* is the optimum without limits of ∫(g̈ − d̈)² dt, or with a
+    `place_time` ∫(g̈ − d̈)² + (κ/T)⁴∫(g − d)² dt. κ/T: `stiffness` (1/s).
     """
 
     def __init__(self, primitive: Primitive, request: MotionRequest, stiffness: float) -> None:
         self.request, self.end, self.local = request, request.moving_duration, request.place_time is not None
-        self.stiffness = stiffness
-        count = primitive.basis_count
-        acceleration = BSpline(knots(count, 3, self.end), np.eye(count), 3)
-        velocity = acceleration.antiderivative()
-        self.splines = [velocity.antiderivative(), velocity, acceleration, acceleration.derivative()]
+        self.stiffness, self.count = stiffness, primitive.basis_count
         begin, end = request.phase, request.phase + (1 - request.phase) * (1 - request.rest_fraction)
         rate = (end - begin) / self.end
         shown = curve_of(primitive.control_points[0], 1.0)
         # Between the knots of both curves everything is a polynomial.
-        own, theirs = np.linspace(0, self.end, count - 2), (np.linspace(0, 1, count - 2) - begin) / rate
+        own, theirs = np.linspace(0, self.end, self.count - 2), (np.linspace(0, 1, self.count - 2) - begin) / rate
         breaks = np.unique(np.concatenate([own, theirs[(theirs > 0) & (theirs < self.end)]]))
         half = np.diff(breaks)[:, None] / 2
         self.t = (breaks[:-1, None] + half * (NODES + 1)).ravel()
         self.dt = (half * WEIGHTS).ravel()
         self.shown = np.stack([shown(begin + rate * self.t, k)[:, 0] * rate**k for k in range(3)])
+        self.bends, self.places = (self.at(quantity, self.t) for quantity in (2, 0))
 
     def at(self, quantity: int, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows (n, N) of a quantity on the weights at t (n,), and what the start contributes (n,)."""
+        # The weights are accelerations in t, so each integral over t brings a factor T.
+        rows = self.end ** (2 - quantity) * integrals(self.count)[quantity](t / self.end)
+        return rows, self.given(quantity, t)
+
+    def given(self, quantity: int, t: np.ndarray) -> np.ndarray:
+        """What the start's position and velocity contribute to a quantity at t (n,)."""
         p, v = self.request.start.positions[0], self.request.start.velocities[0]
-        given = (p + v * t, np.full(len(t), v), np.zeros(len(t)), np.zeros(len(t)))[quantity]
-        return self.splines[quantity](t), given
+        return (p + v * t, np.full(len(t), v), np.zeros(len(t)), np.zeros(len(t)))[quantity]
 
     @cached_property
     def fixed(self) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +98,7 @@ class InSeconds:
 
     def _gram(self, stiffness: float) -> tuple[np.ndarray, np.ndarray]:
         """Of ∫g̈² + k⁴∫g²: matrix (N, N), and the products (N,) with the demonstration."""
-        bends, (places, given) = self.at(2, self.t)[0], self.at(0, self.t)
+        (bends, _), (places, given) = self.bends, self.places
         matrix = (bends.T * self.dt) @ bends + stiffness**4 * (places.T * self.dt) @ places
         towards = bends.T @ (self.dt * self.shown[2]) + stiffness**4 * places.T @ (self.dt * (self.shown[0] - given))
         return matrix, towards
@@ -100,19 +115,22 @@ class InSeconds:
         right = np.concatenate([towards / scale, targets / np.linalg.norm(rows, axis=1)])
         return np.linalg.solve(kkt, right)[: len(matrix)]
 
-    def optimum(self, limits: Limits | None = None) -> np.ndarray | None:
-        """The best weights (N,) that keep every limit at the `INSTANTS`; None where nothing does."""
+    def optimum(self, inside: float = 0.0) -> np.ndarray | None:
+        """The best weights (N,) that keep every limit at the `INSTANTS`, `inside` of it by this part of its range; None
+        where nothing does. What is fixed lies where it lies. Raises Inconclusive."""
         rows, _ = self.fixed
         factor = np.linalg.cholesky(self._gram(self.stiffness)[0])
         full, r = np.linalg.qr(np.linalg.solve(factor, rows.T), mode="complete")
         null = np.linalg.solve(factor.T, full[:, r.shape[1] :])
-        ranges = (limits or self.request.limits).ranges[0]
-        instants = np.linspace(0, self.end, INSTANTS)
+        ranges = self.request.limits.ranges[0]
+        ranges = ranges + inside * np.diff(ranges) * [1, -1]
+        at_instants, instants = rows_at_instants(self.count), np.linspace(0, self.end, INSTANTS)
         demands, lower, upper = [], [], []
         for quantity in range(4):
             if not np.isfinite(ranges[quantity]).any():
                 continue
-            on_weights, given = self.at(quantity, instants)
+            on_weights = self.end ** (2 - quantity) * at_instants[quantity]
+            given = self.given(quantity, instants)
             row, value = on_weights @ null, on_weights @ self.unlimited + given
             norms = np.linalg.norm(row, axis=1)
             # What is fixed has no room: its rows say nothing of the weights that are left.
@@ -120,17 +138,26 @@ class InSeconds:
             demands.append(row[free])
             lower.append((ranges[quantity, 0] - value)[free])
             upper.append((ranges[quantity, 1] - value)[free])
-        step = nearest_to_zero(np.concatenate(demands), np.concatenate(lower), np.concatenate(upper))
+        step = smallest_step(np.concatenate(demands), np.concatenate(lower), np.concatenate(upper))
         return None if step is None else self.unlimited + null @ step
 
-    def cost(self, weights: np.ndarray) -> float:
-        """Of weights (N,) that keep what is fixed, above that of the optimum without limits."""
+    def beyond(self, weights: np.ndarray) -> float:
+        """The cost of weights (N,) that keep what is fixed, above that of the optimum without limits."""
         away = weights - self.unlimited
         return float(away @ self._gram(self.stiffness)[0] @ away)
 
+    def cost(self, weights: np.ndarray) -> float:
+        """All of it: what the optimum without limits costs, whose place term is 0 without a `place_time`, included."""
+        least = self.missed(self.unlimited) ** 2 * self.end
+        if self.local:
+            places, given = self.places
+            apart = places @ self.unlimited + given - self.shown[0]
+            least += self.stiffness**4 * float(self.dt @ apart**2)
+        return least + self.beyond(weights)
+
     def missed(self, weights: np.ndarray) -> float:
         """Root mean square of g̈ − d̈ over the moving part, rad/s²."""
-        return math.sqrt(self.dt @ (self.at(2, self.t)[0] @ weights - self.shown[2]) ** 2 / self.end)
+        return math.sqrt(self.dt @ (self.bends[0] @ weights - self.shown[2]) ** 2 / self.end)
 
     def positions(self, weights: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Positions (n,), rad, at t (n,)."""
