@@ -57,7 +57,8 @@ class Latencies:
 def tight_goal(rng: np.random.Generator, **fields: object) -> m.Goal:
     """A strike with active limits, its target moved a little."""
     wanted = goal(FASTER, limits=TIGHT, **fields)
-    moved = (np.array(wanted.positions) + rng.uniform(-0.01, 0.01, len(wanted.positions))).tolist()
+    positions = np.array(wanted.positions)
+    moved = (positions + rng.uniform(-0.01, 0.01, len(positions))).tolist()
     return msgspec.structs.replace(wanted, positions=moved)
 
 

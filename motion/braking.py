@@ -17,8 +17,8 @@ TOUCH = 1e-9
 class Stop(NamedTuple):
     """The fastest stop from each state, seen in the direction `sign` in which v + a|a|/2J is positive.
 
-    Jerk −J for `bending` s down to the acceleration −`peak`, which is held for `held` s, and jerk +J back to zero. Arrays
-    that broadcast; velocity, acceleration: of the state, with the sign.
+    Jerk −J for `bending` s down to the acceleration −`peak`, which is held for `held` s, and jerk +J back to zero.
+    Arrays that broadcast; velocity, acceleration: of the state, with the sign.
     """
 
     sign: np.ndarray

@@ -1,4 +1,4 @@
-"""Dynamic movement primitives: the discrete one, and two with a moving goal for hitting (eq. 1–7, design 1.11).
+"""Dynamic movement primitives: the discrete one, and two with a moving goal for hitting (eq. 1–7).
 
 All three are one system in real time t, with τ the duration in seconds, z = exp(−α_z t/τ), β = α/4:
 
@@ -19,13 +19,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import scipy
 
-from motion.basis import INTERVALS
 from motion.errors import InvalidMotion
 from motion.primitive import Primitive
 from motion.request import Boundary
-from motion.samples import Samples
+from motion.trajectory import Samples
 
 System = Literal["discrete", "linear", "polynomial"]
 Rule = Literal["euler", "trapezium"]
@@ -41,6 +39,9 @@ BASIS_COUNT = 100
 
 LEAST_AMPLITUDE = 1e-9
 """A demonstration that ends this close (rad) to where it begins has no amplitude to divide by."""
+
+SAMPLES = 1001
+"""Of the demonstration, for the regression."""
 
 WIDTH = 0.5
 """Standard deviation of a Gaussian in units of the distance to the next centre: locally weighted regression
@@ -112,11 +113,11 @@ def learn_dmp(
     if np.abs(amplitude).min() < LEAST_AMPLITUDE:
         joint = int(np.abs(amplitude).argmin())
         raise InvalidMotion("demonstration", f"ends where it begins on joint {joint}: a {system} DMP cannot learn it")
-    s = np.linspace(0, 1, INTERVALS + 1)
-    velocities = scipy.interpolate.make_interp_spline(s * duration, primitive.positions, k=5)(s * duration, 1)
+    s = np.linspace(0, 1, SAMPLES)
+    shown = primitive.sample(s)
     g, dg, ddg = moving_goal(system, start, goal, duration, s)
-    attraction = gain * (gain / 4 * (g - primitive.positions) + duration * (dg - velocities))
-    target = duration**2 * (primitive.accelerations - ddg) - attraction
+    attraction = gain * (gain / 4 * (g - shown.positions) + duration * (dg - shown.velocities))
+    target = duration**2 * (shown.accelerations - ddg) - attraction
     psi, z = _gaussians(s, basis_count), phase(s)[:, None]
     weights = (psi.T @ (z * target)) / (psi.T @ z**2) / amplitude
     return Dmp(system, gain, np.ascontiguousarray(weights.T))

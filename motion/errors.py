@@ -82,3 +82,10 @@ class SolverFailed(MotionError):
         super().__init__(f"joint {joint}: the solver gave up ({status}); change the goal a little")
         self.joint = joint
         self.status = status
+
+
+class OutOfTime(SolverFailed):
+    """The plan would have taken longer than a plan may; the status is "time"."""
+
+    def __init__(self, joint: int) -> None:
+        super().__init__(joint, "time")

@@ -7,23 +7,29 @@ import numpy as np
 
 from motion import splines
 from motion.braking import TOUCH, fastest_stop
-from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, SolverFailed
+from motion.errors import Infeasible, InvalidMotion, LimitExceeded, SolverFailed
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.program.constraint_generation import InfeasibleRows, Solution, solve
 from motion.program.effort import Effort
 from motion.program.equalities import Fixed, check_fixed, fixed_values
-from motion.program.min_duration import min_duration
+from motion.program.min_duration import FACTOR, MAX_DURATION, FirstFailing, min_duration, stretched
 from motion.program.problem import FINEST, USUAL, Precision, Problem, build
 from motion.program.report import Active, Report, make_report
 from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import MotionRequest
 from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 
-__all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan"]
+__all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan", "plan_fastest"]
 
-EFFORT = 20_000.0
+EFFORT = 15_000.0
 """Of a plan of up to six joints, more in proportion; see `motion.program.effort`."""
+
+USUAL_SHARE = 0.4
+"""Part of the effort that the usual precision may take; what is left is for the finest and for another duration."""
+
+PROBE = 800.0
+"""The effort after which a joint counts as one that does not work in the duration that is tried."""
 
 EQUALITY_TOLERANCE = 1e-10
 """Equalities hold to this part of the largest target, or it is no plan …"""
@@ -45,9 +51,9 @@ class Warm:
 class Plan:
     """A verified motion: a spline up to the goal, a straight part if asked for, and a stop.
 
-    control_points (J, N + 2): of the position over the moving part, rad. trajectory: all of it. duration: up to the hit,
-    s. total_duration: with the stop, s, a multiple of `tick`. hit_index: the tick nearest to the hit. warm: for the next
-    call.
+    control_points (J, N + 2): of the position over the moving part, rad. trajectory: all of it. duration: up to the
+    hit, s. total_duration: with the stop, s, a multiple of `tick`. hit_index: the tick nearest to the hit. warm: for
+    the next call.
     """
 
     request: MotionRequest
@@ -76,27 +82,53 @@ def plan(
     tick: float = 0.001,
     warm: Warm | None = None,
     remedy: bool = True,
+    effort: Effort | None = None,
 ) -> Plan:
     """Plan the motion that imitates `primitive` best as `request` asks (eq. 10–17).
 
-    `tick` (s) is the grid of the total duration; `warm` comes from an earlier plan of the same joints; `remedy`: what is
-    infeasible is answered with a duration that works. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or
-    SolverFailed. What is returned was verified from its weights.
+    `tick` (s) is the grid of the total duration; `warm` comes from an earlier plan of the same joints; `remedy`: what
+    is infeasible is answered with a duration that works; `effort`: what may be spent. Raises InvalidMotion,
+    LimitExceeded, CannotStop, Infeasible or SolverFailed. What is returned was verified from its weights.
     """
     _check_joints(primitive, request, warm)
     request = request.clipped()
     # A goal outside its limits is named as such, not as one from which no stop leads back inside.
     fixed = fixed_values(request)
     check_fixed(request, fixed)
-    effort = Effort(EFFORT * max(1.0, request.joint_count / 6))
+    effort = effort or effort_for(request.joint_count)
+    usual = effort.share(USUAL_SHARE * effort.left)
     try:
-        return _planned(primitive, request, fixed, tick, warm, effort, USUAL)
-    except InfeasibleRows:
+        return _planned(primitive, request, fixed, tick, warm, usual, USUAL)
+    except (InfeasibleRows, SolverFailed) as failure:
+        failed = failure
+    effort.give_back(usual)
+    finest = effort.share(effort.left / 4)
+    try:
+        return _planned(primitive, request, fixed, tick, None, finest, FINEST)
+    except InfeasibleRows as failure:
+        failed = failure
+    except SolverFailed:
         pass
-    try:
-        return _planned(primitive, request, fixed, tick, None, effort, FINEST)
-    except InfeasibleRows as clash:
-        raise _infeasible(primitive, request, tick, clash, effort, remedy) from None
+    effort.give_back(finest)
+    raise _refusal(primitive, request, tick, failed, effort, remedy) from None
+
+
+def effort_for(joints: int) -> Effort:
+    """Return what a plan of so many joints may take."""
+    return Effort(EFFORT * max(1.0, joints / 6))
+
+
+def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> Plan:
+    """Plan as `plan` does in the shortest duration, a multiple of `tick`, that was found to keep the limits.
+
+    Raises what `plan` raises; where no duration works, for the
+    longest.
+    """
+    _check_joints(primitive, request, None)
+    request, effort = request.clipped(), effort_for(request.joint_count)
+    first_failing = _first_failing(primitive, final_accelerations(request), effort)
+    found = min_duration(request, first_failing, 0, round(primitive.duration / tick), tick)
+    return plan(primitive, found or stretched(request, MAX_DURATION), tick)
 
 
 def _check_joints(primitive: Primitive, request: MotionRequest, warm: Warm | None) -> None:
@@ -181,8 +213,8 @@ def _verified(problem: Problem, solutions: list[Solution]) -> list[Solution]:
 def _stopped(
     request: MotionRequest, problem: Problem, solutions: list[Solution]
 ) -> tuple[np.ndarray, Trajectory, np.ndarray, np.ndarray]:
-    """Control points (J, N + 2) of the moving part, what follows it, the lowest and highest values there (J, 4, 2), and the
-    joints (n,) in which these leave the limits."""
+    """Control points (J, N + 2) of the moving part, what follows it, the lowest and highest values there (J, 4, 2), and
+    the joints (n,) in which these leave the limits."""
     x = np.array([solution.x for solution in solutions])
     points = problem.space.positions(x)
     goal, limits, given = request.goal, request.limits, request.final_accelerations
@@ -218,43 +250,59 @@ def _straight(request: MotionRequest) -> Trajectory:
     return Trajectory(np.array([0.0, request.straight_duration]), line)
 
 
-def _infeasible(
-    primitive: Primitive, request: MotionRequest, tick: float, clash: InfeasibleRows, effort: Effort, remedy: bool
-) -> Infeasible:
-    """The answer to a request whose limits contradict each other, with a duration that works if one is found.
+def _refusal(
+    primitive: Primitive,
+    request: MotionRequest,
+    tick: float,
+    failed: InfeasibleRows | SolverFailed,
+    effort: Effort,
+    remedy: bool,
+) -> Infeasible | SolverFailed:
+    """The answer to a request that failed, with a duration that works if one is found.
 
     Raises CannotStop where none could, because the arm would not come to rest inside its limits.
     """
-    final = final_accelerations(request)
-
-    def failing(longer: MotionRequest, joints: np.ndarray) -> np.ndarray:
-        try:
-            fixed = fixed_values(longer)
-            check_fixed(longer, fixed)
-            problem = build(primitive, longer, fixed, final)
-        except (LimitExceeded, InvalidMotion, CannotStop):
-            return joints
-        return np.array([joint for joint in joints.tolist() if not _works(problem, joint, effort)], dtype=int)
-
-    found = min_duration(request, failing, np.array([clash.joint]), tick) if remedy else None
+    found = None
+    if remedy:
+        first_failing = _first_failing(primitive, final_accelerations(request), effort)
+        low = math.ceil(request.duration / tick - 1e-9)
+        found = min_duration(request, first_failing, low, math.ceil(low * FACTOR), tick)
+    if isinstance(failed, SolverFailed):
+        if found is None:
+            return failed
+        failed = InfeasibleRows(failed.joint, QUANTITIES.index("jerk"), 1.0)
     return Infeasible(
-        clash.joint,
-        QUANTITIES[clash.quantity],
-        clash.s * request.moving_duration,
+        failed.joint,
+        QUANTITIES[failed.quantity],
+        failed.s * request.moving_duration,
         found.duration if found else None,
         [w.time_from_start for w in found.waypoints] if found else None,
     )
 
 
+def _first_failing(primitive: Primitive, final: np.ndarray, effort: Effort) -> FirstFailing:
+    """What tells which joint cannot be planned in a duration, with the intervals `final` of final accelerations."""
+
+    def first_failing(request: MotionRequest, joints: list[int]) -> int | None:
+        try:
+            fixed = fixed_values(request)
+            check_fixed(request, fixed)
+            problem = build(primitive, request, fixed, final)
+        except (LimitExceeded, InvalidMotion):
+            return joints[0]
+        return next((joint for joint in joints if not _works(problem, joint, effort)), None)
+
+    return first_failing
+
+
 def _works(problem: Problem, joint: int, effort: Effort) -> bool:
-    """Whether a joint can be planned. Raises SolverFailed where no effort is left."""
-    effort.spend(joint, 0)
+    """Whether a joint can be planned with a probe's share of the effort. Raises OutOfTime where no effort is left."""
+    effort.spend_on_look(joint)
+    share = effort.share(PROBE)
     try:
-        _verified(problem, solve(problem, effort, None, np.array([joint])))
-    except InfeasibleRows:
+        _verified(problem, solve(problem, share, None, np.array([joint]), probe=True))
+    except (InfeasibleRows, SolverFailed):
         return False
-    except SolverFailed as failure:
-        if failure.status == "time":
-            raise
-        return False
+    finally:
+        effort.give_back(share)
     return True

@@ -1,18 +1,19 @@
 """A movement primitive: a demonstration as a spline in normalised time."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 
 from motion import splines
-from motion.demonstration import SavitzkyGolay
+from motion.demonstration import Demonstration, SavitzkyGolay, Smoothing
 from motion.errors import InvalidMotion
+from motion.gaussian_archive import converted, is_gaussian
 from motion.request import Boundary
+from motion.savitzky_golay import filtered, follow
+from motion.smoothing import MAX_BASIS, MIN_BASIS, fit, interpolate
 from motion.trajectory import Samples
-
-MIN_BASIS, MAX_BASIS = 20, 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +22,9 @@ class Primitive:
 
     duration: T_d, s. control_points: (J, N + 2), rad, of d(s), a B-spline of degree 5 on clamped uniform knots, so that
     its acceleration d″(s) is a cubic one with N functions. samples: how many were recorded. position_rms, position_max:
-    (J,), rad, distance between d and the samples. fit_rms: (J,), rad/s², how well the acceleration is known.
-    noise_estimate: (J,), rad. smoothing: the filter that was asked for, None for the penalised spline.
+    (J,), rad, distance between d and the samples. fit_rms: (J,), rad/s², standard error of the acceleration d″/T_d²;
+    of an explicit filter the distance between its acceleration and the spline's, rms. noise_estimate: (J,), rad, of one
+    sample. smoothing: the filter that was asked for, None for the penalised spline.
     """
 
     duration: float
@@ -47,7 +49,7 @@ class Primitive:
     @cached_property
     def weights(self) -> np.ndarray:
         """Control points (J, N) of d″(s), rad."""
-        return self._derivative(2)
+        return splines.differentiated(self.control_points, 2)
 
     @cached_property
     def start(self) -> Boundary:
@@ -61,22 +63,103 @@ class Primitive:
 
     def positions(self, s: np.ndarray) -> np.ndarray:
         """Positions (n, J), rad, at s (n,) in [0, 1]."""
-        return self._values(s, 0)
+        return splines.derivative(self.control_points, s, 0)
 
     def sample(self, s: np.ndarray) -> Samples:
         """States at s (n,) in [0, 1], played in the demonstration's own duration."""
-        return Samples(*(self._values(s, order) / self.duration**order for order in range(3)))
+        return Samples(*(splines.derivative(self.control_points, s, n) / self.duration**n for n in range(3)))
 
-    def _derivative(self, order: int) -> np.ndarray:
-        """Control points of the derivative of this order with respect to s."""
-        points, degree = self.control_points, splines.POSITION_DEGREE
-        for _ in range(order):
-            points, degree = points @ splines.differentiation(points.shape[1], degree).T, degree - 1
-        return points
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """All fields as arrays, for `np.savez`."""
+        smoothing = [] if self.smoothing is None else [self.smoothing.window_s, self.smoothing.order]
+        arrays = {name: np.array(getattr(self, name)) for name in _FIELDS if name != "smoothing"}
+        return arrays | {"smoothing": np.array(smoothing, dtype=float)}
 
-    def _values(self, s: np.ndarray, order: int) -> np.ndarray:
-        points = self._derivative(order)
-        return splines.rows(points.shape[1], splines.POSITION_DEGREE - order, s) @ points.T
+    @staticmethod
+    def from_arrays(arrays: Mapping[str, np.ndarray]) -> "Primitive":
+        """The primitive that `to_arrays` wrote, in this version or in the one that kept Gaussian weights.
+
+        Raises:
+            InvalidMotion: something is missing or malformed; its name is the error's field.
+        """
+        if is_gaussian(arrays):
+            arrays = converted(arrays)
+        data = {name: _array(arrays, name) for name in _FIELDS}
+        points, smoothing = data["control_points"], data["smoothing"]
+        if points.ndim != 2 or not len(points):
+            raise InvalidMotion("control_points", f"needs joints × control points; it has shape {points.shape}")
+        _check_basis_count(points.shape[1] - 2)
+        shapes: dict[str, tuple[int, ...]] = {"duration": (), "samples": ()}
+        shapes |= {name: (len(points),) for name in ("position_rms", "position_max", "fit_rms", "noise_estimate")}
+        for name, shape in shapes.items():
+            if data[name].shape != shape:
+                raise InvalidMotion(name, f"needs shape {shape}; it has {data[name].shape}")
+        if smoothing.shape not in ((0,), (2,)):
+            raise InvalidMotion("smoothing", "needs no number or window and order")
+        if data["duration"] <= 0:
+            raise InvalidMotion("duration", f"is {data['duration']}; it must be greater than 0 s")
+        return Primitive(
+            float(data["duration"]),
+            points,
+            int(data["samples"]),
+            *(data[name] for name in ("position_rms", "position_max", "fit_rms", "noise_estimate")),
+            smoothing=SavitzkyGolay(float(smoothing[0]), int(smoothing[1])) if smoothing.size else None,
+        )
 
     def _end(self, index: int) -> Boundary:
-        return Boundary(*(self._derivative(order)[:, index] / self.duration**order for order in range(3)))
+        ends = (splines.differentiated(self.control_points, n)[:, index] for n in range(3))
+        return Boundary(*(end / self.duration**n for n, end in enumerate(ends)))
+
+
+_FIELDS = tuple(field.name for field in fields(Primitive))
+
+
+def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_count: int | None = None) -> Primitive:
+    """Learn a primitive from one demonstration.
+
+    "auto" fits a penalised spline to the samples at their own times, "none" follows the samples as closely as the
+    spline can, and a filter is applied first and then followed. The number of functions comes from the data unless
+    `basis_count` is given.
+
+    Raises:
+        InvalidMotion: a filter that does not fit, or a `basis_count` outside MIN_BASIS to MAX_BASIS.
+    """
+    if basis_count is not None:
+        _check_basis_count(basis_count)
+    s, positions, duration = demonstration.phases, demonstration.positions, demonstration.duration
+    used = None
+    if smoothing == "none":
+        fitted = interpolate(s, positions, duration, basis_count)
+    else:
+        fitted = fit(s, positions, duration, basis_count)
+    points, fit_rms = fitted.control_points, fitted.acceleration_error / duration**2
+    if isinstance(smoothing, SavitzkyGolay):
+        used, places, accelerations = filtered(demonstration, smoothing)
+        points = follow(places, accelerations, duration, fitted.basis_count)
+        followed = splines.derivative(points, np.linspace(0, 1, len(places)), 2) / duration**2
+        fit_rms = np.sqrt(np.mean((followed - accelerations) ** 2, axis=0))
+    beside = splines.derivative(points, s, 0) - positions
+    return Primitive(
+        duration=duration,
+        control_points=points,
+        samples=len(positions),
+        position_rms=np.sqrt(np.mean(beside**2, axis=0)),
+        position_max=np.abs(beside).max(axis=0),
+        fit_rms=fit_rms,
+        noise_estimate=fitted.noise,
+        smoothing=used,
+    )
+
+
+def _check_basis_count(count: int) -> None:
+    if not MIN_BASIS <= count <= MAX_BASIS:
+        raise InvalidMotion("basis_count", f"is {count}; it must be from {MIN_BASIS} to {MAX_BASIS}")
+
+
+def _array(arrays: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    if name not in arrays:
+        raise InvalidMotion(name, "is missing")
+    values = np.array(arrays[name], dtype=float)
+    if not np.isfinite(values).all():
+        raise InvalidMotion(name, "must be finite")
+    return values

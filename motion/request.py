@@ -47,12 +47,12 @@ class MotionRequest:
     """A motion of J joints from `start` to `goal` in `duration` seconds inside `limits`.
 
     A NaN acceleration of the goal is free where the final velocity is not 0 and zero where it is: `final_accelerations`
-    (J,) are those at the end of the moving part, NaN where they stay free. rest_fraction: final part of the duration with
-    exactly zero acceleration. tail: "stop" ends in a jerk-limited stop after the hit, "coast" moves on at the final
-    velocity (the paper's way). follow_through: s for which the final velocity is kept after the hit, before the stop.
-    place_time: s; differences from the demonstration's start and goal are made up for within about this time of the
-    ends, None: over the whole motion, as in the paper. phase: where in the demonstration, 0 to 1, the motion begins: what
-    is left of it is imitated. Raises InvalidMotion naming the field for anything malformed.
+    (J,) are those at the end of the moving part, NaN where they stay free. rest_fraction: final part of the duration
+    with exactly zero acceleration. tail: "stop" ends in a jerk-limited stop after the hit, "coast" moves on at the
+    final velocity (the paper's way). follow_through: s for which the final velocity is kept after the hit, before the
+    stop. place_time: s; differences from the demonstration's start and goal are made up for within about this time of
+    the ends, None: over the whole motion, as in the paper. phase: where in the demonstration, 0 to 1, the motion
+    begins: what is left of it is imitated. Raises InvalidMotion naming the field for anything malformed.
     """
 
     start: Boundary

@@ -10,6 +10,7 @@ from math import factorial
 
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.sparse import csr_array
 
 ACCELERATION_DEGREE = 3
 POSITION_DEGREE = 5
@@ -23,7 +24,22 @@ def knots(count: int, degree: int) -> np.ndarray:
 
 def rows(count: int, degree: int, s: np.ndarray) -> np.ndarray:
     """Values (n, count) of all functions at s (n,) in [0, 1]."""
-    return BSpline.design_matrix(np.asarray(s, dtype=float), knots(count, degree), degree).toarray()
+    return design(count, degree, s).toarray()
+
+
+def design(count: int, degree: int, s: np.ndarray) -> csr_array:
+    """The same values, sparse: of each row the degree + 1 functions that are not zero."""
+    return BSpline.design_matrix(np.asarray(s, dtype=float), knots(count, degree), degree)
+
+
+@cache
+def gram(count: int, degree: int) -> np.ndarray:
+    """Integrals (count, count) over [0, 1] of the products of two functions, exact."""
+    nodes, weights = np.polynomial.legendre.leggauss(degree + 1)
+    width = 1 / (count - degree)
+    at = (np.arange(count - degree)[:, None] + (nodes + 1) / 2) * width
+    values = rows(count, degree, at.ravel())
+    return _constant(values.T @ (values * np.tile(weights * width / 2, count - degree)[:, None]))
 
 
 @cache
@@ -45,6 +61,19 @@ def differentiation(count: int, degree: int) -> np.ndarray:
     return _constant(matrix)
 
 
+def differentiated(points: np.ndarray, order: int) -> np.ndarray:
+    """Control points (J, n − order) of that derivative of position splines with control points (J, n)."""
+    for degree in range(POSITION_DEGREE, POSITION_DEGREE - order, -1):
+        points = points @ differentiation(points.shape[1], degree).T
+    return points
+
+
+def derivative(points: np.ndarray, s: np.ndarray, order: int) -> np.ndarray:
+    """Values (n, J) at s (n,) of that derivative with respect to s of position splines (J, count)."""
+    points = differentiated(points, order)
+    return design(points.shape[1], POSITION_DEGREE - order, s) @ points.T
+
+
 @cache
 def greville(count: int, degree: int) -> np.ndarray:
     """Greville abscissae (count,): the control points of s ↦ s, and where in s a control point acts most."""
@@ -59,9 +88,9 @@ def averages(t: np.ndarray, degree: int) -> np.ndarray:
 def insertion(count: int, degree: int, finer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How the control points of a curve of `count` functions become those on `finer` knots (m + degree + 1,).
 
-    `finer` contains the curve's knots. Returns which control points (m, degree + 1) a new one is made of, and with which
-    coefficients (m, degree + 1). A control point is the blossom of a piece at `degree` consecutive knots (Ramshaw), here
-    by de Boor's recursion.
+    `finer` contains the curve's knots. Returns which control points (m, degree + 1) a new one is made of, and with
+    which coefficients (m, degree + 1). A control point is the blossom of a piece at `degree` consecutive knots
+    (Ramshaw), here by de Boor's recursion.
     """
     t = knots(count, degree)
     arguments = np.lib.stride_tricks.sliding_window_view(finer[1:-1], degree)

@@ -9,12 +9,13 @@ from typing import Generic, Self, TypeVar
 import zenoh
 
 from protocol import messages as m
-from protocol.codec import ENCODING, bad_message, check_size, decode, encode
+from protocol.codec import ENCODING, bad_message, check_request_size, decode, encode
 from protocol.errors import NoAnswer, Refusal
 from protocol.links import guard_links
 from protocol.queues import Collector, Inbox, Stream
 from protocol.sessions import CLIENT
 from protocol.topics import (
+    PUBLICATIONS,
     QUEUE_LENGTH,
     Answered,
     Asked,
@@ -27,6 +28,7 @@ from protocol.topics import (
 
 Item = TypeVar("Item")
 
+PUBLISHED = frozenset(topic.key for topic in PUBLICATIONS)
 LIVELINESS_S = 5.0
 """How long to wait for what the hub says of liveliness: at once, unless it is stalled."""
 CLAIM_PATIENCE_S, CLAIM_PERIOD_S = 2.0, 0.05
@@ -51,7 +53,7 @@ class Asking(Generic[Asked, Answered]):
         payload = self._query.payload
         if not payload:
             return decode(b"\x80", self.topic.request)
-        check_size(len(payload), self.topic.max_bytes)  # before it is copied: a loop may be waiting
+        check_request_size(self.topic, len(payload))  # before it is copied: a loop may be waiting
         return decode(payload.to_bytes(), self.topic.request, self.topic.max_bytes)
 
     def reply(self, answer: Answered) -> None:
@@ -84,6 +86,7 @@ class Bus:
         self.session = session
         self.robot = robot
         self._kept: list[object] = []
+        self._puts: dict[str, Collector] = {}
         self._keep(guard_links(session, CLIENT.lease_ms))
 
     def __enter__(self) -> Self:
@@ -144,6 +147,13 @@ class Bus:
                 asking.refuse(Refusal("busy", sentence, goal_id=None))
 
         self._keep(self.session.declare_queryable(key, receive, complete=True))
+        if topic.key not in PUBLISHED:
+            channel = zenoh.handlers.RingChannel(1)  # runs no Python, however much comes
+            self._puts[key] = Collector(self._keep(self.session.declare_subscriber(key, channel)))
+
+    def take_puts(self) -> list[str]:
+        """Return the keys of the served topics on which something was put since the last call: nobody answers that."""
+        return [key for key, puts in self._puts.items() if puts.drop()]
 
     def ask_later(self, topic: Query[Asked, Answered], request: Asked, callback: Callable[[bytes], None]) -> None:
         """Send `request` without waiting; the body of a reply goes to `callback` in Zenoh's thread."""

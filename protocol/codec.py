@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from protocol.errors import Refusal
-from protocol.topics import SMALL
+from protocol.topics import SMALL, Query
 
 Kind = TypeVar("Kind", bound=msgspec.Struct)
 
@@ -26,10 +26,14 @@ MAX_ERROR = 2000
 """Characters of msgspec's sentence that are looked at; a sender's field name may be part of it."""
 MAX_EXPLAINED = 1 << 12
 """Bytes of a body that is unpacked to say what is wrong with it."""
+MAX_BEGINNING = 64
+"""Bytes of a body that are looked at to see whether it is JSON."""
 _WHERE = re.compile(r"^(?P<what>.*?)(?: - at (?P<key>`key` in )?`\$\.?(?P<path>.*?)`)?$", re.DOTALL)
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _FINITE = re.compile(r"Expected `float` [<>]= ")
 _NAMED = re.compile(r"(unknown|required) field `(.*?)`")
+_JSON = re.compile(rb"\s*(\{\s*[\"}]|\[\s*[\[\]{\"\d-])")
+"""How a JSON map or array begins; in msgpack these bytes are a small number that more follows."""
 
 
 def encode(message: msgspec.Struct) -> bytes:
@@ -61,6 +65,17 @@ def check_size(size: int, max_bytes: int) -> None:
         raise bad_message("", f"the body has {size} bytes; at most {max_bytes} are taken here")
 
 
+def check_request_size(topic: Query, size: int) -> None:
+    """Refuse a request of `size` bytes where that is more than its topic takes.
+
+    Raises:
+        Refusal: `bad_message`, naming the topic.
+    """
+    if size > topic.max_bytes:
+        hint = f"; {topic.smaller}" if topic.smaller else ""
+        raise bad_message("", f"`{topic.key}` takes at most {topic.max_bytes} bytes, and this body has {size}{hint}")
+
+
 def bad_message(field: str, sentence: str) -> Refusal:
     """Return the refusal of a malformed body; `field` is empty where the whole body is meant."""
     return Refusal("bad_message", _short(sentence, MAX_SENTENCE), field=_short(field, MAX_FIELD))
@@ -77,12 +92,14 @@ def check_lengths(joint_count: int, **vectors: Sequence[Any]) -> None:
             raise bad_message(field, f"{field} has {len(values)} entries; the arm has {joint_count} joints")
 
 
-def matrix(data: bytes, rows: int, columns: int, field: str) -> np.ndarray:
+def matrix(data: bytes | None, rows: int, columns: int, field: str) -> np.ndarray:
     """Return the (rows, columns) float64 array in `data`, read-only.
 
     Raises:
-        Refusal: `bad_message` where the size does not fit or a number is not finite.
+        Refusal: `bad_message` where there is none, the size does not fit or a number is not finite.
     """
+    if data is None:
+        raise bad_message(field, f"{field} is missing")
     if rows < 0 or columns < 1 or len(data) != 8 * rows * columns:
         wanted = f"{rows} × {columns} little-endian float64 = {8 * rows * columns} bytes"
         raise bad_message(field, f"{field} has {len(data)} bytes; it must be {wanted}, row-major")
@@ -94,12 +111,14 @@ def matrix(data: bytes, rows: int, columns: int, field: str) -> np.ndarray:
 
 
 def matrix_bytes(values: np.ndarray) -> bytes:
-    """Return `values` (rows, columns) as the wire has it: little-endian float64, row-major."""
+    """Return `values` of any shape as the wire has them: little-endian float64, the last index fastest."""
     return np.ascontiguousarray(values, "<f8").tobytes()
 
 
 def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Refusal:
     """Say what is wrong with a body that could not be read."""
+    if _JSON.match(data[:MAX_BEGINNING]):
+        return bad_message("", "the body looks like JSON; send the same as msgpack")
     body: Any = {}
     if len(data) <= MAX_EXPLAINED:
         try:

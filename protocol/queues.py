@@ -88,3 +88,7 @@ class Collector:
         stamp = sample.timestamp
         received_ns = stamp.get_time_as_ntp64().as_nanos() if stamp else time.time_ns()
         return sample.payload.to_bytes(), received_ns
+
+    def drop(self) -> bool:
+        """Drop the oldest sample without copying its body, and return whether there was one."""
+        return self._subscriber.try_recv() is not None

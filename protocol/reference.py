@@ -27,8 +27,8 @@ key with a wildcard is refused for a request that changes something.
 
 **Encoding.** A body is one msgpack map with string keys. Zenoh's encoding is `application/msgpack` on everything
 sent, and not looked at on anything received. An absent body counts as `{{}}`. Vectors over joints are arrays in the
-order of `joint_names`. A matrix is `bin`: little-endian float64, row-major, one row a sample. `version` is 1 and
-may be left out.
+order of `joint_names`. A matrix is `bin`: little-endian float64, row-major, one row a sample; an array of more
+dimensions likewise, its last index fastest. `version` is 1 and may be left out.
 
 **Units** are SI, unless a name ends in another.
 
@@ -69,17 +69,18 @@ MEANINGS = {
     "bad_message": "the body is malformed; the field is empty where the whole body is meant",
     "invalid_goal": "well-formed, but contradictory or outside what this robot takes",
     "unknown_primitive": "the library has none of this name",
-    "unknown_goal": "the controller knows no such goal, or has forgotten it",
+    "unknown_goal": "there is no such goal, or it was forgotten; of `revises`: its motion is not under way",
     "exists": "a primitive of this name is there; `replace` it",
     "duplicate": "the id of this goal belongs to another body",
     "limit": "a value that the goal fixes lies outside a limit",
     "infeasible": "no motion of this duration keeps all limits; `min_duration` is the shortest found that does, "
-    "`waypoint_times` those of its way-points, null where none was found",
+    "`waypoint_times` those of its waypoints, null where none was found",
     "cannot_stop": "the arm could not come to rest behind the goal; `max_velocity` could be stopped, null "
     "where none was found for the final acceleration asked for",
     "solver_failed": "the quadratic program was not solved, for numerical reasons",
-    "late": "the motion would have had to start already",
-    "superseded": "planned before something else was accepted, cancelled or reset",
+    "late": "the motion would have had to start already; of `revises`: its hit has passed",
+    "superseded": "planned before something else was accepted, cancelled or reset; of `revises`: another motion "
+    "replaced its own",
     "busy": "a motion runs and shall not be preempted, or too many requests wait",
     "not_holder": "another client's motion with a lease runs",
     "unavailable": "the other side is silent, or met an error of its own, as a full disk; for a goal `goal_id` is "
@@ -129,7 +130,8 @@ def _rate(publication: Publication) -> str:
 
 
 def _query_section(query: Query, shown: list[type[Struct]]) -> str:
-    size = f" At most {query.max_bytes // MIB} MiB." if query.max_bytes != SMALL else ""
+    smaller = f" Where that does not fit, {query.smaller}." if query.smaller else ""
+    size = f" At most {query.max_bytes // MIB} MiB.{smaller}" if query.max_bytes != SMALL else ""
     exchange = f"{_link(query.request)} → {_link(query.reply)}, answered by the {query.owner}.{size}\n"
     said = f"{_sentence(query.about)} {exchange}"
     return "\n".join([f"### {_heading(query)}\n", said, *_struct(query.request, shown), *_struct(query.reply, shown)])
@@ -178,7 +180,7 @@ def _type(hint: Any) -> str:
     if origin is Literal:
         return " or ".join(f"`{json.dumps(value)}`" for value in arguments)
     if origin in (Union, types.UnionType):
-        return " or ".join(_type(argument) for argument in arguments)
+        return " or ".join(_type(argument) for argument in arguments if argument is not msgspec.UnsetType)
     if origin in (list, tuple):
         return f"[{', '.join(_type(argument) for argument in arguments)}]"
     if origin is dict:
@@ -191,6 +193,8 @@ def _default(field: msgspec.structs.FieldInfo) -> str:
         return "**required**"
     if field.default is msgspec.NODEFAULT:
         return "`[]`"
+    if field.default is msgspec.UNSET:
+        return "left out"
     return (
         f"`{json.dumps(msgspec.to_builtins(field.default))}`" if not isinstance(field.default, Struct) else "all `null`"
     )

@@ -14,7 +14,7 @@ Said = TypeVar("Said", bound=Struct)
 SMALL = 1 << 14
 MIB = 1 << 20
 QUEUE_LENGTH = 16
-MAX_PLAN_S = 20.0
+MAX_PLAN_S = 60.0
 MAX_ID = 128
 """Characters of a goal's or a client's id."""
 
@@ -24,7 +24,8 @@ class Query(Generic[Asked, Answered]):
     """A request and its reply on `key`, answered by `owner`.
 
     `reads`: changes nothing, and may therefore be asked with a wildcard key. `timeout_s`: how long a client waits.
-    `max_bytes`: of the request; where a 1 kHz loop reads it, no more than it unpacks in a tick.
+    `max_bytes`: of the request; where a 1 kHz loop reads it, no more than it unpacks in a tick. `smaller`: what to send
+    in place of a request that is larger.
     """
 
     key: str
@@ -35,6 +36,7 @@ class Query(Generic[Asked, Answered]):
     reads: bool = False
     max_bytes: int = SMALL
     timeout_s: float = 5.0
+    smaller: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,14 @@ PRIMITIVES = Query("primitives", "planner", m.Empty, m.Primitives, "list the lib
 LEARN = Query("learn", "planner", m.Learn, m.Learned, "learn a primitive", max_bytes=16 * MIB, timeout_s=30.0)
 FORGET = Query("forget", "planner", m.Forget, m.Forgotten, "remove a primitive")
 EXECUTE = Query(
-    "execute", "controller", m.Trajectory, m.Accepted, "play a trajectory", max_bytes=4 * MIB, timeout_s=1.0
+    "execute",
+    "controller",
+    m.Trajectory,
+    m.Accepted,
+    "play a trajectory",
+    max_bytes=4 * MIB,
+    timeout_s=1.0,
+    smaller="send the motion as `pieces`",
 )
 REFERENCE = Query(
     "reference",

@@ -11,7 +11,7 @@ import numpy as np
 from motion.errors import SolverFailed
 from motion.limits import SIGNS
 from motion.program.effort import Effort
-from motion.program.least_distance import least_distance
+from motion.program.least_distance import INFEASIBLE, UNCLEAR, least_distance, least_distance_in_doubt
 from motion.program.problem import Problem
 
 MAX_ROUNDS = 30
@@ -22,7 +22,12 @@ DROPPING_ROUNDS = 6
 NEAR = 10.0
 """Of a limit is what lies within this many times the distance at which rows are demanded."""
 
-STRIDE = 3
+STRIDE, MANY = 3, 24
+"""In the first round every third violated control point becomes a row, but not many more than so many."""
+
+TINY = 1e-12
+"""Where all rows hold already the scale of a program is this."""
+
 IDLE = 1e-8
 BINDING = 1e-5
 
@@ -60,19 +65,24 @@ class Solution:
 
 
 def solve(
-    problem: Problem, effort: Effort, warm: list[np.ndarray] | None = None, joints: np.ndarray | None = None
+    problem: Problem,
+    effort: Effort,
+    warm: list[np.ndarray] | None = None,
+    joints: np.ndarray | None = None,
+    probe: bool = False,
 ) -> list[Solution]:
     """For each joint, or each of the `joints` (n,), the motion nearest to the adapted demonstration inside all limits.
 
     All control points of what is returned lie inside their limits, those that the equalities decide to rounding. `warm`
-    are rows to begin with, an array for each of the J joints. Raises InfeasibleRows where the limits cannot be kept,
+    are rows to begin with, an array for each of the J joints. In a `probe` what does not come out clearly counts as
+    infeasible. Raises InfeasibleRows where the limits cannot be kept,
     SolverFailed for numerical trouble or too much effort.
     """
     chosen = np.arange(len(problem.origin)) if joints is None else joints
     _check_decided(problem, chosen)
     outside = (problem.room < 0).any(axis=(1, 2)).tolist()
     return [
-        _solve(problem, joint, effort, None if warm is None else warm[joint])
+        _solve(problem, joint, effort, None if warm is None else warm[joint], probe)
         if outside[joint]
         else Solution(joint, problem.origin[joint], NOTHING, NO_MULTIPLIERS, NOTHING, 0)
         for joint in chosen.tolist()
@@ -88,7 +98,7 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
         raise InfeasibleRows(int(joints[joint]), int(hull.quantity[point]), float(hull.s[point]))
 
 
-def _solve(problem: Problem, joint: int, effort: Effort, warm: np.ndarray | None) -> Solution:
+def _solve(problem: Problem, joint: int, effort: Effort, warm: np.ndarray | None, probe: bool) -> Solution:
     """The optimum of one joint that leaves its limits where it ignores them."""
     matrix, room = problem.limit_rows.matrix[joint], problem.room[joint].ravel()
     inside = problem.inside[joint]
@@ -103,11 +113,16 @@ def _solve(problem: Problem, joint: int, effort: Effort, warm: np.ndarray | None
             rows = rows[multipliers > IDLE * multipliers.max(initial=0.0)]
         rows = np.array(sorted({*rows.tolist(), *new.tolist()}))
         effort.spend(joint, len(rows))
-        u, multipliers, status = _step(matrix, room, inside, rows, tight=rounds > DROPPING_ROUNDS or problem.precise)
-        if status == "infeasible":
+        program, size = _program(matrix, room, inside, rows)
+        u, multipliers, status = least_distance(*program, tight=rounds > DROPPING_ROUNDS or problem.precise)
+        if status == UNCLEAR and not probe:
+            effort.spend_on_doubt(joint, len(rows), len(u))
+            u, multipliers, status = least_distance_in_doubt(*program)
+        if status == INFEASIBLE or (status and probe):
             raise _contradiction(problem, joint, rows, multipliers)
         if status:
             raise SolverFailed(joint, status)
+        u *= size
         moved = matrix @ u
         over = np.concatenate([-moved, moved]) - room
         new = _peaks(over)
@@ -117,25 +132,22 @@ def _solve(problem: Problem, joint: int, effort: Effort, warm: np.ndarray | None
     return Solution(joint, x, rows, multipliers, near, rounds)
 
 
-def _step(
-    matrix: np.ndarray, room: np.ndarray, inside: np.ndarray, rows: np.ndarray, tight: bool
-) -> tuple[np.ndarray, np.ndarray, str]:
-    """The smallest step u that keeps the rows, their multipliers, and "" or what went wrong."""
+def _program(
+    matrix: np.ndarray, room: np.ndarray, inside: np.ndarray, rows: np.ndarray
+) -> tuple[tuple[np.ndarray, np.ndarray], float]:
+    """The least distance program of some rows, scaled so that the largest violation is 1, and the scale."""
     side, point = np.divmod(rows, len(inside))
     excess = inside[point] - room[rows]
-    size = excess.max()
-    if size <= 0:
-        return np.zeros(matrix.shape[1]), np.zeros(len(rows)), ""
-    u, multipliers, status = least_distance(matrix[point] * SIGNS[side, None], excess / size, tight)
-    return size * u, multipliers, status
+    size = max(float(excess.max()), TINY)
+    return (matrix[point] * SIGNS[side, None], excess / size), size
 
 
 def _first(over: np.ndarray) -> np.ndarray:
-    """Rows at the peaks of positive `over` (2R,) and every second one of each stretch."""
+    """Rows at the peaks of positive `over` (2R,), and some along each stretch."""
     positive = (over > 0).nonzero()[0]
     above = over[positive]
     chosen = (above >= over.take(positive - 1)) & (above >= over.take(positive + 1, mode="clip"))
-    chosen |= positive % STRIDE == 0
+    chosen |= positive % max(STRIDE, len(positive) // MANY) == 0
     return positive[chosen]
 
 

@@ -39,8 +39,8 @@ def _powers(count: int) -> np.ndarray:
 def extremes(pieces: np.ndarray, curves: np.ndarray) -> np.ndarray:
     """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of m pieces and their `half_knots`.
 
-    Between two instants the extreme is looked for where the cubic through values and slopes has its own; there the curve
-    itself is evaluated, so nothing is named that it does not reach.
+    Between two instants the extreme is looked for where the cubic through values and slopes has its own; there the
+    curve itself is evaluated, so nothing is named that it does not reach.
     """
     step = 1 / (curves.shape[2] - 1)
     values, slopes = curves[:4], step * curves[1:5]

@@ -35,8 +35,9 @@ class Equalities:
     """What fixed values demand of the motions x (J, N + 2) of J joints: rows·x = targets.
 
     rows (J, m, N + 2), zero where a joint's value is free. kind: of each joint, an index of `spans`; these are
-    orthonormal bases (N, m) of the rows on z, one for each set of values that some joint fixes. correction (J, m, N): the least change of z for a unit of each target; adaptation (J, m, N): the same in the metric in
-    which the demonstration is adapted to the targets.
+    orthonormal bases (N, m) of the rows on z, one for each set of values that some joint fixes. correction (J, m, N):
+    the least change of z for a unit of each target; adaptation (J, m, N): the same in the metric in which the
+    demonstration is adapted to the targets.
     """
 
     rows: np.ndarray
@@ -106,8 +107,8 @@ def equalities_of(space: Space, fixed: Fixed, values: np.ndarray, local: bool) -
     """Return the equalities of `values` (F, J), in normalised time, and their targets (J, m).
 
     The start's position and velocity are coordinates and need no row. `local`: the demonstration is adapted in the
-    space's own metric, otherwise in that of the accelerations alone. Raises InvalidMotion for more values of a joint than
-    a motion has weights, SolverFailed for values that depend on each other.
+    space's own metric, otherwise in that of the accelerations alone. Raises InvalidMotion for more values of a joint
+    than a motion has weights, SolverFailed for values that depend on each other.
     """
     given = ~np.isnan(values[2:])
     most = int(given.sum(axis=0).max())

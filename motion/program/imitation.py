@@ -15,9 +15,9 @@ from motion.program.space import at_nodes, gram_of, nodes, quadrature
 class Imitated:
     """A part d of a demonstration in its own normalised time u from 0 to 1.
 
-    duration: of the part when it was demonstrated, s. weights (J, N): of d″(u). control_points (J, N + 2): of d(u), rad.
-    start (J, 2): d and d′ at u = 0, rad. accelerations (J, K): d″ at the quadrature nodes of N functions, exact where
-    `weights` are its projection.
+    duration: of the part when it was demonstrated, s. weights (J, N): of d″(u). control_points (J, N + 2): of d(u),
+    rad. start (J, 2): d and d′ at u = 0, rad. accelerations (J, K): d″ at the quadrature nodes of N functions, exact
+    where `weights` are its projection.
     """
 
     duration: float

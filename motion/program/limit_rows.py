@@ -16,9 +16,10 @@ DEAD = 1e-9
 class LimitRows:
     """One row for each of R control points, for each of J joints: what a step u of z does to it.
 
-    matrix: for each joint (R, N), shared where the equalities are alike: projected onto the null space of the equalities,
-    of unit norm, zero where decided. scales (J, R): 1/norm before, 1 where decided. least (J, R): the least scale of a row
-    of the same quantity, the one that moves most. decided (J, R): the equalities alone say where this control point lies.
+    matrix: for each joint (R, N), shared where the equalities are alike: projected onto the null space of the
+    equalities, of unit norm, zero where decided. scales (J, R): 1/norm before, 1 where decided. least (J, R): the least
+    scale of a row of the same quantity, the one that moves most. decided (J, R): the equalities alone say where this
+    control point lies.
     """
 
     matrix: list[np.ndarray]

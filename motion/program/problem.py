@@ -24,9 +24,9 @@ PLACE_TIME = 0.5
 class Precision:
     """How near to a limit a motion may come.
 
-    refinement: knot intervals of the hull for each one of the motion. inside: rows are demanded this part of the limit's
-    range inside of it, less where a control point can hardly move, as beside a fixed value on its limit: so what is solved
-    to a tolerance, with few rows, keeps the limits.
+    refinement: knot intervals of the hull for each one of the motion. inside: rows are demanded this part of the
+    limit's range inside of it, less where a control point can hardly move, as beside a fixed value on its limit: so
+    what is solved to a tolerance, with few rows, keeps the limits.
     """
 
     refinement: int
@@ -47,9 +47,9 @@ class Problem:
     All in normalised time: quantity k is the k-th derivative with respect to s. duration: of the moving part, s.
     targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits. In the units of the limit rows
     are room (J, 2, R), how far the origin's control points lie above their lower and below their upper limits, infinite
-    where there is none or the equalities decide, and inside (J, R), how far inside of them a row is demanded.
-    beyond (J, R): by how much the equalities hold a control point outside of its limits and their rounding. precise: rows
-    are demanded so near to their limits that programs must be solved tightly.
+    where there is none or the equalities decide, and inside (J, R), how far inside of them a row is demanded. beyond
+    (J, R): by how much the equalities hold a control point outside of its limits and their rounding. precise: rows are
+    demanded so near to their limits that programs must be solved tightly.
     """
 
     space: Space
@@ -71,7 +71,8 @@ def build(
 ) -> Problem:
     """Return the problem of all joints.
 
-    final (J, 2): the intervals that free final accelerations may use, rad/s². What is fixed has been checked. Raises InvalidMotion for too many fixed values, SolverFailed for values that depend on each other.
+    final (J, 2): the intervals that free final accelerations may use, rad/s². What is fixed has been checked. Raises
+    InvalidMotion for too many fixed values, SolverFailed for values that depend on each other.
     """
     count = _count(primitive, request)
     part = imitated(primitive, *request.imitates, count)

@@ -18,7 +18,8 @@ from motion.program.space import at_nodes, quadrature
 from motion.request import MotionRequest
 
 APART = 6
-"""Control points farther apart than so many, two knot intervals in most hulls, belong to different stretches along a limit."""
+"""Control points farther apart than so many, two knot intervals in most hulls, belong to different stretches along a
+limit."""
 
 
 class Active(NamedTuple):
@@ -42,10 +43,10 @@ class Report:
 
     imitation_rms: (J,) rms of g̈ − τ²d̈ over the motion, rad/s². final_error_*: (J,) distance from the goal at the hit.
     extremes: per quantity (J, 2), lowest and highest over all t, stop included. margin: per quantity (J,), the smallest
-    distance to the limit, inf where there is none. active: what shapes the motion. from_demonstration: distance from the
-    demonstration in the motion's own time; by_limits: from the plan without limits. phase: where in the demonstration the
-    motion begins. basis_count: functions a joint. certified: the limits hold at every time. rounds, rows: the most of any
-    joint.
+    distance to the limit, inf where there is none. active: what shapes the motion. from_demonstration: distance from
+    the demonstration in the motion's own time; by_limits: from the plan without limits. phase: where in the
+    demonstration the motion begins. basis_count: functions a joint. certified: the limits hold at every time. rounds,
+    rows: the most of any joint.
     """
 
     imitation_rms: np.ndarray

@@ -31,10 +31,10 @@ class Space:
     weights z = Lᵀw it is a distance. A motion is x = (z, p₀, v₀), N + 2 numbers, with the start's position and velocity
     (with respect to s).
 
-    count: N. stiffness: κ. factor, whitening: L and L⁻¹ (N, N). control_points (4N + 2, N + 2): rows on x of the control
-    points of position (N + 2), velocity (N + 1), acceleration (N) and jerk (N − 1), one after the other. drift (2, N): by
-    how much z answers a start that lies a unit (of position, of velocity) beside the demonstrated one, where places are
-    part of the cost.
+    count: N. stiffness: κ. factor, whitening: L and L⁻¹ (N, N). control_points (4N + 2, N + 2): rows on x of the
+    control points of position (N + 2), velocity (N + 1), acceleration (N) and jerk (N − 1), one after the other. drift
+    (2, N): by how much z answers a start that lies a unit (of position, of velocity) beside the demonstrated one, where
+    places are part of the cost.
     """
 
     count: int
@@ -66,8 +66,8 @@ class Space:
 class Hull:
     """The control points of the four quantities on finer knots, R in all: tighter hulls.
 
-    rows (R, N + 2): on x. quantity (R,): of each, 0 to 3, in order. s (R,): where it acts most. ceases (R,): where in s it
-    ceases to act.
+    rows (R, N + 2): on x. quantity (R,): of each, 0 to 3, in order. s (R,): where it acts most. ceases (R,): where in s
+    it ceases to act.
     """
 
     rows: np.ndarray

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from motion.errors import CannotStop
 from motion.braking import TOUCH, UNLIMITED, stop_extremes
+from motion.errors import CannotStop
 from motion.limits import SIGNS, Limits
 from motion.request import Boundary, MotionRequest
 
@@ -20,8 +20,8 @@ _ROUNDS = 3
 
 
 def arriving(request: MotionRequest) -> np.ndarray:
-    """The interval (J, 2) in which each joint's acceleration at the end of its moving part must lie, the position limits
-    of the stop left aside.
+    """The interval (J, 2) in which each joint's acceleration at the end of its moving part must lie, the position
+    limits of the stop left aside.
 
     A given acceleration is an interval of no width. The velocity peaks at v + a|a|/2J during the stop.
     """

@@ -1,7 +1,7 @@
 """The messages of the wire contract, version 1.
 
 Units are SI throughout: rad, rad/s, rad/s², rad/s³, s, N·m, m, m/s, N·s. Vectors over joints are lists in
-the order of `joint_names`. A matrix is `bytes`: little-endian float64, row-major, samples × joints. Requests
+the order of `joint_names`. Matrices and arrays are `bytes`: little-endian float64, the last index fastest. Requests
 refuse unknown fields; publications and replies may gain fields, so their readers ignore unknown ones.
 """
 
@@ -54,7 +54,11 @@ from protocol.messages.control import (
     Status,
 )
 from protocol.messages.goals import (
+    MAX_ALTERNATIVES,
     ActiveLimit,
+    Alternative,
+    Deviation,
+    Distance,
     Extremes,
     FinalError,
     Goal,
@@ -66,13 +70,17 @@ from protocol.messages.goals import (
     Start,
 )
 from protocol.messages.primitives import Forget, Forgotten, Learn, Learned, PrimitiveEntry, Primitives, SavitzkyGolay
-from protocol.messages.trajectories import Plan, PlanLimits, Trajectory
+from protocol.messages.trajectories import COEFFICIENTS, MAX_PIECES, Pieces, Plan, PlanLimits, Trajectory
 
 __all__ = [
+    "COEFFICIENTS",
+    "MAX_ALTERNATIVES",
     "MAX_JOINTS",
+    "MAX_PIECES",
     "Accepted",
     "ActiveDisturbance",
     "ActiveLimit",
+    "Alternative",
     "Ball",
     "BallState",
     "Cancel",
@@ -82,6 +90,8 @@ __all__ = [
     "Contact",
     "Cycle",
     "Description",
+    "Deviation",
+    "Distance",
     "Disturb",
     "Disturbance",
     "Disturbed",
@@ -105,6 +115,7 @@ __all__ = [
     "Number",
     "Outcome",
     "PartialVector",
+    "Pieces",
     "Plan",
     "PlanLimits",
     "Point",

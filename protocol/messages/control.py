@@ -31,6 +31,7 @@ class Reference(Message, kw_only=True):
         positions: of the reference
         velocities: of the reference
         accelerations: of the reference
+        goal_id: whose motion this is a point of; null at rest, and where that motion was told to stop
     """
 
     time: Number
@@ -38,6 +39,7 @@ class Reference(Message, kw_only=True):
     positions: Vector
     velocities: Vector
     accelerations: Vector
+    goal_id: str | None = None
 
 
 class Cancel(Request, kw_only=True):

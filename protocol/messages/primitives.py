@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 
-from protocol.messages.base import MAX_JOINTS, Message, Number, Request, Vector
+from protocol.messages.base import MAX_JOINTS, Message, Number, Point, Request, Vector
 
 Samples = Annotated[list[Annotated[Vector, Meta(max_length=MAX_JOINTS)]], Meta(max_length=1_000_000)]
 """Of a demonstration; the planner says it better where it is only ten times too many."""
@@ -31,7 +31,7 @@ class Learn(Request, kw_only=True):
         joint_count: columns of the matrix
         rate: samples per second; this or `times`
         times: of the samples, s, rising
-        smoothing: chosen from the noise found, none, or as given
+        smoothing: auto (a penalised spline, by the noise found), none, or this filter
         replace: overwrite a primitive of this name
     """
 
@@ -50,10 +50,16 @@ class Learned(Message, kw_only=True):
     Attributes:
         name: of the primitive
         duration: of the demonstration
-        basis_count: Gaussians a joint
-        fit_rms: of the learned accelerations against the demonstration's, rad/s² a joint
+        basis_count: splines a joint
+        fit_rms: standard error of the learned accelerations, or rms against an explicit filter's, rad/s² a joint
         noise_estimate: of the positions, rad a joint
-        smoothing: as used, null for none
+        smoothing: the filter that was asked for, null for a penalised spline or none
+        position_rms: between the learned movement and its samples, rad a joint
+        position_max: the largest of these distances, rad a joint
+        start: where the learned movement begins
+        goal: where it ends
+        samples: of the demonstration
+        warnings: sentences on what is odd about the recording, or was not learned well
     """
 
     name: str
@@ -62,6 +68,12 @@ class Learned(Message, kw_only=True):
     fit_rms: Vector
     noise_estimate: Vector
     smoothing: SavitzkyGolay | None = None
+    position_rms: Vector = field(default_factory=list)
+    position_max: Vector = field(default_factory=list)
+    start: Point | None = None
+    goal: Point | None = None
+    samples: int = 0
+    warnings: list[str] = field(default_factory=list)
 
 
 class PrimitiveEntry(Struct, kw_only=True):

@@ -1,8 +1,31 @@
 """Motions on their way from the planner to the controller, and as published."""
 
-from msgspec import Struct, field
+from typing import Annotated
+
+from msgspec import UNSET, Meta, Struct, UnsetType, field
 
 from protocol.messages.base import Message, Names, Number, PartialVector, Range, Stamps, Waypoint
+
+MAX_PIECES = 4096
+"""Of one motion."""
+COEFFICIENTS = 6
+"""Of one piece and joint: degree 5 or less."""
+
+Breaks = Annotated[list[Number], Meta(max_length=MAX_PIECES + 1)]
+
+
+class Pieces(Struct, forbid_unknown_fields=True, kw_only=True):
+    """A motion as m polynomials one after the other, each of degree 5 or less in every joint.
+
+    Attributes:
+        breaks: the m + 1 times at which the pieces begin and the last one ends, s from `start_time`, not decreasing,
+            the first 0; 1 to 4096 pieces
+        coefficients: array of m × joints × 6: what the powers 0 to 5 of the time since the piece's begin are multiplied
+            with, rad, rad/s, rad/s², …
+    """
+
+    breaks: Breaks
+    coefficients: bytes
 
 
 class Motion(Message, kw_only=True):
@@ -16,13 +39,11 @@ class Motion(Message, kw_only=True):
         epoch: the controller's when the plan was made: a plan made under an older one is `superseded`
         joint_names: in the controller's order
         start_time: of sample 0
-        dt: 1 / `rate_hz`
-        count: number of samples
-        hit_index: the sample at the goal
-        positions: matrix of `count` × joints
-        velocities: matrix of `count` × joints
-        accelerations: matrix of `count` × joints
+        dt: from one sample to the next: 1 / `rate_hz`; in a reply or published, of a motion over 20 s, a multiple of it
+        count: number of samples; where only `pieces` are there, of ticks from 0 to the first one at or after their end
+        hit_index: the sample at the goal; where samples lie more than a tick apart, the nearest
         stamps: so far
+        pieces: the motion at all times, where it is made of polynomials; left out where it is not
     """
 
     goal_id: str
@@ -35,14 +56,27 @@ class Motion(Message, kw_only=True):
     dt: Number
     count: int
     hit_index: int
-    positions: bytes
-    velocities: bytes
-    accelerations: bytes
     stamps: Stamps = Stamps()
+    # Not null where there are none: the first clients refuse a trajectory with a field that they do not know.
+    pieces: Pieces | UnsetType | None = UNSET
 
 
 class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):
-    """A sampled motion from `start_time` through the goal to rest."""
+    """A motion from `start_time` through the goal to rest.
+
+    A request has either the three matrices or `pieces`. Pieces are smaller, and checked for all times instead of at the
+    samples: inside the limits, positions, velocities and accelerations without a jump at the breaks, and the last piece
+    constant; it may have no length.
+
+    Attributes:
+        positions: matrix of `count` × joints
+        velocities: matrix of `count` × joints
+        accelerations: matrix of `count` × joints
+    """
+
+    positions: bytes | None = None
+    velocities: bytes | None = None
+    accelerations: bytes | None = None
 
 
 class PlanLimits(Struct, kw_only=True):
@@ -65,13 +99,24 @@ class Plan(Motion, kw_only=True):
     """A trajectory that was accepted, with what it was made of.
 
     Attributes:
+        positions: matrix of `count` × joints
+        velocities: matrix of `count` × joints
+        accelerations: matrix of `count` × joints
         primitive: what it imitates
+        revises: the goal whose motion it corrects, null for none
+        phase: where in the demonstration it began
         limits: it was made under
         waypoints: as asked for
-        demonstration: the demonstrated positions, warped to the duration: matrix of (`hit_index` + 1) × joints
+        demonstration: the demonstrated positions from `phase` on, warped to the duration: matrix of (`hit_index` + 1) ×
+            joints
     """
 
+    positions: bytes
+    velocities: bytes
+    accelerations: bytes
     primitive: str
+    revises: str | None = None
+    phase: Number = 0.0
     limits: PlanLimits
     waypoints: list[Waypoint] = field(default_factory=list)
     demonstration: bytes = b""

@@ -1,5 +1,6 @@
 """`client goal`: from flags to a Goal, and following the motion to its end."""
 
+import math
 import sys
 import time
 import uuid
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
+from msgspec.structs import replace
 from tyro.conf import Positional, UseAppendAction, arg
 
 from protocol import messages as m
@@ -18,6 +20,8 @@ from services.client import joints
 from services.client.shell import Shared, Shell, UsageError, reach
 
 POLL_S = 0.1
+ROUNDING = 1e-6
+"""Of a tick."""
 Parsed = TypeVar("Parsed")
 Words = Annotated[tuple[str, ...], arg(metavar="NUMBER ...")]
 
@@ -28,11 +32,15 @@ class GoalFlags:
 
     Attributes:
         primitive: What to imitate; `primitives` lists them.
-        positions: Where the joints end, rad.
-        velocities: With which velocity they end, rad/s; by default zero.
+        positions: Where the joints end, rad; by default where the primitive ends.
+        velocities: With which velocity they end, rad/s; by default zero, or without --positions as demonstrated.
         accelerations: With which acceleration they end, rad/s², _ for free; by default free unless at rest.
         duration: From the start to the goal, s; by default as long as the demonstration.
         arrival_time: When to be at the goal, s on the robot's clock, instead of a duration.
+        fastest: As fast as the limits allow, instead of a duration.
+        alternative: A further end, TIME:POSITIONS:VELOCITIES:ACCELERATIONS, as 0.8:.2,.5,.8,0,0,0; TIME is a duration
+            or an arrival time as @12.5, and what is empty is as in the goal. The end that imitates best is played.
+        revises: Correct the motion of this goal_id, which is under way, and imitate what is left of it.
         waypoint: A place on the way, TIME:POSITIONS or TIME:POSITIONS:VELOCITIES, as 0.5:0.1,_,_,_,_,_ (_ is free).
         limit_positions: Tighter limits for this goal, LOW:HIGH or _ a joint, rad; a single one is for all joints.
         limit_velocities: Largest velocity a joint, rad/s, or _; a single one is for all joints.
@@ -42,8 +50,11 @@ class GoalFlags:
         start_velocities: With --start-positions: the velocity there, rad/s; by default zero.
         start_accelerations: With --start-positions: the acceleration there, rad/s², _ for free; by default free.
         rest_fraction: Final part of the duration without acceleration, 0 to below 1.
+        place_time: Keep the demonstrated places but for about this long at both ends, s; by default a start or goal
+            that differs moves all of them.
+        follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
         tail: Behind the goal: stop inside the limits, or coast on (--plan-only).
-        method: The quadratic program, or the movement primitive it is compared with.
+        method: The quadratic program, the same as the paper has it, or the movement primitive both are compared with.
         goal_id: Name of the motion; by default the planner makes one.
         client_id: Your name, for a lease.
         lease: Stop the arm when this command ends early, and keep other clients away until the motion has ended.
@@ -54,11 +65,14 @@ class GoalFlags:
     """
 
     primitive: Positional[str]
-    positions: Words
+    positions: Words = ()
     velocities: Words = ()
     accelerations: Words = ()
     duration: float | None = None
     arrival_time: float | None = None
+    fastest: bool = False
+    alternative: UseAppendAction[Annotated[tuple[str, ...], arg(metavar="TIME:POSITIONS")]] = ()
+    revises: str | None = None
     waypoint: UseAppendAction[Annotated[tuple[str, ...], arg(metavar="TIME:POSITIONS")]] = ()
     limit_positions: Words = ()
     limit_velocities: Words = ()
@@ -68,8 +82,10 @@ class GoalFlags:
     start_velocities: Words = ()
     start_accelerations: Words = ()
     rest_fraction: float = 0.0
+    place_time: float | None = None
+    follow_through: float = 0.0
     tail: Literal["stop", "coast"] = "stop"
-    method: Literal["qp", "dmp"] = "qp"
+    method: Literal["qp", "gaussian", "dmp"] = "qp"
     goal_id: str | None = None
     client_id: str = ""
     lease: bool = False
@@ -91,7 +107,7 @@ def goal(flags: Annotated[GoalFlags, arg(name="")], *, shell: Shared) -> int:
             link.bus.announce(f"client/{request.client_id}")
         reply = link.ask(GOAL, request)
         if flags.save and reply.trajectory:
-            flags.save.write_bytes(encode(reply.trajectory))
+            flags.save.write_bytes(encode(executable(reply, reply.trajectory, description)))
         link.print(reply)
         if flags.plan_only or not (flags.wait or flags.lease):
             return 0
@@ -114,11 +130,14 @@ def to_message(flags: GoalFlags, names: Sequence[str]) -> m.Goal:
     _check(flags)
     return m.Goal(
         primitive=flags.primitive,
-        positions=joints.vector(flags.positions, "--positions", names),
+        positions=_given(joints.vector, flags.positions, "--positions", names),
         velocities=_given(joints.vector, flags.velocities, "--velocities", names),
         accelerations=_given(joints.partial, flags.accelerations, "--accelerations", names),
         duration=flags.duration,
         arrival_time=flags.arrival_time,
+        alternatives=[joints.alternative(text, names) for text in flags.alternative],
+        fastest=flags.fastest,
+        revises=flags.revises,
         goal_id=flags.goal_id,
         client_id=flags.client_id or (f"shell-{uuid.uuid4().hex[:8]}" if flags.lease else ""),
         lease=flags.lease,
@@ -126,12 +145,27 @@ def to_message(flags: GoalFlags, names: Sequence[str]) -> m.Goal:
         waypoints=[joints.waypoint(text, names) for text in flags.waypoint],
         limits=_limits(flags, names),
         rest_fraction=flags.rest_fraction,
+        place_time=flags.place_time,
+        follow_through=flags.follow_through,
         tail=flags.tail,
         method=flags.method,
         plan_only=flags.plan_only,
         include_trajectory=flags.save is not None,
         preempt=not flags.no_preempt,
     )
+
+
+def executable(reply: m.GoalReply, trajectory: m.Trajectory, description: m.Description | None) -> m.Trajectory:
+    """Return the trajectory of a reply as `execute` takes it: as pieces where its samples lie further apart."""
+    if not trajectory.pieces:
+        return trajectory
+    tick = 1.0 / description.rate_hz if description else trajectory.dt
+    counted = {
+        "dt": tick,
+        "count": math.ceil(trajectory.pieces.breaks[-1] / tick - ROUNDING) + 1,
+        "hit_index": round(reply.duration / tick),
+    }
+    return replace(trajectory, positions=None, velocities=None, accelerations=None, **counted)
 
 
 def follow(link: Shell, goal_id: str) -> m.Result:
@@ -152,6 +186,8 @@ def follow(link: Shell, goal_id: str) -> m.Result:
 def _check(flags: GoalFlags) -> None:
     if flags.duration is not None and flags.arrival_time is not None:
         raise UsageError("--duration and --arrival-time say the same thing twice; give one of them")
+    if flags.fastest and (flags.duration, flags.arrival_time) != (None, None):
+        raise UsageError("--fastest finds the duration itself; leave out --duration and --arrival-time")
     if flags.start_positions and not flags.plan_only:
         raise UsageError("--start-positions needs --plan-only: a motion starts where the arm is")
     if (flags.start_velocities or flags.start_accelerations) and not flags.start_positions:

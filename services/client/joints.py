@@ -50,7 +50,7 @@ def ranges(words: Sequence[str], flag: str, names: Sequence[str]) -> list[tuple[
 
 
 def waypoint(text: str, names: Sequence[str]) -> m.Waypoint:
-    """Return the way-point of TIME:POSITIONS, TIME::VELOCITIES or TIME:POSITIONS:VELOCITIES, comma-separated.
+    """Return the waypoint of TIME:POSITIONS, TIME::VELOCITIES or TIME:POSITIONS:VELOCITIES, comma-separated.
 
     Raises:
         UsageError: another form, or as `vector`.
@@ -64,6 +64,29 @@ def waypoint(text: str, names: Sequence[str]) -> m.Waypoint:
         time_from_start=number(parts[0], flag),
         positions=partial(positions.split(","), flag, names) if positions else None,
         velocities=partial(velocities.split(","), flag, names) if velocities else None,
+    )
+
+
+def alternative(text: str, names: Sequence[str]) -> m.Alternative:
+    """Return the further end of TIME:POSITIONS:VELOCITIES:ACCELERATIONS, vectors comma-separated.
+
+    What is empty or left out at the end is as in the goal; TIME is a duration, or after an @ an arrival time.
+
+    Raises:
+        UsageError: another form, or as `vector`.
+    """
+    flag = f"--alternative {text}"
+    parts = text.split(":")
+    if not 2 <= len(parts) <= 4 or not any(parts):
+        raise UsageError(f"{flag}: write TIME:POSITIONS:VELOCITIES:ACCELERATIONS, as 0.8:0.2,0.5,0.8,0,0,0 or @12.5:")
+    time, positions, velocities, accelerations = (*parts, "", "")[:4]
+    arrives = time.startswith("@")
+    return m.Alternative(
+        positions=vector(positions.split(","), flag, names) if positions else None,
+        velocities=vector(velocities.split(","), flag, names) if velocities else None,
+        accelerations=partial(accelerations.split(","), flag, names) if accelerations else None,
+        duration=number(time, flag) if time and not arrives else None,
+        arrival_time=number(time[1:], flag) if arrives else None,
     )
 
 

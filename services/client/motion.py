@@ -5,7 +5,7 @@ from pathlib import Path
 from tyro.conf import Positional
 
 from protocol import messages as m
-from protocol.codec import decode
+from protocol.codec import check_request_size, decode
 from protocol.errors import Refusal
 from protocol.topics import CANCEL, EXECUTE, REFERENCE, RESET, RESULT, STATUS_QUERY
 from services.client.goal import follow
@@ -24,7 +24,9 @@ def execute(file: Positional[Path], *, lead: float | None = None, wait: bool = F
         shell: How to reach the robot.
     """
     try:
-        trajectory = decode(file.read_bytes(), m.Trajectory, EXECUTE.max_bytes)
+        body = file.read_bytes()
+        check_request_size(EXECUTE, len(body))
+        trajectory = decode(body, m.Trajectory, EXECUTE.max_bytes)
     except (OSError, Refusal) as error:
         raise UsageError(f"{file} holds no trajectory: {error}") from None
     with reach(shell) as link:

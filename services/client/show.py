@@ -74,6 +74,8 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
     report = reply.report
     head = sentence(
         f"goal {reply.goal_id}",
+        f"plays alternative {reply.alternative}" if reply.alternative else "",
+        f"goes on at phase {report.phase:.3f} of the demonstration" if report.phase else "",
         f"starts at {reply.start_time:.3f} s",
         f"hits at {reply.start_time + reply.duration:.3f} s ({reply.duration:.3f} s later)",
         f"rests at {reply.start_time + reply.total_duration:.3f} s",
@@ -81,16 +83,34 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
     solved = sentence(
         f"planned in {report.solve_ms:.1f} ms",
         f"{report.rounds} rounds, {report.rows} rows",
+        f"{report.basis_count} functions a joint" if report.basis_count else "",
         "inside all limits at all times" if report.certified else "limits are NOT certified between samples",
     )
     quantities = [(f"{name} [{unit}]", getattr(report.extremes, name)) for name, unit in UNITS.items()]
     joints = [("imitation rms [rad/s²]", report.imitation_rms), *quantities]
     margins = [(f"{name} [{unit}]", getattr(report.margin, name)) for name, unit in UNITS.items()]
+    tables = [joint_table(names, joints, "extremes"), joint_table(names, margins, "distance to limits")]
+    if reply.positions:
+        ends = [("position [rad]", reply.positions), ("velocity [rad/s]", reply.velocities)]
+        tables.insert(
+            0,
+            joint_table(
+                names,
+                [*ends, *_deviations(report.deviation)],
+                "at the goal; deviation from the demonstration, and what of it the limits do",
+            ),
+        )
     active = [f"{a.quantity} of {a.joint} at {a.time_from_start:.3f} s" for a in report.active]
     shaped = sentence(f"shaped by the limits on {', '.join(active)}" if active else "no limit is active")
-    return Group(
-        head, solved, joint_table(names, joints, "extremes"), joint_table(names, margins, "distance to limits"), shaped
-    )
+    return Group(head, solved, *tables, shaped)
+
+
+def _deviations(deviation: m.Deviation | None) -> list[tuple[str, Sequence[object]]]:
+    """Columns of what the plan is away from the demonstration, and how much of that the limits do."""
+    if deviation is None:
+        return []
+    kinds = ("deviation", deviation.from_demonstration), ("by limits", deviation.by_limits)
+    return [(f"{kind} {name} [rad]", getattr(distance, name)) for kind, distance in kinds for name in ("rms", "max")]
 
 
 @show.register
@@ -172,7 +192,8 @@ def _(reply: m.State, names: Sequence[str]) -> RenderableType:
 @show.register
 def _(reply: m.Reference, names: Sequence[str]) -> RenderableType:
     columns = [(f"{name} [{UNITS[name]}]", getattr(reply, name)) for name in list(UNITS)[:3]]
-    return Group(sentence(f"at {reply.time:.3f} s", f"epoch {reply.epoch}"), joint_table(names, columns))
+    played = f"goal {reply.goal_id}" if reply.goal_id else ""
+    return Group(sentence(f"at {reply.time:.3f} s", f"epoch {reply.epoch}", played), joint_table(names, columns))
 
 
 @show.register

@@ -57,7 +57,9 @@ def event(message: object) -> str:
     match message:
         case m.Plan():
             hit = message.start_time + message.hit_index * message.dt
-            return f"{message.start_time:9.3f} s  plan {message.goal_id}: {message.primitive}, hits at {hit:.3f} s"
+            corrects = f"corrects {message.revises} at phase {message.phase:.3f}, " if message.revises else ""
+            played = f"{message.primitive}, {corrects}hits at {hit:.3f} s"
+            return f"{message.start_time:9.3f} s  plan {message.goal_id}: {played}"
         case m.Result():
             when = f"{message.hit.time:9.3f} s" if message.hit else " " * 11
             error = f", off by {cell(max(map(abs, message.hit.position_error)))} rad" if message.hit else ""

@@ -1,20 +1,21 @@
 """What a trajectory must satisfy before the loop sees it."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from motion.limits import LED_BACK_BY, LED_BACK_FROM, Limits
-from motion.samples import Samples
+from motion.limits import Limits
+from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
 from protocol.errors import Refusal
 from protocol.topics import MAX_ID, MAX_PLAN_S
+from services.controller.pieces import check_pieces
+from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
 from services.controller.timeline import Segment
 from services.robot import RobotConfig
 
-TIGHT = 1e-6
+MATRICES = "positions", "velocities", "accelerations"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,16 +31,32 @@ def check_trajectory(trajectory: m.Trajectory, config: RobotConfig) -> Checked:
 
     Raises:
         Refusal: `bad_message` where it is malformed, does not match this robot, jumps, or does not end at rest;
-            `limit` where a sample lies outside the robot's limits.
+            `limit` where it leaves the robot's limits, at a sample or, for `pieces`, at any time.
     """
     _check_frame(trajectory, config)
+    pieces = _check_form(trajectory)
+    samples = check_pieces(trajectory, pieces, config) if pieces else _check_samples(trajectory, config)
+    return Checked(trajectory, Segment(round(trajectory.start_time * config.rate_hz), samples))
+
+
+def _check_form(trajectory: m.Trajectory) -> m.Pieces | None:
+    """Return the pieces, or None where the three matrices are there in their place."""
+    given = [name for name in MATRICES if getattr(trajectory, name) is not None]
+    missing = [name for name in MATRICES if name not in given]
+    pieces = trajectory.pieces or None
+    if pieces is not None and given:
+        raise bad_message("pieces", f"give either pieces or {', '.join(MATRICES)}; {given[0]} is there as well")
+    if pieces is None and missing:
+        raise bad_message(missing[0], f"{missing[0]} is missing; give {', '.join(MATRICES)}, or pieces")
+    return pieces
+
+
+def _check_samples(trajectory: m.Trajectory, config: RobotConfig) -> Samples:
     shape = trajectory.count, config.joint_count
-    samples = Samples(
-        *(matrix(getattr(trajectory, name), *shape, name) for name in ("positions", "velocities", "accelerations"))
-    )
+    samples = Samples(*(matrix(getattr(trajectory, name), *shape, name) for name in MATRICES))
     _check_limits(samples, trajectory.hit_index, config)
     _check_smooth(samples, config)
-    return Checked(trajectory, Segment(round(trajectory.start_time * config.rate_hz), samples))
+    return samples
 
 
 def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
@@ -65,9 +82,8 @@ def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
 def _check_limits(samples: Samples, hit_index: int, config: RobotConfig) -> None:
     limits: Limits = config.limits
     low, high = limits.positions.T
-    first, back = samples.positions[0], math.ceil(LED_BACK_BY * hit_index) + 1
-    lowest = np.minimum(low, np.maximum(first, low - LED_BACK_FROM))
-    highest = np.maximum(high, np.minimum(first, high + LED_BACK_FROM))
+    lowest, highest = led_back_ranges(samples.positions[0], limits)
+    back = led_back_ticks(hit_index)
     jerks = np.diff(samples.accelerations, axis=0) * config.rate_hz
     _check_range("position", samples.positions[:back], lowest, highest, config)
     _check_range("position", samples.positions[back:], low, high, config, back)
@@ -79,18 +95,13 @@ def _check_limits(samples: Samples, hit_index: int, config: RobotConfig) -> None
 def _check_range(
     quantity: str, values: np.ndarray, low: np.ndarray, high: np.ndarray, config: RobotConfig, first: int = 0
 ) -> None:
-    slack = TIGHT * np.where(np.isfinite(high - low), high - low, 0.0)
-    outside = (values < low - slack) | (values > high + slack)
+    margin = slack(low, high)
+    outside = (values < low - margin) | (values > high + margin)
     if not outside.any():
         return
     row, joint = np.argwhere(outside)[0]
-    value, name = float(values[row, joint]), config.joint_names[joint]
-    bound = float(low[joint] if value < low[joint] else high[joint])
-    sentence = (
-        f"the {quantity} of {name} is {value:.6g} at sample {first + row}, beyond its limit of {bound:.6g}; "
-        "plan inside the limits of `description`"
-    )
-    raise Refusal("limit", sentence, joint=name, quantity=quantity, value=value, bound=bound)
+    value, bounds = float(values[row, joint]), (float(low[joint]), float(high[joint]))
+    raise limit_refusal(quantity, int(joint), value, bounds, f"sample {first + row}", config)
 
 
 def _check_smooth(samples: Samples, config: RobotConfig) -> None:

@@ -9,10 +9,11 @@ from protocol import messages as m
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
-from services.controller.checks import TIGHT, Checked, check_continuity
+from services.controller.checks import Checked, check_continuity
 from services.controller.cycle import CycleStatistics
 from services.controller.ledger import Ledger, Running, error_of
 from services.controller.modes import Event, Mode, next_mode
+from services.controller.ranges import TIGHT
 from services.controller.timeline import Timeline
 from services.robot import RobotConfig
 
@@ -150,7 +151,7 @@ class Controller:
         """Return where everything accepted so far will have the arm.
 
         Raises:
-            Refusal: `unavailable` before the first state; `bad_message` for a lead outside 0 … 20 s.
+            Refusal: `unavailable` before the first state; `bad_message` for a lead outside 0 … 60 s.
         """
         state = self._require_state()
         if not 0.0 <= request.lead <= MAX_PLAN_S:
@@ -163,6 +164,7 @@ class Controller:
             positions=positions,
             velocities=velocities,
             accelerations=accelerations,
+            goal_id=self.ledger.played_at(tick),
         )
 
     def cancel(self, request: m.Cancel) -> m.Canceled:

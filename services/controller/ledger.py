@@ -123,6 +123,11 @@ class Ledger:
         begun = [goal for goal in self.active if goal.start <= tick]
         return begun[-1] if begun else None
 
+    def played_at(self, tick: int) -> str | None:
+        """Return the goal of whose motion `tick` is a part; None at rest, or where that motion was told to stop."""
+        goal = self.current(tick)
+        return goal.result.goal_id if goal and tick < goal.end and goal.closing == "succeeded" else None
+
     def result(self, goal_id: str) -> m.Result:
         """Return how `goal_id` went so far.
 

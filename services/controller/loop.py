@@ -17,6 +17,7 @@ from protocol.topics import QUEUE_LENGTH
 from services.controller.checks import Checked, check_trajectory
 from services.controller.core import Controller
 from services.logs import Seldom
+from services.puts import PutWatch
 from services.robot import RobotConfig
 
 FIRST_WAIT = 1.2
@@ -56,6 +57,7 @@ class ControllerLoop:
         self._arm_seen = threading.Event()
         self._next_greeting_ns = NEVER_NS
         self._answers: Inbox[Callable[[], None]] = Inbox()
+        self._puts = PutWatch(bus, log)
         self._refusals = Seldom(log)
         self._floods = Seldom(log)
         self._fault_told: str | None = None
@@ -203,6 +205,7 @@ class ControllerLoop:
         """Decode and check the bodies of `execute` beside the loop, which then only has to splice them."""
         while not self._closed.is_set():
             asking = self._trajectories.take(0.2)
+            self._puts.look()
             if asking is None:
                 continue
             try:

@@ -26,6 +26,7 @@ def good_requests(cell: Cell) -> list[tuple[str, Body]]:
     trajectory = cell.strike(plan_only=True, include_trajectory=True).trajectory
     return [
         ("execute", msgspec.to_builtins(trajectory, builtin_types=(bytes,))),
+        ("execute", _pieces(trajectory, cell.home)),
         *(("goal", goal) for goal in _goals(cell.home)),
         ("primitives", {}),
         *(("learn", demonstration) for demonstration in _demonstrations(cell.home)),
@@ -44,6 +45,16 @@ def good_requests(cell: Cell) -> list[tuple[str, Body]]:
         ),
         *(("sim/disturb", disturbance) for disturbance in _disturbances(len(cell.home))),
     ]
+
+
+def _pieces(trajectory: m.Trajectory | None, home: list[float]) -> Body:
+    """A trajectory of polynomials that holds the arm at home."""
+    coefficients = np.zeros((1, len(home), m.COEFFICIENTS))
+    coefficients[0, :, 0] = home
+    pieces = {"breaks": [0.0, 0.1], "coefficients": matrix_bytes(coefficients)}
+    held = {"goal_id": "held", "count": 101, "hit_index": 0, "pieces": pieces}
+    frame = ("epoch", "joint_names", "start_time", "dt")
+    return {name: getattr(trajectory, name) for name in frame} | held
 
 
 def renewed(cell: Cell, key: str, body: Body) -> Body:

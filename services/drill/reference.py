@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motion.samples import Samples
+from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import matrix
 from services.robot import RobotConfig

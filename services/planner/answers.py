@@ -41,4 +41,4 @@ class Answers:
 
 def _size(reply: m.GoalReply) -> int:
     trajectory = reply.trajectory
-    return 3 * len(trajectory.positions) if trajectory else 0
+    return 3 * len(trajectory.positions or b"") if trajectory else 0

@@ -1,65 +1,31 @@
-"""The planner's requests: learn, primitives, forget, goal."""
+"""The planner's requests: primitives, forget, goal."""
 
 import logging
 import time
-from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from motion.dmp_plan import DmpPlan, check_limits, plan_dmp
 from motion.errors import MotionError
-from motion.plan import Plan, Warm, plan
 from motion.primitive import Primitive
-from motion.request import Boundary, MotionRequest
+from motion.request import Boundary
 from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus, Publisher
 from protocol.errors import NoAnswer, Refusal
-from protocol.topics import MAX_PLAN_S
 from services.planner.answers import Answers
-from services.planner.goals import Origin, check_goal, motion_request, refusal_of, start_boundary, too_long
-from services.planner.learning import learn_from_request, learned_message
-from services.planner.library import Library
+from services.planner.corrections import Corrections
+from services.planner.goal_checks import check_goal
+from services.planner.goals import Origin, start_boundary
+from services.planner.lead import Lead
+from services.planner.library import Library, Written
+from services.planner.refusals import not_executed
 from services.planner.rehearsal import rehearse
-from services.planner.replies import goal_reply, plan_message, refused_message, trajectory_message
+from services.planner.replies import executed_message, goal_reply, plan_message, refused_message, sampled_message
+from services.planner.solving import Made, Solver
 from services.robot import RobotConfig
-
-STEPPED_LEAD_TICKS = 20
-UNKNOWN_PLANNING_S = 0.025
-
-
-class Lead:
-    """How far ahead a plan begins: what nine in ten of the last plans took, and two ticks.
-
-    Of what a plan took, the reference's way here and the acceptance's way back (2 ms) need no lead, so of the tenth
-    plan few are late. A late one moves nothing, and is planned again with the lead of the slowest, at least twice what
-    itself took. Before anything was measured, and for the first ten plans, 25 ms count as one that was. `fixed` (s)
-    overrides. In stepped time nothing is late, and the lead is 20 ticks.
-    """
-
-    def __init__(self, tick: float, fixed: float | None = None) -> None:
-        self.stepped = False
-        self._stepped_lead = STEPPED_LEAD_TICKS * tick
-        self._fixed = fixed
-        self._margin = 2 * tick
-        self._took: deque[float] = deque([UNKNOWN_PLANNING_S], maxlen=50)
-
-    def seconds(self, again: bool = False) -> float:
-        """Return the lead of the next plan; `again` after one that came late."""
-        if self.stepped:
-            return self._stepped_lead
-        if self._fixed is not None:
-            return self._fixed
-        took = sorted(self._took)
-        if again:
-            return self._margin + max(took[-1], 2 * self._took[-1])
-        return self._margin + took[9 * len(took) // 10]
-
-    def note(self, seconds: float) -> None:
-        """Note what a plan took from its reference to its acceptance or refusal."""
-        self._took.append(seconds)
 
 
 class Planner:
@@ -73,7 +39,8 @@ class Planner:
         self._log = log
         self._plans: Publisher[m.Plan] = bus.publisher(topics.PLAN, blocking=True)
         self._refused: Publisher[m.Refused] = bus.publisher(topics.REFUSED)
-        self._warm: dict[str, Warm] = {}
+        self._solver = Solver(config)
+        self._corrections = Corrections()
         self._answers = Answers()
 
     def warm_up(self) -> None:
@@ -92,19 +59,21 @@ class Planner:
         """List the library."""
         return m.Primitives(primitives=list(self._library))
 
-    def learn(self, request: m.Learn) -> m.Learned:
-        """Learn a primitive; it is on disk before this returns."""
-        self._library.check_name(request.name, request.replace)
-        primitive = learn_from_request(request)
-        self._library.put(request.name, primitive)
-        self._warm.pop(request.name, None)
-        self._log.info("learned %s: %.3f s, %d joints", request.name, primitive.duration, primitive.joint_count)
-        return learned_message(request.name, primitive)
+    def keep(self, written: Written, replace: bool) -> None:
+        """Take a primitive that was learned and written into the library.
+
+        Raises:
+            Refusal: another of its name was learned meanwhile and `replace` is not asked for; the library is full, or
+                cannot be written.
+        """
+        self._library.check_name(written.name, replace)
+        self._library.keep(written)
+        self._solver.forget(written.name)
 
     def forget(self, request: m.Forget) -> m.Forgotten:
         """Remove a primitive; a motion made from it goes on."""
         self._library.remove(request.name)
-        self._warm.pop(request.name, None)
+        self._solver.forget(request.name)
         return m.Forgotten(name=request.name)
 
     def goal(self, goal: m.Goal, goal_id: str, requested_ns: int, reply: Callable[[m.GoalReply], object]) -> None:
@@ -143,14 +112,14 @@ class Planner:
         """
         answer = self._ask_reference(again=False)
         at_once = goal.start is not None and goal.arrival_time is None
-        solved = self._solve(goal, primitive, self._origin(goal, None)) if at_once else None
-        origin = self._origin(goal, self._reference(answer, optional=True))
-        made, solve_ms = solved or self._solve(goal, primitive, origin)
+        solved = self._solver.solve(goal, primitive, self._origin(goal, None)) if at_once else None
+        origin = self._origin(goal, self._reference(answer, optional=goal.revises is None))
+        made = replace(solved, origin=origin) if solved else self._solver.solve(goal, primitive, origin)
         trajectory = None
         if goal.include_trajectory:
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
-            trajectory = trajectory_message(made, goal, goal_id, origin, self._config, stamps)
-        return goal_reply(made, goal_id, origin.time, trajectory, solve_ms, self._config)
+            trajectory = sampled_message(made, goal, goal_id, self._config, stamps)
+        return goal_reply(made, goal_id, trajectory, self._config)
 
     def _play(
         self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int
@@ -159,11 +128,10 @@ class Planner:
         for last in (False, True):
             began = time.monotonic()
             origin = self._origin(goal, self._reference(self._ask_reference(again=last), optional=False))
-            made, solve_ms = self._solve(goal, primitive, origin)
+            made = self._solver.solve(goal, primitive, origin)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
-            trajectory = trajectory_message(made, goal, goal_id, origin, self._config, stamps)
             try:
-                self._execute(trajectory)
+                self._execute(executed_message(made, goal, goal_id, self._config, stamps))
             except Refusal as refusal:
                 overtaken = refusal.code == "superseded" and refusal.detail.get("cause") == "plan"
                 if last or not (refusal.code == "late" or overtaken):
@@ -172,34 +140,19 @@ class Planner:
                 continue
             finally:
                 self._lead.note(time.monotonic() - began)
-            solved = goal_id, goal.primitive, made.duration, solve_ms
-            self._log.info("goal %s: %s, %.3f s, solved in %.1f ms", *solved, extra={"goal_id": goal_id})
-            included = trajectory if goal.include_trajectory else None
-            answer = goal_reply(made, goal_id, origin.time, included, solve_ms, self._config)
-            return answer, partial(plan_message, made, trajectory, goal, primitive)
+            self._note_played(goal, goal_id, made)
+            sampled = partial(sampled_message, made, goal, goal_id, self._config, stamps)
+            answer = goal_reply(made, goal_id, sampled() if goal.include_trajectory else None, self._config)
+            return answer, lambda: plan_message(made, answer.trajectory or sampled(), goal, primitive)
         raise AssertionError("unreachable: the last round returns or raises")
 
-    def _solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> tuple[Plan | DmpPlan, float]:
-        request = motion_request(goal, primitive, self._config, origin)
-        began = time.perf_counter()
-        try:
-            made = self._planned(goal, primitive, request)
-        except MotionError as error:
-            raise refusal_of(error, self._config) from None
-        if made.total_duration > MAX_PLAN_S + self._config.tick / 2:
-            raise too_long(goal, made.duration, made.total_duration)
-        return made, (time.perf_counter() - began) * 1e3
-
-    def _planned(self, goal: m.Goal, primitive: Primitive, request: MotionRequest) -> Plan | DmpPlan:
-        """By the method asked for. A DMP's plan may leave the limits, which only a plan-only goal allows."""
-        if goal.method == "dmp":
-            rolled_out = plan_dmp(primitive, request, self._config.tick)
-            if not goal.plan_only:
-                check_limits(rolled_out)
-            return rolled_out
-        made = plan(primitive, request, self._config.tick, self._warm.get(goal.primitive))
-        self._warm[goal.primitive] = made.warm
-        return made
+    def _note_played(self, goal: m.Goal, goal_id: str, made: Made) -> None:
+        """Remember a motion that was accepted, for goals that correct it."""
+        phase = made.plan.report.phase
+        self._corrections.note(goal, goal_id, made.origin.time, made.plan.duration, phase)
+        what = f"corrects {goal.revises} at phase {phase:.3f}, " if goal.revises else ""
+        solved = goal_id, goal.primitive, what, made.plan.duration, made.solve_ms
+        self._log.info("goal %s: %s, %s%.3f s, solved in %.1f ms", *solved, extra={"goal_id": goal_id})
 
     def _origin(self, goal: m.Goal, reference: m.Reference | None) -> Origin:
         """Where the motion begins: the goal's own start, the reference's future, or the home pose at rest."""
@@ -210,7 +163,7 @@ class Planner:
             rest = np.zeros(self._config.joint_count)
             return Origin(at, epoch, Boundary(self._config.home, rest, rest))
         vectors = (np.array(v) for v in (reference.positions, reference.velocities, reference.accelerations))
-        return Origin(at, epoch, Boundary(*vectors))
+        return Origin(at, epoch, Boundary(*vectors), self._corrections.correction(goal, reference))
 
     def _ask_reference(self, again: bool) -> Callable[[], m.Reference]:
         return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds(again)))
@@ -233,3 +186,7 @@ class Planner:
         except NoAnswer as silence:
             sentence = f"{silence}; goal {trajectory.goal_id} may have started, ask `result`"
             raise Refusal("unavailable", sentence, service="controller", goal_id=trajectory.goal_id) from None
+        except Refusal as refusal:
+            if refusal.code == "bad_message":  # of the plan, not of the goal that it was made for
+                raise not_executed(refusal) from None
+            raise

@@ -1,30 +1,37 @@
-"""From a goal on the wire to a motion request, and from what is wrong with it to a refusal."""
+"""From a goal on the wire to a motion request."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, SolverFailed
+from motion.alternatives import End
+from motion.errors import InvalidMotion
 from motion.limits import Limits
 from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest, Waypoint
 from protocol import messages as m
 from protocol.codec import check_lengths
 from protocol.errors import Refusal
-from protocol.topics import MAX_ID, MAX_PLAN_S
+from protocol.topics import MAX_PLAN_S
+from services.planner.corrections import Correction
+from services.planner.refusals import invalid
 from services.robot import RobotConfig
 
 ROUNDING = 1e-9
 
+REPEATS_START = 0.01
+"""A waypoint at 0 s this near (rad, rad/s) to the start repeats it, as the first point of many clients does."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Origin:
-    """Where and when a motion begins; `epoch` is the controller's, 0 without one."""
+    """Where and when a motion begins; `epoch` is the controller's, 0 without one. `correction`: of a motion under way."""
 
     time: float
     epoch: int
     boundary: Boundary
+    correction: Correction | None = None
 
 
 def motion_request(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin: Origin) -> MotionRequest:
@@ -34,69 +41,44 @@ def motion_request(goal: m.Goal, primitive: Primitive, config: RobotConfig, orig
         Refusal: `bad_message`, `invalid_goal` or `late`, naming the field.
     """
     joints = config.joint_count
-    velocities = _vector(goal.velocities, joints, "velocities")
     try:
         return MotionRequest(
             start=origin.boundary,
-            goal=Boundary(
-                _vector(goal.positions, joints, "positions"),
-                velocities,
-                _partial(goal.accelerations, joints, "accelerations"),
-            ),
+            goal=_goal_boundary(goal, primitive, joints),
             duration=_duration(goal, primitive, config, origin),
             limits=_limits(goal.limits, config),
-            waypoints=tuple(
-                Waypoint(
-                    waypoint.time_from_start,
-                    _partial(waypoint.positions, joints, f"waypoints[{index}].positions"),
-                    _partial(waypoint.velocities, joints, f"waypoints[{index}].velocities"),
-                )
-                for index, waypoint in enumerate(goal.waypoints)
-            ),
+            waypoints=_waypoints(goal.waypoints, joints, origin.boundary),
             rest_fraction=goal.rest_fraction,
             tail=goal.tail,
+            follow_through=goal.follow_through,
+            place_time=goal.place_time,
+            phase=origin.correction.phase if origin.correction else 0.0,
         )
     except InvalidMotion as error:
-        raise _invalid(error) from None
+        raise invalid(error) from None
 
 
-def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
-    """Refuse with `invalid_goal` what contradicts itself, whatever the start."""
-    if primitive.joint_count != config.joint_count:
-        sentence = (
-            f"primitive {goal.primitive!r} moves {primitive.joint_count} joints, the arm has {config.joint_count}"
+def ends(goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Origin) -> list[End]:
+    """Return the ends of a goal with alternatives: its own, then theirs.
+
+    Raises:
+        Refusal: `invalid_goal` or `late`, naming the field.
+    """
+    own, joints = request.goal, config.joint_count
+    found = [End(own, request.duration)]
+    for end in goal.alternatives:
+        boundary = Boundary(
+            own.positions if end.positions is None else _vector(end.positions, joints, "positions"),
+            own.velocities if end.velocities is None else _vector(end.velocities, joints, "velocities"),
+            own.accelerations if end.accelerations is None else _partial(end.accelerations, joints, "accelerations"),
         )
-        raise Refusal("invalid_goal", sentence, field="primitive")
-    if goal.duration is not None and goal.arrival_time is not None:
-        raise Refusal("invalid_goal", "give duration or arrival_time, not both", field="arrival_time")
-    if goal.duration is not None and not 0 < goal.duration <= MAX_PLAN_S:
-        sentence = f"duration is {goal.duration} s; it must be greater than 0 and at most {MAX_PLAN_S} s"
-        raise Refusal("invalid_goal", sentence, field="duration")
-    if goal.start is not None and not goal.plan_only:
-        sentence = "start is for plan_only goals; a motion that is played continues the reference"
-        raise Refusal("invalid_goal", sentence, field="start")
-    if goal.tail == "coast" and not goal.plan_only:
-        raise Refusal("invalid_goal", "tail 'coast' is for plan_only goals; an arm must come to rest", field="tail")
-    if goal.lease and not goal.client_id:
-        raise Refusal("invalid_goal", "a lease needs the client_id that holds the token", field="client_id")
-    if len(goal.client_id) > MAX_ID:
-        sentence = f"client_id has {len(goal.client_id)} characters; it must have at most {MAX_ID}"
-        raise Refusal("invalid_goal", sentence, field="client_id")
-    if goal.goal_id is not None and not 0 < len(goal.goal_id) <= MAX_ID:
-        raise Refusal("invalid_goal", f"goal_id must have 1 to {MAX_ID} characters", field="goal_id")
-    if goal.method == "dmp" and goal.start is not None and goal.start.accelerations is not None:
-        sentence = "start.accelerations cannot be met by a DMP; leave them out or use method 'qp'"
-        raise Refusal("invalid_goal", sentence, field="start.accelerations")
-
-
-def too_long(goal: m.Goal, duration: float, total_duration: float) -> Refusal:
-    """Return the refusal of a motion that takes more than a plan may, together with its stop."""
-    field = "duration" if goal.arrival_time is None else "arrival_time"
-    sentence = (
-        f"the motion takes {duration:.3f} s and its stop {total_duration - duration:.3f} s, together more than the "
-        f"{MAX_PLAN_S} s of the longest plan; end it sooner or slower"
-    )
-    return Refusal("invalid_goal", sentence, field=field)
+        duration = request.duration
+        if end.arrival_time is not None:
+            duration = _until(end.arrival_time, goal, config, origin)
+        elif end.duration is not None:
+            duration = _whole_ticks(end.duration, config)
+        found.append(End(boundary, duration))
+    return found
 
 
 def start_boundary(start: m.Start, config: RobotConfig) -> Boundary:
@@ -113,48 +95,58 @@ def start_boundary(start: m.Start, config: RobotConfig) -> Boundary:
     )
 
 
-def refusal_of(error: MotionError, config: RobotConfig) -> Refusal:
-    """Return the refusal that says what `error` says, joints by name."""
-    if isinstance(error, InvalidMotion):
-        return _invalid(error)
-    index = getattr(error, "joint", 0)
-    joint = config.joint_names[index]
-    sentence = str(error).replace(f"joint {index}", joint, 1)
-    match error:
-        case LimitExceeded():
-            detail = {"quantity": error.quantity, "value": error.value, "bound": error.bound}
-            return Refusal("limit", sentence, joint=joint, **detail)
-        case Infeasible():
-            return Refusal(
-                "infeasible",
-                sentence,
-                joint=joint,
-                quantity=error.quantity,
-                time_from_start=error.time,
-                min_duration=error.min_duration,
-                waypoint_times=error.waypoint_times,
-            )
-        case CannotStop():
-            return Refusal("cannot_stop", sentence, joint=joint, max_velocity=error.max_velocity)
-        case SolverFailed():
-            return Refusal("solver_failed", sentence, joint=joint, status=error.status)
-    raise error
+def _goal_boundary(goal: m.Goal, primitive: Primitive, joints: int) -> Boundary:
+    """The goal's own end; without positions that of the primitive, with the demonstrated velocities unless some are
+    given."""
+    positions, velocities = goal.positions, goal.velocities
+    if positions is None:
+        positions = primitive.goal.positions.tolist()
+        velocities = primitive.goal.velocities.tolist() if velocities is None else velocities
+    return Boundary(
+        _vector(positions, joints, "positions"),
+        _vector(velocities, joints, "velocities"),
+        _partial(goal.accelerations, joints, "accelerations"),
+    )
+
+
+def _waypoints(asked: list[m.Waypoint], joints: int, start: Boundary) -> tuple[Waypoint, ...]:
+    """The waypoints, without one at 0 s that repeats the start."""
+    found = []
+    for index, waypoint in enumerate(asked):
+        positions = _partial(waypoint.positions, joints, f"waypoints[{index}].positions")
+        velocities = _partial(waypoint.velocities, joints, f"waypoints[{index}].velocities")
+        apart = np.concatenate([positions - start.positions, velocities - start.velocities])
+        if waypoint.time_from_start == 0 and np.nan_to_num(np.abs(apart)).max() <= REPEATS_START:
+            continue
+        found.append(Waypoint(waypoint.time_from_start, positions, velocities))
+    return tuple(found)
 
 
 def _duration(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin: Origin) -> float:
     """The duration in whole ticks: rounded up, or to the nearest for an arrival time."""
-    if goal.arrival_time is None:
-        wanted = goal.duration if goal.duration is not None else primitive.duration
-        if wanted > MAX_PLAN_S:
-            sentence = f"the demonstration takes {wanted:.3f} s; give a duration of at most {MAX_PLAN_S} s"
-            raise Refusal("invalid_goal", sentence, field="duration")
-        return math.ceil(wanted * config.rate_hz - ROUNDING) / config.rate_hz
-    left = goal.arrival_time - origin.time
+    if goal.arrival_time is not None:
+        return _until(goal.arrival_time, goal, config, origin)
+    if goal.duration is None and origin.correction is not None:
+        return _until(origin.correction.hit_time, goal, config, origin)
+    wanted = goal.duration if goal.duration is not None else primitive.duration
+    if wanted > MAX_PLAN_S:
+        sentence = f"the demonstration takes {wanted:.3f} s; give a duration of at most {MAX_PLAN_S} s"
+        raise Refusal("invalid_goal", sentence, field="duration")
+    return _whole_ticks(wanted, config)
+
+
+def _whole_ticks(duration: float, config: RobotConfig) -> float:
+    return math.ceil(duration * config.rate_hz - ROUNDING) / config.rate_hz
+
+
+def _until(arrival_time: float, goal: m.Goal, config: RobotConfig, origin: Origin) -> float:
+    """From the origin to a time on the robot's clock, to the nearest tick."""
+    left = arrival_time - origin.time
     if left > MAX_PLAN_S + config.tick / 2:
-        sentence = f"arrival_time {goal.arrival_time} s lies more than {MAX_PLAN_S} s ahead of {origin.time:.3f} s"
+        sentence = f"arrival_time {arrival_time} s lies more than {MAX_PLAN_S} s ahead of {origin.time:.3f} s"
         raise Refusal("invalid_goal", sentence, field="arrival_time")
     if left <= config.tick / 2:
-        sentence = f"arrival_time {goal.arrival_time} s has passed: the motion can begin at {origin.time:.3f} s"
+        sentence = f"arrival_time {arrival_time} s has passed: the motion can begin at {origin.time:.3f} s"
         raise Refusal("late", sentence, goal_id=goal.goal_id)
     return round(left * config.rate_hz) / config.rate_hz
 
@@ -186,8 +178,3 @@ def _partial(values: list[float | None] | None, joints: int, field: str) -> np.n
         return np.full(joints, math.nan)
     check_lengths(joints, **{field: values})
     return np.array([math.nan if value is None else value for value in values])
-
-
-def _invalid(error: InvalidMotion) -> Refusal:
-    field = error.field.removeprefix("goal.")
-    return Refusal("invalid_goal", f"{field}: {error.message}", field=field)

@@ -1,6 +1,6 @@
 """From a `learn` request, or a CSV file that ships with the robot, to a primitive."""
 
-from importlib import import_module
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -12,30 +12,23 @@ from motion.primitive import Primitive, learn
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
 
+AskedSmoothing = Literal["auto", "none"] | m.SavitzkyGolay
+
 MAX_POSITION = 1e4
 """rad or m; numbers beyond it are no joint's, and their squares would overflow."""
 
 DURATION_RANGE = 0.01, 3600.0
 """Of a demonstration, s."""
 
-SHORTEST_GAP = 1e-3
-"""Between two samples, of the mean gap; the spline through closer ones would overflow."""
-
 MAX_ORDER = 10
 """Of the smoothing polynomial; beyond it the fit is ill-conditioned."""
 
 MAX_SAMPLES = 100_000
-"""Samples of a demonstration: 100 s at 1 kHz; more would keep goals waiting while it is smoothed."""
+"""Samples of a demonstration: 100 s at 1 kHz, or a minute and more of a slower arm."""
 
 
-def prepare_to_learn() -> None:
-    """Load what only learning needs: half a second, for which a first `learn` would keep goals waiting."""
-    for part in ("integrate", "interpolate", "signal"):
-        import_module(f"scipy.{part}")
-
-
-def learn_from_request(request: m.Learn) -> Primitive:
-    """Return the primitive that `request` demonstrates.
+def demonstration_of(request: m.Learn) -> Demonstration:
+    """Return the recording in `request`.
 
     Raises:
         Refusal: `bad_message`, naming the field.
@@ -44,16 +37,33 @@ def learn_from_request(request: m.Learn) -> Primitive:
     if len(positions) > MAX_SAMPLES:
         sentence = f"positions has {len(positions)} samples; at most {MAX_SAMPLES} are taken, so send every nth"
         raise bad_message("positions", sentence)
-    times = _times(request, len(positions))
     try:
-        return learn(Demonstration(times, positions), _smoothing(request.smoothing))
+        return Demonstration(_times(request, len(positions)), positions)
     except InvalidMotion as error:
         raise bad_message(error.field, str(error)) from None
 
 
-def learned_message(name: str, primitive: Primitive) -> m.Learned:
+def learn_demonstration(
+    demonstration: Demonstration, smoothing: Literal["auto", "none"] | m.SavitzkyGolay
+) -> Primitive:
+    """Return the primitive of a recording, smoothed as asked.
+
+    Raises:
+        Refusal: `bad_message`, naming the field.
+    """
+    try:
+        return learn(demonstration, _smoothing(smoothing))
+    except InvalidMotion as error:
+        raise bad_message(error.field, str(error)) from None
+
+
+def learned_message(name: str, primitive: Primitive, warnings: Sequence[str] = ()) -> m.Learned:
     """Return what the planner says of a primitive it learned."""
     used = primitive.smoothing
+    start, goal = (
+        m.Point(positions=end.positions.tolist(), velocities=end.velocities.tolist())
+        for end in (primitive.start, primitive.goal)
+    )
     return m.Learned(
         name=name,
         duration=primitive.duration,
@@ -61,6 +71,12 @@ def learned_message(name: str, primitive: Primitive) -> m.Learned:
         fit_rms=primitive.fit_rms.tolist(),
         noise_estimate=primitive.noise_estimate.tolist(),
         smoothing=used and m.SavitzkyGolay(window_s=used.window_s, order=used.order),
+        position_rms=primitive.position_rms.tolist(),
+        position_max=primitive.position_max.tolist(),
+        start=start,
+        goal=goal,
+        samples=primitive.samples,
+        warnings=list(warnings),
     )
 
 
@@ -78,7 +94,7 @@ def learn_from_csv(path: Path, joint_names: tuple[str, ...]) -> Primitive | None
     return learn(Demonstration(table[:, 0], table[:, 1:]))
 
 
-def _smoothing(asked: Literal["auto", "none"] | m.SavitzkyGolay) -> Smoothing:
+def _smoothing(asked: AskedSmoothing) -> Smoothing:
     if not isinstance(asked, m.SavitzkyGolay):
         return asked
     if asked.order > MAX_ORDER:
@@ -131,10 +147,4 @@ def _times(request: m.Learn, samples: int) -> np.ndarray:
     if not shortest <= request.times[-1] - request.times[0] <= longest:
         sentence = f"times run from {request.times[0]} to {request.times[-1]} s; {shortest} s to {longest} s are taken"
         raise bad_message("times", sentence)
-    times = np.array(request.times, dtype=float)
-    gaps = np.diff(times)
-    if gaps.min() < SHORTEST_GAP * gaps.mean():
-        index = int(gaps.argmin())
-        sentence = f"times[{index + 1}] is {times[index + 1]} after {times[index]} s; samples must be further apart"
-        raise bad_message("times", sentence)
-    return times
+    return np.array(request.times, dtype=float)

@@ -5,11 +5,13 @@ import os
 import re
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from motion.gaussian_archive import is_gaussian
 from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import bad_message
@@ -27,6 +29,16 @@ LISTED = 10
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Written:
+    """A primitive whose file is on disk under a `temporary` name. created: Unix s."""
+
+    name: str
+    primitive: Primitive
+    created: float
+    temporary: Path
+
+
 class Library:
     """All primitives of a directory, kept in memory.
 
@@ -41,7 +53,7 @@ class Library:
         self._sweep()
         for path in sorted(directory.glob("*.npz")):
             try:
-                self._primitives[path.stem] = _read(path)
+                self._primitives[path.stem] = self._read(path)
             except Exception as error:  # a damaged archive makes zipfile and numpy raise whatever they like
                 log.warning("%s is not a primitive and is left alone: %s", path, error)
 
@@ -84,21 +96,50 @@ class Library:
             sentence = f"the library has {MAX_PRIMITIVES} primitives, as many as it takes; forget one first"
             raise bad_message("name", sentence)
 
-    def put(self, name: str, primitive: Primitive) -> None:
+    def write(self, name: str, primitive: Primitive, created: float | None = None) -> Written:
+        """Write `primitive` to disk beside the library, for `keep`; in any thread, one call at a time.
+
+        Raises:
+            Refusal: `unavailable` where it cannot be written.
+        """
+        created = time.time() if created is None else created
+        with self._writing(f".{name}.tmp") as temporary, temporary.open("wb") as file:
+            np.savez(file, created=created, **primitive.to_arrays())  # type: ignore[arg-type]
+            file.flush()
+            os.fsync(file.fileno())
+        return Written(name, primitive, created, temporary)
+
+    def keep(self, written: Written) -> None:
+        """Let the library have what `write` has written; it survives a power cut from the next `sync` on.
+
+        Raises:
+            Refusal: `unavailable` where it cannot be written.
+        """
+        with self._writing(f"{written.name}.npz") as path:
+            written.temporary.replace(path)
+        self._primitives[written.name] = written.primitive, written.created
+
+    def sync(self) -> None:
+        """Make new and removed names survive a power cut.
+
+        Raises:
+            Refusal: `unavailable` where they may not.
+        """
+        with self._writing("") as directory:
+            descriptor = os.open(directory, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+
+    def put(self, name: str, primitive: Primitive, created: float | None = None) -> None:
         """Keep `primitive` as `name`, on disk before this returns.
 
         Raises:
             Refusal: `unavailable` where it cannot be written.
         """
-        created = time.time()
-        with self._writing(f".{name}.tmp") as temporary:
-            with temporary.open("wb") as file:
-                np.savez(file, created=created, **primitive.to_arrays())  # type: ignore[arg-type]
-                file.flush()
-                os.fsync(file.fileno())
-            temporary.replace(self._directory / f"{name}.npz")
-            self._sync_directory()
-        self._primitives[name] = primitive, created
+        self.keep(self.write(name, primitive, created))
+        self.sync()
 
     def remove(self, name: str) -> None:
         """Forget the primitive called `name`.
@@ -109,7 +150,7 @@ class Library:
         self.get(name)
         with self._writing(f"{name}.npz") as path:
             path.unlink(missing_ok=True)
-            self._sync_directory()
+            self.sync()
         del self._primitives[name]
 
     @contextmanager
@@ -127,16 +168,15 @@ class Library:
         for leftover in self._directory.glob(".*.tmp"):
             leftover.unlink()
 
-    def _sync_directory(self) -> None:
-        """Make a new or removed name survive a power cut."""
-        descriptor = os.open(self._directory, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
-
-
-def _read(path: Path) -> tuple[Primitive, float]:
-    # Given a path, numpy leaves the file open where it is not an archive.
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-        return Primitive.from_arrays({key: arrays[key] for key in arrays if key != "created"}), float(arrays["created"])
+    def _read(self, path: Path) -> tuple[Primitive, float]:
+        """Return the primitive in a file; of the form that held Gaussian weights it is written anew, to be converted
+        only once."""
+        # Given a path, numpy leaves the file open where it is not an archive.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {key: archive[key] for key in archive}
+        created = float(arrays.pop("created"))
+        primitive = Primitive.from_arrays(arrays)
+        if is_gaussian(arrays):
+            with suppress(Refusal):  # a library that cannot be written can be read
+                self.keep(self.write(path.stem, primitive, created))
+        return primitive, created

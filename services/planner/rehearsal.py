@@ -11,7 +11,8 @@ from motion.request import Boundary, MotionRequest
 from protocol import messages as m
 from protocol.codec import decode, encode
 from services.planner.goals import Origin
-from services.planner.replies import goal_reply, plan_message, trajectory_message
+from services.planner.replies import executed_message, goal_reply, plan_message, sampled_message
+from services.planner.solving import Made
 from services.robot import RobotConfig
 
 ROUNDS = 10
@@ -42,9 +43,9 @@ def rehearse(primitive: Primitive, config: RobotConfig) -> Plan:
 def _encoded(made: Plan, primitive: Primitive, config: RobotConfig) -> None:
     """What a goal that is played puts on the wire."""
     goal = m.Goal(primitive="rehearsal", positions=made.request.goal.positions.tolist())
-    origin = Origin(0.0, 0, made.request.start)
-    trajectory = trajectory_message(made, goal, "rehearsal", origin, config, m.Stamps())
+    motion = Made(made, 0, Origin(0.0, 0, made.request.start), 0.0)
+    sampled = sampled_message(motion, goal, "rehearsal", config, m.Stamps())
     decode(encode(goal), m.Goal)
-    encode(trajectory)
-    encode(plan_message(made, trajectory, goal, primitive))
-    encode(goal_reply(made, "rehearsal", 0.0, None, 0.0, config))
+    encode(executed_message(motion, goal, "rehearsal", config, m.Stamps()))
+    encode(plan_message(motion, sampled, goal, primitive))
+    encode(goal_reply(motion, "rehearsal", None, config))

@@ -1,74 +1,108 @@
 """From a plan to what goes over the wire."""
 
+import math
+from typing import Any
+
 import numpy as np
 
-from motion.dmp_plan import DmpPlan
 from motion.limits import Limits
-from motion.plan import Plan, Report
+from motion.plan import Plan
 from motion.primitive import Primitive
+from motion.program.report import Distance, Report
+from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
 from protocol.topics import MAX_ID
-from services.planner.goals import Origin
 from services.planner.library import SHOWN
+from services.planner.solving import Made
 from services.robot import RobotConfig
+
+ROUNDING = 1e-9
 
 _FIELDS = {"positions": "position", "velocities": "velocity", "accelerations": "acceleration", "jerks": "jerk"}
 
 
-def trajectory_message(
-    plan: Plan | DmpPlan, goal: m.Goal, goal_id: str, origin: Origin, config: RobotConfig, stamps: m.Stamps
-) -> m.Trajectory:
-    """Return the sampled plan."""
-    samples = plan.samples()
-    return m.Trajectory(
-        goal_id=goal_id,
-        client_id=goal.client_id,
-        lease=goal.lease,
-        preempt=goal.preempt,
-        epoch=origin.epoch,
-        joint_names=list(config.joint_names),
-        start_time=origin.time,
-        dt=config.tick,
-        count=len(samples),
-        hit_index=plan.hit_index,
-        positions=matrix_bytes(samples.positions),
-        velocities=matrix_bytes(samples.velocities),
-        accelerations=matrix_bytes(samples.accelerations),
-        stamps=stamps,
-    )
+SAMPLED_S = 20.0
+"""Of longer motions only every nth sample is told: as many as fit in so long."""
 
 
-def goal_reply(
-    plan: Plan | DmpPlan,
-    goal_id: str,
-    start_time: float,
-    trajectory: m.Trajectory | None,
-    solve_ms: float,
-    config: RobotConfig,
-) -> m.GoalReply:
+def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
+    """Return what the controller is to play: polynomials, or the samples of a method that has none."""
+    plan = made.plan
+    frame = _frame(made, goal, goal_id, config, stamps)
+    if not isinstance(plan, Plan):
+        return m.Trajectory(**frame, **_matrices(plan.samples()))
+    motion = plan.trajectory
+    frame["pieces"] = m.Pieces(breaks=motion.breaks.tolist(), coefficients=matrix_bytes(motion.coefficients))
+    return m.Trajectory(**frame)
+
+
+def sampled_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
+    """Return the motion as samples, and as polynomials where it has them; of a long one every nth sample."""
+    frame = _frame(made, goal, goal_id, config, stamps)
+    plan = made.plan
+    if not isinstance(plan, Plan):
+        return m.Trajectory(**frame, **_matrices(plan.samples()))
+    every = max(1, math.ceil(plan.total_duration / SAMPLED_S - ROUNDING))
+    count = math.ceil((frame["count"] - 1) / every) + 1
+    frame |= {"dt": every * config.tick, "count": count, "hit_index": round(plan.hit_index / every)}
+    if every > 1:
+        motion = plan.trajectory
+        frame["pieces"] = m.Pieces(breaks=motion.breaks.tolist(), coefficients=matrix_bytes(motion.coefficients))
+    return m.Trajectory(**frame, **_matrices(plan.sample(np.arange(count) * every * config.tick)))
+
+
+def _frame(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> dict[str, Any]:
+    """What a trajectory says of itself beside the motion."""
+    return {
+        "goal_id": goal_id,
+        "client_id": goal.client_id,
+        "lease": goal.lease,
+        "preempt": goal.preempt,
+        "epoch": made.origin.epoch,
+        "joint_names": list(config.joint_names),
+        "start_time": made.origin.time,
+        "dt": config.tick,
+        "count": round(made.plan.total_duration / config.tick) + 1,
+        "hit_index": made.plan.hit_index,
+        "stamps": stamps,
+    }
+
+
+def _matrices(samples: Samples) -> dict[str, bytes]:
+    return {name: matrix_bytes(getattr(samples, name)) for name in ("positions", "velocities", "accelerations")}
+
+
+def goal_reply(made: Made, goal_id: str, trajectory: m.Trajectory | None, config: RobotConfig) -> m.GoalReply:
     """Return the answer to a goal, with the `trajectory` if it is given."""
+    plan = made.plan
     return m.GoalReply(
         goal_id=goal_id,
-        start_time=start_time,
+        start_time=made.origin.time,
         duration=plan.duration,
         total_duration=plan.total_duration,
+        positions=plan.request.goal.positions.tolist(),
+        velocities=plan.request.goal.velocities.tolist(),
+        alternative=made.alternative,
         trajectory=trajectory,
-        report=_report(plan.report, solve_ms, config),
+        report=_report(plan.report, made.solve_ms, config),
     )
 
 
-def plan_message(plan: Plan | DmpPlan, trajectory: m.Trajectory, goal: m.Goal, primitive: Primitive) -> m.Plan:
-    """Return the accepted plan with what it was made of."""
+def plan_message(made: Made, trajectory: m.Trajectory, goal: m.Goal, primitive: Primitive) -> m.Plan:
+    """Return the accepted plan, sampled, with what it was made of."""
     fields = {name: getattr(trajectory, name) for name in m.Trajectory.__struct_fields__ if name != "version"}
-    s = np.linspace(0.0, 1.0, plan.hit_index + 1)
+    phase = made.plan.report.phase
+    s = phase + (1 - phase) * np.linspace(0.0, 1.0, trajectory.hit_index + 1)
     return m.Plan(
         **fields,
         primitive=goal.primitive,
-        limits=limits_message(plan.request.limits),
+        revises=goal.revises,
+        phase=phase,
+        limits=limits_message(made.plan.request.limits),
         waypoints=goal.waypoints,
-        demonstration=matrix_bytes(primitive.demonstrated_positions(s)),
+        demonstration=matrix_bytes(primitive.positions(s)),
     )
 
 
@@ -101,6 +135,11 @@ def limits_message(limits: Limits) -> m.PlanLimits:
 def _report(report: Report, solve_ms: float, config: RobotConfig) -> m.Report:
     return m.Report(
         imitation_rms=report.imitation_rms.tolist(),
+        deviation=m.Deviation(
+            from_demonstration=_distance(report.from_demonstration), by_limits=_distance(report.by_limits)
+        ),
+        phase=float(report.phase),
+        basis_count=int(report.basis_count),
         final_error=m.FinalError(
             positions=report.final_error_positions.tolist(), velocities=report.final_error_velocities.tolist()
         ),
@@ -119,6 +158,10 @@ def _report(report: Report, solve_ms: float, config: RobotConfig) -> m.Report:
         rounds=int(report.rounds),
         rows=int(report.rows),
     )
+
+
+def _distance(distance: Distance) -> m.Distance:
+    return m.Distance(rms=distance.rms.tolist(), max=distance.max.tolist())
 
 
 def _finite(values: np.ndarray) -> list[float | None]:

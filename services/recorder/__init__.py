@@ -8,7 +8,7 @@ goes back. The tick at which a run's tick 0 lies is its offset, 0 for the first;
 Scalars are float64, exactly as the messages had them. Vectors over joints are one entity for each joint, or one entity
 of J scalars where the row says (J). What is not said to be a plan's is on all three timelines; a plan's curves,
 which have no wall time, are on two. A plan's curves grow as time passes, so that what a later
-plan replaced is not drawn.
+plan replaced is not drawn. Where a correction takes over the curves have a gap of one tick.
 
 | entity | from | holds |
 |---|---|---|
@@ -20,12 +20,13 @@ plan replaced is not drawn.
 | /joints/NAME/error | both | measured less reference of the same tick, rad |
 | /joints/NAME/{position,velocity,acceleration}/planned | plan | rad, rad/s, rad/s² |
 | /joints/NAME/position/demonstrated | plan | the demonstration, warped to the duration, rad |
-| /joints/NAME/position/target | plan | goal and way-points, rad |
+| /joints/NAME/position/target | plan | goal and waypoints, rad |
+| /joints/NAME/position/corrected | plan | where a correction takes over from the plan that it corrects, rad |
 | /joints/NAME/{position,velocity,acceleration}/limits | plan, robot | [lowest, highest] in force |
 | /joints/NAME/disturbance/{acceleration,torque} | disturbance | sum of what acts, rad/s², N·m |
 | /arm/applied_tick, /arm/saturated (J), /arm/brake | state | tick as in the message; 0 or 1 |
 | /runs | state, command | run, tick_offset, time_offset (s), integers as such |
-| /plans | plan | goal_id, primitive, start_time as in the message, epoch |
+| /plans | plan | goal_id, primitive, start_time as in the message, epoch, revises (empty for none), phase |
 | /goals | ended | goal_id, outcome, reason, stamps (Unix ns), peak_tracking_error |
 | /goals/refused | refused | goal_id (empty for none), client_id, primitive, code, requested (Unix ns) |
 | /goals/position_error, /goals/velocity_error (J) | ended | at the hit, placed at the time of the hit |

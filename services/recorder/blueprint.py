@@ -48,8 +48,10 @@ def style(trace: TraceWriter, names: Sequence[str]) -> None:
         _line(trace, f"{joint}/error", "measured - reference", ERROR, 1.0)
         for kind, unit in (("acceleration", "rad/s²"), ("torque", "N·m")):
             _line(trace, f"{joint}/disturbance/{kind}", f"push, {unit}", PUSH, 1.5)
-        target = rr.SeriesPoints(colors=[REFERENCE], names=["goal, way-points"], markers="Diamond", marker_sizes=5.0)
+        target = rr.SeriesPoints(colors=[REFERENCE], names=["goal, waypoints"], markers="Diamond", marker_sizes=5.0)
         trace.static(f"{joint}/position/target", target)
+        corrected = rr.SeriesPoints(colors=[PLANNED], names=["corrected"], markers="Circle", marker_sizes=3.0)
+        trace.static(f"{joint}/position/corrected", corrected)
     for path in ("/arm/torques", "/timing/error/position", "/timing/error/velocity"):
         trace.static(path, rr.SeriesLines(names=list(names)))
     trace.static("/timing/late_us", rr.SeriesLines(names=["p50", "p99", "max"]))

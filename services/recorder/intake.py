@@ -166,9 +166,10 @@ def _check_contact(contact: m.Contact, _: int) -> None:
 
 
 def _check_plan(plan: m.Plan, joint_count: int) -> None:
-    """Refuse a plan whose matrices, limits or way-points do not fit each other."""
+    """Refuse a plan whose matrices, limits or waypoints do not fit each other."""
     _check_range("start_time", plan.start_time, MAX_TIME_S)
     _check_range("epoch", plan.epoch, MAX_NS)
+    _check_range("phase", plan.phase, 1.0)
     limits = {f"limits.{field}": getattr(plan.limits, field) for field in m.PlanLimits.__struct_fields__}
     check_lengths(joint_count, joint_names=plan.joint_names, **limits)
     if not 0 <= plan.hit_index < plan.count or not MIN_DT_S <= plan.dt < MAX_TIME_S:

@@ -24,9 +24,13 @@ Limits = dict[str, np.ndarray]
 
 @dataclass(slots=True, eq=False)
 class Track:
-    """A plan on its way into the trace: written up to `written` of the rows at laid `ticks`, never from `end` on."""
+    """A plan on its way into the trace: written up to `written` of the rows at laid `ticks`, never from `end` on.
+
+    `corrects`: it goes on with the motion of another goal, whose curves end one tick before so that a gap parts both.
+    """
 
     goal_id: str
+    corrects: bool
     ticks: np.ndarray
     curves: Limits
     demonstration: np.ndarray
@@ -60,15 +64,29 @@ class PlanDrawer:
                 track.end = min(track.end, canvas.lives.offset)
         for one in received:
             track = self._track(one.message)
-            for before in self._tracks:
-                before.end = min(before.end, int(track.ticks[0]))
-            self._tracks.append(track)
+            self._splice(track)
             self._announce(one, track)
             if track.goal_id in self._given_up:
                 self._given_up.remove(track.goal_id)
                 self.cut(track.goal_id)
         if canvas.lives.newest >= 0:
             self._advance(canvas.lives.newest)
+
+    def _splice(self, track: Track) -> None:
+        """End the curves of all plans before where those of `track` begin."""
+        first = int(track.ticks[0])
+        gap = first - 1 if track.corrects else first
+        for before in self._tracks:
+            before.end = min(before.end, gap)
+        if track.corrects:
+            self._lift_pen(gap)
+            self._mark(track)
+        self._tracks.append(track)
+
+    def _mark(self, track: Track) -> None:
+        """A point on every joint's curve where a correction takes over."""
+        canvas, row = self._canvas, Rows(track.ticks[:1], self._canvas.rate_hz)
+        canvas.trace.joints("/joints/{}/position/corrected", canvas.names, row, track.curves["position"][:1])
 
     def cut(self, goal_id: str) -> None:
         """Write no more of a plan that was given up, even where word of it comes later."""
@@ -89,6 +107,7 @@ class PlanDrawer:
         points.append((plan.hit_index * plan.dt, curves["position"][plan.hit_index].tolist()))
         return Track(
             goal_id=plan.goal_id,
+            corrects=plan.revises is not None,
             ticks=ticks,
             curves=curves,
             demonstration=demonstration,
@@ -101,13 +120,15 @@ class PlanDrawer:
     def _announce(self, one: Received[m.Plan], track: Track) -> None:
         """The event, and the paths of the racket in space."""
         canvas, plan, row = self._canvas, one.message, self._canvas.now(one.wall_ns)
-        through = f", through {len(plan.waypoints)} way-point(s)" if plan.waypoints else ""
+        through = f", through {len(plan.waypoints)} waypoint(s)" if plan.waypoints else ""
+        corrects = f", corrects {plan.revises} at phase {plan.phase:.3f}" if plan.revises is not None else ""
         sentence = (
-            f"plan {plan.goal_id} ({plan.primitive}) accepted: starts at {plan.start_time:.3f} s of its run, "
+            f"plan {plan.goal_id} ({plan.primitive}) accepted{corrects}: starts at {plan.start_time:.3f} s of its run, "
             f"hits {plan.hit_index * plan.dt:.3f} s later, at rest after {(plan.count - 1) * plan.dt:.3f} s{through}"
         )
         canvas.event("goal", row, sentence)
         values = {"goal_id": [plan.goal_id], "primitive": [plan.primitive], "epoch": [plan.epoch]}
+        values |= {"revises": [plan.revises or ""], "phase": [float(plan.phase)]}
         canvas.trace.values("/plans", row, **values, start_time=[plan.start_time])
         stride = max(1, round(PATH_EVERY_S / plan.dt))
         positions = track.curves["position"]

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from motion.samples import Samples
-from motion.tail import stop
+from motion.trajectory import Samples
+from motion.braking import stop
 from motion.tracking import tracking_acceleration
 from services.robot import RobotConfig
 

@@ -17,6 +17,7 @@ from protocol.codec import bad_message, decode
 from protocol.errors import Refusal
 from protocol.queues import Inbox, Stream
 from services.logs import Seldom
+from services.puts import PutWatch
 from services.robot import RobotConfig
 from services.runtime import Deadlines
 from services.sim.arm import SimulatedArm
@@ -53,6 +54,7 @@ class SimLoop:
         self._stepped = clock == "stepped"
         self._refusals, self._stalls = Seldom(log), Seldom(log)
         self._bus = bus
+        self._puts = PutWatch(bus, log)
         self._arm = SimulatedArm(config, seed)
         self._drive = Drive(config)
         self._loss = Loss(config.rate_hz)
@@ -171,6 +173,7 @@ class SimLoop:
     def _attend(self, asking: Asking | None) -> None:
         """Answer a request, or take on the debt of answering it later."""
         if asking is None:
+            self._puts.look()
             return
         try:
             if asking.topic is topics.SIM_STEP:

@@ -22,8 +22,18 @@ RUN = 1_760_000_000_123_456_789
 SAMPLES = np.array([PREPARE, HOME, HIT, HIT])
 STAMPS = m.Stamps(requested=RUN, planned=RUN + 5_000_000, accepted=RUN + 6_000_000, first_command=RUN + 26_000_000)
 
+COEFFICIENTS = np.zeros((3, 6, m.COEFFICIENTS))
+COEFFICIENTS[0, :, 0], COEFFICIENTS[0, :, 3:] = PREPARE, (1000.0, -250.0, 0.5)
+COEFFICIENTS[1, :, 0], COEFFICIENTS[2, :, 0] = HOME, HIT
+
 REPORT = m.Report(
     imitation_rms=[0.25, 0.125, 0.5, 0.75, 0.0, 0.0625],
+    deviation=m.Deviation(
+        from_demonstration=m.Distance(rms=[0.0625, 0.0, 0.03125, 0.125, 0.0, 0.25], max=[0.125] * 6),
+        by_limits=m.Distance(rms=[0.001, 0.0, 0.002, 0.0, 0.0, 0.0], max=[0.004, 0.0, 0.008, 0.0, 0.0, 0.0]),
+    ),
+    phase=0.625,
+    basis_count=50,
     final_error=m.FinalError(positions=[1e-13, 0.0, -2e-13, 0.0, 0.0, 3e-14], velocities=[0.0] * 6),
     extremes=m.Extremes(
         positions=[(-0.14, 0.21)] * 6,
@@ -60,7 +70,8 @@ TRAJECTORY = m.Trajectory(
     accelerations=matrix_bytes(np.outer([0.0, 1.5, -1.5, 0.0], SWING)),
     stamps=m.Stamps(requested=RUN, planned=RUN + 5_000_000),
 )
-MOTION: dict[str, Any] = asdict(TRAJECTORY) | {"stamps": STAMPS}
+PIECES = m.Pieces(breaks=[0.0, 0.002, 0.003, 0.003], coefficients=matrix_bytes(COEFFICIENTS))
+MOTION: dict[str, Any] = asdict(TRAJECTORY) | {"stamps": STAMPS, "pieces": PIECES}
 
 STATUS = m.Status(
     time=4.5,
@@ -113,6 +124,19 @@ GOALS: dict[str, Struct] = {
         ),
         preempt=False,
     ),
+    "Goal-correction": m.Goal(
+        primitive="forehand",
+        positions=HIT,
+        alternatives=[
+            m.Alternative(positions=HOME, velocities=STILL, accelerations=[0.0, None, 1.5, None, -2.5, None]),
+            m.Alternative(duration=0.375),
+            m.Alternative(arrival_time=12.75),
+        ],
+        revises="forehand-7",
+        place_time=0.5,
+        follow_through=0.0625,
+    ),
+    "Goal-fastest": m.Goal(primitive="forehand", fastest=True, method="gaussian"),
     "Goal-plan-only": m.Goal(
         primitive="forehand",
         positions=HIT,
@@ -129,14 +153,29 @@ GOALS: dict[str, Struct] = {
         start_time=4.25,
         duration=0.8,
         total_duration=0.95,
+        positions=HIT,
+        velocities=SWING,
+        alternative=2,
         trajectory=TRAJECTORY,
         report=REPORT,
     ),
     "Trajectory": TRAJECTORY,
+    "Trajectory-pieces": m.Trajectory(
+        goal_id="forehand-8",
+        epoch=13,
+        joint_names=JOINTS,
+        start_time=4.75,
+        dt=0.001,
+        count=4,
+        hit_index=2,
+        pieces=PIECES,
+    ),
     "Accepted": m.Accepted(goal_id="forehand-7", start_time=4.25),
     "Plan": m.Plan(
         **MOTION,
         primitive="forehand",
+        revises="forehand-6",
+        phase=0.625,
         limits=m.PlanLimits(
             positions=[(-2.0, 2.0), None, (-2.5, 2.5), (-3.0, 3.0), (-2.0, 2.0), None],
             velocities=[8.0, 10.0, 12.0, 20.0, 20.0, None],
@@ -184,6 +223,12 @@ LIBRARY: dict[str, Struct] = {
         fit_rms=[0.5, 0.25],
         noise_estimate=[0.0001, 0.0002],
         smoothing=m.SavitzkyGolay(window_s=0.2, order=5),
+        position_rms=[0.0001, 0.0002],
+        position_max=[0.0005, 0.001],
+        start=m.Point(positions=[0.0, 0.5], velocities=[0.0, 0.0]),
+        goal=m.Point(positions=[1.0, 0.25], velocities=[0.5, 0.0]),
+        samples=200,
+        warnings=["the demonstration ends moving: joint_1 at 0.5 rad/s"],
     ),
     "Primitives": m.Primitives(
         primitives=[
@@ -197,7 +242,9 @@ LIBRARY: dict[str, Struct] = {
 CONTROLLER: dict[str, Struct] = {
     "Empty": m.Empty(),
     "ReferenceRequest": m.ReferenceRequest(lead=0.05),
-    "Reference": m.Reference(time=4.5, epoch=13, positions=PREPARE, velocities=SWING, accelerations=STILL),
+    "Reference": m.Reference(
+        time=4.5, epoch=13, positions=PREPARE, velocities=SWING, accelerations=STILL, goal_id="forehand-7"
+    ),
     "Cancel": m.Cancel(goal_id="forehand-7"),
     "Canceled": m.Canceled(goal_id="forehand-7", stop_time=4.75),
     "ModeReply": m.ModeReply(mode="holding"),

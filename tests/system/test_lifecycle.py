@@ -9,13 +9,13 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 from harness import ROBOT, SERVICES, Stack, running, wait_for, wait_for_controller
 
 from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus
+from protocol.codec import matrix
 from protocol.errors import NoAnswer, Refusal
 from protocol.sessions import open_session
 from services.demo.strikes import goal
@@ -118,7 +118,8 @@ def test_a_planner_alone_plans(tmp_path: Path):
         stack = Stack(supervisor, bus, endpoint, tmp_path, ROBOT, True)
         reply = stack.goal(primitive="forehand", positions=HOME, plan_only=True, include_trajectory=True)
         assert reply.trajectory is not None
-        assert np.frombuffer(reply.trajectory.positions)[:6] == pytest.approx(HOME, abs=1e-12)
+        positions = matrix(reply.trajectory.positions, reply.trajectory.count, len(HOME), "positions")
+        assert positions[0] == pytest.approx(HOME, abs=1e-12)
         refusal = stack.refused_goal(primitive="forehand", positions=HOME)
         assert (refusal.code, refusal.detail) == ("unavailable", {"service": "controller"})
         process = supervisor.running["planner"]

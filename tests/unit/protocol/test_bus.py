@@ -134,6 +134,19 @@ def test_wildcards_may_read_but_not_write(hub, client, inbox):
     thread.join()
 
 
+def test_requests_that_are_put_are_noticed(hub, client, inbox):
+    """Nobody answers them; what is published under a request's key as well is none."""
+    for query in (CANCEL, PRIMITIVES, STATUS_QUERY):
+        hub.serve(query, inbox)
+    assert hub.take_puts() == []
+    for key in ("cancel", "cancel", "status", "goal"):
+        client.session.put(client.key(key), b"\x80", congestion_control=zenoh.CongestionControl.BLOCK)
+    noticed: list[str] = []
+    eventually(lambda: noticed.extend(hub.take_puts()) or noticed)
+    assert set(noticed) == {"volley/arm/cancel"}
+    assert inbox.take() is None
+
+
 def test_robots_do_not_hear_each_other(hub, endpoint, inbox):
     hub.serve(STATUS_QUERY, inbox)
     with Bus(open_session(connect=[endpoint]), "leg") as other, pytest.raises(NoAnswer, match="volley/leg/status"):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from protocol import messages as m
-from protocol.codec import decode, encode, matrix, matrix_bytes
+from protocol.codec import check_request_size, decode, encode, matrix, matrix_bytes
 from protocol.errors import CODES, Refusal
-from protocol.topics import EXECUTE, MIB
+from protocol.topics import CANCEL, EXECUTE, MIB
 
 GOAL = {"primitive": "forehand", "positions": [0.5, 1.0]}
 
@@ -72,6 +72,48 @@ def test_body_that_is_not_a_map(body):
     assert refusal(body).message.endswith("send a msgpack map with string keys")
 
 
+@pytest.mark.parametrize(
+    "body", [b'{"primitive": "forehand"}', b' \n{"a": 1}', b"{}", b"[1, 2]", b'{"long": "' + b"x" * 10_000 + b'"}']
+)
+def test_json_is_told_to_be_json(body: bytes):
+    with pytest.raises(Refusal) as refused:
+        decode(body, m.Goal)
+    assert refused.value.message == "the body looks like JSON; send the same as msgpack"
+
+
+@pytest.mark.parametrize("body", [b"{", b"[", b"{\x80", b"\x80\x80"])
+def test_other_bytes_are_not_taken_for_json(body: bytes):
+    with pytest.raises(Refusal) as refused:
+        decode(body, m.Goal)
+    assert "JSON" not in refused.value.message
+
+
+def test_a_request_that_is_too_large_is_told_what_its_topic_takes():
+    check_request_size(EXECUTE, EXECUTE.max_bytes)
+    with pytest.raises(Refusal) as refused:
+        check_request_size(EXECUTE, EXECUTE.max_bytes + 1)
+    assert refused.value.message == (
+        "`execute` takes at most 4194304 bytes, and this body has 4194305; send the motion as `pieces`"
+    )
+    with pytest.raises(Refusal, match=r"`cancel` takes at most 16384 bytes, and this body has 16385$"):
+        check_request_size(CANCEL, 16385)
+
+
+def test_any_plan_fits_execute_as_pieces():
+    """60 s of 64 joints: 400 functions, and five pieces of a stop in every joint."""
+    count = 400 + 5 * m.MAX_JOINTS
+    pieces = m.Pieces(
+        breaks=np.linspace(0, 60, count + 1).tolist(),
+        coefficients=bytes(8 * count * m.MAX_JOINTS * m.COEFFICIENTS),
+    )
+    said = m.Trajectory(
+        goal_id="g" * 128, client_id="c" * 128, epoch=1 << 40, joint_names=["j" * 64] * m.MAX_JOINTS,
+        start_time=1e6 / 3, dt=0.001, count=60_001, hit_index=59_000, pieces=pieces,
+    )  # fmt: skip
+    assert len(encode(said)) < EXECUTE.max_bytes
+    assert decode(encode(said), m.Trajectory, EXECUTE.max_bytes).pieces == pieces
+
+
 def test_text_is_not_taken_for_a_matrix():
     refused = refusal({"name": "wipe", "positions": "AAAAAAAA8D8=", "joint_count": 1, "rate": 1.0}, m.Learn)
     assert refused.message == "positions: expected bytes | array, got str"
@@ -87,11 +129,12 @@ def array(length: int, entry: bytes) -> bytes:
     [
         ("joint_names", array(4_000_000, b"\x90"), "joint_names: expected array of length <= 64"),
         ("joint_names", array(4_000_000, b"\xa0"), "joint_names: expected array of length <= 64"),
-        ("positions", array(4_000_000, b"\x01"), "positions: expected bytes, got array"),
+        ("positions", array(4_000_000, b"\x01"), "positions: expected bytes | null, got array"),
+        ("pieces", b"\x81\xa6breaks" + array(4_000_000, b"\x01"), "pieces.breaks: expected array of length <= 4097"),
         ("colour", array(4_000_000, b"\x90"), "colour is not a known field"),
         (" - at `$" + ".a" * 2_000_000 + "`", b"\xc0", " - at  is not a known field"),
     ],
-    ids=["lists", "texts", "numbers", "unknown", "deceptive"],
+    ids=["lists", "texts", "numbers", "breaks", "unknown", "deceptive"],
 )
 def test_of_what_does_not_fit_nothing_is_built(field: str, value: bytes, sentence: str):
     """A 1 kHz loop in the same process would have to wait meanwhile."""

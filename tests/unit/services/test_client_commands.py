@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from msgspec import Struct
+from msgspec.structs import replace
 
 from protocol import messages as m
 from protocol.bus import Asking, Bus
@@ -23,7 +24,7 @@ from protocol.queues import Inbox
 from protocol.sessions import open_session
 from protocol.topics import DESCRIPTION, QUERIES, RESULT, STATUS, client_alive_key
 from services.client.__main__ import COMMANDS, main
-from tests.golden.examples import EXAMPLES, HIT
+from tests.golden.examples import EXAMPLES, HIT, PIECES
 from tests.golden.examples import RESULT as ENDED
 from tests.waiting import PATIENCE_S, eventually
 
@@ -139,6 +140,17 @@ PUSH = ["100", "0", "0", "0", "0", "0"]
             m.Goal(primitive="forehand", positions=HIT, duration=0.8),
             "planned in 3.8 ms",
         ),
+        (
+            ["goal", "forehand", "--revises", "g1", "--alternative", "@12.5:", "--follow-through", ".1"],
+            "goal",
+            m.Goal(
+                primitive="forehand",
+                revises="g1",
+                alternatives=[m.Alternative(arrival_time=12.5)],
+                follow_through=0.1,
+            ),
+            "plays alternative 2",
+        ),
     ],
 )
 def test_commands(robot, capsys, words, key, request_, said):
@@ -184,6 +196,19 @@ def test_plan_is_saved_and_executed(robot, tmp_path):
     sent = robot.asked[3][1]
     assert isinstance(sent, m.Trajectory)
     assert (sent.start_time, sent.epoch) == (4.5, 13)
+
+
+def test_a_plan_whose_samples_lie_apart_is_saved_as_pieces(robot, tmp_path):
+    """Of a long plan the reply has every nth sample, which `execute` does not take."""
+    apart = replace(EXAMPLES["Trajectory"], pieces=PIECES, dt=0.003, count=2, hit_index=1)
+    robot.answers["goal"] = [replace(EXAMPLES["GoalReply"], trajectory=apart, duration=0.002)]
+    file = str(tmp_path / "plan.msgpack")
+    assert robot.run("goal", "forehand", "--plan-only", "--save", file) == 0
+    assert robot.run("execute", file) == 0
+    sent = robot.asked[1][1]
+    assert isinstance(sent, m.Trajectory)
+    assert (sent.pieces, sent.positions, sent.velocities, sent.accelerations) == (PIECES, None, None, None)
+    assert (sent.dt, sent.count, sent.hit_index) == (0.001, 4, 2)
 
 
 def test_execute_refuses_a_file_that_is_no_trajectory(robot, tmp_path, capsys):
@@ -244,9 +269,9 @@ def test_usage_errors_are_a_sentence_and_exit_with_2(robot, capsys, words, sente
 
 def test_wrong_flags_exit_with_2(robot, capsys):
     with pytest.raises(SystemExit) as stopped:
-        robot.run("goal", "forehand")
+        robot.run("goal", "forehand", "--method", "guess")
     assert stopped.value.code == 2
-    assert "--positions" in capsys.readouterr().err
+    assert "--method" in capsys.readouterr().err
 
 
 def test_silence_exits_with_4(robot, capsys):

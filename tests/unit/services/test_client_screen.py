@@ -3,6 +3,7 @@
 from io import StringIO
 
 import pytest
+from msgspec.structs import replace
 from rich.console import Console, RenderableType
 
 from protocol import messages as m
@@ -10,7 +11,7 @@ from protocol.codec import encode
 from protocol.topics import ENDED, PLAN, QUERIES, STATUS
 from services.client.show import cell, show
 from services.client.watch import WATCHED, View, event, render
-from tests.golden.examples import EXAMPLES, JOINTS, RESULT
+from tests.golden.examples import EXAMPLES, JOINTS, REPORT, RESULT
 
 REPLIES = {query.reply.__name__ for query in QUERIES}
 
@@ -40,6 +41,15 @@ def test_goal_reply_says_when_and_what_shaped_it():
     assert "hits at 5.050 s (0.800 s later)" in text
     assert "shaped by the limits on accelerations of joint_1 at 0.375 s" in text
     assert "inside all limits at all times" in text
+
+
+def test_goal_reply_says_which_end_and_how_far_from_the_demonstration():
+    text = printed(show(EXAMPLES["GoalReply"], JOINTS))
+    assert "plays alternative 2 · goes on at phase 0.625 of the demonstration" in text
+    assert "50 functions a joint" in text
+    assert all(f"{which} {what} [rad]" in text for which in ("deviation", "by limits") for what in ("rms", "max"))
+    untold = replace(EXAMPLES["GoalReply"], positions=[], velocities=[], report=replace(REPORT, deviation=None))
+    assert "deviation rms" not in printed(show(untold, JOINTS))
 
 
 def test_result_says_how_long_each_stage_took():
@@ -75,7 +85,7 @@ def test_screen_shows_status_and_events():
     assert "● sim  ● controller  ○ planner  ○ recorder" in text
     assert "tracking · goal forehand-7 · at 4.500 s, 0.250 s into the motion" in text
     assert "99.95 % on time" in text
-    assert "plan forehand-7: forehand, hits at 4.252 s" in text
+    assert "plan forehand-7: forehand, corrects forehand-6 at phase 0.625, hits at 4.252 s" in text
     assert "refused forehand-8 as late: arrival_time 4.25 s has passed" in text
     assert "racket hits ball: 0.375 N·s, ball at 6.58 m/s" in text
     assert "succeeded forehand-7, off by 0.002 rad: played to rest" in text

@@ -55,6 +55,42 @@ def test_waypoints_that_make_no_sense(text):
         joints.waypoint(text, NAMES)
 
 
+def test_alternatives():
+    end = joints.alternative("0.8:1,2,3:0,0,1:_,0,_", NAMES)
+    assert end == m.Alternative(
+        duration=0.8, positions=[1.0, 2.0, 3.0], velocities=[0.0, 0.0, 1.0], accelerations=[None, 0.0, None]
+    )
+    assert joints.alternative("@12.5:", NAMES) == m.Alternative(arrival_time=12.5)
+    assert joints.alternative(":1,2,3", NAMES) == m.Alternative(positions=[1.0, 2.0, 3.0])
+    assert joints.alternative("::0,0,1", []) == m.Alternative(velocities=[0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("text", ["", "0.8", ":", "soon:", "@:", "1:2,3", "1:_,2,3", "1:1,2,3:::"])
+def test_alternatives_that_make_no_sense(text):
+    with pytest.raises(UsageError, match=r"^--alternative"):
+        joints.alternative(text, NAMES)
+
+
+def test_corrections_and_ends_from_flags():
+    flags = GoalFlags(
+        primitive="forehand",
+        alternative=("0.5:", "@3:1,2,3"),
+        revises="g1",
+        place_time=0.5,
+        follow_through=0.1,
+        method="gaussian",
+    )
+    assert to_message(flags, NAMES) == m.Goal(
+        primitive="forehand",
+        alternatives=[m.Alternative(duration=0.5), m.Alternative(arrival_time=3.0, positions=[1.0, 2.0, 3.0])],
+        revises="g1",
+        place_time=0.5,
+        follow_through=0.1,
+        method="gaussian",
+    )
+    assert to_message(GoalFlags(primitive="forehand", fastest=True), NAMES).fastest
+
+
 def test_goal_from_flags():
     flags = GoalFlags(
         primitive="forehand",
@@ -107,6 +143,7 @@ def test_lease_needs_a_name():
     ("flags", "sentence"),
     [
         ({"duration": 1.0, "arrival_time": 2.0}, "--duration and --arrival-time"),
+        ({"fastest": True, "duration": 1.0}, "--fastest finds the duration itself"),
         ({"start_positions": ("1",)}, "--start-positions needs --plan-only"),
         ({"start_velocities": ("1",), "plan_only": True}, "need --start-positions"),
         ({"tail": "coast"}, "--tail coast needs --plan-only"),

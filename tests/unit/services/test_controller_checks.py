@@ -60,7 +60,7 @@ def test_a_good_trajectory_passes():
         ("dt", 0.002),
         ("dt", 0.0),
         ("count", 0),
-        ("count", 20_002),
+        ("count", 60_002),
         ("hit_index", -1),
         ("hit_index", 1000),
         ("start_time", -0.001),

@@ -7,7 +7,7 @@ import pytest
 from motion.samples import Samples
 from motion.tail import stop
 from protocol import messages as m
-from protocol.codec import matrix_bytes
+from protocol.codec import matrix, matrix_bytes
 from protocol.errors import Refusal
 from services.controller.checks import check_trajectory
 from services.controller.core import Controller
@@ -194,6 +194,10 @@ def test_the_reference_is_asked_for_ahead(arm: PerfectArm):
     later = arm.controller.reference(m.ReferenceRequest(lead=0.2))
     assert later.velocities[0] > 1.0
     assert later.epoch == asked.epoch + 1
+    assert (asked.goal_id, later.goal_id) == (None, "goal")
+    assert arm.controller.reference(m.ReferenceRequest(lead=1.0)).goal_id is None
+    arm.controller.cancel(m.Cancel())
+    assert arm.controller.reference(m.ReferenceRequest(lead=0.05)).goal_id is None
 
 
 def test_what_may_not_move_the_arm(arm: PerfectArm):
@@ -201,7 +205,8 @@ def test_what_may_not_move_the_arm(arm: PerfectArm):
     controller = arm.controller
     assert refused(arm, trajectory(controller, 9)).code == "late"
     elsewhere = trajectory(controller, 30)
-    elsewhere.positions = matrix_bytes(np.frombuffer(elsewhere.positions).reshape(-1, JOINTS) + 1e-5)
+    positions = matrix(elsewhere.positions, elsewhere.count, JOINTS, "positions")
+    elsewhere.positions = matrix_bytes(positions + 1e-5)
     jump = refused(arm, elsewhere)
     assert (jump.code, jump.detail["field"]) == ("invalid_goal", "positions")
     stale = trajectory(controller, 30)

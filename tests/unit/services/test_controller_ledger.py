@@ -105,6 +105,18 @@ def test_the_goal_that_is_played():
     assert [ledger.current(tick) for tick in (9, 10, 59, 60)] == [None, first, first, second]
 
 
+def test_whose_motion_a_tick_is_a_part_of():
+    """Nobody's at rest, nor once it was told to stop; there another may take over."""
+    ledger = Ledger()
+    ledger.open(running("a", 10))
+    end = ledger.active[0].end
+    assert [ledger.played_at(tick) for tick in (9, 10, end - 1, end)] == [None, "a", "a", None]
+    ledger.open(running("b", 60))
+    assert [ledger.played_at(tick) for tick in (59, 60)] == ["a", "b"]
+    ledger.close_later(50, 80, "canceled", "on request")
+    assert [ledger.played_at(tick) for tick in (20, 60, 100)] == [None, None, None]
+
+
 def test_the_last_thousand_results_are_kept():
     """Older ones are unknown, in a sentence that says how many are kept."""
     ledger = Ledger()

@@ -49,6 +49,14 @@ def refused(primitive: Primitive, **fields: object) -> Refusal:
     return caught.value
 
 
+def test_without_positions_the_primitive_s_own_end(primitive: Primitive):
+    """With its velocities too, unless others are given."""
+    request = requested(primitive, positions=None)
+    assert request.goal.positions.tolist() == primitive.goal.positions.tolist()
+    assert request.goal.velocities.tolist() == primitive.goal.velocities.tolist()
+    assert requested(primitive, positions=None, velocities=HOME).goal.velocities.tolist() == HOME
+
+
 def test_what_is_left_out_has_its_default(primitive: Primitive):
     """Final velocities zero, final accelerations free, the demonstration's duration, the robot's limits."""
     request = requested(primitive)
@@ -67,10 +75,10 @@ def test_what_is_left_out_has_its_default(primitive: Primitive):
         ({"duration": 0.5}, 0.5),
         ({"duration": 0.5001}, 0.501),
         ({"duration": 0.3 * 3}, 0.9),
-        ({"duration": 20.0}, 20.0),
+        ({"duration": 60.0}, 60.0),
         ({"arrival_time": 2.5004}, 0.5),
         ({"arrival_time": 2.5006}, 0.501),
-        ({"arrival_time": 22.0}, 20.0),
+        ({"arrival_time": 62.0}, 60.0),
     ],
 )
 def test_durations_are_whole_ticks(primitive: Primitive, fields: dict[str, object], duration: float):
@@ -89,11 +97,17 @@ def test_an_arrival_that_has_passed_is_late(primitive: Primitive, time: float):
 @pytest.mark.parametrize(
     ("field", "fields"),
     [
-        ("arrival_time", {"arrival_time": 22.1}),
+        ("arrival_time", {"arrival_time": 62.1}),
         ("arrival_time", {"arrival_time": 1e308}),
         ("arrival_time", {"arrival_time": 3.0, "duration": 1.0}),
         ("duration", {"duration": 0.0}),
-        ("duration", {"duration": 20.001}),
+        ("duration", {"duration": 60.001}),
+        ("revises", {"revises": "g0"}),
+        ("alternatives", {"alternatives": [m.Alternative(duration=1.0)]}),
+        ("fastest", {"fastest": True}),
+        ("follow_through", {"follow_through": 0.1}),
+        ("place_time", {"place_time": 0.5}),
+        ("method", {"method": "gaussian"}),
         ("start", {"start": m.Start(positions=HOME)}),
         ("tail", {"tail": "coast"}),
         ("client_id", {"lease": True}),

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from motion.errors import InvalidMotion
+from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
-from services.planner.learning import learn_from_csv, learn_from_request, learned_message
+from services.planner.learning import demonstration_of, learn_demonstration, learn_from_csv, learned_message
 
 TIMES = np.arange(200) / 200
 PATH = np.sin(np.outer(TIMES, [1.0, 2.0, 3.0]))
@@ -20,12 +21,17 @@ def request(**fields: object) -> m.Learn:
     return m.Learn(**{"name": "wave", "positions": PATH.tolist(), "rate": 200.0, **fields})  # type: ignore[arg-type]
 
 
+def learn_from_request(asked: m.Learn) -> Primitive:
+    """Return what is learned from a request."""
+    return learn_demonstration(demonstration_of(asked), asked.smoothing)
+
+
 def test_every_way_to_say_the_same_gives_the_same():
     """Rows or a matrix, a rate or times."""
     matrix = {"positions": matrix_bytes(PATH), "joint_count": 3}
     times = {"rate": None, "times": TIMES.tolist()}
     made = [learn_from_request(request(**fields)) for fields in ({}, matrix, times, {**matrix, **times})]
-    assert all(np.allclose(other.theta, made[0].theta, rtol=0, atol=1e-9) for other in made)
+    assert all(np.allclose(other.control_points, made[0].control_points, rtol=0, atol=1e-9) for other in made)
     assert made[0].joint_count == 3
     assert made[0].duration == pytest.approx(0.995)
     assert made[0].samples == 200
@@ -38,9 +44,22 @@ def test_smoothing_is_used_as_asked_and_told():
     said = learned_message("wave", learn_from_request(request(smoothing=given)))
     assert said.smoothing is not None
     assert (said.smoothing.window_s, said.smoothing.order) == (pytest.approx(0.105), 4)
+    said = learned_message("wave", learn_from_request(request()), ["it ends moving"])
+    assert said.smoothing is None
+    assert (said.name, said.duration, said.samples, said.basis_count) == ("wave", pytest.approx(0.995), 200, 50)
+    assert [len(v) for v in (said.fit_rms, said.noise_estimate, said.position_rms, said.position_max)] == [3] * 4
+    assert said.warnings == ["it ends moving"]
+
+
+def test_the_ends_are_told():
+    """Where the movement begins and ends, and how fast."""
     said = learned_message("wave", learn_from_request(request()))
-    assert said.smoothing is not None
-    assert (said.name, said.duration, len(said.fit_rms)) == ("wave", pytest.approx(0.995), 3)
+    assert said.start is not None
+    assert said.goal is not None
+    assert said.start.positions == pytest.approx([0, 0, 0], abs=1e-6)
+    assert said.start.velocities == pytest.approx([1, 2, 3], abs=1e-3)
+    assert said.goal.positions == pytest.approx(PATH[-1], abs=1e-6)
+    assert said.goal.velocities == pytest.approx(np.cos(0.995 * np.arange(1, 4)) * np.arange(1, 4), abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -63,8 +82,8 @@ def test_smoothing_is_used_as_asked_and_told():
         ("times", {"rate": None, "times": TIMES[:-1].tolist()}),
         ("times", {"rate": None, "times": TIMES[::-1].tolist()}),
         ("times", {"rate": None, "times": (TIMES * 1e-300).tolist()}),
-        ("times", {"rate": None, "times": [0.0, 1e-300, *TIMES[1:-1].tolist()]}),
-        ("times", {"rate": None, "times": [*TIMES[:100].tolist(), *(TIMES[99:-1] + 1e-9).tolist()]}),
+        ("times", {"rate": None, "times": [0.0, 0.0, *TIMES[1:-1].tolist()]}),
+        ("times", {"rate": None, "times": [*TIMES[:100].tolist(), *(TIMES[99:-1] - 1e-9).tolist()]}),
         ("smoothing.order", {"smoothing": m.SavitzkyGolay(window_s=0.5, order=80)}),
         ("smoothing.order", {"smoothing": m.SavitzkyGolay(window_s=0.5, order=1)}),
         ("smoothing.window_s", {"smoothing": m.SavitzkyGolay(window_s=1.5, order=3)}),
@@ -77,6 +96,19 @@ def test_what_cannot_be_learned(field: str, fields: dict[str, object]):
         learn_from_request(request(**fields))
     assert (caught.value.code, caught.value.detail["field"]) == ("bad_message", field)
     assert field in caught.value.message
+
+
+def test_stamps_that_run_backwards_are_said_so():
+    times = TIMES.tolist()
+    times[7] = 0.02
+    with pytest.raises(Refusal, match=r"sample 7's time 0.02 s lies before sample 6's"):
+        learn_from_request(request(rate=None, times=times))
+
+
+def test_stamps_that_nearly_meet_are_learned():
+    """The samples count where they were taken."""
+    times = [0.0, 1e-300, *TIMES[1:-1].tolist()]
+    assert learn_from_request(request(rate=None, times=times)).position_max.max() < 0.02
 
 
 def test_a_recording_of_this_arm_is_learned(tmp_path: Path):

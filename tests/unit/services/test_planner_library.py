@@ -36,7 +36,7 @@ def test_what_is_put_is_found_by_the_next_process(tmp_path: Path, primitive: Pri
     assert not second.is_new
     assert names(second) == ["a-2_b", "swing"]
     assert list(second) == list(first)
-    assert second.get("swing").theta.tobytes() == primitive.theta.tobytes()
+    assert second.get("swing").control_points.tobytes() == primitive.control_points.tobytes()
     assert second.get("swing").duration == primitive.duration
     assert second.get("swing").smoothing == primitive.smoothing
 
@@ -108,6 +108,22 @@ def test_a_damaged_file_is_left_alone(tmp_path: Path, primitive: Primitive):
             (tmp_path / "swing.npz").write_bytes(whole[:place] + bytes([whole[place] ^ 0x11]) + whole[place + 1 :])
             assert names(Library(tmp_path, LOG)) in ([], ["swing"])
             assert (tmp_path / "swing.npz").exists()
+
+
+def test_a_file_with_gaussian_weights_is_read_and_written_anew(tmp_path: Path):
+    """As the version before this one kept it; when it was learned stays known."""
+    s = np.linspace(0, 1, 1001)
+    positions = np.stack([0.5 * np.sin(3 * s), s**2], axis=1)
+    old = {"duration": 2.0, "theta": np.zeros((2, 50)), "positions": positions, "accelerations": positions}
+    old |= {"ends": np.zeros((2, 3, 2)), "samples": 400, "fit_rms": np.ones(2), "noise_estimate": np.ones(2)}
+    np.savez(tmp_path / "swing.npz", created=5.0, smoothing=np.zeros(0), **old)
+    (described,) = library = list(Library(tmp_path, LOG))
+    assert (described.name, described.created, described.duration, described.samples) == ("swing", 5.0, 2.0, 400)
+    with np.load(tmp_path / "swing.npz") as archive:
+        assert "control_points" in archive
+    again = Library(tmp_path, LOG)
+    assert list(again) == library
+    assert np.abs(again.get("swing").positions(s) - positions).max() < 1e-6
 
 
 def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: Primitive, monkeypatch):

@@ -1,7 +1,7 @@
 """What the planner logs of goals and refusals: in fields, beside the sentence."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,10 +13,12 @@ from msgspec import structs
 from motion.plan import Plan, plan
 from protocol import messages as m
 from protocol import topics
+from protocol.codec import encode
 from protocol.errors import Refusal
-from services.planner.__main__ import answer, learn_shipped
+from services.planner.__main__ import learn_shipped
 from services.planner.core import Lead, Planner
 from services.planner.library import Library
+from services.planner.loop import Loop
 from services.robot import load_robot
 
 ROBOT = load_robot()
@@ -64,6 +66,8 @@ class Question:
         """Return the request, or raise it."""
         if isinstance(self._request, Refusal):
             raise self._request
+        if isinstance(self._request, m.Learn):
+            return msgspec.Raw(encode(self._request))
         return self._request
 
     def reply(self, reply: object) -> None:
@@ -80,7 +84,8 @@ class Desk:
         self.bus = FakeBus()
         library = Library(folder / "library", LOG)
         learn_shipped(library, ROBOT, LOG)
-        self._planner = Planner(self.bus, ROBOT, library, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]
+        planner = Planner(self.bus, ROBOT, library, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]
+        self.loop = Loop(self.bus, planner, library, ROBOT, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]
         caplog.set_level(logging.INFO)
         self._caplog = caplog
 
@@ -88,7 +93,9 @@ class Desk:
         """Return the answer, and of each line logged meanwhile the level, the goal's id and the code."""
         self._caplog.clear()
         question = Question(topic, request)
-        answer(question, self._planner, LOG)  # type: ignore[arg-type]
+        self.loop.answer(question)  # type: ignore[arg-type]
+        while not question.answers:  # a demonstration is learned beside the loop
+            self.loop.do(self.loop.inbox.take(0.1))
         (given,) = question.answers
         lines = [
             (each.levelname, each.__dict__.get("goal_id"), each.__dict__.get("code")) for each in self._caplog.records
@@ -97,9 +104,11 @@ class Desk:
 
 
 @pytest.fixture
-def desk(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> Desk:
+def desk(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> Iterator[Desk]:
     """A planner beside a controller at rest."""
-    return Desk(tmp_path, caplog)
+    desk = Desk(tmp_path, caplog)
+    yield desk
+    desk.loop.close()
 
 
 def test_a_goal_that_is_played(desk: Desk):
@@ -137,6 +146,9 @@ def test_what_is_refused_and_no_goal(desk: Desk, caplog: pytest.LogCaptureFixtur
     """Or cannot be read as one."""
     for topic, request, code in (
         (topics.FORGET, m.Forget(name="none"), "unknown_primitive"),
+        (topics.LEARN, m.Learn(name="-", positions=[]), "bad_message"),
+        (topics.LEARN, m.Learn(name="new", positions=[]), "bad_message"),
+        (topics.LEARN, m.Learn(name="forehand", positions=[]), "exists"),
         (topics.GOAL, Refusal("bad_message", "no map", field=""), "bad_message"),
     ):
         refusal, lines = desk.ask(topic, request)
@@ -211,7 +223,7 @@ def test_a_demonstration_that_takes_too_long_needs_a_duration(desk: Desk):
         goal = m.Goal(primitive="slow", positions=ROBOT.home.tolist(), method=method)
         refusal, _ = desk.ask(topics.GOAL, goal)
         assert (refusal.code, refusal.detail) == ("invalid_goal", {"field": "duration"})
-        assert "give a duration of at most 20" in refusal.message
+        assert "give a duration of at most 60" in refusal.message
 
 
 def test_every_request_has_its_answer(desk: Desk):

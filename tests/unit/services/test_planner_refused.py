@@ -11,13 +11,14 @@ import pytest
 from protocol import messages as m
 from protocol import topics
 from protocol.bus import Asking
-from protocol.codec import decode, encode
+from protocol.codec import bad_message, decode, encode
 from protocol.errors import NoAnswer, Refusal
 from protocol.queues import Inbox
-from services.planner.__main__ import SHIPPED, serve
+from services.planner.__main__ import SHIPPED
 from services.planner.core import Lead, Planner
 from services.planner.learning import learn_from_csv
 from services.planner.library import Library
+from services.planner.loop import Loop
 from services.robot import load_robot
 
 ROBOT = load_robot()
@@ -91,6 +92,10 @@ class FakeBus:
     def watch_alive(self, *_: object) -> None:
         """Nobody comes."""
 
+    def take_puts(self) -> list[str]:
+        """Nobody puts a request."""
+        return []
+
     def listen(self, *_: object) -> None:
         """Nobody speaks."""
 
@@ -118,7 +123,8 @@ def answered(library: Library, bus: FakeBus) -> list[Any]:
 
     turns = [None] * (len(bus._requests) + 1)
     lead = Lead(ROBOT.tick)
-    serve(bus, Planner(bus, ROBOT, library, lead, LOG), lead, LOG, Stopping())  # type: ignore[arg-type]
+    planner = Planner(bus, ROBOT, library, lead, LOG)  # type: ignore[arg-type]
+    Loop(bus, planner, library, ROBOT, lead, LOG).serve(Stopping())  # type: ignore[arg-type]
     return bus.events
 
 
@@ -131,7 +137,7 @@ def answered(library: Library, bus: FakeBus) -> list[Any]:
         ("late", {"arrival_time": 4.5}),
         ("limit", {"positions": [9.0, *HOME[1:]]}),
         ("infeasible", {"positions": [1.5, *HOME[1:]], "duration": 0.05}),
-        ("invalid_goal", {"duration": 19.999, "velocities": [1.0] * ROBOT.joint_count}),
+        ("invalid_goal", {"duration": 59.999, "velocities": [1.0] * ROBOT.joint_count}),
         ("busy", {"goal_id": None}),
     ],
 )
@@ -162,10 +168,24 @@ def test_what_is_played_is_published_after_the_answer(library: Library):
 
 def test_a_motion_too_long_with_its_stop_names_what_made_it_so(library: Library):
     """Before the controller would refuse a number of samples, of which no goal speaks."""
-    goal = msgspec.structs.replace(GOAL, duration=19.999, velocities=[1.0] * ROBOT.joint_count)
+    goal = msgspec.structs.replace(GOAL, duration=59.999, velocities=[1.0] * ROBOT.joint_count)
     refusal, _ = answered(library, FakeBus([(topics.GOAL, encode(goal))], accepts=True))
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "duration")
-    assert "19.999 s and its stop 0.0" in refusal.message
+    assert "59.999 s and its stop 0.0" in refusal.message
+
+
+def test_a_plan_that_execute_does_not_take_is_no_fault_of_the_body(library: Library):
+    """Who sent 200 bytes is not told that a body is too large."""
+
+    class Strict(FakeBus):
+        def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
+            if topic is topics.EXECUTE:
+                raise bad_message("", "`execute` takes at most 4 bytes, and this body has 5")
+            return super().ask(topic, asked)
+
+    refusal, refused = answered(library, Strict([(topics.GOAL, encode(GOAL))]))
+    assert (refusal.code, refusal.detail["field"], refused.code) == ("invalid_goal", "duration", "invalid_goal")
+    assert refusal.message == "the plan cannot be executed: `execute` takes at most 4 bytes, and this body has 5"
 
 
 def test_a_controller_that_is_silent(library: Library):

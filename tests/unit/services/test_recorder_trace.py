@@ -262,6 +262,25 @@ def test_replaced_plan_ends_where_the_next_begins(desk: Desk) -> None:
     assert np.array_equal(trace.scalars("/joints/joint_1/position/planned")[30:], positions[:, 0])
 
 
+def test_a_correction_is_told_and_parts_the_curves(desk: Desk) -> None:
+    """The old curve ends one tick before the new one begins, which a point marks; the event has the phase."""
+    desk.say(STATE, *(state(tick) for tick in range(30)))
+    desk.say(PLAN, plan(0.010, count=60))
+    desk.draw()
+    after = plan(0.040, count=30, goal_id="g2", revises="g1", phase=0.625)
+    desk.say(PLAN, after)
+    desk.say(STATE, *(state(tick) for tick in range(30, 100)))
+    trace = desk.read()
+    planned = trace.column("/joints/joint_1/position/planned")
+    assert np.array_equal(planned.ticks(), [*range(10, 39), *range(40, 70)])
+    assert 39 in planned.times["tick"]  # the pen is lifted
+    positions = np.frombuffer(after.positions).reshape(30, 6)
+    assert _joints(trace, "/joints/{}/position/corrected").tolist() == [positions[0].tolist()]
+    assert trace.column("/joints/joint_1/position/corrected").ticks().tolist() == [40]
+    sentences = [text for (text,) in trace.column("/events/goal", "TextLog:text").values]
+    assert any("g2 (forehand) accepted, corrects g1 at phase 0.625: starts at 0.040 s" in text for text in sentences)
+
+
 def test_plan_given_up_is_drawn_no_further(desk: Desk) -> None:
     desk.say(STATE, *(state(tick) for tick in range(30)))
     desk.say(PLAN, plan(0.010, count=60))

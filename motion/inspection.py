@@ -1,0 +1,96 @@
+"""What the teacher of a movement should know about a recording, in sentences."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from motion.demonstration import Demonstration
+from motion.limits import Limits
+from motion.plausibility import garbled, jumps, outside, too_fast
+from motion.primitive import Primitive
+
+PLACE_SHARE, PLACE_FLOOR = 0.01, 0.005
+"""Distance between a motion and its demonstration that is worth a sentence: part of the joint's range, or rad."""
+
+SPREAD = 4 / 27
+"""Largest distance, in units of velocity × duration, when a motion begins or ends at rest that did not."""
+
+UNSURE = 10.0
+"""Times the noise: the velocity at an end is known no better."""
+
+GAP = 5.0
+"""Times the usual distance between two samples."""
+
+LISTED = 3
+
+
+def warnings_of(demonstration: Demonstration, primitive: Primitive, limits: Limits, names: Sequence[str]) -> list[str]:
+    """Sentences about a recording and the primitive learned from it; empty for a clean one.
+
+    `limits` and joint `names` are the arm's; a recording of another number of joints is not held against limits.
+    """
+    if limits.joint_count != (joint_count := primitive.joint_count):
+        names, limits = [f"joint {joint}" for joint in range(joint_count)], Limits.unlimited(joint_count)
+    return [
+        *garbled(demonstration),
+        *jumps(demonstration, names),
+        *outside(demonstration, limits, names),
+        *too_fast(demonstration, primitive, limits, names),
+        *moving_ends(primitive, names),
+        *gaps(demonstration, primitive),
+        *not_followed(demonstration, primitive, names),
+    ]
+
+
+def moving_ends(primitive: Primitive, names: Sequence[str]) -> Iterator[str]:
+    """Sentences where the movement begins or ends so fast that a start or goal at rest shifts its places."""
+    tolerance = np.maximum(_tolerance(primitive), UNSURE * primitive.noise_estimate)
+    for verb, boundary, end in (("begins", primitive.start, "start"), ("ends", primitive.goal, "goal")):
+        shift = SPREAD * primitive.duration * np.abs(boundary.velocities)
+        joint = int(np.argmax(shift / tolerance))
+        if shift[joint] > tolerance[joint]:
+            yield (
+                f"the demonstration {verb} moving: {names[joint]} at {boundary.velocities[joint]:.3g} rad/s; "
+                f"a {end} at rest shifts the motion by up to {shift[joint]:.2g} rad on the way"
+            )
+
+
+def gaps(demonstration: Demonstration, primitive: Primitive) -> Iterator[str]:
+    """A sentence on stretches without samples that are longer than half the distance between two knots."""
+    steps = np.diff(demonstration.times)
+    knot = primitive.duration / (primitive.basis_count - 3)
+    rows = np.flatnonzero(steps > max(GAP * float(np.median(steps)), knot / 2))
+    if not len(rows):
+        return
+    times = demonstration.times - demonstration.times[0]
+    longest = sorted(rows[np.argsort(-steps[rows], kind="stable")][:LISTED].tolist())
+    listed = ", ".join(f"{steps[row]:.3g} s after {times[row]:.3g} s" for row in longest)
+    rest = f" and {len(rows) - LISTED} more" if len(rows) > LISTED else ""
+    yield f"samples are missing and the spline fills the gaps: {listed}{rest}"
+
+
+def not_followed(demonstration: Demonstration, primitive: Primitive, names: Sequence[str]) -> Iterator[str]:
+    """Sentences for joints whose spline passes beside the samples by more than their noise explains."""
+    s = demonstration.phases
+    beside = primitive.positions(s) - demonstration.positions
+    # Noise averages out over half a knot interval, what the spline cannot follow does not.
+    width = max(1, len(s) // (2 * (primitive.basis_count - 3)))
+    sums = np.cumsum(np.pad(beside, ((1, 0), (0, 0))), axis=0)
+    beside = np.abs(sums[width:] - sums[:-width]).max(axis=0) / width
+    tolerance = np.maximum(_tolerance(primitive), 2 * _sample_noise(demonstration.positions))
+    for joint in np.flatnonzero(beside > tolerance).tolist():
+        yield (
+            f"{names[joint]} cannot be followed: the spline passes {primitive.position_max[joint]:.2g} rad beside its "
+            "samples; record the movement in parts, or look for jumps in it"
+        )
+
+
+def _tolerance(primitive: Primitive) -> np.ndarray:
+    """Distance (J,), rad, that is worth a sentence."""
+    positions = primitive.positions(np.linspace(0, 1, 1001))
+    return np.maximum(PLACE_SHARE * np.ptp(positions, axis=0), PLACE_FLOOR)
+
+
+def _sample_noise(positions: np.ndarray) -> np.ndarray:
+    """Standard deviation (J,), rad, of what differs from sample to sample: from second differences, by their median."""
+    return np.median(np.abs(np.diff(positions, n=2, axis=0)), axis=0) / 0.6745 / np.sqrt(6)

@@ -1,0 +1,106 @@
+"""Whether a recording can be of this arm, in sentences with a guess at the cause."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import scipy
+
+from motion.demonstration import Demonstration
+from motion.limits import Limits
+from motion.primitive import Primitive
+
+FAST = 10.0
+"""Times a velocity limit: no joint moves like that."""
+
+OUTSIDE = 0.02
+"""rad: an arm may be calibrated, or pushed, this far outside its range."""
+
+TURN_TOLERANCE = 0.5
+"""rad: a jump within this of a full turn is a wrapped angle."""
+
+GARBLED = 0.2
+"""A matrix that takes less than this part of its largest steps when it is read by columns is column-major."""
+
+LEAST, MOST = 1e-9, 1e4
+"""Sizes of a joint's position, rad, that are no accident: a sixth of all random numbers has them."""
+
+NEARLY_ALL = 0.9
+
+
+def outside(demonstration: Demonstration, limits: Limits, names: Sequence[str]) -> Iterator[str]:
+    """A sentence where samples lie outside position ranges, with a guess at the cause."""
+    excess = _excess(demonstration.positions, limits.positions)
+    joint = int(np.argmax(np.diagonal(excess)))
+    if excess[joint, joint] <= OUTSIDE:
+        return
+    low, high = limits.positions[joint].tolist()
+    column = demonstration.positions[:, joint]
+    value = float(column[int(np.argmax(np.maximum(column - high, low - column)))])
+    sentence = f"{names[joint]} reaches {value:.4g} rad, outside its range of {low:.4g} to {high:.4g} rad"
+    order = scipy.optimize.linear_sum_assignment(excess)[1]
+    degrees = _excess(np.radians(demonstration.positions), limits.positions)
+    if abs(value) > 2 * np.pi + OUTSIDE and np.diagonal(degrees).max() <= OUTSIDE:
+        sentence += "; are the positions in degrees?"
+    elif excess[np.arange(len(order)), order].max() <= OUTSIDE:
+        sentence += "; are the joints in another order? The arm's is " + ", ".join(names)
+    yield sentence
+
+
+def too_fast(demonstration: Demonstration, primitive: Primitive, limits: Limits, names: Sequence[str]) -> Iterator[str]:
+    """A sentence where the movement is faster than FAST times a velocity limit."""
+    s = np.linspace(0, 1, 4 * primitive.basis_count + 1)
+    speeds = np.abs(primitive.sample(s).velocities)
+    steps = _steps(demonstration, primitive)
+    fastest = np.maximum(speeds.max(axis=0), steps)
+    shares = fastest / limits.velocities
+    joint = int(shares.argmax())
+    if shares[joint] > FAST:
+        yield (
+            f"{names[joint]} moves at {fastest[joint]:.3g} rad/s, {shares[joint]:.3g} times its limit; "
+            "check the units of positions and times"
+        )
+
+
+def jumps(demonstration: Demonstration, names: Sequence[str]) -> Iterator[str]:
+    """Sentences for joints that turn by 2π from one sample to the next."""
+    steps = np.diff(demonstration.positions, axis=0)
+    beside = np.abs(np.abs(steps) - 2 * np.pi)
+    for joint in np.flatnonzero(np.any(beside < TURN_TOLERANCE, axis=0)).tolist():
+        row = int(beside[:, joint].argmin())
+        yield (
+            f"{names[joint]} jumps by {steps[row, joint]:.3g} rad from sample {row} to {row + 1}; "
+            "is the angle wrapped at ±π? Unwrap it, for the arm would turn once around"
+        )
+
+
+def garbled(demonstration: Demonstration) -> Iterator[str]:
+    """A sentence where the bytes of the matrix make more sense when they are read in another way."""
+    positions = np.ascontiguousarray(demonstration.positions)
+    columns = positions.reshape(positions.shape[::-1]).T
+    if positions.shape[1] > 1 and _largest_step(columns) < GARBLED * _largest_step(positions):
+        yield "the matrix is smooth when it is read column by column; it must be row-major, one sample after another"
+    # The lower halves of float64 are random as float32: of any size, or no number at all.
+    halves = np.abs(positions.view(np.float32).reshape(-1, 2))
+    sizes = halves[halves > 0]
+    if np.count_nonzero(halves[:, 0]) > len(halves) / 2 and np.mean((sizes > LEAST) & (sizes < MOST)) > NEARLY_ALL:
+        yield "the matrix makes sense when it is read as float32; it must be float64 (8 bytes a number)"
+
+
+def _steps(demonstration: Demonstration, primitive: Primitive) -> np.ndarray:
+    """Largest speed (J,), rad/s, between two samples, beyond their noise."""
+    steps = np.diff(demonstration.times)
+    moved = np.abs(np.diff(demonstration.positions, axis=0)) - 6 * primitive.noise_estimate
+    return np.max(moved / np.maximum(steps, np.median(steps))[:, None], axis=0)
+
+
+def _excess(positions: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    """How far, rad, column i lies outside the range of joint j: (J, J)."""
+    low, high = positions.min(axis=0)[:, None], positions.max(axis=0)[:, None]
+    return np.maximum(np.maximum(high - ranges[:, 1], ranges[:, 0] - low), 0.0)
+
+
+def _largest_step(columns: np.ndarray) -> float:
+    """The columns' largest steps from sample to sample, in units of their range: the mean of them."""
+    ranges = np.ptp(columns, axis=0)
+    steps = np.abs(np.diff(columns, axis=0)).max(axis=0)
+    return float(np.mean(steps[ranges > 0] / ranges[ranges > 0])) if np.any(ranges > 0) else 0.0

@@ -1,0 +1,145 @@
+"""Penalised least squares of one spline: what a roughness penalty of some order does to it, in closed form.
+
+Eilers and Marx, Flexible smoothing with B-splines and penalties (1996), in the mixed-model form of Wood, Generalized
+Additive Models (2017), section 6.2. A position spline of n control points is split into a polynomial, which the penalty
+does not see, and the rest, in coordinates γ in which the penalty is |γ|². A singular value decomposition of the data
+rows in γ then gives fit, likelihood and standard error for every penalty weight at once; nothing is squared before it,
+so the weight may range over 32 decades.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+
+from motion import splines
+from motion.splines import POSITION_DEGREE
+
+WEIGHTS = np.geomspace(1e-28, 1e4, 129)
+"""Penalty weights that are tried, in units of the largest squared singular value."""
+
+FLOOR = 1e-9
+"""rad: rounding of recorded numbers; what lies below it is no evidence."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Least squares of n control points, condensed: minimise |matrix·c − values|² + residual.
+
+    matrix: (k, n). values: (k, J), rad. residual: (J,), rad², what no control points explain. count: how many samples.
+    """
+
+    matrix: np.ndarray
+    values: np.ndarray
+    residual: np.ndarray
+    count: int
+
+
+def condense(s: np.ndarray, positions: np.ndarray, count: int) -> Rows:
+    """Rows of `count` control points for positions (m, J) at rising s (m,) in [0, 1]: a QR for each knot interval."""
+    order, intervals = POSITION_DEGREE + 1, count - POSITION_DEGREE
+    design = splines.design(count, POSITION_DEGREE, s).data.reshape(-1, order)
+    ends = np.searchsorted(np.minimum((s * intervals).astype(int), intervals - 1), np.arange(intervals + 1))
+    matrices, values = [np.zeros((0, count))], [np.zeros((0, positions.shape[1]))]
+    residual = np.zeros(positions.shape[1])
+    for i in range(intervals):
+        if (inside := slice(ends[i], ends[i + 1])).start == inside.stop:
+            continue
+        r = np.asarray(np.linalg.qr(np.concatenate([design[inside], positions[inside]], axis=1), mode="r"))
+        local = np.zeros((len(r[:order]), count))
+        local[:, i : i + order] = r[:order, :order]
+        matrices.append(local)
+        values.append(r[:order, order:])
+        residual += (r[order:, order:] ** 2).sum(axis=0)
+    return Rows(np.concatenate(matrices), np.concatenate(values), residual, len(s))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Smoother:
+    """Every penalised fit of `rows` with a penalty of one `order`: on the square integral of that derivative.
+
+    Order 6, one more than the degree, penalises the jumps of the fifth derivative at the knots.
+    """
+
+    order: int
+    rows: Rows
+    polynomials: np.ndarray
+    rough: np.ndarray
+    q: np.ndarray
+    r: np.ndarray
+    singular: np.ndarray
+    right: np.ndarray
+    components: np.ndarray
+    unexplained: np.ndarray
+
+    @staticmethod
+    def of(rows: Rows, order: int) -> "Smoother":
+        """Decompose `rows` for a penalty on the derivative of this order, 2 to 6."""
+        polynomials, rough = _coordinates(rows.matrix.shape[1], order)
+        q, r = np.linalg.qr(rows.matrix @ polynomials)
+        matrix, values = rows.matrix @ rough, rows.values
+        for _ in range(2):  # twice is enough (Kahan and Parlett)
+            matrix, values = matrix - q @ (q.T @ matrix), values - q @ (q.T @ values)
+        left, singular, right = np.linalg.svd(matrix, full_matrices=False)
+        components = left.T @ values
+        unexplained = rows.residual + ((values - left @ components) ** 2).sum(axis=0)
+        return Smoother(order, rows, polynomials, rough, q, r, singular, right, components, unexplained)
+
+    def choose(self, joint: int, correlation: float = 1.0) -> tuple[float, float, float]:
+        """Penalty weight, variance of the noise (rad²), and −2·log of the likelihood of one joint.
+
+        The weight has the largest restricted likelihood (REML). Neighbouring samples whose errors agree, `correlation`
+        of them at a time, count as one. The likelihood, with Schwarz's penalty on the polynomial's coefficients,
+        compares orders and numbers of functions.
+        """
+        count, power = self.rows.count / correlation, self.singular**2 / correlation
+        weights = WEIGHTS[:, None] * power[0]
+        shrinkage = weights / (power + weights)
+        squares = self.unexplained[joint] + shrinkage @ self.components[:, joint] ** 2
+        squares = squares / correlation + count * FLOOR**2
+        free = max(count - self.order, 1.0)
+        volume = np.log1p(power / weights).sum(axis=1)
+        best = int((free * np.log(squares) + volume).argmin())
+        likelihood = count * np.log(squares[best] / count) + volume[best] + self.order * np.log(max(count, 2.0))
+        return float(weights[best, 0] * correlation), float(squares[best] / free), float(likelihood)
+
+    def control_points(self, joint: int, weight: float) -> np.ndarray:
+        """Control points (n,) of one joint's fit."""
+        gamma = self.right.T @ (self.singular / (self.singular**2 + weight) * self.components[:, joint])
+        rest = self.rows.values[:, joint] - self.rows.matrix @ (self.rough @ gamma)
+        return self.polynomials @ np.linalg.solve(self.r, self.q.T @ rest) + self.rough @ gamma
+
+    def acceleration_error(self, weight: float) -> float:
+        """Standard error of d″(s), rms over s, in units of the noise's standard deviation."""
+        back = np.linalg.inv(self.r)
+        known = self.rough - self.polynomials @ (back @ (self.q.T @ (self.rows.matrix @ self.rough)))
+        spread = (known @ self.right.T) / np.sqrt(self.singular**2 + weight)
+        curvature = _curvature(self.rows.matrix.shape[1])
+        return float(np.linalg.norm(np.concatenate([curvature @ spread, curvature @ self.polynomials @ back], axis=1)))
+
+
+@cache
+def _coordinates(count: int, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Control points (count, order) of polynomials, and (count, count − order) of the rest by unit penalty."""
+    at = splines.greville(count, POSITION_DEGREE)
+    legendre = np.polynomial.legendre.legvander(2 * at - 1, order - 1)
+    polynomials = np.linalg.solve(splines.rows(count, POSITION_DEGREE, at), legendre)
+    degree = POSITION_DEGREE - order
+    if degree >= 0:
+        factor = cholesky(splines.gram(count - order, degree), lower=True)
+        rough = solve_triangular(factor, np.eye(count - order), lower=True).T
+    else:  # the fifth derivative is a staircase: its steps
+        steps = np.tril(np.ones((count - POSITION_DEGREE, count - order)), -1)
+        rough, degree = steps / np.sqrt(count - POSITION_DEGREE), 0
+    while degree < POSITION_DEGREE:
+        rough, degree = splines.integration(len(rough), degree) @ rough, degree + 1
+    return polynomials, rough
+
+
+@cache
+def _curvature(count: int) -> np.ndarray:
+    """Matrix (count − 2, count): |matrix·c|² is the square integral of the second derivative."""
+    factor = cholesky(splines.gram(count - 2, POSITION_DEGREE - 2), lower=True)
+    first = splines.differentiation(count, POSITION_DEGREE)
+    return factor.T @ splines.differentiation(count - 1, POSITION_DEGREE - 1) @ first

@@ -1,0 +1,45 @@
+"""What checks of sampled and of polynomial trajectories share: the ranges, and the refusal of what leaves them."""
+
+import math
+
+import numpy as np
+
+from motion.limits import LED_BACK_BY, LED_BACK_FROM, Limits
+from protocol.errors import Refusal
+from services.robot import RobotConfig
+
+TIGHT = 1e-6
+"""Part of a range by which a value may lie outside: rounding."""
+
+
+def slack(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """How far outside low … high (J,) a value may lie; 0 where there is no range."""
+    width = high - low
+    return np.where(np.isfinite(width), TIGHT * width, 0.0)
+
+
+def led_back_ranges(first: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest positions (J,) on the first part of a motion that begins at `first` (J,).
+
+    A joint that was pushed a little beyond its limit may begin there, but go no farther.
+    """
+    low, high = limits.positions.T
+    lowest = np.minimum(low, np.maximum(first, low - LED_BACK_FROM))
+    return lowest, np.maximum(high, np.minimum(first, high + LED_BACK_FROM))
+
+
+def led_back_ticks(hit_index: int) -> int:
+    """From which tick on a motion with its goal at `hit_index` must be inside the position limits."""
+    return math.ceil(LED_BACK_BY * hit_index) + 1
+
+
+def limit_refusal(
+    quantity: str, joint: int, value: float, bounds: tuple[float, float], where: str, config: RobotConfig
+) -> Refusal:
+    """Return the refusal of a value beyond its bounds; `where` says at which sample or time."""
+    name, bound = config.joint_names[joint], bounds[0] if value < bounds[0] else bounds[1]
+    sentence = (
+        f"the {quantity} of {name} is {value:.6g} at {where}, beyond its limit of {bound:.6g}; "
+        "plan inside the limits of `description`"
+    )
+    return Refusal("limit", sentence, joint=name, quantity=quantity, value=value, bound=bound)

@@ -1,0 +1,79 @@
+"""Motions that the planner had played, so that a goal can correct one that is under way."""
+
+from collections import OrderedDict
+from dataclasses import dataclass
+
+from protocol import messages as m
+from protocol.errors import Refusal
+
+KEPT = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Correction:
+    """What a correction goes on with: the phase that the demonstration has reached at the splice, and the hit's time on
+    the robot's clock unless the goal says otherwise."""
+
+    phase: float
+    hit_time: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Played:
+    """One accepted motion. `chain` is the goal that the first of its chain of corrections had."""
+
+    chain: str
+    primitive: str
+    start_time: float
+    hit_time: float
+    phase: float
+
+    def phase_at(self, time: float) -> float:
+        """Where in the demonstration the motion is at a time of its own: it runs evenly from its first phase to 1."""
+        return self.phase + (1 - self.phase) * (time - self.start_time) / (self.hit_time - self.start_time)
+
+
+class Corrections:
+    """The newest accepted motions by goal_id; the oldest are forgotten first."""
+
+    def __init__(self) -> None:
+        self._played: OrderedDict[str, _Played] = OrderedDict()
+
+    def note(self, goal: m.Goal, goal_id: str, start_time: float, duration: float, phase: float) -> None:
+        """Note a motion that the controller accepted; `duration` to the hit, s."""
+        revised = self._played.get(goal.revises or "")
+        chain = revised.chain if revised else goal_id
+        self._played[goal_id] = _Played(chain, goal.primitive, start_time, start_time + duration, phase)
+        while len(self._played) > KEPT:
+            self._played.popitem(last=False)
+
+    def correction(self, goal: m.Goal, reference: m.Reference) -> Correction | None:
+        """Return what `goal` goes on with at the `reference`, None where it corrects nothing.
+
+        Raises:
+            Refusal: `unknown_goal`, `invalid_goal` for another primitive, `late` where the hit has passed at the splice,
+                `superseded` where the motion was replaced or stopped.
+        """
+        if goal.revises is None:
+            return None
+        revised = self._played.get(goal.revises)
+        if revised is None:
+            sentence = f"goal {goal.revises!r} is none that this planner had played; send the goal without `revises`"
+            raise Refusal("unknown_goal", sentence, goal_id=goal.revises)
+        if revised.primitive != goal.primitive:
+            sentence = f"goal {goal.revises!r} plays {revised.primitive!r}; a correction must play the same primitive"
+            raise Refusal("invalid_goal", sentence, field="primitive")
+        current = self._played.get(reference.goal_id or "")
+        if current is None or current.chain != revised.chain:
+            current = None
+        hit_time = (current or self._newest(revised.chain)).hit_time
+        if hit_time <= reference.time:
+            sentence = f"the hit of goal {goal.revises!r} passes at {hit_time:.3f} s, before {reference.time:.3f} s"
+            raise Refusal("late", sentence, goal_id=goal.revises)
+        if current is None:
+            sentence = f"the motion of goal {goal.revises!r} was replaced or stopped; send the goal without `revises`"
+            raise Refusal("superseded", sentence, goal_id=goal.revises)
+        return Correction(current.phase_at(reference.time), current.hit_time)
+
+    def _newest(self, chain: str) -> _Played:
+        return next(played for played in reversed(self._played.values()) if played.chain == chain)

@@ -1,0 +1,106 @@
+"""What contradicts itself in a goal, whatever the start."""
+
+from motion.primitive import Primitive
+from protocol import messages as m
+from protocol.codec import check_lengths
+from protocol.errors import Refusal
+from protocol.topics import MAX_ID, MAX_PLAN_S
+from services.robot import RobotConfig
+
+MAX_FOLLOW_THROUGH_S = 0.5
+
+
+def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
+    """Raise a Refusal, `invalid_goal` or `bad_message`, for what contradicts itself."""
+    if primitive.joint_count != config.joint_count:
+        sentence = (
+            f"primitive {goal.primitive!r} moves {primitive.joint_count} joints, the arm has {config.joint_count}"
+        )
+        raise _invalid("primitive", sentence)
+    _check_times(goal)
+    _check_names(goal)
+    if goal.start is not None and not goal.plan_only:
+        raise _invalid("start", "start is for plan_only goals; a motion that is played continues the reference")
+    if goal.start is not None and goal.revises is not None:
+        raise _invalid("start", "start contradicts revises: a correction continues the motion that it corrects")
+    if goal.tail == "coast" and not goal.plan_only:
+        raise _invalid("tail", "tail 'coast' is for plan_only goals; an arm must come to rest")
+    if not 0 <= goal.follow_through <= MAX_FOLLOW_THROUGH_S:
+        sentence = f"follow_through is {goal.follow_through} s; it must lie between 0 and {MAX_FOLLOW_THROUGH_S} s"
+        raise _invalid("follow_through", sentence)
+    if goal.follow_through > 0 and goal.tail == "coast":
+        raise _invalid("follow_through", "follow_through is for tail 'stop'; an arm that coasts has no end of it")
+    _check_method(goal)
+    _check_alternatives(goal, config.joint_count)
+
+
+def too_long(goal: m.Goal, duration: float, total_duration: float) -> Refusal:
+    """Return the refusal of a motion that takes more than a plan may, together with its stop."""
+    sentence = (
+        f"the motion takes {duration:.3f} s and its stop {total_duration - duration:.3f} s, together more than the "
+        f"{MAX_PLAN_S} s of the longest plan; end it sooner or slower"
+    )
+    return _invalid("duration" if goal.arrival_time is None else "arrival_time", sentence)
+
+
+def _check_times(goal: m.Goal) -> None:
+    if goal.duration is not None and goal.arrival_time is not None:
+        raise _invalid("arrival_time", "give duration or arrival_time, not both")
+    _check_duration(goal.duration, "duration")
+    if not goal.fastest:
+        return
+    for field in ("duration", "arrival_time", "waypoints", "alternatives"):
+        if getattr(goal, field) not in (None, []):
+            sentence = f"fastest finds the duration itself, and {field} would fix it; give one of the two"
+            raise _invalid("fastest", sentence)
+
+
+def _check_duration(duration: float | None, field: str) -> None:
+    if duration is not None and not 0 < duration <= MAX_PLAN_S:
+        sentence = f"{field} is {duration} s; it must be greater than 0 and at most {MAX_PLAN_S} s"
+        raise _invalid(field, sentence)
+
+
+def _check_names(goal: m.Goal) -> None:
+    if goal.lease and not goal.client_id:
+        raise _invalid("client_id", "a lease needs the client_id that holds the token")
+    if len(goal.client_id) > MAX_ID:
+        raise _invalid("client_id", f"client_id has {len(goal.client_id)} characters; it must have at most {MAX_ID}")
+    if goal.goal_id is not None and not 0 < len(goal.goal_id) <= MAX_ID:
+        raise _invalid("goal_id", f"goal_id must have 1 to {MAX_ID} characters")
+    if goal.revises is not None and not 0 < len(goal.revises) <= MAX_ID:
+        raise _invalid("revises", f"revises must be a goal_id of 1 to {MAX_ID} characters")
+
+
+def _check_method(goal: m.Goal) -> None:
+    """Refuse what only the method "qp" can do."""
+    if goal.method == "qp":
+        return
+    asked = {
+        "fastest": goal.fastest,
+        "alternatives": bool(goal.alternatives),
+        "revises": goal.revises is not None,
+        "place_time": goal.place_time is not None,
+        "follow_through": goal.follow_through != 0,
+    }
+    if goal.method == "dmp":
+        asked["start.accelerations"] = goal.start is not None and goal.start.accelerations is not None
+    for field in (field for field, is_asked in asked.items() if is_asked):
+        raise _invalid(field, f"{field} is for method 'qp', and this goal asks for {goal.method!r}; leave one out")
+
+
+def _check_alternatives(goal: m.Goal, joints: int) -> None:
+    if len(goal.alternatives) > m.MAX_ALTERNATIVES:
+        sentence = f"alternatives has {len(goal.alternatives)} entries; at most {m.MAX_ALTERNATIVES} are taken"
+        raise _invalid("alternatives", sentence)
+    for index, end in enumerate(goal.alternatives):
+        field = f"alternatives[{index}]"
+        given = {name: getattr(end, name) for name in ("positions", "velocities", "accelerations")}
+        check_lengths(joints, **{f"{field}.{name}": v for name, v in given.items() if v is not None})
+        if end.duration is not None and end.arrival_time is not None:
+            raise _invalid(f"{field}.arrival_time", f"{field}: give duration or arrival_time, not both")
+        _check_duration(end.duration, f"{field}.duration")
+
+
+def _invalid(field: str, sentence: str) -> Refusal:
+    return Refusal("invalid_goal", sentence, field=field)

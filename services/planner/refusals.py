@@ -1,0 +1,51 @@
+"""From what motion says is wrong to refusals, joints by name."""
+
+from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, SolverFailed
+from protocol.errors import Refusal
+from services.robot import RobotConfig
+
+
+def refusal_of(error: MotionError, config: RobotConfig) -> Refusal:
+    """Return the refusal that says what `error` says, joints by name."""
+    if isinstance(error, InvalidMotion):
+        return invalid(error)
+    index = getattr(error, "joint", 0)
+    joint = config.joint_names[index]
+    sentence = str(error).replace(f"joint {index}", joint, 1)
+    match error:
+        case LimitExceeded():
+            detail = {"quantity": error.quantity, "value": error.value, "bound": error.bound}
+            return Refusal("limit", sentence, joint=joint, **detail)
+        case Infeasible():
+            return Refusal(
+                "infeasible",
+                sentence,
+                joint=joint,
+                quantity=error.quantity,
+                time_from_start=error.time,
+                min_duration=error.min_duration,
+                waypoint_times=error.waypoint_times,
+            )
+        case CannotStop():
+            return Refusal("cannot_stop", sentence, joint=joint, max_velocity=error.max_velocity)
+        case SolverFailed():
+            return Refusal("solver_failed", sentence, joint=joint, status=error.status)
+    raise error
+
+
+def none_of(errors: list[MotionError], config: RobotConfig) -> Refusal:
+    """Return the refusal of a goal none of whose ends can be planned: the first's, with the codes of the others."""
+    own, *others = (refusal_of(error, config) for error in errors)
+    sentence = f"{own.message}; nor can any of the {len(others)} alternatives be planned"
+    return Refusal(own.code, sentence, **own.detail, alternatives=[refusal.code for refusal in others])
+
+
+def not_executed(refusal: Refusal) -> Refusal:
+    """Return the refusal of a goal whose plan does not fit `execute`."""
+    return Refusal("invalid_goal", f"the plan cannot be executed: {refusal.message}", field="duration")
+
+
+def invalid(error: InvalidMotion) -> Refusal:
+    """Return the refusal of a malformed motion."""
+    field = error.field.removeprefix("goal.")
+    return Refusal("invalid_goal", f"{field}: {error.message}", field=field)

@@ -1,0 +1,84 @@
+"""From a goal and its origin to a plan, by the method that it asks for."""
+
+import time
+from dataclasses import dataclass
+
+from motion.gaussian import plan_gaussian
+from motion.sampled import SampledPlan, check_limits
+
+from motion.alternatives import AllRefused, plan_best
+from motion.dmp_plan import plan_dmp
+from motion.errors import MotionError
+from motion.plan import Plan, Warm, plan, plan_fastest
+from motion.primitive import Primitive
+from motion.request import MotionRequest
+from protocol import messages as m
+from protocol.topics import MAX_PLAN_S
+from services.planner.goal_checks import too_long
+from services.planner.goals import Origin, ends, motion_request
+from services.planner.refusals import none_of, refusal_of
+from services.robot import RobotConfig
+
+SAMPLED = {"dmp": plan_dmp, "gaussian": plan_gaussian}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Made:
+    """A plan, to which end (0 the goal's own), from which origin, and what it took."""
+
+    plan: Plan | SampledPlan
+    alternative: int
+    origin: Origin
+    solve_ms: float
+
+
+class Solver:
+    """Plans goals; each plan begins with the rows of the last one of the same primitive."""
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._config = config
+        self._warm: dict[str, Warm] = {}
+
+    def forget(self, primitive: str) -> None:
+        """Forget the rows of a primitive that is no longer what it was."""
+        self._warm.pop(primitive, None)
+
+    def solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> Made:
+        """Plan `goal`; `check_goal` has passed.
+
+        Raises:
+            Refusal: what stands in its way.
+        """
+        request = motion_request(goal, primitive, self._config, origin)
+        began = time.perf_counter()
+        try:
+            alternative, made = self._planned(goal, primitive, request, origin)
+        except MotionError as error:
+            raise refusal_of(error, self._config) from None
+        except AllRefused as refused:
+            raise none_of(refused.errors, self._config) from None
+        if made.total_duration > MAX_PLAN_S + self._config.tick / 2:
+            raise too_long(goal, made.duration, made.total_duration)
+        return Made(made, alternative, origin, (time.perf_counter() - began) * 1e3)
+
+    def _planned(
+        self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin
+    ) -> tuple[int, Plan | SampledPlan]:
+        """The end that is played and its plan. A sampled plan may leave the limits, which only a plan-only goal allows."""
+        tick = self._config.tick
+        if goal.method in SAMPLED:
+            sampled = SAMPLED[goal.method](primitive, request, tick)
+            if not goal.plan_only:
+                check_limits(sampled)
+            return 0, sampled
+        warm, alternative = self._warm.get(goal.primitive), 0
+        if goal.alternatives:
+            alternative, made = plan_best(primitive, request, ends(goal, request, self._config, origin), tick, warm)
+        elif goal.fastest:
+            made = plan_fastest(primitive, request, tick)
+        else:
+            # Another duration is no answer to who must be there in time.
+            remedy = goal.arrival_time is None and (origin.correction is None or goal.duration is not None)
+            made = plan(primitive, request, tick, warm, remedy)
+        self._warm[goal.primitive] = made.warm
+        return alternative, made

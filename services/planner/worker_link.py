@@ -1,0 +1,79 @@
+"""The planner's end of the process that learns."""
+
+import logging
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+
+from motion.limits import Limits
+from protocol.errors import Refusal
+from services.planner.worker import Failure, Lesson
+
+
+class Worker:
+    """The process that fits, started when it is first needed and again after it died."""
+
+    def __init__(self, limits: Limits, names: Sequence[str], log: logging.Logger) -> None:
+        self._arm = limits, tuple(names)
+        self._log = log
+        self._process: subprocess.Popen | None = None
+        self._connection: Connection | None = None
+
+    def learn(self, body: bytes) -> Lesson:
+        """Return what the body of a request teaches.
+
+        Raises:
+            Refusal: whatever is wrong with the request; `unavailable` where the process died.
+        """
+        try:
+            connection = self._connected()
+            connection.send_bytes(body)
+            outcome = connection.recv()
+        except (EOFError, OSError):
+            self.close()
+            raise Refusal("unavailable", "the process that learns died; send this again", service="planner") from None
+        if isinstance(outcome, Failure):
+            if outcome.report:
+                self._log.error("learn met an error of the planner\n%s", outcome.report)
+            raise Refusal(outcome.code, outcome.message, **outcome.detail)
+        return outcome
+
+    def kill(self) -> None:
+        """End the process, whatever it is doing; in any thread."""
+        if (process := self._process) is not None:
+            process.kill()
+
+    def close(self) -> None:
+        """End the process and forget it."""
+        if self._process is not None:
+            self._process.kill()
+            self._log.info("the process that learns has ended with status %s", self._process.wait())
+        if self._connection is not None:
+            self._connection.close()
+        self._process = self._connection = None
+
+    def _connected(self) -> Connection:
+        if self._process is not None and self._process.poll() is not None:
+            self.close()
+        if self._connection is not None:
+            return self._connection
+        ours, theirs = socket.socketpair()
+        self._connection = Connection(ours.detach())
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "services.planner.worker", str(theirs.fileno())],
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                env=_environment(),
+            )
+        self._connection.send(self._arm)
+        return self._connection
+
+
+def _environment() -> dict[str, str]:
+    """The same modules as this process, and one thread: the other cores are the arm's."""
+    path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)  # noqa: PTH109
+    return {**os.environ, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
