@@ -66,8 +66,9 @@ def test_costs_of_plans_are_those_of_optima() -> None:
             ratios[seed] = afresh.cost(afresh.weights_of(planned)) / afresh.cost(best)
     assert len(ratios) > 160
     assert min(ratios.values()) > 1 - 1e-6
-    assert np.median(list(ratios.values())) < MEDIAN
-    assert {seed: ratio for seed, ratio in ratios.items() if ratio > WORST} == {}
+    median, worst = np.median(list(ratios.values())), max(ratios, key=lambda seed: ratios[seed])
+    assert median < MEDIAN, f"median {median}, worst {ratios[worst]} of seed {worst}"
+    assert ratios[worst] < WORST, f"seed {worst}"
 
 
 @pytest.mark.parametrize("first", range(0, 160, 40))
@@ -76,7 +77,10 @@ def test_verdicts_are_those_of_another_solver(first: int) -> None:
     is an answer only in between."""
     wrong = {}
     for seed in range(first, first + 40):
-        primitive, request, afresh = drawn(seed)
+        rng = np.random.default_rng(seed)
+        primitive, manner = make_primitive(rng), replace(any_manner(rng), follow_through=0.0)
+        request = random_request(rng, primitive, "coast", manner)
+        afresh = InSeconds(primitive, request, stiffness(primitive, request))
         found = answer(primitive, request)
         try:
             if isinstance(found, Plan):
@@ -136,7 +140,7 @@ def test_the_imitation_error_is_that_of_the_curve(seed: int) -> None:
     """Of any manner, by quadrature over the moving part and over the straight part, in which all of d̈ is missed."""
     rng = np.random.default_rng(seed)
     primitive = make_primitive(rng)
-    request = random_request(rng, primitive, "coast", any_manner(rng))
+    request = random_request(rng, primitive, "coast", replace(any_manner(rng), follow_through=0.0))
     planned = answer(primitive, request)
     assume(isinstance(planned, Plan))
     assert isinstance(planned, Plan)
