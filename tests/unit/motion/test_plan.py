@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 from motion import plan as plan_module
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, SolverFailed
 from motion.limits import QUANTITIES, Limits
-from motion.plan import Warm, plan
+from motion.plan import Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.program import constraint_generation
 from motion.program.constraint_generation import InfeasibleRows, Solution
@@ -572,11 +572,32 @@ def test_too_short_a_duration_gets_the_shortest_that_works(strike: Primitive, as
         return replace(hurried, duration=duration, waypoints=(replace(waypoint, time_from_start=duration / 2),))
 
     assert plan(strike, at(error.min_duration)).report.certified
-    # What is named is found with the usual hull; a finer one allows a little less time.
+    # What is named is found with the usual hull, in bounded time; a finer one allows a little less.
     with pytest.raises((Infeasible, SolverFailed)):
-        plan(strike, at(0.97 * error.min_duration))
+        plan(strike, at(0.9 * error.min_duration))
     with pytest.raises(Infeasible) as refusal:
         plan(strike, hurried, remedy=False)
+    assert refusal.value.min_duration is None
+
+
+def test_the_fastest_end_is_fast(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    """Its duration needs no guess, and hardly less would do."""
+    request = ask(start=(0.0, 0.0, 0.0), limits=paper_limits)
+    fastest = plan_fastest(strike, request)
+    assert fastest.report.certified
+    assert all(fastest.report.margin[name][0] >= 0 for name in QUANTITIES)
+    assert fastest.duration / 0.001 == pytest.approx(round(fastest.duration / 0.001), abs=1e-9)
+    assert plan_fastest(strike, replace(request, duration=7.0)).duration == fastest.duration
+    with pytest.raises((Infeasible, SolverFailed)):
+        plan(strike, replace(request, duration=0.9 * fastest.duration))
+
+
+def test_no_fastest_end_where_the_arm_cannot_stop(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    with pytest.raises(CannotStop):
+        plan_fastest(strike, ask(goal=(1.9, 10.0), limits=paper_limits))
+    outward = Waypoint(0.5, np.array([2.0]), np.array([1.0]))
+    with pytest.raises(Infeasible) as refusal:
+        plan_fastest(strike, ask(limits=paper_limits, waypoints=(outward,)))
     assert refusal.value.min_duration is None
 
 
