@@ -57,17 +57,28 @@ def extremes(pieces: np.ndarray, curves: np.ndarray) -> np.ndarray:
     found = np.stack([at.argmin(axis=2), at.argmax(axis=2)])
     x = x.transpose(1, 2, 0, 3).reshape(1, *at.shape)
     place, within = found % f0.shape[2], np.take_along_axis(x, found[..., None], axis=3)[..., 0]
-    reached = _evaluated(pieces, place // 2, step * (place % 2 + within))
+    reached = _near(pieces, place // 2, step * (place % 2 + within))
     lowest, highest = np.minimum(values.min(axis=2), reached[0]), np.maximum(values.max(axis=2), reached[1])
     return np.stack([lowest, highest], axis=2).transpose(1, 0, 2)
 
 
-def _evaluated(pieces: np.ndarray, piece: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Position, velocity, acceleration and jerk (2, 4, J), each in a piece of its own at x since its begin."""
+def _near(pieces: np.ndarray, piece: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Lowest and highest position, velocity, acceleration and jerk (2, 4, J), each in a piece of its own, at x since its
+    begin and one Newton step towards where its slope is zero."""
     coefficients = pieces[piece, np.arange(pieces.shape[1])]
-    return (coefficients * _FACTORS * x[..., None] ** _POWERS).sum(axis=3)
+    here, slopes, bends = (_evaluated(coefficients, order, x) for order in range(3))
+    bends[np.abs(bends) < NOTHING] = np.inf
+    there = _evaluated(coefficients, 0, np.clip(x - slopes / bends, 0.0, 1 / len(pieces)))
+    return np.stack([np.minimum(here[0], there[0]), np.maximum(here[1], there[1])])
 
 
-_POWERS = np.maximum(np.arange(6) - np.arange(4)[:, None], 0)[:, None]
-_FACTORS = np.array([[1, 1, 1, 1, 1, 1], [0, 1, 2, 3, 4, 5], [0, 0, 2, 6, 12, 20], [0, 0, 0, 6, 24, 60.0]])[:, None]
-"""Of the coefficients in position and its first three derivatives: (4, 1, 6)."""
+def _evaluated(coefficients: np.ndarray, order: int, x: np.ndarray) -> np.ndarray:
+    """The order-th derivatives of position, velocity, acceleration and jerk (2, 4, J) at x."""
+    each = slice(order, order + 4)
+    return (coefficients * _FACTORS[each] * x[..., None] ** _POWERS[each]).sum(axis=3)
+
+
+_POWERS = np.maximum(np.arange(6) - np.arange(6)[:, None], 0)[:, None]
+_FACTORS = np.array([[1.0] * 6, [0, 1, 2, 3, 4, 5], [0, 0, 2, 6, 12, 20], [0, 0, 0, 6, 24, 60]])
+_FACTORS = np.concatenate([_FACTORS, [[0, 0, 0, 0, 24, 120], [0, 0, 0, 0, 0, 120]]])[:, None]
+"""Of the coefficients in position and its first five derivatives: (6, 1, 6)."""
