@@ -19,7 +19,7 @@ MAX_ROUNDS = 30
 DROPPING_ROUNDS = 6
 """Rows without a multiplier are dropped between these first rounds; the objective grows all the same, so it ends."""
 
-NEAR = 10.0
+NEAR = 20.0
 """Of a limit is what lies within this many times the distance at which rows are demanded."""
 
 STRIDE, MANY = 3, 24
@@ -29,7 +29,6 @@ TINY = 1e-12
 """Where all rows hold already the scale of a program is this."""
 
 IDLE = 1e-8
-BINDING = 1e-5
 
 NOTHING, NO_MULTIPLIERS = np.zeros(0, dtype=int), np.zeros(0)
 
@@ -58,10 +57,6 @@ class Solution:
     multipliers: np.ndarray
     near: np.ndarray
     rounds: int
-
-    def binding(self) -> np.ndarray:
-        """Which rows (m,) carry a multiplier worth naming."""
-        return self.multipliers > BINDING * self.multipliers.max(initial=1e-300)
 
 
 def solve(
