@@ -63,8 +63,8 @@ def extremes(pieces: np.ndarray, curves: np.ndarray) -> np.ndarray:
 
 
 def _near(pieces: np.ndarray, piece: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lowest and highest position, velocity, acceleration and jerk (2, 4, J), each in a piece of its own, at x since its
-    begin and one Newton step towards where its slope is zero."""
+    """Lowest and highest position, velocity, acceleration and jerk (2, 4, J), each in a piece of its own, at x since
+    its begin and one Newton step towards where its slope is zero."""
     coefficients = pieces[piece, np.arange(pieces.shape[1])]
     here, slopes, bends = (_evaluated(coefficients, order, x) for order in range(3))
     bends[np.abs(bends) < NOTHING] = np.inf
