@@ -47,7 +47,7 @@ def extremes(pieces: np.ndarray, curves: np.ndarray) -> np.ndarray:
     f0, d0, d1 = values[..., :-1], slopes[..., :-1], slopes[..., 1:]
     rise = values[..., 1:] - f0
     b, c = 3 * rise - 2 * d0 - d1, d0 + d1 - 2 * rise
-    # The slope d0 + 2b x + 3c x² has two roots, one at a maximum and one at a minimum, in the form that does not cancel.
+    # The slope d0 + 2b x + 3c x² has two roots, here in the form that does not cancel: a maximum and a minimum.
     root = np.sqrt(np.maximum(b * b - 3 * c * d0, 0.0))
     far = np.where(b > 0, -b - root, root - b)
     above, below = np.stack([d0, far]), np.stack([far, 3 * c])
@@ -63,8 +63,8 @@ def extremes(pieces: np.ndarray, curves: np.ndarray) -> np.ndarray:
 
 
 def _near(pieces: np.ndarray, piece: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lowest and highest position, velocity, acceleration and jerk (2, 4, J), each in a piece of its own, at x since its
-    begin and one Newton step towards where its slope is zero."""
+    """Lowest and highest position, velocity, acceleration and jerk (2, 4, J), each in a piece of its own: at x since it
+    began, and one Newton step from there towards where the slope is zero."""
     coefficients = pieces[piece, np.arange(pieces.shape[1])]
     here, slopes, bends = (_evaluated(coefficients, order, x) for order in range(3))
     bends[np.abs(bends) < NOTHING] = np.inf

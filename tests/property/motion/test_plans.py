@@ -1,6 +1,7 @@
 """Plans on random goals: curves sampled a hundred times finer, what is fixed, what is promised."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
 from motion.errors import CannotStop, Infeasible, MotionError
-from motion.limits import LED_BACK_BY, QUANTITIES
+from motion.limits import QUANTITIES
 from motion.plan import Plan, plan
 from motion.primitive import Primitive
 from motion.program.terminal_set import final_accelerations
@@ -61,9 +62,9 @@ def behind(planned: Plan) -> np.ndarray:
     """All four quantities (4, n, J) of what follows the moving part, up to the last break."""
     start = planned.request.moving_duration
     motion, breaks = as_polynomials(planned.trajectory)
-    later = np.concatenate([[start], breaks[breaks > start]])
-    # From the middle of each piece outward, so that jerk, which jumps, is that of the piece.
-    t = np.concatenate([np.linspace(a, b, 2001)[1:-1] for a, b in zip(later[:-1], later[1:], strict=True)] or [later])
+    later = np.concatenate([[start], breaks[breaks > start * (1 + 1e-12)]])
+    # Without the ends of the pieces, at which jerk jumps.
+    t = np.concatenate([[later[-1]], *(np.linspace(a, b, 2001)[1:-1] for a, b in pairwise(later))])
     return np.array([motion.derivative(order)(t) if order else motion(t) for order in range(4)])
 
 

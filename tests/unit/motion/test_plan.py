@@ -136,9 +136,7 @@ def test_distances_in_the_report(
 ) -> None:
     """From the demonstration in the motion's own time, and from the plan without limits, by sampling both here."""
     narrow = replace(paper_limits, positions=np.array([[-1.15, 2.0]]))
-    request = ask(
-        goal=(-0.5, 3.0), limits=narrow, tail="coast", phase=phase, rest_fraction=rest_fraction, duration=0.9
-    )
+    request = ask(goal=(-0.5, 3.0), limits=narrow, tail="coast", phase=phase, rest_fraction=rest_fraction, duration=0.9)
     planned = plan(strike, request)
     free = plan(strike, replace(request, limits=Limits.unlimited(1)))
     t = np.linspace(0, request.moving_duration, 20_001)
