@@ -160,7 +160,7 @@ def _knots(count: int, end: float) -> np.ndarray:
 
 
 def test_places_are_kept_under_limits(moves: Primitive) -> None:
-    """A speed limit at 0.9 of the demonstrated peak: without a place term the arm drifts 0.4 rad from where it was shown."""
+    """At 0.9 of the demonstrated speed. Without a place term the arm drifts 0.4 rad from where it was shown."""
     peak = np.abs(moves.sample(np.linspace(0, 1, 5001)).velocities).max()
     limits = replace(Limits.unlimited(1), velocities=np.array([0.9 * peak]))
     planned = plan(moves, MotionRequest(moves.start, moves.goal, 20.0, limits, tail="coast"))
