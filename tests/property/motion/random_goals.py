@@ -25,7 +25,7 @@ def _strike(rng: np.random.Generator) -> np.ndarray:
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """What the joints of one request share; fields as in `MotionRequest`. `duration` is that of a whole demonstration."""
+    """What the joints of one request share, as in `MotionRequest`; `duration` is that of a whole demonstration."""
 
     duration: float
     rest_fraction: float = 0.0
@@ -53,8 +53,11 @@ def any_manner(rng: np.random.Generator) -> Manner:
 def random_request(
     rng: np.random.Generator, primitive: Primitive, tail: str = "coast", manner: Manner | None = None
 ) -> MotionRequest:
-    """One joint near its demonstration, with limits tighter than the motion that it would like to make; some with moving
-    starts, given accelerations, waypoints with free entries. Fixed values lie on their limits, near them, or away."""
+    """One joint near its demonstration, with limits tighter than the motion that it would like to make.
+
+    Some with moving starts, given accelerations, waypoints with free entries. Fixed values lie on their limits, near
+    them, or away.
+    """
     manner = manner or plain_manner(rng)
     straight = manner.rest_fraction > 0 or manner.follow_through > 0
     left = 1 - manner.phase

@@ -73,8 +73,10 @@ def test_costs_of_plans_are_those_of_optima() -> None:
 
 @pytest.mark.parametrize("first", range(0, 160, 40))
 def test_verdicts_are_those_of_another_solver(first: int) -> None:
-    """What is refused has no motion a little inside its limits, what is planned has one at the limits. Numerical trouble
-    is an answer only in between."""
+    """What is refused has no motion a little inside its limits, what is planned has one at the limits.
+
+    Numerical trouble is an answer only in between.
+    """
     wrong = {}
     for seed in range(first, first + 40):
         rng = np.random.default_rng(seed)

@@ -136,9 +136,7 @@ def test_distances_in_the_report(
 ) -> None:
     """From the demonstration in the motion's own time, and from the plan without limits, by sampling both here."""
     narrow = replace(paper_limits, positions=np.array([[-1.15, 2.0]]))
-    request = ask(
-        goal=(-0.5, 3.0), limits=narrow, tail="coast", phase=phase, rest_fraction=rest_fraction, duration=0.9
-    )
+    request = ask(goal=(-0.5, 3.0), limits=narrow, tail="coast", phase=phase, rest_fraction=rest_fraction, duration=0.9)
     planned = plan(strike, request)
     free = plan(strike, replace(request, limits=Limits.unlimited(1)))
     t = np.linspace(0, request.moving_duration, 20_001)
@@ -162,7 +160,7 @@ def _knots(count: int, end: float) -> np.ndarray:
 
 
 def test_places_are_kept_under_limits(moves: Primitive) -> None:
-    """A speed limit at 0.9 of the demonstrated peak: without a place term the arm drifts 0.4 rad from where it was shown."""
+    """At 0.9 of the demonstrated speed. Without a place term the arm drifts 0.4 rad from where it was shown."""
     peak = np.abs(moves.sample(np.linspace(0, 1, 5001)).velocities).max()
     limits = replace(Limits.unlimited(1), velocities=np.array([0.9 * peak]))
     planned = plan(moves, MotionRequest(moves.start, moves.goal, 20.0, limits, tail="coast"))
