@@ -86,7 +86,7 @@ def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> 
             f"{bends}\n(QP)",
             f"{bends}\n(DMP)",
             path,
-            f"{bends}\n(both)",
+            bends,
             path,
             "imitation error, rad/s²",
         ),

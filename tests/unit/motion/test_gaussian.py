@@ -51,7 +51,7 @@ def test_the_optimum_is_cvxopt_s(figure: Primitive, ask: Ask, paper_limits: Limi
     spent = float(np.mean(whole**2))
 
     def cost(w: np.ndarray) -> float:
-        return w @ program.P @ w / 2 + program.c @ w
+        return float(w @ program.P @ w / 2 + program.c @ w)
 
     assert abs(cost(ours) - cost(theirs)) < 1e-6 * spent
     accelerations = rows(50)[2] @ np.array([ours, theirs]).T
