@@ -82,7 +82,8 @@ def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray
     joint, duration (s): for the errors. Raises Infeasible or SolverFailed.
     """
     nearest = optimum_without_limits(program)
-    if not len(program.G):
+    reached = program.G @ nearest
+    if ((program.low <= reached) & (reached <= program.high)).all():
         return nearest
     # In units of the largest weight, so that tolerances are relative.
     size = max(np.abs(nearest).max(), 1e-6)
