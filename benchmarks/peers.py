@@ -14,10 +14,10 @@ import daqp
 import numpy as np
 import piqp
 import ruckig
+from motion.basis import make_grid
 from movement_primitives.dmp import DMPWithFinalVelocity
 from scipy import sparse
 
-from motion.basis import make_grid
 from motion.primitive import Primitive
 from motion.request import MotionRequest
 

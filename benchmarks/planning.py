@@ -12,21 +12,21 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import tyro
+from motion.basis import make_grid
+from motion.fixed import Fixed, fixed_values
+from motion.problem import build
+from motion.solver import solve
+from motion.stopping import arriving
 from rich.console import Console
 from rich.table import Table
 
 from benchmarks.cases import Case, draw, forehand, joint_of
 from benchmarks.machine import save
 from benchmarks.peers import Answer, FullProblem, dmp_solver, ruckig_motion
-from motion.basis import make_grid
 from motion.errors import MotionError
-from motion.fixed import Fixed, fixed_values
 from motion.plan import plan
 from motion.primitive import Primitive
-from motion.problem import build
 from motion.request import MotionRequest, Waypoint
-from motion.solver import solve
-from motion.stopping import arriving
 from services.runtime import freeze_garbage
 
 
