@@ -6,8 +6,7 @@ import numpy as np
 
 from motion.bernstein import bernstein, derivative, first_outside
 from motion.limits import QUANTITIES
-from motion.trajectory import Samples
-from motion.trajectory import Trajectory
+from motion.trajectory import Samples, Trajectory
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack

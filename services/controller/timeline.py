@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motion.braking import first_stop, stop
 from motion.limits import Limits
 from motion.trajectory import Samples
-from motion.braking import first_stop, stop
 
 WINDOW = 64
 """Ticks looked at first for a stop: nearly always it is close, and the loop has a tick's time."""

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from motion.trajectory import Samples
 from motion.braking import stop
 from motion.tracking import tracking_acceleration
+from motion.trajectory import Samples
 from services.robot import RobotConfig
 
 RELEASE_DISTANCE = 0.01
