@@ -154,7 +154,7 @@ def corrected(tmp_path_factory: pytest.TempPathFactory) -> Corrected:
     with running(directory, names=(*SERVICES, "recorder"), record=file) as stack:
         stack.reset()
         swing = stack.strike(goal_id="swing")
-        plans = [stack.plan_of(swing)]
+        last, plans = swing, [stack.plan_of(swing)]
         for index, part in enumerate(PARTS):
             stack.step_to(stack.ticks(swing.start_time + part * swing.duration) - 20)
             moved = [place + 0.03 * (index + 1) for place in HIT]
