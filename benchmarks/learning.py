@@ -4,7 +4,6 @@ Accelerations are held against the best Savitzky-Golay filter of order 5 in hind
 of all that fit into the recording; positions against the movement itself.
 """
 
-import os
 import time
 from pathlib import Path
 
@@ -175,5 +174,4 @@ def main(seeds: int = 200, place_seeds: int = 5) -> None:
 
 
 if __name__ == "__main__":
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     tyro.cli(main)

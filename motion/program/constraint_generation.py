@@ -19,7 +19,7 @@ MAX_ROUNDS = 30
 DROPPING_ROUNDS = 6
 """Rows without a multiplier are dropped between these first rounds; the objective grows all the same, so it ends."""
 
-NEAR = 10.0
+NEAR = 20.0
 """Of a limit is what lies within this many times the distance at which rows are demanded."""
 
 STRIDE, MANY = 3, 24
@@ -29,7 +29,6 @@ TINY = 1e-12
 """Where all rows hold already the scale of a program is this."""
 
 IDLE = 1e-8
-BINDING = 1e-5
 
 NOTHING, NO_MULTIPLIERS = np.zeros(0, dtype=int), np.zeros(0)
 
@@ -59,10 +58,6 @@ class Solution:
     near: np.ndarray
     rounds: int
 
-    def binding(self) -> np.ndarray:
-        """Which rows (m,) carry a multiplier worth naming."""
-        return self.multipliers > BINDING * self.multipliers.max(initial=1e-300)
-
 
 def solve(
     problem: Problem,
@@ -80,7 +75,7 @@ def solve(
     """
     chosen = np.arange(len(problem.origin)) if joints is None else joints
     _check_decided(problem, chosen)
-    outside = (problem.room < 0).any(axis=(1, 2)).tolist()
+    outside: list[bool] = (problem.room < 0).any(axis=(1, 2)).tolist()  # type: ignore[assignment]
     return [
         _solve(problem, joint, effort, None if warm is None else warm[joint], probe)
         if outside[joint]
@@ -103,7 +98,7 @@ def _solve(problem: Problem, joint: int, effort: Effort, warm: np.ndarray | None
     matrix, room = problem.limit_rows.matrix[joint], problem.room[joint].ravel()
     inside = problem.inside[joint]
     over = -room
-    rows, multipliers, rounds = NOTHING, NO_MULTIPLIERS, 0
+    rows, multipliers, rounds, u = NOTHING, NO_MULTIPLIERS, 0, np.zeros(matrix.shape[1])
     new = _first(over) if warm is None or not warm.size else warm
     while new.size:
         rounds += 1

@@ -1,12 +1,15 @@
 """Least distance programming (Lawson and Hanson): the smallest step that keeps a few rows, by PIQP."""
 
+from functools import lru_cache
+from threading import get_ident
+
 import numpy as np
 import piqp
 
 UNBOUNDED = 1e6
 """Multipliers beyond this, where the largest violation is 1, are no optimum."""
 
-TOLERANCE, TIGHT_TOLERANCE = 1e-8, 1e-11
+TOLERANCE, TIGHT_TOLERANCE = 1e-7, 1e-11
 
 MAX_ITERATIONS = 60
 """Good solves take 22 iterations or fewer."""
@@ -22,10 +25,8 @@ def least_distance(matrix: np.ndarray, excess: np.ndarray, tight: bool) -> Answe
 
     Solved for the multipliers λ ≥ 0, of which u = −matrixᵀλ: min ½λᵀGλ − excessᵀλ with the small Gram matrix G.
     """
-    solver = _solver(TIGHT_TOLERANCE if tight else TOLERANCE)
-    solver.settings.preconditioner_iter = 0
-    solver.settings.tau = 0.995
-    solver.setup(matrix @ matrix.T, -excess, None, None, None, None, None, np.zeros(len(excess)), None)
+    solver = _dual_solver(len(excess), tight, get_ident())
+    solver.update(matrix @ matrix.T, -excess)
     outcome = solver.solve()
     multipliers = solver.result.x.copy()
     if outcome == piqp.PIQP_SOLVED and multipliers.max() < UNBOUNDED:  # False for NaN
@@ -45,6 +46,17 @@ def least_distance_in_doubt(matrix: np.ndarray, excess: np.ndarray) -> Answer:
     if outcome == piqp.PIQP_SOLVED and np.isfinite(u).all():
         return u, multipliers, SOLVED
     return np.zeros(count), multipliers, INFEASIBLE if outcome == piqp.PIQP_PRIMAL_INFEASIBLE else outcome.name
+
+
+@lru_cache(maxsize=128)
+def _dual_solver(size: int, tight: bool, _: int) -> piqp.DenseSolver:
+    """A solver for that many multipliers, made once a thread: half of the time of a small program is to set it up. What
+    it solved before leaves no trace in what it solves next."""
+    solver = _solver(TIGHT_TOLERANCE if tight else TOLERANCE)
+    solver.settings.preconditioner_iter = 0
+    solver.settings.tau = 0.995
+    solver.setup(np.eye(size), np.zeros(size), None, None, None, None, None, np.zeros(size), None)
+    return solver
 
 
 def _solver(tolerance: float) -> piqp.DenseSolver:

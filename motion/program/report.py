@@ -17,6 +17,9 @@ from motion.program.problem import Problem
 from motion.program.space import at_nodes, quadrature
 from motion.request import MotionRequest
 
+BINDING = 1e-5
+"""Rows whose multiplier is a smaller part of the largest do not shape the motion."""
+
 APART = 6
 """Control points farther apart than so many, two knot intervals in most hulls, belong to different stretches along a
 limit."""
@@ -124,18 +127,24 @@ def _imitation_rms(
 
 def _active(problem: Problem, solutions: list[Solution]) -> tuple[Active, ...]:
     """One entry for each stretch of neighbouring rows with multipliers, at the largest of them."""
-    hull, found = problem.hull, []
+    hull, count, found = problem.hull, len(problem.hull.s), []
     for solution in solutions:
-        if not solution.rows.size:
-            continue
-        binding = solution.binding()
-        rows, multipliers = solution.rows[binding], solution.multipliers[binding]
-        stretches = np.flatnonzero(np.diff(rows) > APART) + 1
-        for begin, end in zip([0, *stretches.tolist()], [*stretches.tolist(), len(rows)], strict=True):
-            point = rows[begin + multipliers[begin:end].argmax()] % len(hull.s)
-            name = QUANTITIES[hull.quantity[point]]
-            found.append(Active(solution.joint, name, float(hull.s[point]) * problem.duration))
-    return tuple(found)
+        least = BINDING * max(solution.multipliers.tolist(), default=0.0)
+        previous, largest, peaks = -APART - 1, 0.0, []
+        for row, multiplier in zip(solution.rows.tolist(), solution.multipliers.tolist(), strict=True):
+            if multiplier <= least:
+                continue
+            if row - previous > APART:
+                peaks.append(row % count)
+                largest = multiplier
+            elif multiplier > largest:
+                peaks[-1], largest = row % count, multiplier
+            previous = row
+        found += [(solution.joint, point) for point in peaks]
+    return tuple(
+        Active(joint, QUANTITIES[hull.quantity[point]], float(hull.s[point]) * problem.duration)
+        for joint, point in found
+    )
 
 
 @cache

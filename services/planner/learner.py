@@ -4,12 +4,14 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import Any
 
 import msgspec
 
+from motion.plan import prepare
 from protocol import messages as m
 from protocol.bus import Asking
 from protocol.errors import Refusal
@@ -109,6 +111,10 @@ class Learner:
         self._thread.join(CLOSING_S)
 
     def _run(self) -> None:
+        for entry in list(self._library):
+            with suppress(Refusal):  # it was forgotten meanwhile
+                if not self._closing:
+                    prepare(self._library.get(entry.name))
         while (request := self._waiting.get()) is not None and not self._closing:
             try:
                 self._answer(request)
@@ -132,6 +138,7 @@ class Learner:
     def _learn(self, request: _Request) -> m.Learned:
         lesson, name = self._worker.learn(request.body), request.head.name
         assert name is not None
+        prepare(lesson.primitive)
         written = self._library.write(name, lesson.primitive)
         try:
             self._in_loop(lambda: self._keep(written, request.head.replace))

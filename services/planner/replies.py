@@ -29,28 +29,26 @@ SAMPLED_S = 20.0
 
 def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
     """Return what the controller is to play: polynomials, or the samples of a method that has none."""
-    plan = made.plan
     frame = _frame(made, goal, goal_id, config, stamps)
-    if not isinstance(plan, Plan):
-        return m.Trajectory(**frame, **_matrices(plan.samples()))
-    motion = plan.trajectory
-    frame["pieces"] = m.Pieces(breaks=motion.breaks.tolist(), coefficients=matrix_bytes(motion.coefficients))
-    return m.Trajectory(**frame)
+    if isinstance(made.plan, Plan):
+        return m.Trajectory(**frame, pieces=_pieces(made.plan))
+    return m.Trajectory(**frame, **_matrices(made.plan.samples()))
 
 
 def sampled_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
     """Return the motion as samples, and as polynomials where it has them; of a long one every nth sample."""
-    frame = _frame(made, goal, goal_id, config, stamps)
-    plan = made.plan
-    if not isinstance(plan, Plan):
-        return m.Trajectory(**frame, **_matrices(plan.samples()))
+    frame, plan = _frame(made, goal, goal_id, config, stamps), made.plan
     every = max(1, math.ceil(plan.total_duration / SAMPLED_S - ROUNDING))
     count = math.ceil((frame["count"] - 1) / every) + 1
     frame |= {"dt": every * config.tick, "count": count, "hit_index": round(plan.hit_index / every)}
-    if every > 1:
-        motion = plan.trajectory
-        frame["pieces"] = m.Pieces(breaks=motion.breaks.tolist(), coefficients=matrix_bytes(motion.coefficients))
+    if every > 1 and isinstance(plan, Plan):
+        frame["pieces"] = _pieces(plan)
     return m.Trajectory(**frame, **_matrices(plan.sample(np.arange(count) * every * config.tick)))
+
+
+def _pieces(plan: Plan) -> m.Pieces:
+    motion = plan.trajectory
+    return m.Pieces(breaks=motion.breaks.tolist(), coefficients=matrix_bytes(motion.coefficients))
 
 
 def _frame(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> dict[str, Any]:
@@ -70,7 +68,7 @@ def _frame(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: 
     }
 
 
-def _matrices(samples: Samples) -> dict[str, bytes]:
+def _matrices(samples: Samples) -> dict[str, Any]:
     return {name: matrix_bytes(getattr(samples, name)) for name in ("positions", "velocities", "accelerations")}
 
 

@@ -1,79 +1,134 @@
-"""Demonstrations and goals of one joint, drawn at random."""
+"""Demonstrations and goals, drawn at random: near and on their limits, with everything a request may ask for."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motion.demonstration import Demonstration
 from motion.limits import Limits
 from motion.plan import plan
-from motion.primitive import Primitive, learn
+from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest, Waypoint
+from tests.splines_of import TIMES, figure_strike, fitted
 
-TIMES = np.linspace(0, 1, 1001)
+FREE = np.full(1, np.nan)
 
 
-def make_primitive(*rngs: np.random.Generator) -> Primitive:
-    """Learn from a random strike of 1 s, a joint for each generator."""
-    return learn(Demonstration(TIMES, np.stack([_strike(rng) for rng in rngs], axis=1)))
+def make_primitive(*rngs: np.random.Generator, basis_count: int = 50) -> Primitive:
+    """A random strike of 1 s, a joint for each generator."""
+    return fitted(TIMES, np.stack([_strike(rng) for rng in rngs], axis=1), basis_count)
 
 
 def _strike(rng: np.random.Generator) -> np.ndarray:
     a, b, c = rng.uniform(-1, 1, 3)
-    strike = 2 * TIMES**2 + np.cos(4 * np.pi * TIMES) * (1 - TIMES) - 1
-    return a * strike + b * np.sin(3 * TIMES) + c * TIMES**3
+    return a * figure_strike(TIMES) + b * np.sin(3 * TIMES) + c * TIMES**3
 
 
-def random_request(rng: np.random.Generator, primitive: Primitive, tail: str = "coast") -> MotionRequest:
-    """One joint near its demonstration, with limits tighter than the motion that it would like to make; some
-    with moving starts, given accelerations, way-points with free entries, a rest fraction."""
-    free = np.full(1, np.nan)
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """What the joints of one request share, as in `MotionRequest`; `duration` is that of a whole demonstration."""
+
+    duration: float
+    rest_fraction: float = 0.0
+    phase: float = 0.0
+    place_time: float | None = None
+    follow_through: float = 0.0
+
+
+def plain_manner(rng: np.random.Generator) -> Manner:
+    """The whole demonstration in another duration, sometimes with a straight end."""
+    return Manner(rng.uniform(0.7, 1.3), float(rng.choice([0.0, 0.0, 0.05])))
+
+
+def any_manner(rng: np.random.Generator) -> Manner:
+    """With phases, places kept near the ends, straight parts before and after the hit."""
+    return Manner(
+        duration=rng.uniform(0.7, 1.3),
+        rest_fraction=float(rng.choice([0.0, 0.0, 0.05, 0.2])),
+        phase=float(rng.choice([0.0, rng.uniform(0.0, 0.9)])),
+        place_time=None if rng.random() < 0.5 else rng.uniform(0.1, 1.0),
+        follow_through=float(rng.choice([0.0, 0.0, 0.03])),
+    )
+
+
+def random_request(
+    rng: np.random.Generator, primitive: Primitive, tail: str = "coast", manner: Manner | None = None
+) -> MotionRequest:
+    """One joint near its demonstration, with limits tighter than the motion that it would like to make.
+
+    Some with moving starts, given accelerations, waypoints with free entries. Fixed values lie on their limits, near
+    them, or away.
+    """
+    manner = manner or plain_manner(rng)
+    straight = manner.rest_fraction > 0 or manner.follow_through > 0
+    left = 1 - manner.phase
+    shown = primitive.sample(np.array([manner.phase]))
 
     def accelerations() -> np.ndarray:
-        return rng.uniform(-20, 20, 1) if rng.random() < 0.3 else free
+        return rng.uniform(-20, 20, 1) if rng.random() < 0.3 else FREE
 
-    resting = rng.random() < 0.5
+    resting = manner.phase == 0 and rng.random() < 0.5
     start = Boundary(
-        primitive.start.positions + rng.uniform(-0.2, 0.2, 1),
-        np.zeros(1) if resting else primitive.start.velocities + rng.uniform(-0.3, 0.3, 1),
+        shown.positions[0] + left * rng.uniform(-0.2, 0.2, 1),
+        np.zeros(1) if resting else shown.velocities[0] + rng.uniform(-0.3, 0.3, 1),
         np.zeros(1) if resting else accelerations(),
     )
-    rest = rng.choice([0.0, 0.0, 0.05])
     goal = Boundary(
-        primitive.goal.positions + rng.uniform(-0.2, 0.2, 1),
-        primitive.goal.velocities + rng.uniform(-0.5, 0.5, 1),
-        free if rest else accelerations(),
+        primitive.goal.positions + left * rng.uniform(-0.2, 0.2, 1),
+        np.zeros(1) if rng.random() < 0.1 else primitive.goal.velocities + rng.uniform(-0.5, 0.5, 1),
+        FREE if straight else accelerations(),
     )
-    duration = rng.uniform(0.7, 1.3)
-    waypoints = []
+    request = MotionRequest(
+        start,
+        goal,
+        manner.duration * left,
+        Limits.unlimited(1),
+        rest_fraction=manner.rest_fraction,
+        follow_through=manner.follow_through,
+        place_time=manner.place_time,
+        phase=manner.phase,
+        tail="coast",
+    )
     if rng.random() < 0.3:
-        time = rng.uniform(0.3, 0.7)
-        there = primitive.demonstrated_positions(np.array([time]))[0] + rng.uniform(-0.1, 0.1, 1)
-        waypoints.append(Waypoint(time * duration, there, free if rng.random() < 0.5 else np.zeros(1)))
-    request = MotionRequest(start, goal, duration, Limits.unlimited(1), tuple(waypoints), float(rest), "coast")
+        at = rng.uniform(0.3, 0.7)
+        there = primitive.positions(np.array([manner.phase + left * at]))[0] + left * rng.uniform(-0.1, 0.1, 1)
+        waypoint = Waypoint(at * request.duration, there, FREE if rng.random() < 0.5 else np.zeros(1))
+        request = replace(request, waypoints=(waypoint,))
     wish = plan(primitive, request).report.extremes
-    fraction = rng.choice([0.95, 0.85])
-    fixed_p = [start.positions[0], goal.positions[0], *(w.positions[0] for w in waypoints)]
-    fixed_p.append(goal.positions[0] - rest * duration * goal.velocities[0])
-    fixed_a = np.nan_to_num([start.accelerations[0], goal.accelerations[0]])
+    return replace(request, limits=_tight(rng, request, wish, tail), tail=tail)
+
+
+def _tight(rng: np.random.Generator, request: MotionRequest, wish: dict[str, np.ndarray], tail: str) -> Limits:
+    """Limits at a part of what the wished motion uses, and outside of what is fixed."""
+    start, goal, fraction = request.start, request.goal, rng.choice([0.95, 0.85])
+
+    def headroom() -> float:
+        return float(rng.choice([1.02, 1.02, 1.0, 1 + 1e-6]))
 
     def largest(quantity: str, *fixed: float) -> np.ndarray:
-        return np.array([max(np.abs(wish[quantity]).max() * fraction, *(1.02 * abs(f) for f in fixed), 1e-3)])
+        room = headroom()
+        return np.array([max(np.abs(wish[quantity]).max() * fraction, *(room * abs(f) for f in fixed), 1e-3)])
 
+    velocities = largest("velocity", start.velocities[0], goal.velocities[0])
+    accelerations = largest("acceleration", *np.nan_to_num([start.accelerations[0], goal.accelerations[0]]))
+    jerks = largest("jerk")
+    end = goal.positions[0] - request.rest_fraction * request.duration * goal.velocities[0]
+    fixed = [start.positions[0], goal.positions[0], end, *(w.positions[0] for w in request.waypoints)]
+    if tail == "stop":
+        fixed.append(_stops_at(request, accelerations[0], jerks[0]))
     centre = sum(wish["position"][0]) / 2
-    reach = [centre + fraction * (x - centre) for x in wish["position"][0]]
-    on_limit = rng.random() < 0.2  # the outermost fixed value lies exactly on its limit
-    slack = 0.0 if on_limit else 2e-2
-    positions = [min(*fixed_p, reach[0]) - slack, max(*fixed_p, reach[1]) + slack]
-    limits = Limits(
-        np.array([positions]),
-        largest("velocity", start.velocities[0], goal.velocities[0]) * (1 if rng.random() < 0.8 else 0.99),
-        largest("acceleration", *fixed_a),
-        largest("jerk"),
-    )
-    if on_limit and abs(goal.velocities[0]) * 1.02 >= limits.velocities[0]:
-        limits = replace(limits, velocities=np.maximum(abs(goal.velocities), abs(start.velocities)))
-    return replace(request, limits=limits, tail=tail)
+    low, high = (centre + fraction * (x - centre) for x in wish["position"][0])
+    slack = rng.choice([2e-2, 2e-2, 1e-4, 1e-9, 0.0])
+    return Limits(np.array([[min(*fixed, low) - slack, max(*fixed, high) + slack]]), velocities, accelerations, jerks)
+
+
+def _stops_at(request: MotionRequest, most: float, jerk: float) -> float:
+    """About where the arm rests after the hit, with room for a final acceleration of half its limit."""
+    v, a = abs(request.goal.velocities[0]), most / 2
+    v, travel = v + a * a / (2 * jerk), a / jerk * (v + a * a / (3 * jerk))
+    peak = min(np.sqrt(jerk * v), most)
+    travel += v * (v / peak + peak / jerk) / 2
+    sign = np.sign(request.goal.velocities[0])
+    return float(request.goal.positions[0] + sign * (travel + request.follow_through * abs(request.goal.velocities[0])))
 
 
 def in_other_time(request: MotionRequest, factor: float) -> MotionRequest:
@@ -88,6 +143,7 @@ def in_other_time(request: MotionRequest, factor: float) -> MotionRequest:
         start=ends[0],
         goal=ends[1],
         duration=request.duration * factor,
+        follow_through=request.follow_through * factor,
         limits=Limits(
             limits.positions, limits.velocities / factor, limits.accelerations / factor**2, limits.jerks / factor**3
         ),
@@ -99,7 +155,7 @@ def in_other_time(request: MotionRequest, factor: float) -> MotionRequest:
 
 
 def together(requests: list[MotionRequest]) -> MotionRequest:
-    """One request of several joints from requests of one joint that last alike; each keeps its own way-points."""
+    """One request of several joints from requests of one joint of the same manner; each keeps its own waypoints."""
     count = len(requests)
 
     def stacked(ends: list[Boundary]) -> Boundary:
@@ -114,10 +170,10 @@ def together(requests: list[MotionRequest]) -> MotionRequest:
         np.concatenate([limits.positions for limits in every]),
         *(np.concatenate([getattr(limits, n) for limits in every]) for n in ("velocities", "accelerations", "jerks")),
     )
-    waypoints = [
+    waypoints = tuple(
         Waypoint(w.time_from_start, alone(joint, w.positions), alone(joint, w.velocities))
         for joint, request in enumerate(requests)
         for w in request.waypoints
-    ]
-    ends = stacked([request.start for request in requests]), stacked([request.goal for request in requests])
-    return MotionRequest(*ends, requests[0].duration, limits, tuple(waypoints), tail=requests[0].tail)
+    )
+    ends = [stacked([getattr(request, name) for request in requests]) for name in ("start", "goal")]
+    return replace(requests[0], start=ends[0], goal=ends[1], limits=limits, waypoints=waypoints)

@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
+import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motion.braking import first_stop, stop, stop_extremes
 from motion.errors import CannotStop
 from motion.limits import Limits
+from motion.program.terminal_set import TRIED, final_accelerations
 from motion.request import Boundary, MotionRequest
 from motion.trajectory import Samples
-from motion.stopping import TRIED, final_accelerations
-from motion.braking import ARRIVED, first_stop, stop, stop_extremes
 
 velocity = st.one_of(st.just(0.0), st.floats(-15, 15))
 part = st.floats(-1, 1)
@@ -37,13 +38,27 @@ def test_closed_form_agrees_with_the_sampled_stop(v: float, part: float, a: floa
     assert abs(sampled.positions.max() - p_max[0]) < slack_p
     assert abs(min(sampled.velocities.min(), 0) - min(v_min[0], 0)) < slack_v
     assert abs(max(sampled.velocities.max(), 0) - max(v_max[0], 0)) < slack_v
-    # And those of the pieces that Ruckig planned.
-    [extremes] = planned.extremes()
-    assert extremes[0] == pytest.approx([p_min[0], p_max[0]], rel=1e-9, abs=1e-9)
-    assert extremes[1] == pytest.approx([min(v_min[0], v, 0), max(v_max[0], v, 0)], rel=1e-9, abs=1e-9)
-    near = j * (step + ARRIVED) + 1e-9
-    assert extremes[2] == pytest.approx([sampled.accelerations.min(), sampled.accelerations.max()], abs=near)
-    assert set(np.abs(extremes[3]).round(6)) <= {0.0, round(j, 6)}
+
+
+@settings(max_examples=200, deadline=None)
+@given(velocity, part, limit, jerk)
+def test_a_stop_is_the_one_that_ruckig_plans(v: float, part: float, a: float, j: float) -> None:
+    """As short, and the same way."""
+    planned = stop(np.array([0.3]), np.array([v]), np.array([part * a]), one_joint(a, j))
+    wanted = ruckig.InputParameter(1)
+    wanted.control_interface = ruckig.ControlInterface.Velocity
+    wanted.current_position, wanted.current_velocity, wanted.current_acceleration = [0.3], [v], [part * a]
+    wanted.target_velocity, wanted.target_acceleration = [0.0], [0.0]
+    wanted.max_acceleration, wanted.max_jerk = [a], [j]
+    theirs = ruckig.Trajectory(1)
+    assert ruckig.Ruckig(1).calculate(wanted, theirs) in (ruckig.Result.Working, ruckig.Result.Finished)
+    assert planned.duration == pytest.approx(theirs.duration, rel=1e-6, abs=1e-8)
+    times = np.linspace(0, theirs.duration, 50)
+    found = planned.sample(times)
+    states = np.array([theirs.at_time(t) for t in times])[:, :, 0]
+    assert found.positions[:, 0] == pytest.approx(states[:, 0], rel=1e-6, abs=1e-6)
+    assert found.velocities[:, 0] == pytest.approx(states[:, 1], rel=1e-6, abs=1e-6 * (1 + abs(v)))
+    assert found.accelerations[:, 0] == pytest.approx(states[:, 2], abs=1e-6 * j + 1e-6 * a)
 
 
 @settings(max_examples=100, deadline=None)

@@ -28,3 +28,29 @@ def test_bad_limits_are_refused_by_name(name: str, bad: list[float]) -> None:
         name = "positions"  # the other fields' lengths follow from this one
     with pytest.raises(InvalidMotion, match=rf"limits\.{name}"):
         Limits(**{"positions": [[-1.0, 1.0]], **good, name if name != "positions" else "velocities": bad})  # type: ignore[arg-type]
+
+
+def test_contains_is_exact() -> None:
+    limits = Limits(np.array([[-1.0, 2.0], [-5.0, 5.0]]), np.array([3.0, 4.0]), np.full(2, np.inf), np.full(2, np.inf))
+    assert limits.contains(np.array([2.0, -5.0]), np.array([-3.0, 4.0]))
+    for p, v in (([2.0 + 1e-15 * 2, 0], [0, 0]), ([0, 0], [0, -4.1]), ([-1.1, 0], [0, 0]), ([np.nan, 0], [0, 0])):
+        assert not limits.contains(np.array(p), np.array(v))
+
+
+def test_clipped_moves_what_is_beyond_by_rounding() -> None:
+    """A millionth of the range, of every quantity; nothing where there is no limit."""
+    limits = Limits(np.array([[-1.0, 3.0]] * 5), np.full(5, 2.0), np.full(5, np.inf), np.full(5, 50.0))
+    values = np.array([3.0 + 3.9e-6, 3.0 + 4.1e-6, -1.0 - 3.9e-6, 0.3, np.nan])
+    expected = [3.0, 3.0 + 4.1e-6, -1.0, 0.3, np.nan]
+    assert np.array_equal(limits.clipped(0, values), expected, equal_nan=True)
+    speeds = np.array([2.0 + 3.9e-6, -2.0 - 3.9e-6, 2.1, 0.0, np.nan])
+    assert np.array_equal(limits.clipped(1, speeds), [2.0, -2.0, 2.1, 0.0, np.nan], equal_nan=True)
+    assert np.array_equal(limits.clipped(2, values), values, equal_nan=True)
+
+
+def test_ranges_are_read_only_and_unlimited_is_infinite() -> None:
+    free = Limits.unlimited(3)
+    assert free.joint_count == 3
+    assert np.isinf(free.ranges).all()
+    with pytest.raises(ValueError, match="read-only"):
+        free.ranges[0, 0, 0] = 1.0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, SolverFailed
+from motion.limits import Limits
 from motion.request import MotionRequest, Waypoint
 
 Ask = Callable[..., MotionRequest]
@@ -26,6 +27,17 @@ def waypoint(time: float, position: float = 0.0, velocity: float = np.nan) -> Wa
         ({"rest_fraction": np.nan}, "rest_fraction"),
         ({"rest_fraction": 0.1, "goal": (1.0, 3.0, 5.0)}, "goal.accelerations"),
         ({"tail": "halt"}, "tail"),
+        ({"follow_through": -0.01}, "follow_through"),
+        ({"follow_through": np.nan}, "follow_through"),
+        ({"follow_through": np.inf}, "follow_through"),
+        ({"follow_through": 0.1, "goal": (1.0, 3.0, 5.0)}, "goal.accelerations"),
+        ({"place_time": 0.0}, "place_time"),
+        ({"place_time": 0.049}, "place_time"),
+        ({"place_time": np.nan}, "place_time"),
+        ({"place_time": np.inf}, "place_time"),
+        ({"phase": -0.1}, "phase"),
+        ({"phase": 1.0}, "phase"),
+        ({"phase": np.nan}, "phase"),
         ({"waypoints": (waypoint(0.005),)}, "waypoints[0].time_from_start"),
         ({"waypoints": (waypoint(0.995),)}, "waypoints[0].time_from_start"),
         ({"waypoints": (waypoint(0.5), waypoint(0.505))}, "waypoints[0].time_from_start"),
@@ -50,9 +62,34 @@ def test_final_acceleration_is_free_only_where_the_arm_moves_on(ask: Ask) -> Non
     assert ask(goal=(1.0, 3.0), rest_fraction=0.1).final_accelerations[0] == 0
 
 
-@pytest.mark.parametrize(("fraction", "moving"), [(0.0, 1.0), (0.1, 0.9), (0.0995, 0.9), (0.3, 0.7), (0.99, 0.01)])
-def test_rest_fraction_is_rounded_up_to_the_grid(ask: Ask, fraction: float, moving: float) -> None:
-    assert ask(rest_fraction=fraction).moving_fraction == moving
+def test_final_acceleration_is_zero_before_a_straight_part(ask: Ask) -> None:
+    assert ask(goal=(1.0, 3.0), follow_through=0.1).final_accelerations[0] == 0
+    assert ask(goal=(1.0, 3.0, 0.0), follow_through=0.1, rest_fraction=0.1).final_accelerations[0] == 0
+
+
+def test_times_of_the_parts(ask: Ask) -> None:
+    request = ask(duration=2.0, rest_fraction=0.25, follow_through=0.1, phase=0.5)
+    assert request.moving_duration == 1.5
+    assert request.straight_duration == pytest.approx(0.6)
+    assert request.imitates == pytest.approx((0.5, 0.875))
+
+
+def test_values_beyond_a_limit_by_rounding_are_moved_onto_it(ask: Ask) -> None:
+    """As of float32; what lies farther beyond stays, to be refused."""
+    limits = Limits(np.array([[-1.0, 1.0]]), np.array([3.0]), np.array([np.inf]), np.array([np.inf]))
+    beyond = ask(goal=(1.0 + 1.9e-6, -3.0 - 5.9e-6), limits=limits, waypoints=(waypoint(0.5, -1.0 - 1e-7, np.nan),))
+    clipped = beyond.clipped()
+    assert (clipped.goal.positions[0], clipped.goal.velocities[0]) == (1.0, -3.0)
+    assert clipped.waypoints[0].positions[0] == -1.0
+    assert np.isnan(clipped.waypoints[0].velocities[0])
+    assert clipped.waypoints[0].time_from_start == 0.5
+    farther = ask(goal=(1.0 + 2.1e-6, -3.0 - 6.1e-6), limits=limits)
+    assert np.array_equal(farther.clipped().goal.positions, farther.goal.positions)
+    assert np.array_equal(farther.clipped().goal.velocities, farther.goal.velocities)
+    inside = ask(goal=(1.0, -3.0), limits=limits)
+    assert inside.clipped() is inside
+    far = np.float32(0.1 + 1e-9)
+    assert ask(goal=(float(far), 0.0), limits=Limits.unlimited(1)).clipped().goal.positions[0] == far
 
 
 @pytest.mark.parametrize(

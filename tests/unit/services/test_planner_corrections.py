@@ -1,42 +1,84 @@
-"""What the planner remembers of motions that it had played."""
+"""Which motion a goal corrects, and where in the demonstration it goes on."""
 
 import pytest
 
 from protocol import messages as m
 from protocol.errors import Refusal
-from services.planner.corrections import KEPT, Corrections
+from services.planner.corrections import KEPT, Correction, Corrections
+
+ZEROS = [0.0] * 2
 
 
-def swing(**fields: object) -> m.Goal:
-    """A goal of the forehand."""
-    return m.Goal(primitive="forehand", **fields)  # type: ignore[arg-type]
+def goal(goal_id: str, revises: str | None = None, primitive: str = "forehand") -> m.Goal:
+    return m.Goal(primitive=primitive, goal_id=goal_id, revises=revises)
 
 
 def reference(time: float, goal_id: str | None) -> m.Reference:
-    """A point of a motion."""
-    return m.Reference(time=time, epoch=1, positions=[0.0], velocities=[0.0], accelerations=[0.0], goal_id=goal_id)
+    return m.Reference(time=time, epoch=1, positions=ZEROS, velocities=ZEROS, accelerations=ZEROS, goal_id=goal_id)
 
 
-def test_the_first_of_a_long_chain_stays_known():
+@pytest.fixture
+def corrections() -> Corrections:
+    """One motion from 10 s that hits at 12 s, and another after it."""
+    kept = Corrections()
+    kept.note(goal("first"), "first", 10.0, 2.0, 0.0)
+    return kept
+
+
+def test_a_goal_that_corrects_nothing(corrections: Corrections):
+    assert corrections.correction(goal("new"), reference(10.5, "first")) is None
+
+
+def test_the_phase_runs_evenly_to_the_hit(corrections: Corrections):
+    """Of the demonstration, from where the motion itself began; so does that of a correction."""
+    assert corrections.correction(goal("a", "first"), reference(10.5, "first")) == Correction(0.25, 12.0)
+    corrections.note(goal("a", "first"), "a", 10.5, 1.0, 0.25)
+    assert corrections.correction(goal("b", "first"), reference(11.0, "a")) == Correction(0.625, 11.5)
+
+
+def test_any_goal_of_the_chain_names_it(corrections: Corrections):
+    corrections.note(goal("a", "first"), "a", 10.5, 1.5, 0.25)
+    corrections.note(goal("b", "a"), "b", 11.0, 1.0, 0.5)
+    for revised in ("first", "a", "b"):
+        assert corrections.correction(goal("c", revised), reference(11.5, "b")) == Correction(0.75, 12.0)
+
+
+def test_a_correction_before_one_that_was_accepted_continues_what_is_played(corrections: Corrections):
+    """The reference says whose motion it is a point of."""
+    corrections.note(goal("a", "first"), "a", 11.0, 1.0, 0.5)
+    assert corrections.correction(goal("b", "a"), reference(10.5, "first")) == Correction(0.25, 12.0)
+
+
+@pytest.mark.parametrize(
+    ("asked", "at", "code"),
+    [
+        (goal("x", "nobody"), reference(10.5, "first"), "unknown_goal"),
+        (goal("x", "first", "backhand"), reference(10.5, "first"), "invalid_goal"),
+        (goal("x", "first"), reference(12.0, "first"), "late"),
+        (goal("x", "first"), reference(13.0, None), "late"),
+        (goal("x", "first"), reference(11.0, None), "superseded"),
+        (goal("x", "first"), reference(11.0, "other"), "superseded"),
+        (goal("x", "first"), reference(11.0, "unknown"), "superseded"),
+    ],
+)
+def test_what_cannot_be_corrected(corrections: Corrections, asked: m.Goal, at: m.Reference, code: str):
+    corrections.note(goal("other"), "other", 11.0, 1.0, 0.0)
+    with pytest.raises(Refusal) as refusal:
+        corrections.correction(asked, at)
+    assert refusal.value.code == code
+
+
+def test_the_oldest_are_forgotten(corrections: Corrections):
+    for index in range(KEPT):
+        corrections.note(goal(f"g{index}"), f"g{index}", 20.0, 1.0, 0.0)
+    with pytest.raises(Refusal, match="first"):
+        corrections.correction(goal("x", "first"), reference(10.5, "first"))
+    assert corrections.correction(goal("x", "g0"), reference(20.5, "g0")) == Correction(0.5, 21.0)
+
+
+def test_the_first_of_a_long_chain_stays_known(corrections: Corrections):
     """While corrections name it, however many there are."""
-    corrections = Corrections()
-    corrections.note(swing(), "first", 0.0, 100.0, 0.0)
-    for k in range(2 * KEPT):
-        corrections.note(swing(revises="first"), f"correction {k}", 0.01 * k, 100.0 - 0.01 * k, 1e-4 * k)
-    last = f"correction {2 * KEPT - 1}"
-    found = corrections.correction(swing(revises="first"), reference(50.0, last))
-    assert found is not None
-    assert found.hit_time == pytest.approx(100.0)
-
-
-def test_a_motion_that_nothing_named_is_forgotten_at_last():
-    """After as many others."""
-    corrections = Corrections()
-    for k in range(KEPT + 1):
-        corrections.note(swing(), f"goal {k}", 1.0 * k, 1.0, 0.0)
-    with pytest.raises(Refusal) as caught:
-        corrections.correction(swing(revises="goal 0"), reference(0.5, "goal 0"))
-    assert caught.value.code == "unknown_goal"
-    found = corrections.correction(swing(revises="goal 1"), reference(1.5, "goal 1"))
-    assert found is not None
-    assert (found.phase, found.hit_time) == (0.5, 2.0)
+    for index in range(2 * KEPT):
+        corrections.note(goal(f"g{index}", "first"), f"g{index}", 10.0, 2.0, 0.0)
+    last = f"g{2 * KEPT - 1}"
+    assert corrections.correction(goal("x", "first"), reference(10.5, last)) == Correction(0.25, 12.0)

@@ -1,0 +1,105 @@
+"""B-splines against scipy's, and against what they are defined by."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+
+from motion import splines
+
+CASES = [(5, 3), (20, 3), (50, 5), (52, 5), (51, 4), (49, 2), (400, 3)]
+S = np.linspace(0, 1, 4001)
+
+
+def scipys(points: np.ndarray, degree: int) -> BSpline:
+    """The curve of control points (n,) or (n, J) on clamped uniform knots, made here."""
+    inner = np.linspace(0, 1, len(points) - degree + 1)
+    return BSpline(np.r_[np.zeros(degree), inner, np.ones(degree)], points, degree)
+
+
+def drawn(count: int, joints: int | None = None) -> np.ndarray:
+    return np.random.default_rng(count).normal(size=count if joints is None else (count, joints))
+
+
+@pytest.mark.parametrize(("count", "degree"), CASES)
+def test_rows_are_the_functions(count: int, degree: int) -> None:
+    rows, points = splines.rows(count, degree, S), drawn(count)
+    assert rows.shape == (len(S), count)
+    assert np.abs(rows @ points - scipys(points, degree)(S)).max() < 1e-12
+    assert np.abs(rows.sum(axis=1) - 1).max() < 1e-13
+    assert (rows >= 0).all()
+
+
+@pytest.mark.parametrize(("count", "degree"), CASES)
+def test_integration_and_differentiation(count: int, degree: int) -> None:
+    points = drawn(count)
+    curve = scipys(points, degree)
+    integral = splines.integration(count, degree) @ points
+    assert np.abs(scipys(integral, degree + 1)(S) - curve.antiderivative()(S)).max() < 1e-13
+    slope = splines.differentiation(count, degree) @ points
+    exact = curve.derivative()(S[1:-1])
+    assert np.abs(scipys(slope, degree - 1)(S[1:-1]) - exact).max() < 1e-11 * np.abs(exact).max()
+    back = splines.differentiation(count + 1, degree + 1) @ integral
+    assert back == pytest.approx(points, abs=1e-10)
+
+
+@pytest.mark.parametrize(("count", "degree"), CASES)
+def test_greville_abscissae_are_the_control_points_of_a_line(count: int, degree: int) -> None:
+    abscissae = splines.greville(count, degree)
+    assert np.abs(splines.rows(count, degree, S) @ abscissae - S).max() < 1e-13
+    assert (np.diff(abscissae) > 0).all()
+
+
+@pytest.mark.parametrize(("count", "degree"), CASES[:6])
+@pytest.mark.parametrize("refinement", [1, 2, 3, 16])
+def test_insertion_is_exact(count: int, degree: int, refinement: int) -> None:
+    """The curve stays the same on the finer knots, and its control points come nearer to it."""
+    inner = np.linspace(0, 1, (count - degree) * refinement + 1)
+    inner[::refinement] = splines.knots(count, degree)[degree:-degree]
+    finer = np.concatenate([np.zeros(degree), inner, np.ones(degree)])
+    sources, shares = splines.insertion(count, degree, finer)
+    points = drawn(count)
+    refined = (points[sources] * shares).sum(axis=1)
+    curve = scipys(points, degree)
+    assert np.abs(BSpline(finer, refined, degree)(S) - curve(S)).max() < 1e-12 * np.abs(points).max()
+    assert (shares > -1e-13).all()
+    assert shares.sum(axis=1) == pytest.approx(1, abs=1e-13)
+    assert refined.max() <= points.max() + 1e-12
+    if refinement == 16:
+        assert np.abs(refined - curve(splines.averages(finer, degree))).max() < 0.1 * np.ptp(points)
+
+
+@pytest.mark.parametrize("degree", [2, 3, 4, 5])
+@pytest.mark.parametrize("s", [0.01, 0.31, 0.5, 0.99])
+def test_repeated_knots_make_the_curve_a_control_point(degree: int, s: float) -> None:
+    """As a waypoint on its limit needs it."""
+    points = drawn(20)
+    curve = scipys(points, degree)
+    finer = np.sort(np.concatenate([curve.t, np.full(degree, s)]))
+    sources, shares = splines.insertion(20, degree, finer)
+    refined = (points[sources] * shares).sum(axis=1)
+    assert refined == pytest.approx(curve.insert_knot(s, degree).c[: len(refined)], abs=1e-11)
+    assert np.abs(refined - curve(s)).min() < 1e-12
+
+
+@pytest.mark.parametrize("count", [7, 22, 52, 402])
+def test_pieces_are_scipys_polynomials(count: int) -> None:
+    points = drawn(count, 3)
+    pieces = splines.pieces(points.T)
+    assert pieces.shape == (count - 5, 3, 6)
+    begins, width = np.linspace(0, 1, count - 4)[:-1], 1 / (count - 5)
+    curve = scipys(points, 5)
+    inside = np.linspace(0, width, 7)
+    for order in range(4):
+        powers = np.polynomial.polynomial.polyvander(inside, 5 - order)
+        factors = np.array([np.prod(np.arange(k + 1, k + order + 1.0)) for k in range(6 - order)])
+        values = np.einsum("xk,mjk->mxj", powers, pieces[:, :, order:] * factors)
+        exact = np.array([curve(begin + inside, order) for begin in begins])
+        # At the last of these instants scipy is in the next piece already, where only the fifth derivative jumps.
+        assert np.abs(values - exact).max() < 1e-11 * np.abs(exact).max(), order
+
+
+def test_what_is_shared_cannot_be_changed() -> None:
+    shared = splines.knots(20, 3), splines.integration(20, 3), splines.differentiation(20, 3), splines.greville(20, 3)
+    for array in shared:
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
