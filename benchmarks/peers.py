@@ -35,7 +35,7 @@ class FullProblem:
         basis, s = make_basis(basis_count), np.linspace(0, 1, 1001)
         fine = np.linspace(0, 1, 4001)
         shown = primitive.duration**2 * primitive.sample(fine).accelerations
-        theta = simpson(basis.rows(fine, 0) * shown, x=fine, axis=0)
+        theta = np.asarray(simpson(basis.rows(fine, 0) * shown, x=fine, axis=0))
         self.rows = np.concatenate([basis.rows(s, order) for order in (-2, -1, 0, 1)])
         self.equalities = np.array([self.rows[1000], self.rows[2001], self.rows[2002]])
         self.hessian, self.linear = 2 * basis.gram(), -2 * theta
