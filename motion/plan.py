@@ -23,10 +23,10 @@ from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 
 __all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan", "plan_fastest", "prepare"]
 
-EFFORT = 15_000.0
+EFFORT = 18_000.0
 """Of a plan of up to six joints, more in proportion; see `motion.program.effort`."""
 
-USUAL_SHARE = 0.4
+USUAL_SHARE = 0.6
 """Part of the effort that the usual precision may take; what is left is for the finest and for another duration."""
 
 
@@ -85,14 +85,15 @@ def plan(
     except (InfeasibleRows, SolverFailed) as failure:
         failed = failure
     effort.give_back(usual)
-    finest = effort.share(effort.left / 4)
-    try:
-        return _planned(primitive, request, fixed, tick, None, finest, FINEST)
-    except InfeasibleRows as failure:
-        failed = failure
-    except SolverFailed:
-        pass
-    effort.give_back(finest)
+    if not isinstance(failed, OutOfTime):
+        finest = effort.share(effort.left / 4)
+        try:
+            return _planned(primitive, request, fixed, tick, None, finest, FINEST)
+        except InfeasibleRows as failure:
+            failed = failure
+        except SolverFailed:
+            pass
+        effort.give_back(finest)
     raise _refusal(primitive, request, tick, failed, effort, remedy) from None
 
 
@@ -201,10 +202,10 @@ def _refusal(
         first_failing = _first_failing(primitive, final_accelerations(request), effort)
         low = math.ceil(request.duration / tick - 1e-9)
         found = min_duration(request, first_failing, low, math.ceil(low * FACTOR), tick)
+    if isinstance(failed, OutOfTime):
+        return OutOfTime(failed.joint, found.duration if found else None)
     if isinstance(failed, SolverFailed):
-        if found is None:
-            return failed
-        failed = InfeasibleRows(failed.joint, QUANTITIES.index("jerk"), 1.0)
+        return failed
     return Infeasible(
         failed.joint,
         QUANTITIES[failed.quantity],

@@ -9,7 +9,7 @@ from motion.program.constraint_generation import InfeasibleRows, Solution, solve
 from motion.program.effort import Effort
 from motion.program.problem import Problem
 
-PROBE = 800.0
+PROBE = 3_000.0
 """The effort after which a joint counts as one that does not work in the duration that is tried."""
 
 EQUALITY_TOLERANCE = 1e-10

@@ -120,7 +120,7 @@ def drawn(seed: int) -> tuple[Primitive, MotionRequest]:
     return primitive, in_other_time(request, rng.uniform(0.3, 3.0))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(seeds)
 def test_without_limits_the_trajectory_is_the_one_built_afresh(seed: int) -> None:
     primitive, request = drawn(seed)
@@ -133,7 +133,7 @@ def test_without_limits_the_trajectory_is_the_one_built_afresh(seed: int) -> Non
     assert np.abs(found - expected).max() < 1e-7 * np.ptp(expected)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(seeds)
 def test_with_limits_the_optimum_is_the_one_built_afresh(seed: int) -> None:
     """Its cost, that is: both keep the limits to their solvers' tolerances."""
