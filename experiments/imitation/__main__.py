@@ -73,7 +73,7 @@ MAKERS: dict[TableName, Callable[[], Made | None]] = {
 
 
 def main(
-    tables: Positional[tuple[Annotated[TableName, tyro.conf.arg(metavar="TABLE")], ...]] = get_args(TableName),
+    tables: Positional[tuple[Annotated[TableName, tyro.conf.arg(metavar="TABLE")], ...]] = (),
 ) -> None:
     """Make the tables, by default all of them; the others keep their rows, as do those whose recordings are absent.
 
@@ -81,7 +81,7 @@ def main(
         tables: Which.
     """
     console, rows = Console(), results.read()
-    for name in tables:
+    for name in tables or get_args(TableName):
         made = MAKERS[name]()
         if made is None:
             console.print(f"{name}: skipped, the recordings are absent; the page keeps what it has of them")

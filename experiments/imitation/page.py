@@ -5,8 +5,8 @@ from itertools import groupby
 from pathlib import Path
 
 from experiments.imitation.conditions import Adapted, Limited
-from experiments.imitation.own import Own
-from experiments.imitation.results import Results
+from experiments.imitation.own import SEEDS, Own
+from experiments.imitation.results import KINDS, Results
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "imitation.md"
 
@@ -29,22 +29,31 @@ def quote(page: str, results: Results) -> str:
 
 def facts(results: Results) -> dict[str, str]:
     """Numbers that sentences quote, by name."""
-    known = {}
-    for name, rows in results.items():
-        if rows and isinstance(rows[0], Own):
-            missed = [row for row in rows if not row.kept]
-            known[f"{name}.count"], known[f"{name}.missed"] = str(len(rows)), str(len(missed))
-            known[f"{name}.kept"] = str(len(rows) - len(missed))
-            known[f"{name}.largest"] = _milli(max(row.deviation for row in rows))
-            known[f"{name}.percent"] = _digits(max(_percent(row) for row in rows))
-            known[f"{name}.of_bound"] = _digits(100 * max(row.deviation / row.bound for row in rows))
+    known = {"seeds": str(SEEDS)}
+    for name, kind in KINDS.items():
+        if kind is Own:
+            known |= {f"{name}.{fact}": value for fact, value in _summary(results[name]).items()}
     for row in results["limited"]:
-        known[f"limited.{row.ratio}.{row.places}"] = _digits(row.deviation)
+        known[f"limited.{row.ratio:g}.{row.places}"] = _milli(row.deviation)
     for row in results["adapted"]:
         slug = f"adapted.{row.name.split(',')[0].replace(' ', '_')}.{row.place_time}"
         known[f"{slug}.middle"], known[f"{slug}.largest"] = _digits(row.middle), _digits(row.largest)
         known[f"{slug}.peak"] = _digits(row.peak)
     return known
+
+
+def _summary(rows: list[Own]) -> dict[str, str]:
+    if not rows:
+        return dict.fromkeys(("count", "kept", "missed", "largest", "of_bound", "acceleration"), "–")
+    kept = sum(row.kept for row in rows)
+    return {
+        "count": str(len(rows)),
+        "kept": str(kept),
+        "missed": str(len(rows) - kept),
+        "largest": _milli(max(row.deviation for row in rows)),
+        "of_bound": _digits(100 * max(row.deviation / row.bound for row in rows)),
+        "acceleration": _digits(100 * max(row.acceleration_error / row.signal for row in rows)),
+    }
 
 
 def _table(name: str, rows: list) -> list[str]:
@@ -84,7 +93,7 @@ def _accelerations(row: Own) -> str:
 def _limited(rows: list[Limited]) -> list[str]:
     cells = []
     for ratio, group in groupby(rows, lambda row: row.ratio):
-        pairs = [f"{_digits(row.deviation)} ({_digits(row.acceleration_error)})" for row in group]
+        pairs = [f"{_milli(row.deviation)} ({_digits(row.acceleration_error)})" for row in group]
         cells.append([f"{ratio:g}", *pairs])
     return _markdown("limit ÷ peak | without a place term | as planned | `place_time` 0.25 s", cells)
 

