@@ -1,6 +1,7 @@
 """Pictures of demonstrations and of what is played."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,8 +15,8 @@ from experiments.imitation.recorded import PAPER, Recorded
 from motion.primitive import learn
 from motion.trajectory import Samples
 
-SHOWN = {"color": style.COLOURS["demonstration"], "linewidth": 3.5, "alpha": 0.55, "label": "demonstration"}
-PLAYED = {"color": "#111111", "linewidth": 1.0}
+SHOWN: dict[str, Any] = {"color": style.COLOURS["demonstration"], "linewidth": 3.5, "alpha": 0.55, "label": "demonstration"}
+PLAYED: dict[str, Any] = {"color": "#111111", "linewidth": 1.0}
 VARIANTS = "#c8501e", "#1f5fa8", "#3fa7a0"
 RECORDER = Recorder(500, tick=TWELVE_BITS)
 RATIO = 0.8
