@@ -12,6 +12,9 @@ from motion.plan import Plan, plan
 from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
 
+OF_JOINTS = "control_points", "position_rms", "position_max", "fit_rms", "noise_estimate"
+"""What a primitive holds for each joint."""
+
 FOREHAND = Path(__file__).parents[1] / "deploy" / "demonstrations" / "forehand.csv"
 
 
@@ -30,24 +33,14 @@ def forehand(basis_count: int = 50, joints: int = 6) -> Primitive:
     return learn(Demonstration(data[:, 0], data[:, columns]), basis_count=basis_count)
 
 
+def joints_of(primitive: Primitive, joints: slice) -> Primitive:
+    """Some joints of a primitive, as a primitive."""
+    return replace(primitive, **{name: getattr(primitive, name)[joints] for name in OF_JOINTS})
+
+
 def joint_of(primitive: Primitive, joint: int) -> Primitive:
     """One joint of a primitive, as a primitive."""
-
-    def only(boundary: Boundary) -> Boundary:
-        return Boundary(
-            *(x[joint : joint + 1] for x in (boundary.positions, boundary.velocities, boundary.accelerations))
-        )
-
-    return replace(
-        primitive,
-        theta=primitive.theta[joint : joint + 1],
-        positions=primitive.positions[:, joint : joint + 1],
-        accelerations=primitive.accelerations[:, joint : joint + 1],
-        start=only(primitive.start),
-        goal=only(primitive.goal),
-        fit_rms=primitive.fit_rms[joint : joint + 1],
-        noise_estimate=primitive.noise_estimate[joint : joint + 1],
-    )
+    return joints_of(primitive, slice(joint, joint + 1))
 
 
 def draw(primitive: Primitive, count: int, seed: int) -> list[Case]:
@@ -98,7 +91,7 @@ def _tight(wished: Plan, fraction: float) -> Limits:
     reach = centre[:, None] + fraction * (extremes["position"] - centre[:, None])
     velocities = np.maximum(largest["velocity"], 1.02 * np.abs(request.goal.velocities)) + 1e-2
     accelerations, jerks = largest["acceleration"], largest["jerk"]
-    # The stop from the goal with the acceleration at its limit travels this far (design 1.9).
+    # The stop from the goal with the acceleration at its limit travels this far.
     stop = np.abs(request.goal.velocities) ** 2 / (2 * accelerations) + accelerations**3 / (24 * jerks**2)
     stop += np.abs(request.goal.velocities) * accelerations / jerks
     after = request.goal.positions + 1.1 * np.sign(request.goal.velocities) * stop

@@ -1,7 +1,8 @@
 """`python -m benchmarks.latency`: from a client's goal to the arm's first command of the new motion, in real time.
 
 All services run as they do in use. Plan-only goals show planning and the bus; the same goals played show what a client
-waits for; a stream of goals for one hit at 50 per second shows replanning.
+waits for; a stream of goals for one hit at 50 per second shows replanning; corrections at 100 and 250 per second show
+what a swing bears whose target moves until shortly before the hit.
 """
 
 import signal
@@ -30,9 +31,16 @@ from services.options import Options, free_endpoint
 from services.supervisor import Supervisor, command_lines
 
 RATE_HZ = 50
+CORRECTIONS_HZ = 100, 250
 HIT_AFTER_S = 1.4
 STREAM_S = 0.7
 SETTLED_S = 1.0
+SWING_S, LAST_S = 1.2, 0.08
+"""A corrected swing, and how long before its hit the last correction is asked for."""
+
+WANDER = 0.04
+"""How far from the target, rad, the first estimate of it may be; the error shrinks with the square of the time left."""
+
 FIRST = 10
 """Goals after a start for which the planner takes a lead of its own, not knowing yet how long it takes."""
 
@@ -68,6 +76,7 @@ class Client:
     def __init__(self, bus: Bus) -> None:
         self.bus = bus
         self.reply: list[float] = []
+        self.first: list[float] = []
         self.asked: dict[str, int] = {}
         self.refused: dict[str, int] = {}
 
@@ -83,17 +92,21 @@ class Client:
         self.asked[answer.goal_id] = began_ns
         return answer
 
-    def latencies(self) -> Latencies:
-        """With the controller's stamps of the first commands of all goals that got that far."""
-        first = []
+    def collect(self) -> None:
+        """Note the controller's stamps of the first commands of all goals that got that far."""
         for goal_id, asked in self.asked.items():
             try:
                 stamp = self.bus.ask(topics.RESULT, m.ResultRequest(goal_id=goal_id)).stamps.first_command
             except Refusal:
                 continue
             if stamp is not None:
-                first.append((stamp - asked) / 1e6)
-        return Latencies(self.reply, first, self.refused)
+                self.first.append((stamp - asked) / 1e6)
+        self.asked = {}
+
+    def latencies(self) -> Latencies:
+        """Return everything noted so far."""
+        self.collect()
+        return Latencies(self.reply, self.first, self.refused)
 
 
 def plan_only(bus: Bus, count: int) -> Latencies:
@@ -144,8 +157,37 @@ def streamed(bus: Bus, strikes: int) -> Latencies:
     return client.latencies()
 
 
-def main(goals: int = 100, strikes: int = 5) -> None:
-    """Measure with this many goals of each kind, and print and save what was found."""
+def corrected(bus: Bus, rate_hz: float, seconds: float) -> Latencies:
+    """Swings whose goals are corrected at a rate, each correction asked for when it is due."""
+    client, rng = Client(bus), np.random.default_rng(4)
+    with ThreadPoolExecutor(max_workers=round(rate_hz)) as askers:
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            first = client.ask(goal(duration=SWING_S))
+            if first is None:
+                continue
+            _correct(client, first, rate_hz, rng, askers)
+            time.sleep(LAST_S + first.total_duration - first.duration)
+            client.collect()
+    return client.latencies()
+
+
+def _correct(
+    client: Client, first: m.GoalReply, rate_hz: float, rng: np.random.Generator, askers: ThreadPoolExecutor
+) -> None:
+    """Correct one swing from its begin to shortly before its hit, the target nearing the goal's."""
+    hit_in = first.start_time + first.duration - client.bus.ask(topics.STATE_QUERY, m.Empty()).time
+    began, far = time.monotonic(), rng.uniform(-WANDER, WANDER, len(first.positions))
+    for k in range(round((hit_in - LAST_S) * rate_hz)):
+        left = 1 - k / rate_hz / hit_in
+        positions = (np.array(first.positions) + left**2 * far).tolist()
+        wanted = msgspec.structs.replace(goal(), positions=positions, revises=first.goal_id)
+        time.sleep(max(0.0, began + k / rate_hz - time.monotonic()))
+        askers.submit(client.ask, wanted)
+
+
+def main(goals: int = 100, strikes: int = 5, seconds: float = 60.0) -> None:
+    """Measure with this many goals of each kind and corrections for so long; print and save what was found."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # leaves the block below, which ends the services
     endpoint = free_endpoint()
     with TemporaryDirectory() as scratch:
@@ -161,6 +203,7 @@ def main(goals: int = 100, strikes: int = 5) -> None:
                 "played, first after a start": played(bus, FIRST, seed=1).summary(),
                 "played": played(bus, goals, seed=2).summary(),
                 "50 a second": streamed(bus, strikes).summary(),
+                **{f"{rate} corrections a second": corrected(bus, rate, seconds).summary() for rate in CORRECTIONS_HZ},
             }
             cycle = bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
     report(found, cycle)

@@ -33,7 +33,7 @@ def resident_kb(process: int | str = "self") -> int:
 
 
 def here(goals: int, seed: int) -> dict[str, object]:
-    """Six-joint goals, warm, a tenth of them with way-points of their own time."""
+    """Six-joint goals, warm, a tenth of them with waypoints of their own time."""
     primitive, rng = forehand(), np.random.default_rng(seed)
     requests = [case.request for case in draw(primitive, 20, seed)]
     warm, refused, kilobytes = None, 0, []
@@ -41,7 +41,7 @@ def here(goals: int, seed: int) -> dict[str, object]:
         request = requests[k % len(requests)]
         duration = request.duration * rng.uniform(1.0, 1.05)
         time = duration * rng.uniform(0.3, 0.7)
-        through = primitive.demonstrated_positions(np.array([time / duration]))[0]
+        through = primitive.positions(np.array([time / duration]))[0]
         waypoints = () if k % 10 else (Waypoint(time, through, np.full(request.joint_count, np.nan)),)
         try:
             made = plan(primitive, replace(request, duration=duration, waypoints=waypoints), warm=warm)

@@ -1,7 +1,7 @@
 """The same goal given to others: solvers on the full problem, and planners that know only part of it.
 
-The full problem is the paper's eq. 17 with all limits at 1001 instants, in the weights of one joint; its matrices are
-made once, only right-hand sides are made per goal.
+The full problem is the paper's eq. 17 in the weights of one joint's Gaussians, with all limits at 1001 instants; its
+matrices are made once, only right-hand sides are made per goal.
 """
 
 from collections.abc import Callable
@@ -16,27 +16,29 @@ import piqp
 import ruckig
 from movement_primitives.dmp import DMPWithFinalVelocity
 from scipy import sparse
+from scipy.integrate import simpson
 
-from motion.basis import make_grid
+from motion.gaussian_basis import make_basis
 from motion.primitive import Primitive
 from motion.request import MotionRequest
 
 cvxopt.solvers.options["show_progress"] = False
 
 Answer = np.ndarray | None
-"""Accelerations (n,) equally spaced over the motion, rad/s²; None where nothing was found."""
+"""Weights (N,) or accelerations (n,) equally spaced over the motion, rad/s²; None where nothing was found."""
 
 
 class FullProblem:
     """min wᵀΨw − 2θᵀw with equalities and 4004 two-sided rows, for each solver in its own form."""
 
-    def __init__(self, primitive: Primitive) -> None:
-        basis, s = make_grid(primitive.basis_count).basis, np.linspace(0, 1, 1001)
-        self.size = primitive.basis_count
-        self.psi = basis.rows(s, 0)
+    def __init__(self, primitive: Primitive, basis_count: int = 50) -> None:
+        basis, s = make_basis(basis_count), np.linspace(0, 1, 1001)
+        fine = np.linspace(0, 1, 4001)
+        shown = primitive.duration**2 * primitive.sample(fine).accelerations
+        theta = np.asarray(simpson(basis.rows(fine, 0) * shown, x=fine, axis=0))
         self.rows = np.concatenate([basis.rows(s, order) for order in (-2, -1, 0, 1)])
         self.equalities = np.array([self.rows[1000], self.rows[2001], self.rows[2002]])
-        self.hessian, self.linear = 2 * basis.gram(), -2 * primitive.theta[0]
+        self.hessian, self.linear = 2 * basis.gram(), -2 * theta
         both = np.vstack([self.rows, -self.rows])
         self._cvxopt = [cvxopt.matrix(x) for x in (self.hessian, self.linear, both, self.equalities)]
         self._piqp = [np.asfortranarray(x) for x in (self.hessian, self.equalities, self.rows)]
@@ -50,10 +52,6 @@ class FullProblem:
         ranges[0] -= start
         targets = np.array([request.goal.positions[0] - start, duration * request.goal.velocities[0], 0.0])
         return targets, np.repeat(ranges[:, 0], 1001), np.repeat(ranges[:, 1], 1001)
-
-    def accelerations(self, weights: np.ndarray, request: MotionRequest) -> np.ndarray:
-        """What the weights mean in rad/s²."""
-        return self.psi @ weights / request.duration**2
 
     def cvxopt(self, request: MotionRequest) -> np.ndarray | None:
         """The paper's solver."""
@@ -115,9 +113,9 @@ def ruckig_motion(request: MotionRequest, samples: int = 1001) -> Answer:
 def dmp_solver(primitive: Primitive) -> Callable[[MotionRequest], Answer]:
     """DMPWithFinalVelocity, learned once: imitation and final velocity, no limits."""
     duration = primitive.duration
-    s = np.linspace(0, 1, len(primitive.positions))
+    s = np.linspace(0, 1, 1001)
     learned = DMPWithFinalVelocity(n_dims=1, execution_time=duration, dt=duration / 1000, n_weights_per_dim=50)
-    learned.imitate(s * duration, primitive.positions)
+    learned.imitate(s * duration, primitive.positions(s))
 
     def solve(request: MotionRequest) -> Answer:
         learned.configure(

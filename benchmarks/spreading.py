@@ -18,9 +18,9 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.cases import Case, draw, forehand
+from benchmarks.cases import Case, draw, forehand, joints_of
 from benchmarks.machine import save
-from benchmarks.planning import milliseconds
+from benchmarks.timing import milliseconds
 from motion.limits import Limits
 from motion.plan import Warm, plan
 from motion.primitive import Primitive
@@ -46,10 +46,9 @@ def part(request: MotionRequest, joints: slice) -> MotionRequest:
     return replace(request, start=only(request.start), goal=only(request.goal), limits=Limits(*kept))
 
 
-def of_joints(primitive: Primitive, joints: slice) -> Primitive:
-    """What planning needs of a primitive, for some joints."""
-    columns = {"positions": primitive.positions[:, joints], "accelerations": primitive.accelerations[:, joints]}
-    return replace(primitive, theta=primitive.theta[joints], **columns)
+def of_joints(warm: Warm, joints: slice) -> Warm:
+    """What the next plan of some joints begins with."""
+    return Warm(warm.points, warm.rows[joints])
 
 
 def work(pipe: Any, primitive: Primitive, warms: list[Warm]) -> None:
@@ -58,7 +57,7 @@ def work(pipe: Any, primitive: Primitive, warms: list[Warm]) -> None:
     while (asked := pipe.recv()) is not None:
         request, number = asked
         made = plan(primitive, request, warm=warms[number])
-        pipe.send((made.curves, made.tail, made.report))
+        pipe.send((made.trajectory, made.report, made.warm))
 
 
 @contextmanager
@@ -76,10 +75,10 @@ def compare(primitive: Primitive, cases: list[Case], rounds: int) -> dict[str, d
     """Milliseconds of a warm plan of all joints in one process, and of its halves in two."""
     count = primitive.joint_count
     first, second = slice(0, count // 2), slice(count // 2, count)
-    mine, theirs = of_joints(primitive, first), of_joints(primitive, second)
+    mine, theirs = joints_of(primitive, first), joints_of(primitive, second)
     warms = [plan(primitive, case.before).warm for case in cases]
     alone, spread = [], []
-    with helper(theirs, [Warm(warm.curves[second]) for warm in warms]) as pipe:
+    with helper(theirs, [of_joints(warm, second) for warm in warms]) as pipe:
         for _ in range(rounds + 1):  # the first is not counted
             for number, (case, warm) in enumerate(zip(cases, warms, strict=True)):
                 time.sleep(PAUSE_S)
@@ -89,7 +88,7 @@ def compare(primitive: Primitive, cases: list[Case], rounds: int) -> dict[str, d
                 time.sleep(PAUSE_S)
                 began = time.perf_counter()
                 pipe.send((part(case.request, second), number))
-                plan(mine, part(case.request, first), warm=Warm(warm.curves[first]))
+                plan(mine, part(case.request, first), warm=of_joints(warm, first))
                 pipe.recv()
                 spread.append(time.perf_counter() - began)
     skipped = len(cases)

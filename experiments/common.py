@@ -8,11 +8,13 @@ from matplotlib.figure import Figure
 
 from motion.demonstration import Demonstration
 from motion.dmp import Dmp, learn_dmp
+from motion.gaussian import plan_gaussian
 from motion.limits import Limits
 from motion.plan import Plan, plan
 from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest, Waypoint
-from motion.samples import Samples
+from motion.sampled import SampledPlan
+from motion.trajectory import Samples
 
 STEP = 1e-3
 """s; the paper integrates by Euler steps of this length."""
@@ -35,7 +37,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """A curve for the trace: `path` like fig2/position/qp, times (n,), s, and values (n,)."""
+    """A curve for the trace: `path` like fig2/position/gaussian, times (n,), s, and values (n,)."""
 
     path: str
     times: np.ndarray
@@ -104,10 +106,23 @@ def ask(
     return MotionRequest(start, goal, duration, within or limits(), waypoints, rest_fraction, "coast")
 
 
-def quadratic(primitive: Primitive, request: MotionRequest) -> tuple[Plan, Samples]:
-    """The plan of the quadratic program and its exact samples."""
+def gaussian(primitive: Primitive, request: MotionRequest) -> tuple[SampledPlan, Samples]:
+    """The plan by the paper's quadratic program and its exact samples."""
+    made = plan_gaussian(primitive, request, STEP)
+    return made, sampled(made)
+
+
+def qp(primitive: Primitive, request: MotionRequest) -> tuple[Plan, Samples]:
+    """The plan by Volley's quadratic program on B-splines and its exact samples."""
     made = plan(primitive, request, STEP)
-    return made, made.samples()
+    return made, sampled(made)
+
+
+def sampled(made: Plan | SampledPlan) -> Samples:
+    """Samples up to the hit; the last acceleration is the one before anything that follows."""
+    samples = made.sample(np.arange(made.hit_index + 1) * STEP)
+    samples.accelerations[-1] = made.sample(np.array([made.duration - 1e-9])).accelerations[0]
+    return samples
 
 
 def dynamic(dmp: Dmp, request: MotionRequest) -> Samples:

@@ -1,4 +1,4 @@
-"""Design 1.3: the paper's three slips, and what each costs if taken literally."""
+"""The paper's three slips, and what each costs if taken literally."""
 
 import numpy as np
 
@@ -10,11 +10,13 @@ from experiments.common import (
     ask,
     column,
     figure_primitive,
-    quadratic,
+    gaussian,
     rms,
     state,
 )
-from motion.basis import make_grid
+from motion.gaussian import BASIS_COUNT
+from motion.gaussian_basis import make_basis
+from motion.gaussian_program import make_programs
 from motion.primitive import Primitive
 from motion.request import MotionRequest
 
@@ -26,7 +28,7 @@ def run() -> Outcome:
     primitive = figure_primitive()
     request = ask(DEMONSTRATED_START, state(1.0, 3.0 / DURATION), DURATION)
     right = accelerations(primitive, request)
-    _, planned = quadratic(primitive, request)
+    _, planned = gaussian(primitive, request)
     slips = {
         "tau_inverted": accelerations(primitive, request, tau=DURATION),
         "theta_kept": accelerations(primitive, request, kept=True),
@@ -38,7 +40,7 @@ def run() -> Outcome:
         "linear_term": "the linear term is +tau² thetaᵀw (eq. 16)",
     }
     rows = [
-        Row("errata.right_against_planner", rms(right - column(planned)[2]) / rms(right), "of the rms"),
+        Row("errata.right_against_gaussian", rms(right - column(planned)[2]) / rms(right), "of the rms"),
         *(
             Row(f"errata.{name}", rms(wrong - right) / rms(right), "of the rms", claims[name])
             for name, wrong in slips.items()
@@ -54,16 +56,16 @@ def accelerations(
 
     `kept` takes θ for the demonstration's duration although Ψ is for the request's.
     """
-    basis, duration = make_grid(primitive.basis_count).basis, request.duration
+    basis, duration = make_basis(BASIS_COUNT), request.duration
     tau = primitive.duration / duration if tau is None else tau
-    # ∫ψ_i d̈ dt: θ of the primitive is over s, of T_d²·d̈.
-    theta = primitive.theta[0] / primitive.duration**2 * (primitive.duration if kept else duration)
+    # ∫ψ_i d̈ dt: θ of the program, whose linear term is −2θ, is over s, of T_d²·d̈.
+    theta = -make_programs(primitive, request, BASIS_COUNT)[0].c / 2 / primitive.duration**2
+    theta = theta * (primitive.duration if kept else duration)
     end = np.array([1.0])
     rows = np.concatenate([basis.rows(end, -2) * duration**2, basis.rows(end, -1) * duration])
     start, goal = request.start, request.goal
     travel = (goal.positions - start.positions - duration * start.velocities)[0]
     targets = np.array([travel, (goal.velocities - start.velocities)[0]])
-    count = primitive.basis_count
     kkt = np.block([[2 * basis.gram() * duration, rows.T], [rows, np.zeros((2, 2))]])
-    weights = np.linalg.solve(kkt, np.concatenate([factor * tau**2 * theta, targets]))[:count]
+    weights = np.linalg.solve(kkt, np.concatenate([factor * tau**2 * theta, targets]))[:BASIS_COUNT]
     return basis.rows(np.linspace(0, 1, round(duration / STEP) + 1), 0) @ weights

@@ -18,9 +18,10 @@ from experiments.common import (
     demonstrated,
     dynamic,
     figure_primitive,
+    gaussian,
     played,
     polynomial,
-    quadratic,
+    qp,
     rms,
     spread,
     state,
@@ -39,14 +40,23 @@ def run() -> Outcome:
     """The single case, the variant with accelerations off at the end, random goals."""
     primitive = figure_primitive()
     request = ask(START, GOAL, DURATION)
-    _, qp = quadratic(primitive, request)
-    _, resting = quadratic(primitive, ask(START, GOAL, DURATION, rest_fraction=REST_FRACTION))
-    dmp = dynamic(polynomial(primitive), request)
-    shown = {"qp": column(qp), "rest": column(resting), "dmp": column(dmp)}
+    resting = ask(START, GOAL, DURATION, rest_fraction=REST_FRACTION)
+    shown = {
+        "gaussian": column(gaussian(primitive, request)[1]),
+        "gaussian_rest": column(gaussian(primitive, resting)[1]),
+        "qp": column(qp(primitive, request)[1]),
+        "qp_rest": column(qp(primitive, resting)[1]),
+        "dmp": column(dynamic(polynomial(primitive), request)),
+    }
     rows = [row for name, values in shown.items() for row in single(f"fig2.{name}", values)]
-    rows += ratios("fig2", shown["dmp"][2], shown["qp"][2], DURATION)
+    exact = exact_deviations(request, shown["qp"].shape[1])[1]
+    aim = played(DURATION, len(exact))
+    for name in ("gaussian", "qp"):
+        beside = np.abs(shown[name][2] - aim - exact)
+        rows.append(Row(f"fig2.{name}.largest_beside_exact", float(beside.max()), "rad/s²"))
+    rows += ratios("fig2", shown["dmp"][2], shown["gaussian"][2], DURATION)
     rows += random_goals(primitive)
-    times = np.arange(len(qp)) * STEP
+    times = np.arange(len(exact)) * STEP
     return Outcome(rows, picture(times, shown), trace(times, shown))
 
 
@@ -75,41 +85,43 @@ def last_fifth(values: np.ndarray) -> np.ndarray:
     return values[round(0.8 * (len(values) - 1)) :]
 
 
-def ratios(name: str, dmp: np.ndarray, qp: np.ndarray, duration: float) -> list[Row]:
-    """How many times the QP's imitation error the DMP's is, of accelerations (n,)."""
-    aim = played(duration, len(qp))
+def ratios(name: str, dmp: np.ndarray, paper: np.ndarray, duration: float) -> list[Row]:
+    """How many times the paper's imitation error the DMP's is, of accelerations (n,)."""
+    aim = played(duration, len(paper))
     return [
-        Row(f"{name}.ratio", rms(dmp - aim) / rms(qp - aim), "1", CLAIM),
-        Row(f"{name}.ratio_last_fifth", rms(last_fifth(dmp - aim)) / rms(last_fifth(qp - aim)), "1", CLAIM),
+        Row(f"{name}.ratio", rms(dmp - aim) / rms(paper - aim), "1", CLAIM),
+        Row(f"{name}.ratio_last_fifth", rms(last_fifth(dmp - aim)) / rms(last_fifth(paper - aim)), "1", CLAIM),
     ]
 
 
 def random_goals(primitive: Primitive) -> list[Row]:
-    """The ratios of many goals, as learned, as learned the authors' way, and with exact learning."""
+    """The DMP's ratios to the paper's QP for many goals: as learned, as learned the authors' way, with exact learning.
+    And what B-splines bring."""
     rng = np.random.default_rng(2)
     variants = {"dmp": learn_dmp(primitive), "coarse_dmp": learn_dmp(primitive, basis_count=60, gain=50.0)}
     found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in (*variants, "exact")}
-    final_errors = []
+    final_errors, splines = [], []
     for _ in range(GOALS):
         start = state(rng.uniform(-1, 1), rng.uniform(-3, 3))
         request = ask(start, state(rng.uniform(-1, 3), rng.uniform(-5, 8)), round(rng.uniform(0.5, 1.6), 3))
-        _, qp = quadratic(primitive, request)
-        aim = played(request.duration, len(qp))
-        deviation = column(qp)[2] - aim
+        paper = column(gaussian(primitive, request)[1])[2]
+        aim = played(request.duration, len(paper))
         for name, dmp in variants.items():
             rolled = dynamic(dmp, request)
-            found[name].append(compare(column(rolled)[2] - aim, deviation))
+            found[name].append(compare(column(rolled)[2] - aim, paper - aim))
             if name == "dmp":
                 final_errors.append(abs(rolled.velocities[-1, 0] - request.goal.velocities[0]))
-        found["exact"].append(compare(*exact_deviations(request, len(qp))))
+        found["exact"].append(compare(*exact_deviations(request, len(paper))))
+        splines.append(rms(column(qp(primitive, request)[1])[2] - aim) / rms(paper - aim))
     rows = [row for name, values in found.items() for row in summary(f"fig2.random.{name}", values)]
-    return rows + spread("fig2.random.dmp.final_velocity_error", final_errors, "rad/s")
+    rows += spread("fig2.random.dmp.final_velocity_error", final_errors, "rad/s")
+    return rows + spread("fig2.random.qp.ratio_to_gaussian", splines, "1")
 
 
-def compare(dmp: np.ndarray, qp: np.ndarray) -> tuple[float, float, float]:
+def compare(dmp: np.ndarray, paper: np.ndarray) -> tuple[float, float, float]:
     """Ratio over the whole motion and its last fifth, and the DMP's share of squared deviation in that fifth."""
     share = np.sum(last_fifth(dmp) ** 2) / np.sum(dmp**2)
-    return rms(dmp) / rms(qp), rms(last_fifth(dmp)) / rms(last_fifth(qp)), float(share)
+    return rms(dmp) / rms(paper), rms(last_fifth(dmp)) / rms(last_fifth(paper)), float(share)
 
 
 def summary(name: str, values: list[tuple[float, float, float]]) -> list[Row]:
@@ -123,8 +135,8 @@ def summary(name: str, values: list[tuple[float, float, float]]) -> list[Row]:
 
 
 def exact_deviations(request: MotionRequest, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """g̈ − τ²d̈ (count,) of the DMP and of the QP with perfect learning (design 1.11): a quintic's and a cubic's
-    second derivative between the differences to the demonstration."""
+    """g̈ − τ²d̈ (count,) of the DMP and of the QP with perfect learning: a quintic's and a cubic's second
+    derivative between the differences to the demonstration."""
     s, duration = np.linspace(0, 1, count), request.duration
     ends = [
         state(
@@ -148,18 +160,21 @@ def picture(times: np.ndarray, shown: dict[str, np.ndarray]) -> Figure:
     aim = scaled(times)
     for values, name, label, width in (
         (aim, "demonstration", "demonstration, in 0.8 s", 1.2),
-        (shown["qp"], "qp", "QP", 2.0),
-        (shown["rest"], "qp variant", f"QP, no acceleration in the last {REST_FRACTION:.0%}", 1.2),
+        (shown["gaussian"], "gaussian", "QP of the paper (50 Gaussians)", 2.0),
+        (shown["gaussian_rest"], "gaussian variant", f"the same, no acceleration in the last {REST_FRACTION:.0%}", 1.2),
+        (shown["qp"], "qp", "QP of Volley (B-splines)", 1.2),
         (shown["dmp"], "dmp", "DMP (eq. 6–7)", 1.6),
     ):
         style.draw(axes[:3], times, list(values), name, label, linewidth=width)
         if name != "demonstration":
             style.draw(axes[3:], times, [values[2] - aim[2]], name, label, linewidth=width)
+    axes[0].set_ylim(-3.4, 1.3)
+    axes[3].set_ylim(-52, 30)
     for ax, value in zip(axes, (GOAL.positions[0], GOAL.velocities[0]), strict=False):
         ax.plot(DURATION, value, "o", color="black", markersize=5, label="goal", zorder=5)
     axes[3].axvspan(0.8 * DURATION, DURATION, color="#000000", alpha=0.06, label="last fifth")
     for ax in (axes[0], axes[3]):
-        style.legend(ax, loc="lower right")
+        style.legend(ax, loc="lower center", ncols=3)
     return figure
 
 

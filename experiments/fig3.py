@@ -16,10 +16,11 @@ from experiments.common import (
     demonstrated,
     dynamic,
     figure_primitive,
+    gaussian,
     limits,
     played,
     polynomial,
-    quadratic,
+    qp,
     rms,
     spread,
     state,
@@ -38,21 +39,28 @@ def run() -> Outcome:
     """The single case and random goals."""
     primitive = figure_primitive()
     within = limits(LIMIT - MARGIN)
-    bounded, qp = quadratic(primitive, ask(goal=GOAL, within=within))
-    _, free = quadratic(primitive, ask(goal=GOAL))
-    dmp = dynamic(polynomial(primitive), ask(goal=GOAL))
-    shown = {"qp": column(qp), "qp_free": column(free), "dmp": column(dmp)}
-    lowest, highest = bounded.report.extremes["position"][0]
-    rows = [
-        Row("fig3.qp.certified", float(bounded.report.certified), "1 = yes", FEASIBLE),
-        Row("fig3.qp.lowest", float(lowest), "rad", FEASIBLE),
-        Row("fig3.qp.highest", float(highest), "rad", FEASIBLE),
-    ]
-    for name, values in shown.items():
-        claim = INFEASIBLE if name == "dmp" else FEASIBLE if name == "qp" else None
+    bounded, paper = gaussian(primitive, ask(goal=GOAL, within=within))
+    certified, splines = qp(primitive, ask(goal=GOAL, within=within))
+    shown = {
+        "gaussian": column(paper),
+        "gaussian_free": column(gaussian(primitive, ask(goal=GOAL))[1]),
+        "qp": column(splines),
+        "dmp": column(dynamic(polynomial(primitive), ask(goal=GOAL))),
+    }
+    rows = []
+    for name, made in (("gaussian", bounded), ("qp", certified)):
+        lowest, highest = made.report.extremes["position"][0]
         rows += [
-            Row(f"fig3.{name}.largest_position", float(np.abs(values[0]).max()), "rad", claim),
-            Row(f"fig3.{name}.violation_time", violation_time(values[0]), "s", claim),
+            Row(f"fig3.{name}.certified", float(made.report.certified), "1 = yes"),
+            Row(f"fig3.{name}.lowest", float(lowest), "rad", FEASIBLE),
+            Row(f"fig3.{name}.highest", float(highest), "rad", FEASIBLE),
+            Row(f"fig3.{name}.from_demonstration", float(made.report.from_demonstration.max[0]), "rad"),
+        ]
+    claims = {"dmp": INFEASIBLE, "gaussian": FEASIBLE, "qp": FEASIBLE}
+    for name, values in shown.items():
+        rows += [
+            Row(f"fig3.{name}.largest_position", float(np.abs(values[0]).max()), "rad", claims.get(name)),
+            Row(f"fig3.{name}.violation_time", violation_time(values[0]), "s", claims.get(name)),
             Row(f"fig3.{name}.imitation_rms", rms(values[2] - played(1.0, 1001)), "rad/s²", STILL_GOOD),
         ]
     curve_list = [c for name, values in shown.items() for c in curves("fig3", name, TIMES, values)]
@@ -68,28 +76,36 @@ def random_goals(primitive: Primitive) -> list[Row]:
     """Goals all over the range: who leaves the limits, by how much, and what keeping them costs."""
     rng = np.random.default_rng(3)
     dmp, within = polynomial(primitive), limits(LIMIT - MARGIN)
-    excess, cost, qp_largest, infeasible = [], [], 0.0, 0
+    excess = []
+    methods = {"gaussian": gaussian, "qp": qp}
+    cost: dict[str, list[float]] = {name: [] for name in methods}
+    largest, infeasible = dict.fromkeys(methods, 0.0), dict.fromkeys(methods, 0)
+    aim = played(1.0, 1001)
     for _ in range(GOALS):
         start = state(rng.uniform(-1, 1), rng.uniform(-3, 3))
         goal = state(rng.uniform(-1.8, 1.8), rng.uniform(-10, 10))
         rolled = column(dynamic(dmp, ask(start, goal)))
         excess.append(np.abs(rolled[0]).max() - LIMIT)
-        try:
-            made, samples = quadratic(primitive, ask(start, goal, within=within))
-        except Infeasible:
-            infeasible += 1
-            continue
-        qp_largest = max(qp_largest, float(np.abs(made.report.extremes["position"]).max()))
-        aim = played(1.0, 1001)
-        cost.append(rms(column(samples)[2] - aim) / rms(rolled[2] - aim))
+        for name, method in methods.items():
+            try:
+                made, samples = method(primitive, ask(start, goal, within=within))
+            except Infeasible:
+                infeasible[name] += 1
+                continue
+            largest[name] = max(largest[name], float(np.abs(made.report.extremes["position"]).max()))
+            cost[name].append(rms(column(samples)[2] - aim) / rms(rolled[2] - aim))
     violating = np.array(excess)[np.array(excess) > 0]
-    return [
+    rows = [
         Row("fig3.random.dmp.violating", len(violating) / GOALS, "share of goals", INFEASIBLE),
         *spread("fig3.random.dmp.excess", violating, "rad", INFEASIBLE),
-        Row("fig3.random.qp.infeasible", infeasible / GOALS, "share of goals"),
-        Row("fig3.random.qp.largest_position", qp_largest, "rad", FEASIBLE),
-        *spread("fig3.random.qp_to_dmp_imitation", cost, "1", STILL_GOOD),
     ]
+    for name in methods:
+        rows += [
+            Row(f"fig3.random.{name}.infeasible", infeasible[name] / GOALS, "share of goals"),
+            Row(f"fig3.random.{name}.largest_position", largest[name], "rad", FEASIBLE),
+            *spread(f"fig3.random.{name}_to_dmp_imitation", cost[name], "1", STILL_GOOD),
+        ]
+    return rows
 
 
 def picture(shown: dict[str, np.ndarray]) -> Figure:
@@ -99,8 +115,9 @@ def picture(shown: dict[str, np.ndarray]) -> Figure:
     )
     for values, name, label, width in (
         (demonstrated(TIMES), "demonstration", "demonstration", 1.2),
-        (shown["qp"], "qp", "QP inside the limits", 2.0),
-        (shown["qp_free"], "qp variant", "QP without limits", 1.2),
+        (shown["gaussian"], "gaussian", "QP of the paper inside the limits", 2.2),
+        (shown["gaussian_free"], "gaussian variant", "the same without limits", 1.2),
+        (shown["qp"], "qp", "QP of Volley inside the limits", 1.1),
         (shown["dmp"], "dmp", "DMP (eq. 6–7)", 1.6),
     ):
         style.draw(axes, TIMES, list(values), name, label, linewidth=width)

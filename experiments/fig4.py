@@ -1,4 +1,4 @@
-"""Section IV-C, fig. 4: a way-point at 0.5 s, and what it does to the acceleration."""
+"""Section IV-C, fig. 4: a waypoint at 0.5 s, and what it does to the acceleration."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,9 +15,10 @@ from experiments.common import (
     curves,
     demonstrated,
     figure_primitive,
+    gaussian,
     limits,
     played,
-    quadratic,
+    qp,
     rms,
     spread,
     state,
@@ -28,31 +29,34 @@ from motion.primitive import Primitive
 TIME, POSITION = 0.5, 1.0  # s, rad
 VELOCITIES = {"demonstrated": 1.0, "other": -3.0}  # rad/s
 MAX_JERK = 2500.0  # rad/s³; the demonstration itself reaches 1.85e3
-MET = "way-points can be added in the same way as the final goal (IV-C)"
-KINK = "a small discontinuity in the acceleration near the way-point, only after it (IV-C)"
+MET = "waypoints can be added in the same way as the final goal (IV-C)"
+KINK = "a small discontinuity in the acceleration near the waypoint, only after it (IV-C)"
 JERK = "this can be mitigated by a jerk limit (IV-C)"
 RESEMBLES = "the shape highly resembles the demonstrated one (IV-C)"
 
 
 def run() -> Outcome:
-    """Two velocities at the way-point, each with and without a limit on the jerk; random way-points."""
+    """Two velocities at the waypoint, by the paper's QP with and without a limit on the jerk, by Volley's with it;
+    random waypoints."""
     primitive = figure_primitive()
     shown, rows = {}, [Row("fig4.demonstration.largest_jerk", largest_jerk(demonstrated(TIMES)[2]), "rad/s³")]
+    within = limits(jerk=MAX_JERK)
+    cases = ("free", gaussian, None), ("jerk_limited", gaussian, within), ("qp", qp, within)
     for name, velocity in VELOCITIES.items():
-        for limit, within in (("free", None), ("jerk_limited", limits(jerk=MAX_JERK))):
-            made, samples = quadratic(primitive, ask(within=within, waypoint=(TIME, POSITION, velocity)))
-            motion = shown[f"{name}.{limit}"] = column(samples)
-            rows += single(f"fig4.{name}.{limit}", motion, velocity, made.report.extremes["jerk"][0])
+        for case, method, bounds in cases:
+            made, samples = method(primitive, ask(within=bounds, waypoint=(TIME, POSITION, velocity)))
+            motion = shown[f"{name}.{case}"] = column(samples)
+            rows += single(f"fig4.{name}.{case}", motion, velocity, made.report.extremes["jerk"][0])
     curve_list = [c for name, motion in shown.items() for c in curves("fig4", name.replace(".", "_"), TIMES, motion)]
     return Outcome(rows + random_waypoints(primitive), picture(shown), curve_list)
 
 
 def single(name: str, motion: np.ndarray, velocity: float, jerk: np.ndarray) -> list[Row]:
-    """Errors at the way-point and at the end, and how the acceleration bends on either side."""
+    """Errors at the waypoint and at the end, and how the acceleration bends on either side."""
     at = round(TIME / STEP)
     deviation = np.diff(motion[2] - demonstrated(TIMES)[2]) / STEP
     before, after = (np.abs(deviation[part]).max() for part in (slice(at - 60, at), slice(at, at + 60)))
-    claim = JERK if name.endswith("jerk_limited") else KINK
+    claim = KINK if name.endswith("free") else JERK
     return [
         Row(f"{name}.position_error", abs(motion[0, at] - POSITION), "rad", MET),
         Row(f"{name}.velocity_error", abs(motion[1, at] - velocity), "rad/s", MET),
@@ -71,7 +75,7 @@ def largest_jerk(accelerations: np.ndarray) -> float:
 
 
 def random_waypoints(primitive: Primitive) -> list[Row]:
-    """Way-points of any time, position and velocity."""
+    """Waypoints of any time, position and velocity."""
     rng = np.random.default_rng(4)
     errors, jerks, limited, infeasible = [], [], [], 0
     for _ in range(GOALS):
@@ -80,12 +84,12 @@ def random_waypoints(primitive: Primitive) -> list[Row]:
         position, velocity = demonstrated_there + rng.uniform((-0.5, -5), (0.5, 5))
         start, goal = state(rng.uniform(-0.5, 0.5), -1.0), state(rng.uniform(0.5, 1.5), rng.uniform(0, 5))
         wanted = (time, position, velocity)
-        made, samples = quadratic(primitive, ask(start, goal, waypoint=wanted))
+        made, samples = gaussian(primitive, ask(start, goal, waypoint=wanted))
         at = round(time / STEP)
         errors.append((abs(samples.positions[at, 0] - position), abs(samples.velocities[at, 0] - velocity)))
         jerks.append(np.abs(made.report.extremes["jerk"]).max())
         try:
-            made, _ = quadratic(primitive, ask(start, goal, within=limits(jerk=2 * MAX_JERK), waypoint=wanted))
+            made, _ = gaussian(primitive, ask(start, goal, within=limits(jerk=2 * MAX_JERK), waypoint=wanted))
             limited.append(np.abs(made.report.extremes["jerk"]).max())
         except Infeasible:
             infeasible += 1
@@ -102,7 +106,7 @@ def random_waypoints(primitive: Primitive) -> list[Row]:
 def picture(shown: dict[str, np.ndarray]) -> Figure:
     """Left the velocity that the demonstration has there, right another."""
     figure, axes = style.panels(
-        "Fig. 4  A way-point at 0.5 s, 1.0 rad: with the demonstration's velocity there (left) and another (right)",
+        "Fig. 4  A waypoint at 0.5 s, 1.0 rad: with the demonstration's velocity there (left) and another (right)",
         2 * (*style.UNITS, "jerk, rad/s³"),
         columns=2,
     )
@@ -110,22 +114,27 @@ def picture(shown: dict[str, np.ndarray]) -> Figure:
     for name, part in zip(VELOCITIES, (axes[:4], axes[4:]), strict=True):
         style.draw(part[:3], TIMES, list(demonstrated(TIMES)), "demonstration", "demonstration", linewidth=1.2)
         for limit, colour, label in (
-            ("free", "qp", "QP"),
-            ("jerk_limited", "qp variant", f"QP, jerk at most {MAX_JERK:.0f} rad/s³"),
+            ("free", "gaussian", "QP of the paper"),
+            ("jerk_limited", "gaussian variant", f"the same, jerk at most {MAX_JERK:.0f} rad/s³"),
+            ("qp", "qp", "QP of Volley, the same limit"),
         ):
             motion = shown[f"{name}.{limit}"]
-            dashes = {"linestyle": "-" if limit == "free" else (0, (4, 2))}
+            dashes = {
+                "linestyle": (0, (4, 2)) if limit == "jerk_limited" else "-",
+                "linewidth": 0.9 if limit == "qp" else 1.8,
+            }
             style.draw(part[:3], TIMES, list(motion), colour, label, **dashes)
             style.draw(part[3:], jerk_times, [np.diff(motion[2]) / STEP], colour, label, **dashes)
         style.bound(part[3], (MAX_JERK, -MAX_JERK), "limit on the jerk")
         for ax, value in zip(part, (POSITION, VELOCITIES[name]), strict=False):
-            ax.plot(TIME, value, "o", color="black", markersize=5, label="way-point", zorder=5)
+            ax.plot(TIME, value, "o", color="black", markersize=5, label="waypoint", zorder=5)
         for ax, value in zip(part, (1.0, 3.0), strict=False):
             ax.plot(1.0, value, "s", color="black", markersize=5, label="goal", zorder=5)
         for ax in part:
             ax.axvline(TIME, color="black", linewidth=0.6, linestyle=":")
-    style.legend(axes[0], loc="lower right")
+    axes[0].set_ylim(-3.4, 1.3)
+    style.legend(axes[0], loc="lower center", ncols=2)
     for ax in (axes[3], axes[7]):
-        ax.set_ylim(-6500, 4700)
-    style.legend(axes[3], loc="lower right")
+        ax.set_ylim(-5800, 4700)
+    style.legend(axes[3], loc="lower center", ncols=2)
     return figure

@@ -14,11 +14,11 @@ from experiments.common import (
     column,
     curves,
     figure_primitive,
-    quadratic,
+    gaussian,
     spread,
 )
-from motion.samples import Samples
 from motion.tracking import tracking_acceleration
+from motion.trajectory import Samples
 
 NOISE = 0.01
 """Half-width of the uniform noise as a part of the largest position and of the largest velocity."""
@@ -33,7 +33,7 @@ REJECTS = "manages to reject the noise (fig. 5)"
 
 def run() -> Outcome:
     """Every gain, with the push alone and with noise of many seeds."""
-    _, reference = quadratic(figure_primitive(), ask())
+    _, reference = gaussian(figure_primitive(), ask())
     rows: list[Row] = []
     shown = {}
     rng = np.random.default_rng(6)
@@ -86,7 +86,7 @@ def picture(reference: np.ndarray, shown: dict[float, np.ndarray]) -> Figure:
         (*style.UNITS[:2], "position less\nreference, rad", "the same, noise\nwithout push, rad"),
         height=2.3,
     )
-    style.draw(axes[:2], TIMES, list(reference[:2]), "demonstration", "reference (QP)", linewidth=2.0)
+    style.draw(axes[:2], TIMES, list(reference[:2]), "demonstration", "reference (QP of the paper)", linewidth=2.0)
     for gain, colour in ((PAPER_GAIN, "dmp"), (50.0, "qp")):
         pushed, alone = shown[gain][:, :, 1], shown[gain][0, :, 2]
         values = [*pushed, pushed[0] - reference[0], alone - reference[0]]

@@ -16,8 +16,9 @@ from experiments.common import (
     demonstrated,
     demonstration,
     dynamic,
+    gaussian,
     polynomial,
-    quadratic,
+    qp,
     rms,
     spread,
 )
@@ -25,12 +26,13 @@ from motion.demonstration import SavitzkyGolay, Smoothing
 from motion.primitive import learn
 
 AMPLITUDE = 0.01  # rad, half-width of uniform noise
-RUNS = 200
+RUNS = 100
 FILTERS: dict[str, Smoothing] = {
     "none": SavitzkyGolay(3 * STEP, 2),  # the plain differences of neighbours
     "savitzky_golay_201": SavitzkyGolay(0.201, 5),  # the authors' window and order
     "auto": "auto",
 }
+METHODS = {"gaussian": "QP of the paper", "qp": "QP of Volley", "dmp": "DMP"}
 WINDOWS = (21, 41, 61, 81, 101, 151, 201, 251, 301, 401, 501)
 AMPLIFIED = "the noise is amplified to 10 rad/s in velocity and 10000 rad/s² in acceleration (fig. 6)"
 FILTERED = "the filter results in better imitation for both (fig. 6)"
@@ -48,16 +50,16 @@ def run() -> Outcome:
     shown = {}
     for name, smoothing in FILTERS.items():
         motions = [learned(positions, smoothing) for positions in noisy]
-        shown |= {f"{method}.{name}": motions[0][method] for method in ("qp", "dmp")}
-        for method in ("qp", "dmp"):
-            claim = DMP_HELPS if name == "none" else FILTERED
+        shown |= {f"{method}.{name}": motion for method, motion in motions[0].items()}
+        for method in METHODS:
+            claim = None if method == "qp" else DMP_HELPS if name == "none" else FILTERED
             errors = [rms(motion[method][2] - demonstrated(TIMES)[2]) for motion in motions]
             paths = [rms(motion[method][0] - demonstrated(TIMES)[0]) for motion in motions]
             rows += spread(f"fig6.{method}.{name}.imitation_rms", errors, "rad/s²", claim)
             rows += spread(f"fig6.{method}.{name}.position_rms", paths, "rad", claim)
     windows = {w: learned(noisy[0], SavitzkyGolay(w * STEP, 5)) for w in WINDOWS}
     by_window = {
-        m: [rms(motions[m][2] - demonstrated(TIMES)[2]) for motions in windows.values()] for m in ("qp", "dmp")
+        m: [rms(motions[m][2] - demonstrated(TIMES)[2]) for motions in windows.values()] for m in ("gaussian", "dmp")
     }
     for method, values in by_window.items():
         rows += [
@@ -68,11 +70,11 @@ def run() -> Outcome:
 
 
 def learned(positions: np.ndarray, smoothing: Smoothing) -> dict[str, np.ndarray]:
-    """Both methods' motion (3, n) to the clean demonstration's goal, learned from positions (n,)."""
+    """Each method's motion (3, n) to the clean demonstration's goal, learned from positions (n,)."""
     primitive = learn(demonstration(positions), smoothing)
     request = ask()
-    _, qp = quadratic(primitive, request)
-    return {"qp": column(qp), "dmp": column(dynamic(polynomial(primitive), request))}
+    motions = gaussian(primitive, request)[1], qp(primitive, request)[1], dynamic(polynomial(primitive), request)
+    return {name: column(motion) for name, motion in zip(METHODS, motions, strict=True)}
 
 
 def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> Figure:
@@ -84,7 +86,7 @@ def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> 
             f"{bends}\n(QP)",
             f"{bends}\n(DMP)",
             path,
-            f"{bends}\n(both)",
+            bends,
             path,
             "imitation error, rad/s²",
         ),
@@ -92,17 +94,21 @@ def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> 
         height=2.6,
     )
     clean = demonstrated(TIMES)
-    for ax, method in ((axes[0], "qp"), (axes[1], "dmp")):
-        style.draw([ax], TIMES, [shown[f"{method}.none"][2]], method, f"{method.upper()}, not filtered", linewidth=0.8)
+    for ax, method in ((axes[0], "gaussian"), (axes[1], "dmp")):
+        label = f"{METHODS[method]}, not filtered"
+        style.draw([ax], TIMES, [shown[f"{method}.none"][2]], method, label, linewidth=0.8)
         style.draw([ax], TIMES, [clean[2]], "demonstration", "demonstration without noise", linewidth=1.2)
         style.legend(ax, loc="lower right")
     for ax, name, row in ((axes[2], "none", 0), (axes[4], "savitzky_golay_201", 0), (axes[3], "savitzky_golay_201", 2)):
         style.draw([ax], TIMES, [clean[row]], "demonstration", "demonstration without noise", linewidth=2.4)
-        for method in ("qp", "dmp"):
-            style.draw([ax], TIMES, [shown[f"{method}.{name}"][row]], method, method.upper(), linewidth=1.2)
+        for method in ("gaussian", "dmp"):
+            style.draw([ax], TIMES, [shown[f"{method}.{name}"][row]], method, METHODS[method], linewidth=1.2)
+        if name != "none":
+            label = "QP of Volley, learned by “auto”"
+            style.draw([ax], TIMES, [shown["qp.auto"][row]], "qp", label, linewidth=1.0)
         style.legend(ax, loc="upper left" if name == "none" else "lower right")
     for method, values in by_window.items():
-        axes[5].semilogy(WINDOWS, values, "o-", color=style.COLOURS[method], label=method.upper())
+        axes[5].semilogy(WINDOWS, values, "o-", color=style.COLOURS[method], label=METHODS[method])
     axes[5].axvline(201, color="black", linewidth=0.8, linestyle=":", label="the authors' window")
     axes[5].set_xlabel("window, samples of 1 ms (order 5)")
     style.legend(axes[5])

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 UNITS = ("position, rad", "velocity, rad/s", "acceleration, rad/s²")
 COLOURS = {
     "demonstration": "#7f7f7f",
-    "qp": "#1f5fa8",
-    "qp variant": "#3fa7a0",
+    "gaussian": "#1f5fa8",
+    "gaussian variant": "#3fa7a0",
+    "qp": "#111111",
     "dmp": "#c8501e",
     "dmp variant": "#d9a400",
     "limit": "#a01c2c",

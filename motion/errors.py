@@ -77,16 +77,19 @@ class CannotStop(MotionError):
 
 
 class SolverFailed(MotionError):
-    """The quadratic program met numerical trouble twice; `status` is the solver's word for it."""
+    """The quadratic program met numerical trouble; `status` is the solver's word for it."""
 
-    def __init__(self, joint: int, status: str) -> None:
-        super().__init__(f"joint {joint}: the solver gave up ({status}); change the goal a little")
+    def __init__(self, joint: int, status: str, remedy: str = "change the goal a little") -> None:
+        super().__init__(f"joint {joint}: the solver gave up ({status}); {remedy}")
         self.joint = joint
         self.status = status
 
 
 class OutOfTime(SolverFailed):
-    """The plan would have taken longer than a plan may; the status is "time"."""
+    """The plan would have taken longer than a plan may; the status is "time". `min_duration` (s) is a duration that
+    works, None where none was found."""
 
-    def __init__(self, joint: int) -> None:
-        super().__init__(joint, "time")
+    def __init__(self, joint: int, min_duration: float | None = None) -> None:
+        remedy = "ask for a longer duration" if min_duration is None else f"a duration of {min_duration:.6g} s works"
+        super().__init__(joint, "time", remedy)
+        self.min_duration = min_duration

@@ -22,6 +22,9 @@ SAFETY_MARGIN = 1e-3
 TOLERANCES = 1e-9, 1e-7
 """Of the solver, relative to the largest weight of the motion without limits; the second where the first fails."""
 
+EQUALITY_TOLERANCE = 1e-9
+"""Equalities hold to this part of the largest target, or it is no plan."""
+
 MAX_ITERATIONS = 60
 """Good solves take 27 iterations or fewer."""
 
@@ -51,8 +54,14 @@ def plan_gaussian(
     programs = make_programs(primitive, request, basis_count, margin)
     weights, unlimited = np.empty((2, len(programs), basis_count))
     for joint, program in enumerate(programs):
-        unlimited[joint] = optimum_without_limits(program)
+        try:
+            unlimited[joint] = optimum_without_limits(program)
+        except np.linalg.LinAlgError:
+            raise SolverFailed(joint, "the fixed values depend on each other") from None
         weights[joint] = optimum(program, joint, request.moving_duration)
+        missed = np.abs(program.A @ weights[joint] - program.b)
+        if (missed > EQUALITY_TOLERANCE * max(1.0, np.abs(program.b).max())).any():
+            raise SolverFailed(joint, f"equalities are off by {missed.max():.1e}")
     moving = _quintics(_states(programs, weights), request.moving_duration)
     end = moving.sample(moving.breaks[-1:])
     arrival = Boundary(end.positions[0], end.velocities[0], end.accelerations[0])
@@ -73,7 +82,8 @@ def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray
     joint, duration (s): for the errors. Raises Infeasible or SolverFailed.
     """
     nearest = optimum_without_limits(program)
-    if not len(program.G):
+    reached = program.G @ nearest
+    if ((program.low <= reached) & (reached <= program.high)).all():
         return nearest
     # In units of the largest weight, so that tolerances are relative.
     size = max(np.abs(nearest).max(), 1e-6)

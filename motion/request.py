@@ -81,6 +81,8 @@ class MotionRequest:
             )
         if not 0 <= self.follow_through < np.inf:
             raise InvalidMotion("follow_through", f"is {self.follow_through}; it must be finite and at least 0 s")
+        if self.follow_through > 0 and self.tail == "coast":
+            raise InvalidMotion("follow_through", "is for the tail 'stop': an arm that coasts has no end of it")
         if self.place_time is not None and not MIN_PLACE_TIME <= self.place_time < np.inf:
             raise InvalidMotion(
                 "place_time", f"is {self.place_time}; it must be finite and at least {MIN_PLACE_TIME} s"

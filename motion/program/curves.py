@@ -10,6 +10,9 @@ ORDERS = 5
 NOTHING = 1e-150
 """A divisor below this belongs to a line or parabola that has its maximum at an end."""
 
+TRIED, NEWTON_STEPS = 3, 2
+"""Along a limit several peaks are nearly as high as the highest, and the cubics do not tell which it is."""
+
 
 def half_knots(pieces: np.ndarray) -> np.ndarray:
     """Position and its first four derivatives with respect to s (5, J, 2m + 1) at s = 0, 1/2m, 2/2m, … 1.
@@ -39,8 +42,8 @@ def _powers(count: int) -> np.ndarray:
 def extremes(pieces: np.ndarray, curves: np.ndarray) -> np.ndarray:
     """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of m pieces and their `half_knots`.
 
-    Between two instants the extreme is looked for where the cubic through values and slopes has its own; there the
-    curve itself is evaluated, so nothing is named that it does not reach.
+    Between two instants the extreme is looked for where the cubic through values and slopes has its own; from there on
+    the curve itself is followed, so nothing is named that it does not reach.
     """
     step = 1 / (curves.shape[2] - 1)
     values, slopes = curves[:4], step * curves[1:5]
@@ -54,31 +57,37 @@ def extremes(pieces: np.ndarray, curves: np.ndarray) -> np.ndarray:
     below[np.abs(below) < NOTHING] = 1.0
     x = np.minimum(np.maximum(above / below, 0.0), 1.0)
     at = (f0 + x * (d0 + x * (b + x * c))).transpose(1, 2, 0, 3).reshape(*values.shape[:2], -1)
-    found = np.stack([at.argmin(axis=2), at.argmax(axis=2)])
-    x = x.transpose(1, 2, 0, 3).reshape(1, *at.shape)
-    place, within = found % f0.shape[2], np.take_along_axis(x, found[..., None], axis=3)[..., 0]
-    reached = _near(pieces, place // 2, step * (place % 2 + within))
-    lowest, highest = np.minimum(values.min(axis=2), reached[0]), np.maximum(values.max(axis=2), reached[1])
+    lowest, highest = np.minimum(values.min(axis=2), at.min(axis=2)), np.maximum(values.max(axis=2), at.max(axis=2))
+    # Acceleration and jerk are such cubics themselves.
+    found = np.stack([each.argpartition(TRIED, axis=2)[:, :, :TRIED] for each in (at[:2], -at[:2])])
+    x = np.take_along_axis(x.transpose(1, 2, 0, 3).reshape(1, *at.shape)[:, :2], found, axis=3)
+    low, high = _near(pieces, found % f0.shape[2] // 2, step * (found % f0.shape[2] % 2 + x))
+    lowest[:2], highest[:2] = np.minimum(values[:2].min(axis=2), low), np.maximum(values[:2].max(axis=2), high)
     return np.stack([lowest, highest], axis=2).transpose(1, 0, 2)
 
 
-def _near(pieces: np.ndarray, piece: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lowest and highest position, velocity, acceleration and jerk (2, 4, J), each in a piece of its own, at x since its
-    begin and one Newton step towards where its slope is zero."""
-    coefficients = pieces[piece, np.arange(pieces.shape[1])]
-    here, slopes, bends = (_evaluated(coefficients, order, x) for order in range(3))
-    bends[np.abs(bends) < NOTHING] = np.inf
-    there = _evaluated(coefficients, 0, np.clip(x - slopes / bends, 0.0, 1 / len(pieces)))
-    return np.stack([np.minimum(here[0], there[0]), np.maximum(here[1], there[1])])
+def _near(pieces: np.ndarray, piece: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest position and velocity (2, J) of a few candidates (2, 2, J, n), the low ones first.
+
+    Each is in a piece of its own: at x since it began, and two Newton steps from there towards where the slope is zero.
+    """
+    coefficients = pieces[piece, np.arange(pieces.shape[1])[:, None]]
+    values = [_evaluated(coefficients, 0, x)]
+    for _ in range(NEWTON_STEPS):
+        slopes, bends = _evaluated(coefficients, 1, x), _evaluated(coefficients, 2, x)
+        bends[np.abs(bends) < NOTHING] = np.inf
+        x = np.clip(x - slopes / bends, 0.0, 1 / len(pieces))
+        values.append(_evaluated(coefficients, 0, x))
+    low, high = np.concatenate(values, axis=3)
+    return low.min(axis=2), high.max(axis=2)
 
 
 def _evaluated(coefficients: np.ndarray, order: int, x: np.ndarray) -> np.ndarray:
-    """The order-th derivatives of position, velocity, acceleration and jerk (2, 4, J) at x."""
-    each = slice(order, order + 4)
-    return (coefficients * _FACTORS[each] * x[..., None] ** _POWERS[each]).sum(axis=3)
+    """The order-th derivatives of position and velocity (2, 2, J, n) at x."""
+    each = slice(order, order + 2)
+    return (coefficients * _FACTORS[each] * x[..., None] ** _POWERS[each]).sum(axis=4)
 
 
-_POWERS = np.maximum(np.arange(6) - np.arange(6)[:, None], 0)[:, None]
-_FACTORS = np.array([[1.0] * 6, [0, 1, 2, 3, 4, 5], [0, 0, 2, 6, 12, 20], [0, 0, 0, 6, 24, 60]])
-_FACTORS = np.concatenate([_FACTORS, [[0, 0, 0, 0, 24, 120], [0, 0, 0, 0, 0, 120]]])[:, None]
-"""Of the coefficients in position and its first five derivatives: (6, 1, 6)."""
+_POWERS = np.maximum(np.arange(6) - np.arange(4)[:, None], 0)[:, None, None]
+_FACTORS = np.array([[1.0] * 6, [0, 1, 2, 3, 4, 5], [0, 0, 2, 6, 12, 20], [0, 0, 0, 6, 24, 60]])[:, None, None]
+"""Of the coefficients in position and its first three derivatives: (4, 1, 1, 6)."""

@@ -34,7 +34,8 @@ class Precision:
 
 
 USUAL = Precision(3, 1e-4)
-"""Half a percent of the imitation error above the optimum at worst, and small programs."""
+"""With tight limits on everything the distance from the optimum without limits lies 1 % above the least in the median,
+6 % at worst, which is half a percent and 3 % of the imitation error; finer hulls make larger programs."""
 
 FINEST = Precision(16, 1e-6)
 """Tried before a request is refused."""

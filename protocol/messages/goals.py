@@ -92,8 +92,8 @@ class Goal(Request, kw_only=True):
         limits: tighter than the robot's own; where both say something the tighter holds
         rest_fraction: final part of the duration with exactly zero acceleration, 0 ≤ ρ < 1; `accelerations` must then
             be null or 0
-        place_time: s, > 0: keep the demonstrated places, but for about this long at each end, where the start or goal
-            differs; null: spread the difference over the whole motion
+        place_time: s of the demonstration, 0.05 or more: keep the demonstrated places, but for about this long at each
+            end, where the start or goal differs; null: spread the difference over the whole motion
         follow_through: s, 0 to 0.5: keep the final velocity this long after the goal, then stop; `accelerations` must
             then be null or 0
         tail: after the goal: stop inside the limits, or coast on with the final velocity (only with `plan_only`)

@@ -66,7 +66,8 @@ def renewed(cell: Cell, key: str, body: Body) -> Body:
 
 
 def _goals(home: list[float]) -> list[Body]:
-    """The plain one, one shaped by way-points and limits, one with its own start, and a movement primitive's."""
+    """The plain one, one shaped by waypoints and limits, one with its own start, one of each further method, one with
+    alternatives, the fastest. `revises` is null: at the start of a run there is nothing to correct."""
     free, still = [None] * (len(home) - 1), [0.0] * len(home)
     swing = {"primitive": "forehand", "positions": _near(home), "velocities": [0.5, *still[1:]]}
     shaped = {
@@ -92,11 +93,23 @@ def _goals(home: list[float]) -> list[Body]:
         "tail": "coast",
         "plan_only": True,
     }
+    several = {
+        "positions": None,
+        "alternatives": [
+            {"positions": home, "velocities": still, "duration": 1.2},
+            {"accelerations": [0.0, *free], "arrival_time": 1.5},
+        ],
+        "revises": None,
+        "follow_through": 0.02,
+        "place_time": 0.5,
+    }
     return [
         {"primitive": "forehand", "positions": home, "duration": 1.0},
         {**swing, **shaped},
         {**swing, **started},
-        {**swing, "duration": 1.5, "method": "dmp", "plan_only": True},
+        *({**swing, "duration": 1.5, "method": method, "plan_only": True} for method in ("dmp", "gaussian")),
+        {**swing, **several},
+        {**swing, "fastest": True, "follow_through": 0.1},
     ]
 
 

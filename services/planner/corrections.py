@@ -34,7 +34,8 @@ class _Played:
 
 
 class Corrections:
-    """The newest accepted motions by goal_id; the oldest are forgotten first."""
+    """The newest accepted motions by goal_id. Forgotten first is what was played or corrected longest ago, so that the
+    first goal of a long chain of corrections stays known while they name it."""
 
     def __init__(self) -> None:
         self._played: OrderedDict[str, _Played] = OrderedDict()
@@ -43,6 +44,8 @@ class Corrections:
         """Note a motion that the controller accepted; `duration` to the hit, s."""
         revised = self._played.get(goal.revises or "")
         chain = revised.chain if revised else goal_id
+        if goal.revises in self._played:
+            self._played.move_to_end(goal.revises)
         self._played[goal_id] = _Played(chain, goal.primitive, start_time, start_time + duration, phase)
         while len(self._played) > KEPT:
             self._played.popitem(last=False)

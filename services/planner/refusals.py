@@ -1,6 +1,6 @@
 """From what motion says is wrong to refusals, joints by name."""
 
-from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, SolverFailed
+from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from protocol.errors import Refusal
 from services.robot import RobotConfig
 
@@ -28,6 +28,10 @@ def refusal_of(error: MotionError, config: RobotConfig) -> Refusal:
             )
         case CannotStop():
             return Refusal("cannot_stop", sentence, joint=joint, max_velocity=error.max_velocity)
+        case OutOfTime():
+            return Refusal(
+                "solver_failed", sentence, joint=joint, status=error.status, min_duration=error.min_duration
+            )
         case SolverFailed():
             return Refusal("solver_failed", sentence, joint=joint, status=error.status)
     raise error

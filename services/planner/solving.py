@@ -2,11 +2,12 @@
 
 import time
 from dataclasses import dataclass
+from functools import partial
 
 from motion.alternatives import AllRefused, plan_best
 from motion.dmp_plan import plan_dmp
-from motion.errors import MotionError
-from motion.gaussian import plan_gaussian
+from motion.errors import MotionError, OutOfTime
+from motion.gaussian import SAFETY_MARGIN, plan_gaussian
 from motion.plan import Plan, Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.request import MotionRequest
@@ -18,7 +19,8 @@ from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import none_of, refusal_of
 from services.robot import RobotConfig
 
-SAMPLED = {"dmp": plan_dmp, "gaussian": plan_gaussian}
+SAMPLED = {"dmp": plan_dmp, "gaussian": partial(plan_gaussian, margin=SAFETY_MARGIN)}
+"""The paper's program keeps limits at 1001 instants: what is played needs a margin for the time between them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +56,6 @@ class Solver:
             alternative, made = self._planned(goal, primitive, request, origin)
         except MotionError as error:
             raise refusal_of(error, self._config) from None
-        except AllRefused as refused:
-            raise none_of(refused.errors, self._config) from None
         if made.total_duration > MAX_PLAN_S + self._config.tick / 2:
             raise too_long(goal, made.duration, made.total_duration)
         return Made(made, alternative, origin, (time.perf_counter() - began) * 1e3)
@@ -73,12 +73,35 @@ class Solver:
             return 0, sampled
         warm, alternative = self._warm.get(goal.primitive), 0
         if goal.alternatives:
-            alternative, made = plan_best(primitive, request, ends(goal, request, self._config, origin), tick, warm)
+            alternative, made = self._best(goal, primitive, request, origin, warm)
         elif goal.fastest:
             made = plan_fastest(primitive, request, tick)
         else:
-            # Another duration is no answer to who must be there in time.
-            remedy = goal.arrival_time is None and (origin.correction is None or goal.duration is not None)
-            made = plan(primitive, request, tick, warm, remedy)
+            made = self._own(goal, primitive, request, origin, warm)
         self._warm[goal.primitive] = made.warm
         return alternative, made
+
+    def _best(
+        self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, warm: Warm | None
+    ) -> tuple[int, Plan]:
+        """The best end and its plan. Where none was found and the goal's own was given up for want of time, that one is
+        planned as if it were alone: its refusal is the goal's, and its plan is better than none."""
+        found = ends(goal, request, self._config, origin)
+        try:
+            return plan_best(primitive, request, found, self._config.tick, warm)
+        except AllRefused as refused:
+            own, *others = refused.errors
+        if isinstance(own, OutOfTime):
+            try:
+                return 0, self._own(goal, primitive, request, origin, warm)
+            except MotionError as error:
+                own = error
+        raise none_of([own, *others], self._config)
+
+    def _own(
+        self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, warm: Warm | None
+    ) -> Plan:
+        """The plan of the goal's own end."""
+        # Another duration is no answer to who must be there in time.
+        remedy = goal.arrival_time is None and (origin.correction is None or goal.duration is not None)
+        return plan(primitive, request, self._config.tick, warm, remedy)

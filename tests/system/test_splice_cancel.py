@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from harness import ROBOT, Reference, Stack, wait_for
 
-from motion.trajectory import Samples
 from motion.braking import first_stop
+from motion.trajectory import Samples
 from protocol import messages as m
 from protocol import topics
 from protocol.bus import Bus

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from harness import SERVICES, Stack, running
 
+from deploy.demonstrations.make_forehand import HIT
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import matrix
 from services.demo.strikes import goal
+from services.drill.reference import samples_of
 from services.recorder.trace import Trace, read_trace
 from services.robot import load_robot
 
@@ -124,3 +126,87 @@ def test_a_refused_goal_is_on_the_timeline_with_its_code(recorded: tuple[list[To
     at = [offset + one.refused_at for offset, one in zip(offsets, told, strict=True)]
     late = trace.column("/goals/refused", "code").times["tick"] - at
     assert not late.any()
+
+
+# --- a corrected swing ------------------------------------------------------------------------------------
+
+PARTS = 0.4, 0.7, 0.85
+"""Of the way to the hit: where corrections begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Corrected:
+    """A swing and its corrections: the plans that were published, and what the trace says."""
+
+    plans: list[m.Plan]
+    trace: Trace
+
+    def first_tick(self, index: int) -> int:
+        """Where a plan begins; the first run of a trace is laid at its own ticks."""
+        return round(self.plans[index].start_time * 1000)
+
+
+@pytest.fixture(scope="module")
+def corrected(tmp_path_factory: pytest.TempPathFactory) -> Corrected:
+    """A swing that is corrected three times, the target 0.03 rad further each time."""
+    directory = tmp_path_factory.mktemp("corrected")
+    file = directory / "corrected.rrd"
+    with running(directory, names=(*SERVICES, "recorder"), record=file) as stack:
+        stack.reset()
+        swing = stack.strike(goal_id="swing")
+        last, plans = swing, [stack.plan_of(swing)]
+        for index, part in enumerate(PARTS):
+            stack.step_to(stack.ticks(swing.start_time + part * swing.duration) - 20)
+            moved = [place + 0.03 * (index + 1) for place in HIT]
+            last = stack.strike(revises="swing", goal_id=f"correction {index + 1}", positions=moved)
+            plans.append(stack.plan_of(last))
+        assert stack.finish(last).outcome == "succeeded"
+        stack.step(20)
+    return Corrected(plans, read_trace(file))
+
+
+def test_where_a_correction_begins_the_curves_before_end(corrected: Corrected):
+    """One tick apart, so that no line joins them; each part is its own plan's, up to the hit of the last."""
+    begins = [corrected.first_tick(index) for index in range(len(corrected.plans))]
+    for joint, name in enumerate(NAMES):
+        column = corrected.trace.column(f"/joints/{name}/position/planned")
+        drawn = dict(zip(column.ticks().tolist(), column.array().tolist(), strict=True))
+        for index, plan in enumerate(corrected.plans):
+            end = begins[index + 1] - 1 if index < len(PARTS) else begins[index] + plan.hit_index + 1
+            positions = samples_of(plan).positions[:, joint]
+            ticks = range(begins[index], end)
+            assert [drawn[tick] for tick in ticks] == positions[: len(ticks)].tolist(), (name, index)
+        gaps = [begin - 1 for begin in begins[1:]]
+        assert not set(gaps) & set(drawn)
+        assert set(gaps) <= set(column.times["tick"].tolist())  # the pen is lifted there
+
+
+def test_the_point_where_a_correction_begins_is_marked(corrected: Corrected):
+    """On every joint's curve."""
+    begins = [corrected.first_tick(index) for index in range(1, len(corrected.plans))]
+    for joint, name in enumerate(NAMES):
+        column = corrected.trace.column(f"/joints/{name}/position/corrected")
+        assert column.ticks().tolist() == begins
+        assert column.array().tolist() == [samples_of(plan).positions[0, joint] for plan in corrected.plans[1:]]
+
+
+def test_the_trace_names_what_is_corrected_and_at_which_phase(corrected: Corrected):
+    """As numbers and in words."""
+    phases = [phase for [phase] in corrected.trace.column("/plans", "phase").values]
+    assert phases == pytest.approx([0.0, *PARTS], abs=1e-9)
+    assert phases == [plan.phase for plan in corrected.plans]
+    assert corrected.trace.column("/plans", "revises").values == [[""], *[["swing"]] * len(PARTS)]
+    said = corrected.trace.texts("/events/goal")
+    for index, part in enumerate(PARTS):
+        name = f"plan correction {index + 1} (forehand) accepted, corrects swing at phase {part:.3f}"
+        assert any(text.startswith(name) for text in said), said
+
+
+def test_the_rest_of_the_demonstration_is_drawn_beside_a_correction(corrected: Corrected):
+    """From the phase on that was reached."""
+    for joint, name in enumerate(NAMES):
+        column = corrected.trace.column(f"/joints/{name}/position/demonstrated")
+        drawn = dict(zip(column.ticks().tolist(), column.array().tolist(), strict=True))
+        last, begin = corrected.plans[-1], corrected.first_tick(-1)
+        shown = matrix(last.demonstration, last.hit_index + 1, len(NAMES), "demonstration")[:, joint]
+        assert [drawn[begin + k] for k in range(len(shown))] == shown.tolist()

@@ -166,4 +166,5 @@ class InSeconds:
 
     def weights_of(self, planned: Plan, joint: int = 0) -> np.ndarray:
         """A plan's weights: the control points (N,) of its acceleration."""
-        return curve_of(planned.control_points[joint], self.end).derivative(2).c[: planned.control_points.shape[1] - 2, 0]
+        accelerations = curve_of(planned.control_points[joint], self.end).derivative(2)
+        return accelerations.c[: self.count, 0]

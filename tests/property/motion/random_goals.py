@@ -25,7 +25,7 @@ def _strike(rng: np.random.Generator) -> np.ndarray:
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """What the joints of one request share; fields as in `MotionRequest`. `duration` is that of a whole demonstration."""
+    """What the joints of one request share, as in `MotionRequest`; `duration` is that of a whole demonstration."""
 
     duration: float
     rest_fraction: float = 0.0
@@ -53,8 +53,11 @@ def any_manner(rng: np.random.Generator) -> Manner:
 def random_request(
     rng: np.random.Generator, primitive: Primitive, tail: str = "coast", manner: Manner | None = None
 ) -> MotionRequest:
-    """One joint near its demonstration, with limits tighter than the motion that it would like to make; some with moving
-    starts, given accelerations, waypoints with free entries. Fixed values lie on their limits, near them, or away."""
+    """One joint near its demonstration, with limits tighter than the motion that it would like to make.
+
+    Some with moving starts, given accelerations, waypoints with free entries. Fixed values lie on their limits, near
+    them, or away.
+    """
     manner = manner or plain_manner(rng)
     straight = manner.rest_fraction > 0 or manner.follow_through > 0
     left = 1 - manner.phase
@@ -80,7 +83,6 @@ def random_request(
         manner.duration * left,
         Limits.unlimited(1),
         rest_fraction=manner.rest_fraction,
-        follow_through=manner.follow_through,
         place_time=manner.place_time,
         phase=manner.phase,
         tail="coast",
@@ -91,7 +93,8 @@ def random_request(
         waypoint = Waypoint(at * request.duration, there, FREE if rng.random() < 0.5 else np.zeros(1))
         request = replace(request, waypoints=(waypoint,))
     wish = plan(primitive, request).report.extremes
-    return replace(request, limits=_tight(rng, request, wish, tail), tail=tail)
+    limits, further = _tight(rng, request, wish, tail), manner.follow_through if tail == "stop" else 0.0
+    return replace(request, limits=limits, tail=tail, follow_through=further)
 
 
 def _tight(rng: np.random.Generator, request: MotionRequest, wish: dict[str, np.ndarray], tail: str) -> Limits:

@@ -12,11 +12,6 @@ from motion.limits import Limits
 from motion.program.terminal_set import TRIED, final_accelerations
 from motion.request import Boundary, MotionRequest
 from motion.trajectory import Samples
-<<<<<<< HEAD
-from motion.stopping import TRIED, final_accelerations
-from motion.braking import ARRIVED, first_stop, stop, stop_extremes
-=======
->>>>>>> tests
 
 velocity = st.one_of(st.just(0.0), st.floats(-15, 15))
 part = st.floats(-1, 1)

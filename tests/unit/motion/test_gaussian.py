@@ -51,7 +51,7 @@ def test_the_optimum_is_cvxopt_s(figure: Primitive, ask: Ask, paper_limits: Limi
     spent = float(np.mean(whole**2))
 
     def cost(w: np.ndarray) -> float:
-        return w @ program.P @ w / 2 + program.c @ w
+        return float(w @ program.P @ w / 2 + program.c @ w)
 
     assert abs(cost(ours) - cost(theirs)) < 1e-6 * spent
     accelerations = rows(50)[2] @ np.array([ours, theirs]).T
@@ -120,7 +120,7 @@ def test_the_report_says_what_the_samples_do(figure: Primitive, ask: Ask, paper_
     assert report.by_limits.max[0] > 0.5
     assert made.samples().velocities[-1, 0] == 0
     free = plan_gaussian(figure, ask(goal=(-1.0, 10.0))).report
-    assert free.by_limits.max[0] < 1e-12
+    assert free.by_limits.max[0] == 0
 
 
 def test_it_imitates_as_the_splines_do(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:

@@ -14,9 +14,7 @@ def goal(goal_id: str, revises: str | None = None, primitive: str = "forehand") 
 
 
 def reference(time: float, goal_id: str | None) -> m.Reference:
-    return m.Reference(
-        time=time, epoch=1, positions=ZEROS, velocities=ZEROS, accelerations=ZEROS, goal_id=goal_id
-    )
+    return m.Reference(time=time, epoch=1, positions=ZEROS, velocities=ZEROS, accelerations=ZEROS, goal_id=goal_id)
 
 
 @pytest.fixture
@@ -76,3 +74,11 @@ def test_the_oldest_are_forgotten(corrections: Corrections):
     with pytest.raises(Refusal, match="first"):
         corrections.correction(goal("x", "first"), reference(10.5, "first"))
     assert corrections.correction(goal("x", "g0"), reference(20.5, "g0")) == Correction(0.5, 21.0)
+
+
+def test_the_first_of_a_long_chain_stays_known(corrections: Corrections):
+    """While corrections name it, however many there are."""
+    for index in range(2 * KEPT):
+        corrections.note(goal(f"g{index}", "first"), f"g{index}", 10.0, 2.0, 0.0)
+    last = f"g{2 * KEPT - 1}"
+    assert corrections.correction(goal("x", "first"), reference(10.5, last)) == Correction(0.25, 12.0)

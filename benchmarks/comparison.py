@@ -1,0 +1,85 @@
+"""One plan of one joint by Volley and by others, and its distance from the optimum."""
+
+import gc
+from collections.abc import Callable
+
+import numpy as np
+
+from benchmarks.cases import Case
+from benchmarks.judging import FINE, Column
+from benchmarks.peers import Answer, FullProblem, dmp_solver, ruckig_motion
+from benchmarks.timing import timed
+from motion import splines
+from motion.errors import MotionError
+from motion.gaussian import plan_gaussian
+from motion.gaussian_basis import make_basis
+from motion.plan import plan
+from motion.primitive import Primitive
+from motion.request import MotionRequest
+
+PAPER = "CVXOPT, full"
+"""The solver that times are compared with: the paper's, on its whole problem."""
+
+
+def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, Column]:
+    """Give every case of one joint to every solver in turn, so that all see the same machine."""
+    full = [FullProblem(primitive) for primitive in primitives]
+    dmps = [dmp_solver(primitive) for primitive in primitives]
+    columns: dict[str, Column] = {}
+    for joint, case in cases:
+        gc.collect(1)
+        primitive, request = primitives[joint], case.request
+        works = _volley(primitive, case) | _others(full[joint], dmps[joint], request)
+        # Judged only when all are done: what judges fills the caches with its own.
+        for name, (seconds, answer) in {name: timed(work) for name, work in works.items()}.items():
+            column = columns.setdefault(name, Column())
+            if answer is None:
+                column.unsolved += 1
+                continue
+            column.seconds.append(seconds)
+            column.judge(primitive, request, _accelerations(name, answer, request))
+    return columns
+
+
+def _volley(primitive: Primitive, case: Case) -> dict[str, Callable[[], Answer]]:
+    """A plan with its stop, limits looked at, and report: control points."""
+    request, warm = case.request, plan(primitive, case.before).warm
+    return {
+        "Volley, cold": lambda: plan(primitive, request).control_points[0],
+        "Volley, warm": lambda: plan(primitive, request, warm=warm).control_points[0],
+    }
+
+
+def _others(
+    problem: FullProblem, dmp: Callable[[MotionRequest], Answer], request: MotionRequest
+) -> dict[str, Callable[[], Answer]]:
+    """The solution alone: weights, or accelerations of those that have none."""
+    return {
+        "PIQP, full": lambda: problem.piqp(request),
+        PAPER: lambda: problem.cvxopt(request),
+        "DAQP, full": lambda: problem.daqp(request),
+        "Clarabel, full": lambda: problem.clarabel(request),
+        "Ruckig": lambda: ruckig_motion(request),
+        "DMPWithFinalVelocity": lambda: dmp(request),
+    }
+
+
+def _accelerations(name: str, answer: np.ndarray, request: MotionRequest) -> np.ndarray:
+    if name.startswith("Volley"):
+        return splines.derivative(answer[None], FINE, 2)[:, 0] / request.duration**2
+    if name.endswith("full"):
+        return make_basis(len(answer)).rows(FINE, 0) @ answer / request.duration**2
+    return answer
+
+
+def beside_optimum(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, float]:
+    """Return Volley's imitation error over that of the paper's optimum: median, worst, and over how many goals."""
+    ratios = []
+    for joint, case in cases:
+        primitive, request = primitives[joint], case.request
+        try:
+            best = plan_gaussian(primitive, request).report.imitation_rms[0]
+        except MotionError:  # the paper's method cannot be held against where it finds nothing
+            continue
+        ratios.append(float(plan(primitive, request).report.imitation_rms[0] / best))
+    return {"median": float(np.median(ratios)), "worst": max(ratios), "goals": len(ratios)}

@@ -1,0 +1,72 @@
+"""The optima of all joints, verified from their weights."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motion.errors import SolverFailed
+from motion.program.constraint_generation import InfeasibleRows, Solution, solve
+from motion.program.effort import Effort
+from motion.program.problem import Problem
+
+EQUALITY_TOLERANCE = 1e-10
+"""Equalities hold to this part of the largest target, or it is no plan …"""
+
+ROUNDING = 4 * np.finfo(float).eps
+"""… or to this part of the terms that make them up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Warm:
+    """The rows of a plan that came near their limits, an array for each joint: the next plan of the same joints begins
+    with them. They belong to hulls with `points` control points."""
+
+    points: int
+    rows: list[np.ndarray]
+
+
+def optimum(
+    problem: Problem, effort: Effort, warm: Warm | None = None, joints: np.ndarray | None = None
+) -> list[Solution]:
+    """Return the optimum of every joint or of the `joints` (n,). Raises InfeasibleRows or SolverFailed.
+
+    Rows of an earlier motion are demanded where this one might have done without, so no verdict rests on them.
+    """
+    if warm is not None and warm.points == len(problem.hull.s):
+        try:
+            return _verified(problem, solve(problem, effort, warm.rows, joints))
+        except (InfeasibleRows, SolverFailed):
+            pass
+    return _verified(problem, solve(problem, effort, None, joints))
+
+
+def _verified(problem: Problem, solutions: list[Solution]) -> list[Solution]:
+    """The solutions, whose limits were looked at, with their equalities looked at. Raises SolverFailed."""
+    joints = np.array([solution.joint for solution in solutions])
+    x = np.array([solution.x for solution in solutions])
+    missed = np.abs(problem.equalities.missed(x, problem.targets, joints))
+    allowed = EQUALITY_TOLERANCE * np.maximum(1.0, np.abs(problem.targets[joints]).max(axis=1))[:, None]
+    if not (missed <= allowed).all():
+        # Large weights that cancel each other, as in a motion that is over at once, leave their rounding.
+        terms = np.matmul(np.abs(problem.equalities.rows[joints]), np.abs(x)[:, :, None])
+        allowed = np.maximum(allowed, ROUNDING * terms[:, :, 0])
+    if not (missed <= allowed).all():
+        joint = (missed / allowed).max(axis=1).argmax()
+        raise SolverFailed(int(joints[joint]), f"equalities are off by {missed[joint].max():.1e}")
+    return solutions
+
+
+def works(problem: Problem, joint: int, effort: Effort, most: float) -> bool | None:
+    """Return whether a joint can be planned, None where that is not known after `most` effort. Raises OutOfTime where
+    none is left."""
+    effort.spend_on_look(joint)
+    share = effort.share(most)
+    try:
+        _verified(problem, solve(problem, share, None, np.array([joint]), probe=True))
+    except InfeasibleRows:
+        return False
+    except SolverFailed:
+        return None
+    finally:
+        effort.give_back(share)
+    return True

@@ -1,0 +1,303 @@
+"""Where and when a motion ends, over the wire: alternatives, the fastest, following through, places, rounding."""
+
+import numpy as np
+import pytest
+from harness import ROBOT, Reference, Stack
+
+from deploy.demonstrations.make_forehand import FOREHAND, HIT, HIT_VELOCITIES
+from motion.demonstration import Demonstration
+from motion.primitive import Primitive, learn
+from protocol import messages as m
+from services.demo.strikes import FASTER, TIGHT
+from services.drill.reference import samples_of
+
+LIMITS = ROBOT.limits.positions
+HOME = ROBOT.home.tolist()
+FAR = [2.1, *HIT[1:]]
+"""Inside the limits, with room to stop for slow arrivals only."""
+
+
+def end(move: float = 0.0, **fields: object) -> m.Alternative:
+    """An end so many rad beside the hit in every joint."""
+    return m.Alternative(positions=[place + move for place in HIT], **fields)  # type: ignore[arg-type]
+
+
+def taught() -> Primitive:
+    """The forehand as the planner has learned it."""
+    recorded = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
+    return learn(Demonstration(recorded[:, 0], recorded[:, 1:]))
+
+
+def check_end(stack: Stack, reply: m.GoalReply) -> None:
+    """The motion is played to the end that the reply names, smoothly."""
+    assert stack.finish(reply).outcome == "succeeded"
+    played = Reference(stack.commands())
+    played.check_smooth()
+    played.check_limits()
+    at = stack.ticks(reply.start_time + reply.duration)
+    assert np.abs(played.positions[at] - reply.positions).max() < 1e-9
+    assert np.abs(played.velocities[at] - reply.velocities).max() < 1e-8
+
+
+# --- alternatives -----------------------------------------------------------------------------------------
+
+
+def test_the_end_that_is_played(stack: Stack):
+    """Each end has its own duration; what it leaves out is the goal's."""
+    alternatives = [end(0.1, duration=1.0), end(0.02, duration=1.0), end(0.05, duration=1.0), end(duration=0.02)]
+    reply = stack.strike(duration=0.03, alternatives=alternatives)
+    assert reply.alternative == 2
+    assert (reply.duration, reply.velocities) == (1.0, list(HIT_VELOCITIES))
+    assert reply.positions == alternatives[1].positions
+    check_end(stack, reply)
+
+
+def test_the_own_end_is_played_where_it_is_the_best(stack: Stack):
+    """As without alternatives."""
+    alone = stack.strike(plan_only=True)
+    reply = stack.strike(alternatives=[end(0.1), end(-0.1), m.Alternative(duration=0.7)])
+    assert reply.alternative == 0
+    assert (reply.positions, reply.duration) == (alone.positions, alone.duration)
+    assert reply.report.imitation_rms == pytest.approx(alone.report.imitation_rms, abs=1e-6)
+    check_end(stack, reply)
+
+
+def test_an_end_with_an_arrival_time(stack: Stack):
+    """On the robot's clock, like the goal's."""
+    stack.step(100)
+    reply = stack.strike(duration=0.03, alternatives=[m.Alternative(arrival_time=1.2)])
+    assert reply.alternative == 1
+    assert reply.start_time + reply.duration == pytest.approx(1.2, abs=1e-9)
+    check_end(stack, reply)
+
+
+def test_a_correction_with_alternatives(stack: Stack):
+    """The rest of the demonstration to the end that suits it best."""
+    first = stack.strike()
+    stack.step_to(stack.ticks(first.start_time) + 480)
+    reply = stack.strike(revises=first.goal_id, positions=FAR, alternatives=[end(0.1), end(0.02), end(-0.05)])
+    assert reply.alternative == 2
+    assert reply.report.phase == pytest.approx(0.5, abs=1e-9)
+    assert reply.start_time + reply.duration == pytest.approx(first.start_time + first.duration, abs=1e-9)
+    check_end(stack, reply)
+
+
+def test_the_most_alternatives(stack: Stack):
+    """256, of which the last is the nearest."""
+    ends = [end(0.15 - 0.0005 * k) for k in range(256)]
+    reply = stack.strike(positions=FAR, alternatives=ends)
+    assert reply.alternative == 256
+    check_end(stack, reply)
+
+
+def test_where_all_ends_are_refused_each_says_why(stack: Stack):
+    """The goal's own refusal, with the codes of the others in their order."""
+    beyond = [9.0, *HIT[1:]]
+    fast = [12.0, *HIT_VELOCITIES[1:]]
+    alternatives = [
+        m.Alternative(positions=beyond),
+        m.Alternative(positions=FAR, velocities=fast, duration=1.0),
+        m.Alternative(duration=0.12),
+    ]
+    alone = stack.refused_goal(positions=list(HIT), velocities=list(HIT_VELOCITIES), duration=0.03)
+    refusal = stack.refused_goal(
+        positions=list(HIT), velocities=list(HIT_VELOCITIES), duration=0.03, alternatives=alternatives
+    )
+    assert refusal.code == alone.code == "infeasible"
+    limit, cannot_stop, hopeless = refusal.detail["alternatives"]
+    assert (limit, cannot_stop) == ("limit", "cannot_stop")
+    assert hopeless in ("infeasible", "solver_failed")  # given up before it was proved, where others wait
+    assert {name: refusal.detail[name] for name in ("joint", "quantity")} == {
+        name: alone.detail[name] for name in ("joint", "quantity")
+    }
+    stack.step(50)
+    assert not Reference(stack.commands()).velocities.any()
+
+
+@pytest.mark.parametrize(
+    ("code", "field", "more"),
+    [
+        ("invalid_goal", "alternatives", {"alternatives": [end()] * 257}),
+        ("bad_message", "alternatives[1].positions", {"alternatives": [end(), m.Alternative(positions=[0.0] * 5)]}),
+        ("bad_message", "alternatives[0].velocities", {"alternatives": [m.Alternative(velocities=[0.0] * 7)]}),
+        ("bad_message", "alternatives[0].accelerations", {"alternatives": [m.Alternative(accelerations=[])]}),
+        ("invalid_goal", "alternatives[0].arrival_time", {"alternatives": [end(duration=1.0, arrival_time=1.0)]}),
+        ("invalid_goal", "alternatives[0].duration", {"alternatives": [end(duration=0.0)]}),
+        ("invalid_goal", "alternatives", {"alternatives": [end()], "method": "gaussian"}),
+        ("invalid_goal", "fastest", {"fastest": True, "duration": 1.0}),
+        ("invalid_goal", "fastest", {"fastest": True, "arrival_time": 1.0}),
+        ("invalid_goal", "fastest", {"fastest": True, "alternatives": [end()]}),
+        ("invalid_goal", "fastest", {"fastest": True, "method": "dmp"}),
+        ("invalid_goal", "follow_through", {"follow_through": 0.6}),
+        ("invalid_goal", "follow_through", {"follow_through": -0.1}),
+        ("invalid_goal", "follow_through", {"follow_through": 0.1, "tail": "coast", "plan_only": True}),
+        ("invalid_goal", "accelerations", {"follow_through": 0.1, "accelerations": [1.0] * 6}),
+        ("invalid_goal", "place_time", {"place_time": 0.0}),
+        ("invalid_goal", "place_time", {"place_time": -1.0}),
+        ("invalid_goal", "place_time", {"place_time": 0.5, "method": "gaussian"}),
+    ],
+)
+def test_what_contradicts_itself_moves_nothing(stack: Stack, code: str, field: str, more: dict):
+    """And names the field."""
+    refusal = stack.refused_goal(**more)
+    assert (refusal.code, refusal.detail["field"]) == (code, field)
+    stack.step(20)
+    assert not Reference(stack.commands()).velocities.any()
+
+
+# --- the fastest ------------------------------------------------------------------------------------------
+
+
+def test_the_fastest_motion(stack: Stack):
+    """Less than half of it is infeasible, and the shortest that a refusal names is no shorter by more than 3 %."""
+    reply = stack.strike(fastest=True)
+    assert reply.duration < 0.6
+    refusal = stack.refused_goal(
+        positions=list(HIT), velocities=list(HIT_VELOCITIES), duration=round(reply.duration / 2, 3)
+    )
+    assert refusal.code == "infeasible"
+    assert refusal.detail["min_duration"] == pytest.approx(reply.duration, rel=0.03)
+    check_end(stack, reply)
+
+
+def test_the_fastest_correction(stack: Stack):
+    """Of what is left."""
+    first = stack.strike()
+    stack.step_to(stack.ticks(first.start_time) + 480)
+    reply = stack.strike(revises=first.goal_id, fastest=True)
+    assert reply.report.phase == pytest.approx(0.5, abs=1e-9)
+    assert reply.duration < 0.5
+    check_end(stack, reply)
+
+
+# --- following through ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seconds", [0.03, 0.1])
+def test_following_through_keeps_the_velocity(stack: Stack, seconds: float):
+    """From the hit on, without acceleration, then comes the stop."""
+    reply = stack.strike(follow_through=seconds)
+    check_end(stack, reply)
+    played, at = Reference(stack.commands()), stack.ticks(reply.start_time + reply.duration)
+    straight = slice(at, at + round(seconds * ROBOT.rate_hz) + 1)
+    assert np.abs(played.velocities[straight] - HIT_VELOCITIES).max() < 1e-8
+    assert np.abs(played.velocities[straight.stop + 2] - HIT_VELOCITIES).max() > 1e-3
+    end_position = HIT + seconds * np.array(HIT_VELOCITIES)
+    assert np.abs(played.positions[straight.stop - 1] - end_position).max() < 1e-8
+    assert not played.velocities[stack.end_tick(reply)].any()
+
+
+def test_following_through_needs_room_to_stop(stack: Stack):
+    """A goal that can be stopped behind may leave no room for going on before."""
+    near = {"positions": [1.9, *HIT[1:]], "velocities": [4.6, *HIT_VELOCITIES[1:]], "duration": 1.0}
+    assert stack.goal(**near, plan_only=True).report.certified
+    refusal = stack.refused_goal(**near, follow_through=0.1)
+    assert (refusal.code, refusal.detail["joint"]) == ("cannot_stop", "joint_1")
+    assert 0 < refusal.detail["max_velocity"] < 4.6
+    slower = [0.99 * refusal.detail["max_velocity"], *HIT_VELOCITIES[1:]]
+    check_end(stack, stack.goal(**{**near, "velocities": slower}, follow_through=0.1))
+
+
+# --- places, the paper's method, long motions -------------------------------------------------------------
+
+
+def test_a_place_time_keeps_the_places_in_the_middle(stack: Stack):
+    """The difference of the goal is made up for near the end; without it, all along the way."""
+    slow = [velocity / 3 for velocity in HIT_VELOCITIES]
+    fields = {"positions": [place + 0.1 for place in HIT], "velocities": slow, "duration": 3.0}
+    shown = taught().positions(np.linspace(0, 0.7, 2101))
+    apart = []
+    for seconds in (None, 0.1):  # of the demonstration; three times as long in this motion
+        told = stack.goal(**fields, place_time=seconds, plan_only=True, include_trajectory=True).trajectory
+        assert told is not None
+        apart.append(np.abs(samples_of(told).positions[:2101] - shown).max())
+    assert apart[1] < apart[0] / 3
+    check_end(stack, stack.goal(**fields, place_time=0.1))
+
+
+def test_the_papers_method_is_played(stack: Stack):
+    """Where its samples keep the limits; it promises nothing between them."""
+    reply = stack.strike(method="gaussian", duration=1.1)
+    assert not reply.report.certified
+    check_end(stack, reply)
+    best = stack.strike(duration=1.1, start=m.Start(positions=HOME), plan_only=True).report
+    assert np.all(np.array(best.imitation_rms) <= 1.001 * np.array(reply.report.imitation_rms) + 1e-6)
+
+
+def test_the_papers_method_under_limits(stack: Stack):
+    """What is played leaves them by no more than rounding; Volley's own imitates as well."""
+    fields = {"positions": list(HIT), "velocities": list(FASTER), "duration": 0.8, "limits": TIGHT}
+    planned = stack.goal(**fields, method="gaussian", plan_only=True)
+    margin = planned.report.margin
+    assert not planned.report.certified
+    assert -1e-5 < min(value for value in (*margin.positions, *margin.velocities) if value is not None) < 1e-5
+    best = stack.goal(**fields, plan_only=True).report
+    assert best.certified
+    assert np.all(np.array(best.imitation_rms) < 1.02 * np.array(planned.report.imitation_rms))
+    check_end(stack, stack.goal(**fields, method="gaussian"))
+
+
+def test_without_positions_the_primitive_ends_where_it_was_shown(stack: Stack):
+    """With its velocities; given velocities are met instead."""
+    reply = stack.goal(positions=None)
+    assert np.abs(np.array(reply.positions) - HIT).max() < 1e-4
+    assert np.abs(np.array(reply.velocities) - HIT_VELOCITIES).max() < 1e-2
+    check_end(stack, reply)
+    slow = stack.goal(positions=None, velocities=[0.5] * 6, plan_only=True)
+    assert (slow.positions, slow.velocities) == (reply.positions, [0.5] * 6)
+
+
+def test_a_motion_of_a_minute_is_accepted(stack: Stack):
+    """As polynomials to the controller, as every third sample to who listens; then it is cancelled."""
+    reply = stack.goal(duration=59.0, include_trajectory=True)
+    assert reply.duration == 59.0
+    told = reply.trajectory
+    assert told is not None
+    assert told.dt == pytest.approx(3 * ROBOT.tick)
+    assert told.count == -(-round(reply.total_duration * ROBOT.rate_hz) // 3) + 1
+    assert told.hit_index == round(59_000 / 3)
+    assert told.pieces is not None
+    assert stack.plan_of(reply).count == told.count
+    stack.step(500)
+    canceled = stack.cancel(reply.goal_id)
+    stack.step_to(stack.ticks(canceled.stop_time) + 1)
+    assert stack.result(reply.goal_id).outcome == "canceled"
+    samples, first = samples_of(told), stack.ticks(reply.start_time)
+    played = Reference(stack.commands()).positions[first : first + 300 : 3]
+    assert np.abs(played - samples.positions[:100]).max() < 1e-9
+    assert stack.refused_goal(duration=60.0, velocities=list(HIT_VELOCITIES)).code == "invalid_goal"
+    assert stack.refused_goal(duration=60.1).code == "invalid_goal"
+
+
+# --- rounding ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_float32_goal_on_a_limit_is_accepted(stack: Stack, side: int):
+    """Rounded outwards it lies beyond the limit; it is moved onto it."""
+    outwards = np.float32(np.inf if side else -np.inf)
+    goal = [float(np.nextafter(np.float32(limit), outwards)) for limit in LIMITS[:, side]]
+    assert all(abs(value) > abs(limit) for value, limit in zip(goal, LIMITS[:, side], strict=True))
+    reply = stack.goal(positions=goal, duration=2.0)
+    assert reply.positions == LIMITS[:, side].tolist()
+    check_end(stack, reply)
+
+
+def test_a_goal_beyond_a_limit_is_not_rounding(stack: Stack):
+    """More than a millionth of the range."""
+    refusal = stack.refused_goal(positions=[float(LIMITS[0, 1]) + 1e-4, *HIT[1:]], duration=2.0)
+    assert (refusal.code, refusal.detail["joint"]) == ("limit", "joint_1")
+
+
+def test_a_waypoint_that_repeats_the_start_is_left_out(stack: Stack):
+    """As the first point of many clients does; one at time 0 elsewhere is refused."""
+    through = m.Waypoint(time_from_start=0.5, positions=[-0.6, *[None] * 5])
+    repeated = m.Waypoint(time_from_start=0.0, positions=HOME)
+    reply = stack.strike(waypoints=[repeated, through])
+    played_without = stack.strike(waypoints=[through], plan_only=True, start=m.Start(positions=HOME))
+    assert reply.duration == played_without.duration
+    check_end(stack, reply)
+    stack.reset()
+    elsewhere = m.Waypoint(time_from_start=0.0, positions=list(HIT))
+    refusal = stack.refused_goal(waypoints=[elsewhere])
+    assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "waypoints[0].time_from_start")
