@@ -15,8 +15,14 @@ from experiments.imitation.recorded import PAPER, Recorded
 from motion.primitive import learn
 from motion.trajectory import Samples
 
-SHOWN: dict[str, Any] = {"color": style.COLOURS["demonstration"], "linewidth": 3.5, "alpha": 0.55, "label": "demonstration"}
+SHOWN: dict[str, Any] = {
+    "color": style.COLOURS["demonstration"],
+    "linewidth": 3.5,
+    "alpha": 0.55,
+    "label": "demonstration",
+}
 PLAYED: dict[str, Any] = {"color": "#111111", "linewidth": 1.0}
+THIN: dict[str, Any] = {"color": "#111111", "linewidth": 0.6}
 VARIANTS = "#c8501e", "#1f5fa8", "#3fa7a0"
 RECORDER = Recorder(500, tick=TWELVE_BITS)
 RATIO = 0.8
@@ -48,7 +54,7 @@ def arms(recordings: Sequence[Recorded]) -> Figure:
         times, shown, played = _own(recording)
         for joint, ax in enumerate(positions):
             _pair(ax, times, shown[:, joint], times, played.positions[:, joint])
-        deviation.plot(times, 1e3 * np.abs(played.positions - shown).max(axis=1), **PLAYED | {"linewidth": 0.6})
+        deviation.plot(times, 1e3 * np.abs(played.positions - shown).max(axis=1), **THIN)
         positions[0].set_title(recording.name, fontsize=9)
     _legend(figure, axes[0][0])
     return figure
