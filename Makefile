@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup demo paper test check format clean help
+.PHONY: setup demo paper imitation test check format clean help
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -23,6 +23,9 @@ demo: setup ## five strikes in real time, a table and a trace
 
 paper: setup ## the paper's figures, table and traces, made anew
 	$(BIN)/python -m experiments
+
+imitation: setup ## docs/imitation.md, its figures and numbers, made anew
+	$(BIN)/python -m experiments.imitation
 
 test: setup ## every test, about ten minutes
 	$(BIN)/python -m pytest

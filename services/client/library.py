@@ -42,14 +42,16 @@ def learn(
 ) -> None:
     """Learn a primitive from a demonstration: one row a sample, the first column time (s), then the joints (rad).
 
+    Prints how far the learned movement is from its samples, where it begins and ends, and warnings about the recording.
+
     Args:
         name: Of the new primitive.
         file: A .csv file, with or without a header, or a .npy file.
         rate: Samples per second; all columns are then joints.
         duration: Stretch the times to last this long, s; for recordings against a phase from 0 to 1.
-        smoothing: Chosen from the noise that is found, or none.
-        window: Smooth over this long, s, instead.
-        order: Of the polynomial that smooths over the window.
+        smoothing: auto fits a penalised spline, each joint smoothed as its noise asks for; none follows every sample.
+        window: Smooth with a Savitzky-Golay filter this long, s, instead, as the paper does.
+        order: Of that filter's polynomial.
         replace: Overwrite a primitive of this name.
         shell: How to reach the robot.
     """

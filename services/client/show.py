@@ -219,13 +219,34 @@ def _(reply: m.Primitives, names: Sequence[str]) -> RenderableType:
 
 @show.register
 def _(reply: m.Learned, names: Sequence[str]) -> RenderableType:
-    used = reply.smoothing
-    smoothing = f"smoothed over {used.window_s:g} s, order {used.order}" if used else "not smoothed"
     head = sentence(
-        f"learned {reply.name}", f"{reply.duration:.3f} s", f"{reply.basis_count} Gaussians a joint", smoothing
+        f"learned {reply.name}",
+        f"{reply.duration:.3f} s",
+        f"{reply.samples} samples" if reply.samples else "",
+        f"{reply.basis_count} functions a joint",
+        _smoothing(reply.smoothing),
     )
-    columns = [("fit rms [rad/s²]", reply.fit_rms), ("noise [rad]", reply.noise_estimate)]
-    return Group(head, joint_table(names, columns))
+    errors = [
+        ("position error rms [rad]", reply.position_rms),
+        ("position error max [rad]", reply.position_max),
+        ("acceleration error rms [rad/s²]", reply.fit_rms),
+        ("noise [rad]", reply.noise_estimate),
+    ]
+    tables = [joint_table(names, [(header, values) for header, values in errors if values], "what was learned")]
+    if reply.start and reply.goal:
+        ends = ("start", reply.start), ("goal", reply.goal)
+        columns = [
+            (f"{end} [{UNITS[name]}]", getattr(at, name)) for end, at in ends for name in ("positions", "velocities")
+        ]
+        tables.append(joint_table(names, columns, "where it begins and ends"))
+    return Group(head, *tables, *(Text(f"warning: {warning}", style="yellow") for warning in reply.warnings))
+
+
+def _smoothing(used: m.SavitzkyGolay | None) -> str:
+    """How the recording was smoothed; the reply is the same for a penalised spline and for no smoothing."""
+    if used is None:
+        return "smoothed by a penalised spline, unless --smoothing none was given"
+    return f"smoothed over {used.window_s:g} s, order {used.order}"
 
 
 @show.register

@@ -59,6 +59,19 @@ def test_result_says_how_long_each_stage_took():
     assert "the hit was not reached" not in printed(show(m.Result(goal_id="g", outcome="running"), JOINTS))
 
 
+def test_learning_says_how_well_and_what_is_odd():
+    text = printed(show(EXAMPLES["Learned"], JOINTS))
+    assert "learned wipe · 0.025 s · 200 samples · 50 functions a joint · smoothed over 0.2 s, order 5" in text
+    headers = "position error rms [rad]", "position error max [rad]", "acceleration error rms [rad/s²]", "noise [rad]"
+    assert all(header in text for header in headers)
+    assert all(f"{end} [{unit}]" in text for end in ("start", "goal") for unit in ("rad", "rad/s"))
+    assert "warning: the demonstration ends moving: joint_1 at 0.5 rad/s" in text
+    bare = m.Learned(name="wipe", duration=1.0, basis_count=20, fit_rms=[0.5], noise_estimate=[0.0])
+    text = printed(show(bare, []))
+    assert "20 functions a joint · smoothed by a penalised spline" in text
+    assert not any(words in text for words in ("samples", "position error", "start", "warning"))
+
+
 def test_empty_library_says_how_to_fill_it():
     assert "learn NAME FILE" in printed(show(m.Primitives(primitives=[]), []))
 
