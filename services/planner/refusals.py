@@ -29,9 +29,7 @@ def refusal_of(error: MotionError, config: RobotConfig) -> Refusal:
         case CannotStop():
             return Refusal("cannot_stop", sentence, joint=joint, max_velocity=error.max_velocity)
         case OutOfTime():
-            return Refusal(
-                "solver_failed", sentence, joint=joint, status=error.status, min_duration=error.min_duration
-            )
+            return Refusal("solver_failed", sentence, joint=joint, status=error.status, min_duration=error.min_duration)
         case SolverFailed():
             return Refusal("solver_failed", sentence, joint=joint, status=error.status)
     raise error
