@@ -13,7 +13,7 @@ from motion.program.constraint_generation import InfeasibleRows, Solution
 from motion.program.effort import Effort
 from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, check_fixed, fixed_values
-from motion.program.min_duration import FACTOR, MAX_DURATION, FirstFailing, min_duration, stretched
+from motion.program.min_duration import FACTOR, MAX_DURATION, Judge, Verdict, min_duration, stretched
 from motion.program.optimum import Warm, optimum, works
 from motion.program.problem import FINEST, USUAL, Precision, Problem, build
 from motion.program.report import Active, Report, make_report
@@ -26,7 +26,7 @@ __all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan", "plan_fastest"
 EFFORT = 18_000.0
 """Of a plan of up to six joints, more in proportion; see `motion.program.effort`."""
 
-USUAL_SHARE = 0.6
+USUAL_SHARE = 0.7
 """Part of the effort that the usual precision may take; what is left is for the finest and for another duration."""
 
 
@@ -122,8 +122,8 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     """
     _check_joints(primitive, request, None)
     request, effort = request.clipped(), effort_for(request.joint_count)
-    first_failing = _first_failing(primitive, final_accelerations(request), effort)
-    found = min_duration(request, first_failing, 0, round(primitive.duration / tick), tick)
+    judge = _judge(primitive, final_accelerations(request), effort)
+    found = min_duration(request, judge, 0, round(primitive.duration / tick), tick)
     return plan(primitive, found or stretched(request, MAX_DURATION), tick)
 
 
@@ -199,9 +199,9 @@ def _refusal(
     """
     found = None
     if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
-        first_failing = _first_failing(primitive, final_accelerations(request), effort)
+        judge = _judge(primitive, final_accelerations(request), effort)
         low = math.ceil(request.duration / tick - 1e-9)
-        found = min_duration(request, first_failing, low, math.ceil(low * FACTOR), tick)
+        found = min_duration(request, judge, low, math.ceil(low * FACTOR), tick)
     if isinstance(failed, OutOfTime):
         return OutOfTime(failed.joint, found.duration if found else None)
     if isinstance(failed, SolverFailed):
@@ -215,16 +215,20 @@ def _refusal(
     )
 
 
-def _first_failing(primitive: Primitive, final: np.ndarray, effort: Effort) -> FirstFailing:
-    """What tells which joint cannot be planned in a duration, with the intervals `final` of final accelerations."""
+def _judge(primitive: Primitive, final: np.ndarray, effort: Effort) -> Judge:
+    """What tells whether joints can be planned in a duration, with the intervals `final` of final accelerations."""
 
-    def first_failing(request: MotionRequest, joints: list[int]) -> int | None:
+    def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
         try:
             fixed = fixed_values(request)
             check_fixed(request, fixed)
             problem = build(primitive, request, fixed, final)
         except (LimitExceeded, InvalidMotion):
-            return joints[0]
-        return next((joint for joint in joints if not works(problem, joint, effort)), None)
+            return Verdict(joints[0])
+        for joint in joints:
+            answer = works(problem, joint, effort, most)
+            if not answer:
+                return Verdict(joint, certain=answer is not None)
+        return Verdict()
 
-    return first_failing
+    return judge

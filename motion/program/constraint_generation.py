@@ -140,17 +140,13 @@ def _program(
 def _first(over: np.ndarray) -> np.ndarray:
     """Rows at the peaks of positive `over` (2R,), and some along each stretch."""
     positive = (over > 0).nonzero()[0]
-    above = over[positive]
-    chosen = (above >= over.take(positive - 1)) & (above >= over.take(positive + 1, mode="clip"))
-    chosen |= positive % max(STRIDE, len(positive) // MANY) == 0
-    return positive[chosen]
+    along = positive[positive % max(STRIDE, len(positive) // MANY) == 0]
+    return np.union1d(_peaks(over), along)
 
 
 def _peaks(over: np.ndarray) -> np.ndarray:
     """Rows at the peaks of positive `over` (2R,)."""
     positive = (over > 0).nonzero()[0]
-    if positive.size < 2:
-        return positive
     above = over[positive]
     return positive[(above >= over.take(positive - 1)) & (above >= over.take(positive + 1, mode="clip"))]
 

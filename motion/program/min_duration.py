@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +13,21 @@ from motion.request import MotionRequest
 FACTOR = 1.5
 MAX_DURATION = 60.0
 
-FirstFailing = Callable[[MotionRequest, list[int]], int | None]
-"""The first of some joints that cannot be planned, None where all can. Raises OutOfTime where no effort is left."""
+LOOK, PROBE = 1_000.0, 4_000.0
+"""The effort after which it is unknown whether a joint works in the duration that is tried: on the way to the first
+that works, and when the shortest is looked for."""
+
+
+class Verdict(NamedTuple):
+    """Of a duration: it works (no joint), or the joint for which it does not, for certain or because its effort was
+    spent."""
+
+    joint: int | None = None
+    certain: bool = True
+
+
+Judge = Callable[[MotionRequest, list[int], float], Verdict]
+"""Tries joints in order, each with an effort. Raises OutOfTime where all effort is spent."""
 
 
 def stretched(request: MotionRequest, duration: float) -> MotionRequest:
@@ -32,9 +46,7 @@ def at_full_speed(request: MotionRequest) -> float:
     return float(np.maximum(ways, changes).max())
 
 
-def min_duration(
-    request: MotionRequest, first_failing: FirstFailing, low: int, guess: int, tick: float
-) -> MotionRequest | None:
+def min_duration(request: MotionRequest, judge: Judge, low: int, guess: int, tick: float) -> MotionRequest | None:
     """Return the request in the shortest duration found to work above `low` ticks, where it does not.
 
     None where none was found. Goes upward from `guess` ticks by factors of 1.5, or downward if that works, then bisects
@@ -42,23 +54,27 @@ def min_duration(
     asks first for the joints that failed before.
     """
     order = list(range(request.joint_count))
-    least = max(low, math.floor(at_full_speed(request) / tick) - 1)
+    low, high = max(low, math.floor(at_full_speed(request) / tick) - 1), None
+    step = max(guess, low + 1)
 
-    def works(ticks: int) -> bool:
-        failed = first_failing(stretched(request, ticks * tick), order)
-        if failed is not None:
-            order.remove(failed)
-            order.insert(0, failed)
-        return failed is None
+    def tried(ticks: int, effort: float) -> Verdict:
+        verdict = judge(stretched(request, ticks * tick), order, effort)
+        if verdict.joint is not None:
+            order.remove(verdict.joint)
+            order.insert(0, verdict.joint)
+        return verdict
 
-    high, low, step = None, least, max(guess, least + 1)
     try:
         while high is None and step * tick <= MAX_DURATION:
-            low, high, step = (low, step, step) if works(step) else (step, None, math.ceil(step * FACTOR))
+            joint, certain = tried(step, LOOK)
+            if joint is None:
+                high = step
+            else:
+                low, step = step if certain else low, math.ceil(step * FACTOR)
         while high is not None and high - low > 1:
             # Far above the bracket's lower end a factor is the better step.
             middle = max((low + high) // 2, math.floor(high / FACTOR))
-            low, high = (low, middle) if works(middle) else (middle, high)
+            low, high = (low, middle) if tried(middle, PROBE).joint is None else (middle, high)
     except OutOfTime:
         pass
     return None if high is None else stretched(request, high * tick)

@@ -9,9 +9,6 @@ from motion.program.constraint_generation import InfeasibleRows, Solution, solve
 from motion.program.effort import Effort
 from motion.program.problem import Problem
 
-PROBE = 3_000.0
-"""The effort after which a joint counts as one that does not work in the duration that is tried."""
-
 EQUALITY_TOLERANCE = 1e-10
 """Equalities hold to this part of the largest target, or it is no plan …"""
 
@@ -59,15 +56,17 @@ def _verified(problem: Problem, solutions: list[Solution]) -> list[Solution]:
     return solutions
 
 
-def works(problem: Problem, joint: int, effort: Effort) -> bool:
-    """Return whether a joint can be planned with a probe's share of the effort. Raises OutOfTime where no effort is
-    left."""
+def works(problem: Problem, joint: int, effort: Effort, most: float) -> bool | None:
+    """Return whether a joint can be planned, None where that is not known after `most` effort. Raises OutOfTime where
+    none is left."""
     effort.spend_on_look(joint)
-    share = effort.share(PROBE)
+    share = effort.share(most)
     try:
         _verified(problem, solve(problem, share, None, np.array([joint]), probe=True))
-    except (InfeasibleRows, SolverFailed):
+    except InfeasibleRows:
         return False
+    except SolverFailed:
+        return None
     finally:
         effort.give_back(share)
     return True

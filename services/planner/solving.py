@@ -2,11 +2,12 @@
 
 import time
 from dataclasses import dataclass
+from functools import partial
 
 from motion.alternatives import AllRefused, plan_best
 from motion.dmp_plan import plan_dmp
 from motion.errors import MotionError, OutOfTime
-from motion.gaussian import plan_gaussian
+from motion.gaussian import SAFETY_MARGIN, plan_gaussian
 from motion.plan import Plan, Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.request import MotionRequest
@@ -18,7 +19,8 @@ from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import none_of, refusal_of
 from services.robot import RobotConfig
 
-SAMPLED = {"dmp": plan_dmp, "gaussian": plan_gaussian}
+SAMPLED = {"dmp": plan_dmp, "gaussian": partial(plan_gaussian, margin=SAFETY_MARGIN)}
+"""The paper's program keeps limits at 1001 instants: what is played needs a margin for the time between them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

