@@ -1,0 +1,1 @@
+"""The quadratic program: spline space, equalities, limit rows, PIQP, shortest durations, report."""

@@ -26,9 +26,10 @@ STRIDE, MANY = 3, 24
 """In the first round every third violated control point becomes a row, but not many more than so many."""
 
 TINY = 1e-12
-"""Where all rows hold already the scale of a program is this."""
+"""The scale of a program whose rows hold already."""
 
 IDLE = 1e-8
+"""A row whose multiplier is a smaller part of the largest carries none."""
 
 NOTHING, NO_MULTIPLIERS = np.zeros(0, dtype=int), np.zeros(0)
 
@@ -70,8 +71,8 @@ def solve(
 
     All control points of what is returned lie inside their limits, those that the equalities decide to rounding. `warm`
     are rows to begin with, an array for each of the J joints. In a `probe` what does not come out clearly counts as
-    infeasible. Raises InfeasibleRows where the limits cannot be kept,
-    SolverFailed for numerical trouble or too much effort.
+    infeasible. Raises InfeasibleRows where the limits cannot be kept, SolverFailed for numerical trouble or too much
+    effort.
     """
     chosen = np.arange(len(problem.origin)) if joints is None else joints
     _check_decided(problem, chosen)

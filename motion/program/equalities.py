@@ -35,15 +35,13 @@ class Equalities:
     """What fixed values demand of the motions x (J, N + 2) of J joints: rows·x = targets.
 
     rows (J, m, N + 2), zero where a joint's value is free. kind: of each joint, an index of `spans`; these are
-    orthonormal bases (N, m) of the rows on z, one for each set of values that some joint fixes. correction (J, m, N):
-    the least change of z for a unit of each target; adaptation (J, m, N): the same in the metric in which the
-    demonstration is adapted to the targets.
+    orthonormal bases (N, m) of the rows on z, one for each set of values that some joint fixes. adaptation (J, m, N):
+    the least change of z for a unit of each target, in the metric in which the demonstration is adapted to the targets.
     """
 
     rows: np.ndarray
     kind: list[int]
     spans: list[np.ndarray]
-    correction: np.ndarray
     adaptation: np.ndarray
 
     def missed(self, x: np.ndarray, targets: np.ndarray, joints: Joints = slice(None)) -> np.ndarray:
@@ -55,11 +53,6 @@ class Equalities:
         x = x.copy()
         for _ in range(2):
             x[:, :-2] += np.matmul(self.missed(x, targets)[:, None], self.adaptation)[:, 0]
-        return x
-
-    def corrected(self, x: np.ndarray, targets: np.ndarray, joints: Joints) -> np.ndarray:
-        """The joints' motions x (n, N + 2), in place, brought to their targets by the least change."""
-        x[:, :-2] += np.matmul(self.missed(x, targets, joints)[:, None], self.correction[joints])[:, 0]
         return x
 
 
@@ -130,15 +123,14 @@ def _equalities(space: Space, quantity: tuple[int, ...], s: tuple[float, ...], g
     for kind in kinds:
         mask = np.frombuffer(kind, dtype=bool)
         joint = next(j for j, own in enumerate(masks) if own.tobytes() == kind)
-        rows, span, correction = _factored(every, mask, joint)
-        adaptation = correction
+        rows, span, adaptation = _factored(every, mask, joint)
         if not local:
             *_, adaptation = _factored(on_plain, mask, joint)
             adaptation = space.whitened(adaptation @ plain.whitening)
-        factored.append((rows, span, correction, adaptation))
+        factored.append((rows, span, adaptation))
     of_joint = [kinds.index(mask.tobytes()) for mask in masks]
-    rows, correction, adaptation = (np.array([factored[k][part] for k in of_joint]) for part in (0, 2, 3))
-    return Equalities(rows, of_joint, [span for _, span, *_ in factored], correction, adaptation)
+    rows, adaptation = (np.array([factored[k][part] for k in of_joint]) for part in (0, 2))
+    return Equalities(rows, of_joint, [span for _, span, _ in factored], adaptation)
 
 
 def _rows(space: Space, quantity: tuple[int, ...], s: tuple[float, ...]) -> np.ndarray:
@@ -147,7 +139,7 @@ def _rows(space: Space, quantity: tuple[int, ...], s: tuple[float, ...]) -> np.n
 
 
 def _factored(every: np.ndarray, mask: np.ndarray, joint: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """One joint's rows, span and correction."""
+    """One joint's rows, their span, and the least change of z for a unit of each target."""
     rows = np.where(mask[:, None], every, 0.0)
     on_weights = rows[mask, :-2]
     norms = np.linalg.norm(on_weights, axis=1)
