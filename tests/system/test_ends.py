@@ -224,7 +224,7 @@ def test_the_papers_method_is_played(stack: Stack):
 
 
 def test_the_papers_method_under_limits(stack: Stack):
-    """What is played leaves them by no more than rounding; Volley's own imitates as well."""
+    """Between its instants it needs a margin; Volley's own comes nearer to the limits and imitates as well."""
     fields = {"positions": list(HIT), "velocities": list(FASTER), "duration": 0.8, "limits": TIGHT}
     planned = stack.goal(**fields, method="gaussian", plan_only=True)
     margin = planned.report.margin
