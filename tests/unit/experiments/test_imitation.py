@@ -16,6 +16,7 @@ from experiments.imitation import conditions, recorded, results
 from experiments.imitation.__main__ import FIGURES, MAKERS
 from experiments.imitation.own import accelerations, bound, nearest_to_bound, of_recording, synthetic
 from experiments.imitation.page import ABSENT, PAGE, quote
+from motion.primitive import learn
 
 RELATIVE, ABSOLUTE = 0.05, 1e-6
 """What another machine's rounding may change."""
@@ -128,6 +129,20 @@ def test_recordings_of_an_arm_are_on_the_page():
         pytest.skip("the recordings are absent")
     rows = [row for row in COMMITTED["arms"] if row.name == recording.name]
     assert differing(of_recording(recording), rows) == []
+
+
+def test_what_is_missed_would_be_missed_without_smoothing():
+    missed = {(row.name, row.joint): row.bound for row in (*COMMITTED["arms"], *COMMITTED["poses"]) if not row.kept}
+    names = {name for name, _ in missed}
+    recordings = [one for one in (*recorded.arms(), *recorded.poses()) if one.name in names]
+    if not recordings:
+        pytest.skip("the recordings are absent")
+    for recording in recordings:
+        followed = learn(recording.demonstration, "none")
+        beside = dict(zip(recording.joints, followed.position_max.tolist(), strict=True))
+        bounds = {joint: limit for (name, joint), limit in missed.items() if name == recording.name}
+        assert followed.basis_count == 400
+        assert all(beside[joint] > limit for joint, limit in bounds.items())
 
 
 def test_letters_are_on_the_page():
