@@ -50,7 +50,7 @@ STRIKES = (
     Strike("as demonstrated", goal()),
     Strike("new start, 0.8 s", goal(FASTER, duration=0.8), ANOTHER_START),
     Strike("and tighter limits", goal(FASTER, duration=0.8, limits=TIGHT), ANOTHER_START),
-    Strike("by a way-point", goal(waypoints=[WAYPOINT])),
+    Strike("through a waypoint", goal(waypoints=[WAYPOINT])),
     Strike("noise and a push", goal(), None, NOISE, PUSH, 2e-2, 5e-1),
 )
 

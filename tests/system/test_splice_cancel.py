@@ -325,7 +325,7 @@ def _quantities(samples: Samples) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("waypoints", [[], [m.Waypoint(time_from_start=0.015, positions=[0.1, *JOINT_1])]])
 def test_the_shortest_duration_offered_works(stack: Stack, waypoints: list[m.Waypoint]):
-    """An infeasible goal says how long it takes, and with its way-points where; sent so it is played."""
+    """An infeasible goal says how long it takes, and with its waypoints where; sent so it is played."""
     with pytest.raises(Refusal) as caught:
         strike(stack, duration=0.03, waypoints=waypoints)
     refusal = caught.value

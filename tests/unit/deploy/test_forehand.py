@@ -38,7 +38,7 @@ def test_it_runs_from_rest_at_home_at_500_hz():
 
 @pytest.mark.parametrize("duration", [1.0, 0.8])
 def test_it_leaves_room_in_every_limit(duration: float):
-    """A third of each range or more is left, so that other starts, way-points and the stop after the hit fit."""
+    """A third of each range or more is left, so that other starts, waypoints and the stop after the hit fit."""
     _, times, positions = read()
     step = times[1] * duration / HIT_TIME
     middle = ROBOT.limits.positions.mean(axis=1)

@@ -1,4 +1,4 @@
-"""The client's command line in pure functions: vectors, way-points, goals, files of samples."""
+"""The client's command line in pure functions: vectors, waypoints, goals, files of samples."""
 
 import numpy as np
 import pytest

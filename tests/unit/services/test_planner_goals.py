@@ -215,7 +215,7 @@ def test_the_tighter_limit_holds(primitive: Primitive):
 
 
 def test_null_is_free(primitive: Primitive):
-    """In accelerations, way-points and starts; velocities of a start are zero where they are null."""
+    """In accelerations, waypoints and starts; velocities of a start are zero where they are null."""
     request = requested(
         primitive,
         accelerations=[1.0, *FREE],
