@@ -69,7 +69,7 @@ MEANINGS = {
     "bad_message": "the body is malformed; the field is empty where the whole body is meant",
     "invalid_goal": "well-formed, but contradictory or outside what this robot takes",
     "unknown_primitive": "the library has none of this name",
-    "unknown_goal": "there is no such goal, or it was forgotten; of `revises`: its motion is not under way",
+    "unknown_goal": "there is no such goal, or it was forgotten; of `revises`: the planner never had it played",
     "exists": "a primitive of this name is there; `replace` it",
     "duplicate": "the id of this goal belongs to another body",
     "limit": "a value that the goal fixes lies outside a limit",
@@ -77,10 +77,11 @@ MEANINGS = {
     "`waypoint_times` those of its waypoints, null where none was found",
     "cannot_stop": "the arm could not come to rest behind the goal; `max_velocity` could be stopped, null "
     "where none was found for the final acceleration asked for",
-    "solver_failed": "the quadratic program was not solved, for numerical reasons",
+    "solver_failed": "the quadratic program was not solved, for numerical reasons or, with the status `time`, because the "
+    "plan would have taken longer than a plan may; that one adds `min_duration`, a duration that works or null",
     "late": "the motion would have had to start already; of `revises`: its hit has passed",
     "superseded": "planned before something else was accepted, cancelled or reset; of `revises`: another motion "
-    "replaced its own",
+    "replaced its own, or it was stopped",
     "busy": "a motion runs and shall not be preempted, or too many requests wait",
     "not_holder": "another client's motion with a lease runs",
     "unavailable": "the other side is silent, or met an error of its own, as a full disk; for a goal `goal_id` is "
