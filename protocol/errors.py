@@ -22,8 +22,9 @@ CODES: Mapping[str, tuple[str, ...]] = {
     "fault": ("fault",),
     "wrong_clock": (),
 }
-"""Every code with the fields of its `detail`. `unavailable` adds `goal_id` where a goal may have started, `solver_failed`
-`min_duration` where time ran out, and any refusal of a goal with alternatives `alternatives`, their codes."""
+"""Every code with the fields of its `detail`. `unavailable` adds `goal_id` where a goal may have started,
+`solver_failed` `min_duration` where time ran out, and any refusal of a goal with alternatives `alternatives`, their
+codes."""
 
 
 class Refusal(Exception):

@@ -77,8 +77,8 @@ MEANINGS = {
     "`waypoint_times` those of its waypoints, null where none was found",
     "cannot_stop": "the arm could not come to rest behind the goal; `max_velocity` could be stopped, null "
     "where none was found for the final acceleration asked for",
-    "solver_failed": "the quadratic program was not solved, for numerical reasons or, with the status `time`, because the "
-    "plan would have taken longer than a plan may; that one adds `min_duration`, a duration that works or null",
+    "solver_failed": "the quadratic program was not solved, for numerical reasons or, with the status `time`, because "
+    "the plan would have taken longer than a plan may; that one adds `min_duration`, a duration that works or null",
     "late": "the motion would have had to start already; of `revises`: its hit has passed",
     "superseded": "planned before something else was accepted, cancelled or reset; of `revises`: another motion "
     "replaced its own, or it was stopped",
