@@ -5,15 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motion.errors import MotionError, OutOfTime
-from motion.plan import Plan, Warm, effort_for, plan
+from motion.errors import CannotStop, LimitExceeded, MotionError, OutOfTime
+from motion.limits import QUANTITIES, ROUNDING
+from motion.plan import Plan, Warm, plan
 from motion.primitive import Primitive
+from motion.program.effort import Effort
 from motion.program.imitation import imitated
 from motion.program.space import make_space
+from motion.program.terminal_set import never_stops
 from motion.request import Boundary, MotionRequest
 
-EFFORT_EACH = 4_000.0
-"""What the plan of one end may take while there are others; see `motion.program.effort`."""
+EFFORT, EFFORT_EACH, PLAN = 10_000.0, 2_500.0, 1_000.0
+"""What all plans may take, what each of them, and what each counts for beside its programs, µs on the machine of
+benchmarks/README.md."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,23 +45,27 @@ def plan_best(
     order of what the error would be without limits, which it cannot be below, until no other can be better or the
     effort is spent. Goal and duration of `request` are not used. Raises AllRefused.
     """
-    requests = [replace(request, goal=end.goal, duration=end.duration) for end in ends]
     bounds = least_errors(primitive, request, ends)
     scale = _scale(request)
-    effort = effort_for(request.joint_count)
-    errors: list[MotionError] = [OutOfTime(0) for _ in ends]
+    effort = Effort(EFFORT * max(1.0, request.joint_count / 6))
+    hopeless = _hopeless(request, ends)
+    errors: list[MotionError] = [hopeless.get(index, OutOfTime(0)) for index in range(len(ends))]
     best: tuple[float, int, Plan] | None = None
     for index in np.argsort(bounds, kind="stable").tolist():
         if effort.left <= 0 or (best is not None and bounds[index] >= best[0]):
             break
+        if index in hopeless:
+            continue
         share = effort.share(EFFORT_EACH)
+        asked = replace(request, goal=ends[index].goal, duration=ends[index].duration)
         try:
-            made = plan(primitive, requests[index], tick, warm, remedy=False, effort=share)
+            made = plan(primitive, asked, tick, warm, remedy=False, thorough=False, effort=share)
         except MotionError as error:
             errors[index] = error
             continue
         finally:
             effort.give_back(share)
+            effort.left -= PLAN
         error = float(((made.report.imitation_rms / scale) ** 2).sum())
         if best is None or error < best[0]:
             best = error, index, made
@@ -100,6 +108,23 @@ def least_errors(primitive: Primitive, request: MotionRequest, ends: Sequence[En
             b = missed[:, joints, used]
             errors[:, joints] = np.einsum("kji,il,kjl->kj", b, inverse, b)
     return (errors / moving**4 / _scale(request) ** 2).sum(axis=1)
+
+
+def _hopeless(request: MotionRequest, ends: Sequence[End]) -> dict[int, MotionError]:
+    """What is wrong with the ends that need no plan to be refused, by their index."""
+    values = np.array([[end.goal.positions, end.goal.velocities] for end in ends])
+    low, high = request.limits.ranges[:, :2].transpose(2, 1, 0)
+    slack = ROUNDING * np.where(np.isfinite(high - low), high - low, 0.0)
+    found: dict[int, MotionError] = {}
+    for index, quantity, joint in np.argwhere((values < low - slack) | (values > high + slack)).tolist():
+        value = float(values[index, quantity, joint])
+        bound = low if value < low[quantity, joint] else high
+        error = LimitExceeded(joint, QUANTITIES[quantity], value, float(bound[quantity, joint]))
+        found.setdefault(index, error)
+    if request.tail == "stop":
+        for index, joint in np.argwhere(never_stops(request, [end.goal for end in ends])).tolist():
+            found.setdefault(index, CannotStop(joint, None))
+    return found
 
 
 def _scale(request: MotionRequest) -> np.ndarray:

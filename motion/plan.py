@@ -65,12 +65,14 @@ def plan(
     tick: float = 0.001,
     warm: Warm | None = None,
     remedy: bool = True,
+    thorough: bool = True,
     effort: Effort | None = None,
 ) -> Plan:
     """Plan the motion that imitates `primitive` best as `request` asks (eq. 10–17).
 
     `tick` (s) is the grid of the total duration; `warm` comes from an earlier plan of the same joints; `remedy`: what
-    is infeasible is answered with a duration that works; `effort`: what may be spent. Raises InvalidMotion,
+    is infeasible is answered with a duration that works; `thorough`: it was tried in the finest hull before; `effort`:
+    what may be spent. Raises InvalidMotion,
     LimitExceeded, CannotStop, Infeasible or SolverFailed. What is returned was verified from its weights.
     """
     _check_joints(primitive, request, warm)
@@ -81,14 +83,14 @@ def plan(
     effort = effort or effort_for(request.joint_count)
     usual = effort.share(USUAL_SHARE * effort.left)
     try:
-        return _planned(primitive, request, fixed, tick, warm, usual, USUAL)
+        return _planned(primitive, request, fixed, tick, warm, usual, USUAL, remedy)
     except (InfeasibleRows, SolverFailed) as failure:
         failed = failure
     effort.give_back(usual)
-    if not isinstance(failed, OutOfTime):
+    if thorough and not isinstance(failed, OutOfTime):
         finest = effort.share(effort.left / 4)
         try:
-            return _planned(primitive, request, fixed, tick, None, finest, FINEST)
+            return _planned(primitive, request, fixed, tick, None, finest, FINEST, remedy)
         except InfeasibleRows as failure:
             failed = failure
         except SolverFailed:
@@ -144,6 +146,7 @@ def _planned(
     warm: Warm | None,
     effort: Effort,
     precision: Precision,
+    remedy: bool,
 ) -> Plan:
     """The plan with a precision. Raises InfeasibleRows where there is none."""
     problem = build(primitive, request, fixed, arriving(request), precision)
@@ -151,7 +154,8 @@ def _planned(
     end = _ending(request, problem, solutions)
     if end.stuck.size:
         # Only now does it pay to ask which final accelerations leave room for the stop.
-        problem = build(primitive, request, fixed, final_accelerations(request), precision)
+        effort.spend_on_stop(int(end.stuck[0]))
+        problem = build(primitive, request, fixed, final_accelerations(request, remedy), precision)
         begin = Warm(len(problem.hull.s), [solution.rows for solution in solutions])
         for solution in optimum(problem, effort, begin, end.stuck):
             solutions[solution.joint] = solution

@@ -13,6 +13,9 @@ CUBE = 8e-4
 LOOK = 30.0
 """Cost of one joint of a problem that needs no program, µs."""
 
+STOP = 1_000.0
+"""Cost of the search for final accelerations, µs."""
+
 DOUBT = 0.04
 """Cost of a row and unknown of a program that is solved in doubt, µs."""
 
@@ -30,6 +33,10 @@ class Effort:
     def spend_on_look(self, joint: int) -> None:
         """Account for setting a problem up and looking at one joint of it. Raises OutOfTime where nothing is left."""
         self._spend(joint, LOOK)
+
+    def spend_on_stop(self, joint: int) -> None:
+        """Account for the search for final accelerations that leave room for a stop. Raises OutOfTime."""
+        self._spend(joint, STOP)
 
     def spend_on_doubt(self, joint: int, rows: int, unknowns: int) -> None:
         """Account for a program that is solved in doubt. Raises OutOfTime where nothing is left."""

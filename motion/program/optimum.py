@@ -9,6 +9,9 @@ from motion.program.constraint_generation import InfeasibleRows, Solution, solve
 from motion.program.effort import Effort
 from motion.program.problem import Problem
 
+WARM_SHARE = 0.25
+"""What a warm start may take, of the effort that is left for a cold one."""
+
 EQUALITY_TOLERANCE = 1e-10
 """Equalities hold to this part of the largest target, or it is no plan …"""
 
@@ -30,11 +33,12 @@ def optimum(
 ) -> list[Solution]:
     """Return the optimum of every joint or of the `joints` (n,). Raises InfeasibleRows or SolverFailed.
 
-    Rows of an earlier motion are demanded where this one might have done without, so no verdict rests on them.
+    Rows of an earlier motion are demanded where this one might have done without, so no verdict rests on them, and what
+    they take is not taken from the effort.
     """
     if warm is not None and warm.points == len(problem.hull.s):
         try:
-            return _verified(problem, solve(problem, effort, warm.rows, joints))
+            return _verified(problem, solve(problem, Effort(WARM_SHARE * effort.left), warm.rows, joints))
         except (InfeasibleRows, SolverFailed):
             pass
     return _verified(problem, solve(problem, effort, None, joints))

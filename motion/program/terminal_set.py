@@ -16,6 +16,9 @@ ON_LIMIT = 1e-9
 TRIED = 257
 """Values of a search's interval that are tried in each of its rounds."""
 
+COARSE = 17
+"""The same where only whether there is an interval counts."""
+
 _ROUNDS = 3
 
 
@@ -41,26 +44,53 @@ def arriving(request: MotionRequest) -> np.ndarray:
     return np.array([np.where(outside, np.inf, low), high]).T
 
 
-def final_accelerations(request: MotionRequest) -> np.ndarray:
+def final_accelerations(request: MotionRequest, remedy: bool = True) -> np.ndarray:
     """The part (J, 2) of the `arriving` interval from which the stop keeps the position limits as well.
 
-    With the tail "coast" all of it. Raises CannotStop where there is none.
+    With the tail "coast" all of it. Raises CannotStop where there is none, with a velocity that could be stopped if a
+    `remedy` is asked for.
     """
     interval = arriving(request)
     if request.tail == "coast":
         return interval
-    goal = request.goal
-    stops_at = goal.positions + request.follow_through * goal.velocities
-    low, high = _stoppable(stops_at, goal.velocities, interval, request.limits)
+    low, high = _stoppable(_stops_at(request), request.goal.velocities, interval, request.limits)
     stuck = np.flatnonzero(~(low <= high))
     if stuck.size:
         joint = int(stuck[0])
-        raise CannotStop(joint, _max_velocity(request, joint))
+        raise CannotStop(joint, _max_velocity(request, joint) if remedy else None)
     return np.array([low, high]).T
 
 
+def never_stops(request: MotionRequest, ends: list[Boundary]) -> np.ndarray:
+    """Return for which of many ends (n,) and which joints even the final acceleration that helps most leaves no room
+    for the stop: (n, J). Others may have none either."""
+    joints = np.tile(np.arange(request.joint_count), len(ends))
+    vectors = ([getattr(end, name) for end in ends] for name in ("positions", "velocities", "accelerations"))
+    each = _ending_at(request, Boundary(*map(np.concatenate, vectors)), joints)
+    low, high = arriving(each).T
+    limits, stops_at = each.limits, _stops_at(each)
+    bounds = limits.accelerations, limits.jerks
+    braking, pushing = (np.where(low <= high, a, 0.0) for a in (low, high))
+    _, highest, _, _ = stop_extremes(stops_at, each.goal.velocities, braking, *bounds)
+    lowest, _, _, _ = stop_extremes(stops_at, each.goal.velocities, pushing, *bounds)
+    stuck = (low > high) | (highest > limits.positions[:, 1] + TOUCH) | (lowest < limits.positions[:, 0] - TOUCH)
+    return stuck.reshape(len(ends), -1)
+
+
+def _ending_at(request: MotionRequest, end: Boundary, joints: np.ndarray) -> MotionRequest:
+    """The request with other ends, each of one of its joints (n,)."""
+    own = request.limits
+    limits = Limits(*(x[joints] for x in (own.positions, own.velocities, own.accelerations, own.jerks)))
+    return replace(request, start=end, goal=end, limits=limits, waypoints=())
+
+
+def _stops_at(request: MotionRequest) -> np.ndarray:
+    """Where the stop begins (J,): at the goal, or where the arm has followed through to."""
+    return request.goal.positions + request.follow_through * request.goal.velocities
+
+
 def _stoppable(
-    positions: np.ndarray, velocities: np.ndarray, interval: np.ndarray, limits: Limits
+    positions: np.ndarray, velocities: np.ndarray, interval: np.ndarray, limits: Limits, tried: int = TRIED
 ) -> tuple[np.ndarray, np.ndarray]:
     """Ends (J,) of the part of an interval (J, 2) from which a stop keeps the position limits; empty where low > high.
 
@@ -78,11 +108,13 @@ def _stoppable(
         return p_min >= lowest
 
     start = np.minimum(low, high)
-    bottom, top = -_largest(above, -high, -start), _largest(below, start, high)
+    bottom, top = -_largest(above, -high, -start, tried), _largest(below, start, high, tried)
     return np.where(low <= high, bottom, np.inf), top
 
 
-def _largest(holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def _largest(
+    holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray, tried: int = TRIED
+) -> np.ndarray:
     """The largest values (J,) in [low, high] at which a predicate holds; −inf where it does at none of those tried.
 
     The predicate takes (n, J) and holds on one interval: what lies between two of the values tried first is not found.
@@ -92,12 +124,12 @@ def _largest(holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: n
     somewhere = np.zeros(len(low), dtype=bool)
     joints = np.arange(len(low))
     for _ in range(_ROUNDS):
-        points = left + (right - left) * np.linspace(0, 1, TRIED)[:, None]
+        points = left + (right - left) * np.linspace(0, 1, tried)[:, None]
         points[0] = left
         works = holds(points)
         somewhere |= works.any(axis=0)
-        last = TRIED - 1 - works[::-1].argmax(axis=0)
-        left, right = points[last, joints], points[np.minimum(last + 1, TRIED - 1), joints]
+        last = tried - 1 - works[::-1].argmax(axis=0)
+        left, right = points[last, joints], points[np.minimum(last + 1, tried - 1), joints]
     return np.where(everywhere, high, np.where(somewhere, left, -np.inf))
 
 
@@ -107,16 +139,14 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
     None where it could from none of those tried, which a given final acceleration can bring about. With one that
     brakes, arrivals can be too slow as well: the stop swings back too far.
     """
-    goal, limits = request.goal, request.limits
+    goal = request.goal
     sign = float(np.sign(goal.velocities[joint])) or 1.0
 
     def stoppable(speeds: np.ndarray) -> np.ndarray:
         chosen = np.full(speeds.size, joint)
-        many = Limits(*(x[chosen] for x in (limits.positions, limits.velocities, limits.accelerations, limits.jerks)))
         end = Boundary(goal.positions[chosen], sign * speeds.ravel(), goal.accelerations[chosen])
-        each = replace(request, start=end, goal=end, limits=many, waypoints=())
-        stops_at = end.positions + request.follow_through * end.velocities
-        low, high = _stoppable(stops_at, end.velocities, arriving(each), many)
+        each = _ending_at(request, end, chosen)
+        low, high = _stoppable(_stops_at(each), end.velocities, arriving(each), each.limits, COARSE)
         return (low <= high).reshape(speeds.shape)
 
     largest = float(_largest(stoppable, np.zeros(1), np.abs(goal.velocities[[joint]]))[0])

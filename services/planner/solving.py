@@ -6,9 +6,9 @@ from functools import partial
 
 from motion.alternatives import AllRefused, plan_best
 from motion.dmp_plan import plan_dmp
-from motion.errors import Infeasible, MotionError, OutOfTime, SolverFailed
+from motion.errors import MotionError, OutOfTime
 from motion.gaussian import SAFETY_MARGIN, plan_gaussian
-from motion.plan import Plan, Warm, effort_for, plan, plan_fastest
+from motion.plan import Plan, Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.request import MotionRequest
 from motion.sampled import SampledPlan, check_limits
@@ -21,9 +21,6 @@ from services.robot import RobotConfig
 
 SAMPLED = {"dmp": plan_dmp, "gaussian": partial(plan_gaussian, margin=SAFETY_MARGIN)}
 """The paper's program keeps limits at 1001 instants: what is played needs a margin for the time between them."""
-
-WARM_SHARE = 0.15
-"""Part of a plan's effort that may be spent on the rows of the last one; plans that they help take half of it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,18 +101,7 @@ class Solver:
     def _own(
         self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, warm: Warm | None
     ) -> Plan:
-        """The plan of the goal's own end.
-
-        What a refusal says must not depend on the goals before: the rows of the last plan get a small share of the
-        effort, and where that does not suffice the goal is planned as if it were the first.
-        """
-        tick, effort = self._config.tick, effort_for(request.joint_count)
-        if warm is not None:
-            share = effort.share(WARM_SHARE * effort.left)
-            try:
-                return plan(primitive, request, tick, warm, remedy=False, effort=share)
-            except (Infeasible, SolverFailed):
-                effort.give_back(share)
+        """The plan of the goal's own end."""
         # Another duration is no answer to who must be there in time.
         remedy = goal.arrival_time is None and (origin.correction is None or goal.duration is not None)
-        return plan(primitive, request, tick, None, remedy, effort)
+        return plan(primitive, request, self._config.tick, warm, remedy)
