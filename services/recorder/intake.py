@@ -68,18 +68,20 @@ class Intake:
     def take(self) -> dict[Publication, list[Received[Any]]]:
         """Return what has come since the last call, by topic, each in order of arrival.
 
-        The table begins with the states; they are taken last, so that no batch lacks the state behind a message.
+        The table begins with the states; they are taken last, so that no batch lacks the state behind a message. All is
+        taken before any of it is read, which takes longer than a plan has until it begins: no batch has states of a plan
+        that is not in it.
         """
-        return {topic: self._drain(topic) for topic in reversed(list(self._sources))}
+        waiting = {topic: self._drain(topic) for topic in reversed(list(self._sources))}
+        return {topic: self._read(topic, bodies) for topic, bodies in waiting.items()}
 
-    def _drain(self, topic: Publication) -> list[Received[Any]]:
-        taken = []
+    def _drain(self, topic: Publication) -> list[tuple[bytes, int]]:
         source = self._sources[topic]
-        for _ in range(MAX_WAITING_STREAM):
-            waiting = source.take()
-            if waiting is None:
-                break
-            body, wall_ns = waiting
+        return list(islice(iter(source.take, None), MAX_WAITING_STREAM))
+
+    def _read(self, topic: Publication, bodies: list[tuple[bytes, int]]) -> list[Received[Any]]:
+        taken = []
+        for body, wall_ns in bodies:
             try:
                 taken.append(Received(wall_ns, read(topic, body, self._joint_count)))
             except Refusal as refusal:
