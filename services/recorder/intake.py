@@ -1,6 +1,7 @@
 """From the bus to checked messages, in batches."""
 
 from collections.abc import Callable, Mapping
+from itertools import islice
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 import msgspec
@@ -69,8 +70,8 @@ class Intake:
         """Return what has come since the last call, by topic, each in order of arrival.
 
         The table begins with the states; they are taken last, so that no batch lacks the state behind a message. All is
-        taken before any of it is read, which takes longer than a plan has until it begins: no batch has states of a plan
-        that is not in it.
+        taken before any of it is read, which takes longer than a plan has until it begins: no batch has states of a
+        plan that is not in it.
         """
         waiting = {topic: self._drain(topic) for topic in reversed(list(self._sources))}
         return {topic: self._read(topic, bodies) for topic, bodies in waiting.items()}
