@@ -29,6 +29,11 @@ class Stop(NamedTuple):
     bending: np.ndarray
     held: np.ndarray
 
+    @property
+    def duration(self) -> float:
+        """Until all are at rest, s."""
+        return float((self.bending + self.held + self.peak / self.jerk).max())
+
     def extremes(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Lowest and highest position and velocity of stops that begin at `positions`.
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -23,31 +24,39 @@ from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 
 __all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan", "plan_fastest", "prepare"]
 
-EFFORT = 18_000.0
+EFFORT = 13_000.0
 """Of a plan of up to six joints, more in proportion; see `motion.program.effort`."""
 
 USUAL_SHARE = 0.7
 """Part of the effort that the usual precision may take; what is left is for the finest and for another duration."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """A verified motion: a spline up to the goal, a straight part if asked for, and a stop.
 
-    control_points (J, N + 2): of the position over the moving part, rad. trajectory: all of it. duration: up to the
-    hit, s. total_duration: with the stop, s, a multiple of `tick`. hit_index: the tick nearest to the hit. warm: for
-    the next call.
+    control_points (J, N + 2): of the position over the moving part, rad. ending: what follows. duration: up to the hit,
+    s. total_duration: with the stop, s, a multiple of `tick`. hit_index: the tick nearest to the hit. warm: for the
+    next call.
     """
 
     request: MotionRequest
     control_points: np.ndarray
-    trajectory: Trajectory
+    ending: Ending
     duration: float
     total_duration: float
     hit_index: int
     tick: float
     report: Report
     warm: Warm
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """All of the motion."""
+        pieces, duration = splines.pieces(self.control_points), self.request.moving_duration
+        breaks = np.linspace(0.0, duration, len(pieces) + 1)
+        spline = Trajectory(breaks, pieces * duration ** -np.arange(float(COEFFICIENTS)))
+        return spline.then(self.ending.trajectory())
 
     def sample(self, times: np.ndarray) -> Samples:
         """States at `times` (n,), s from the start; beyond the end the arm rests (or coasts)."""
@@ -163,19 +172,16 @@ def _planned(
     if end.stuck.size:
         raise SolverFailed(int(end.stuck[0]), "the stop after the goal leaves the limits")
     points = problem.space.positions(_motions(solutions))
-    pieces = splines.pieces(points)
-    breaks = np.linspace(0.0, problem.duration, len(pieces) + 1)
-    spline = Trajectory(breaks, pieces * problem.duration ** -np.arange(float(COEFFICIENTS)))
-    total = problem.duration + end.trajectory.duration
+    total = problem.duration + end.duration
     return Plan(
         request=request,
         control_points=points,
-        trajectory=spline.then(end.trajectory),
+        ending=end,
         duration=request.duration,
         total_duration=math.ceil(total / tick - 1e-9) * tick,
         hit_index=round(request.duration / tick),
         tick=tick,
-        report=make_report(primitive, request, problem, solutions, pieces, end.reach),
+        report=make_report(primitive, request, problem, solutions, splines.pieces(points), end.reach),
         warm=Warm(len(problem.hull.s), [solution.near for solution in solutions]),
     )
 

@@ -115,6 +115,11 @@ class MotionRequest:
         return self.rest_fraction * self.duration + self.follow_through
 
     @property
+    def stops_at(self) -> np.ndarray:
+        """Where the stop begins (J,): at the goal, or where the arm has followed through to."""
+        return self.goal.positions + self.follow_through * self.goal.velocities
+
+    @property
     def imitates(self) -> tuple[float, float]:
         """The phases of the demonstration between which the moving part imitates it."""
         return self.phase, self.phase + (1 - self.phase) * (1 - self.rest_fraction)

@@ -1,49 +1,62 @@
 """What follows the moving part of a motion: a straight part if asked for, and the stop."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
-from motion.braking import TOUCH, fastest_stop
+from motion.braking import TOUCH, Stop, fastest_stop
 from motion.request import MotionRequest
 from motion.trajectory import COEFFICIENTS, Trajectory
 
 
-class Ending(NamedTuple):
+@dataclass(frozen=True, slots=True, eq=False)
+class Ending:
     """What follows the moving part.
 
-    trajectory: from its end on. reach: lowest and highest values in it (J, 4, 2). stuck: joints (n,)
-    that leave their limits in it.
+    halt: the stop, None for an arm that coasts. reach (J, 4, 2): lowest and highest values of all quantities, of the
+    acceleration and jerk of an arm that coasts none. stuck: joints (n,) that leave their limits in it.
     """
 
-    trajectory: Trajectory
+    request: MotionRequest
+    halt: Stop | None
     reach: np.ndarray
     stuck: np.ndarray
+
+    @property
+    def duration(self) -> float:
+        """From the end of the moving part to rest, s."""
+        return self.request.straight_duration + (self.halt.duration if self.halt else 0.0)
+
+    def trajectory(self) -> Trajectory:
+        """The motion from the end of the moving part on."""
+        line = _straight(self.request)
+        if self.halt is None:
+            return line
+        stop = self.halt.trajectory(self.request.stops_at)
+        return line.then(stop) if self.request.straight_duration else stop
 
 
 def ending(request: MotionRequest, reached: np.ndarray) -> Ending:
     """Return what follows a moving part whose last accelerations (J,) are `reached`, where none are given."""
     goal, limits, given = request.goal, request.limits, request.final_accelerations
-    end = goal.positions + request.follow_through * goal.velocities
-    line = _straight(request)
-    reach = np.empty((len(end), 4, 2))
-    reach[:, :2, 0] = reach[:, :2, 1] = np.stack([goal.positions, goal.velocities], axis=1)
-    reach[:, 2:, 0], reach[:, 2:, 1] = np.inf, -np.inf
+    reach = np.empty((request.joint_count, 4, 2))
+    reach[:, 0] = goal.positions[:, None]
+    reach[:, 1] = goal.velocities[:, None]
     if request.tail == "coast":
-        return Ending(line, reach, np.zeros(0, dtype=int))
+        reach[:, 2:] = np.inf, -np.inf
+        return Ending(request, None, reach, np.zeros(0, dtype=int))
     final = np.where(np.isnan(given), reached, given)
     halt = fastest_stop(goal.velocities, final, limits.accelerations, limits.jerks)
-    low, high, slow, fast = halt.extremes(end)
-    motion = halt.trajectory(end)
-    accelerations, jerks = 2 * motion.coefficients[..., 2], 6 * motion.coefficients[..., 3]
+    low, high, reach[:, 1, 0], reach[:, 1, 1] = halt.extremes(request.stops_at)
     reach[:, 0, 0], reach[:, 0, 1] = np.minimum(low, goal.positions), np.maximum(high, goal.positions)
-    reach[:, 1, 0], reach[:, 1, 1] = slow, fast
-    reach[:, 2, 0], reach[:, 2, 1] = accelerations.min(axis=0), accelerations.max(axis=0)
-    reach[:, 3, 0], reach[:, 3, 1] = jerks.min(axis=0), jerks.max(axis=0)
+    peak, jerk = halt.sign * halt.peak, halt.sign * halt.jerk
+    first, last = np.where(halt.bending > 0, -jerk, 0.0), np.where(halt.peak > 0, jerk, 0.0)
+    for quantity, ends in ((2, (final, -peak)), (3, (first, last))):
+        reach[:, quantity, 0] = np.minimum(np.minimum(*ends), 0.0)
+        reach[:, quantity, 1] = np.maximum(np.maximum(*ends), 0.0)
     ranges = limits.ranges
     outside = (reach[:, :2, 0] < ranges[:, :2, 0] - TOUCH) | (reach[:, :2, 1] > ranges[:, :2, 1] + TOUCH)
-    behind = line.then(motion) if request.straight_duration else motion
-    return Ending(behind, reach, np.flatnonzero(outside.any(axis=1)))
+    return Ending(request, halt, reach, np.flatnonzero(outside.any(axis=1)))
 
 
 def _straight(request: MotionRequest) -> Trajectory:

@@ -53,7 +53,7 @@ def final_accelerations(request: MotionRequest, remedy: bool = True) -> np.ndarr
     interval = arriving(request)
     if request.tail == "coast":
         return interval
-    low, high = _stoppable(_stops_at(request), request.goal.velocities, interval, request.limits)
+    low, high = _stoppable(request.stops_at, request.goal.velocities, interval, request.limits)
     stuck = np.flatnonzero(~(low <= high))
     if stuck.size:
         joint = int(stuck[0])
@@ -68,7 +68,7 @@ def never_stops(request: MotionRequest, ends: list[Boundary]) -> np.ndarray:
     vectors = ([getattr(end, name) for end in ends] for name in ("positions", "velocities", "accelerations"))
     each = _ending_at(request, Boundary(*map(np.concatenate, vectors)), joints)
     low, high = arriving(each).T
-    limits, stops_at = each.limits, _stops_at(each)
+    limits, stops_at = each.limits, each.stops_at
     bounds = limits.accelerations, limits.jerks
     braking, pushing = (np.where(low <= high, a, 0.0) for a in (low, high))
     _, highest, _, _ = stop_extremes(stops_at, each.goal.velocities, braking, *bounds)
@@ -82,11 +82,6 @@ def _ending_at(request: MotionRequest, end: Boundary, joints: np.ndarray) -> Mot
     own = request.limits
     limits = Limits(*(x[joints] for x in (own.positions, own.velocities, own.accelerations, own.jerks)))
     return replace(request, start=end, goal=end, limits=limits, waypoints=())
-
-
-def _stops_at(request: MotionRequest) -> np.ndarray:
-    """Where the stop begins (J,): at the goal, or where the arm has followed through to."""
-    return request.goal.positions + request.follow_through * request.goal.velocities
 
 
 def _stoppable(
@@ -146,7 +141,7 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
         chosen = np.full(speeds.size, joint)
         end = Boundary(goal.positions[chosen], sign * speeds.ravel(), goal.accelerations[chosen])
         each = _ending_at(request, end, chosen)
-        low, high = _stoppable(_stops_at(each), end.velocities, arriving(each), each.limits, COARSE)
+        low, high = _stoppable(each.stops_at, end.velocities, arriving(each), each.limits, COARSE)
         return (low <= high).reshape(speeds.shape)
 
     largest = float(_largest(stoppable, np.zeros(1), np.abs(goal.velocities[[joint]]))[0])
