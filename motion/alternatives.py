@@ -42,8 +42,8 @@ def plan_best(
     """Plan the motion to the feasible one of the ends whose error is least; return its index and the plan.
 
     The error is the mean square of g̈ − τ²d̈, each joint in units of its acceleration limit. Ends are planned in the
-    order of what the error would be without limits, which it cannot be below, until no other can be better or the
-    effort is spent. Goal and duration of `request` are not used. Raises AllRefused.
+    order of their errors without limits, which are lower bounds, until no other can be better or the effort is
+    spent. Goal and duration of `request` are not used. Raises AllRefused.
     """
     bounds = least_errors(primitive, request, ends)
     scale = _scale(request)

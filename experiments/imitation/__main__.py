@@ -1,4 +1,4 @@
-"""`python -m experiments.imitation`: make docs/imitation.md, its numbers and its pictures anew."""
+"""`python -m experiments.imitation`: make docs/imitation.md, its numbers and its pictures."""
 
 from collections.abc import Callable
 from typing import Annotated, Any, Literal, get_args

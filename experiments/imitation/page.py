@@ -17,7 +17,7 @@ ABSENT = "Not measured: the recordings were absent when this page was made."
 
 
 def quote(page: str, results: Results) -> str:
-    """The page with its tables and numbers made anew from the results.
+    """The page with its tables and numbers made from the results.
 
     `<!--= NAME -->…<!---->` holds one of the `facts`, `<!-- table: NAME -->` to `<!-- end -->` a table. Raises KeyError
     for a name that is not there.

@@ -31,7 +31,7 @@ class Reference(Message, kw_only=True):
         positions: of the reference
         velocities: of the reference
         accelerations: of the reference
-        goal_id: whose motion this is a point of; null at rest, and where that motion was told to stop
+        goal_id: whose motion this is a point of; null at rest, and once that motion is stopping
     """
 
     time: Number

@@ -106,7 +106,7 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
 
 
 def _deviations(deviation: m.Deviation | None) -> list[tuple[str, Sequence[object]]]:
-    """Columns of what the plan is away from the demonstration, and how much of that the limits do."""
+    """Columns of how far the plan is from the demonstration, and how much of that the limits do."""
     if deviation is None:
         return []
     kinds = ("deviation", deviation.from_demonstration), ("by limits", deviation.by_limits)

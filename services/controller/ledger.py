@@ -124,7 +124,7 @@ class Ledger:
         return begun[-1] if begun else None
 
     def played_at(self, tick: int) -> str | None:
-        """Return the goal of whose motion `tick` is a part; None at rest, or where that motion was told to stop."""
+        """Return the goal whose motion `tick` belongs to; None at rest, or once that motion is stopping."""
         goal = self.current(tick)
         return goal.result.goal_id if goal and tick < goal.end and goal.closing == "succeeded" else None
 

@@ -19,7 +19,7 @@ ROUNDING = 1e-9
 """Of a duration, in ticks."""
 
 NUMBERS_AT_ONCE = 1 << 16
-"""Coefficients handled by one call of numpy: a short call never holds up the 1 kHz loop of the same process."""
+"""Coefficients handled by one call of numpy: a short call never delays the 1 kHz loop of the same process."""
 
 
 def check_pieces(trajectory: m.Trajectory, pieces: m.Pieces, config: RobotConfig) -> Samples:

@@ -169,7 +169,7 @@ class Library:
             leftover.unlink()
 
     def _read(self, path: Path) -> tuple[Primitive, float]:
-        """Return the primitive in a file; of the form that held Gaussian weights it is written anew, to be converted
+        """Return the primitive in a file; of the form that held Gaussian weights it is rewritten, to be converted
         only once."""
         # Given a path, numpy leaves the file open where it is not an archive.
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:

@@ -211,7 +211,7 @@ def test_a_correction_of_a_motion_that_was_cancelled_is_superseded(stack: Stack)
 
 
 def test_a_motion_of_an_earlier_run_is_not_corrected(stack: Stack):
-    """The arm's clock began anew."""
+    """The arm's clock started again."""
     first = stack.strike()
     stack.reset()
     stack.step(100)

@@ -98,7 +98,7 @@ def random_request(
 
 
 def _tight(rng: np.random.Generator, request: MotionRequest, wish: dict[str, np.ndarray], tail: str) -> Limits:
-    """Limits at a part of what the wished motion uses, and outside of what is fixed."""
+    """Limits at a part of the range the wished motion uses, and outside of what is fixed."""
     start, goal, fraction = request.start, request.goal, rng.choice([0.95, 0.85])
 
     def headroom() -> float:

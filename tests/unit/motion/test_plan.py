@@ -187,7 +187,7 @@ def test_differences_of_the_ends_are_made_up_for_nearby(moves: Primitive, place_
 
 
 def cut(primitive: Primitive, phase: float) -> Primitive:
-    """What is left of a demonstration from a phase on, with accelerations fitted anew."""
+    """What is left of a demonstration from a phase on, with accelerations fitted again."""
     s, count = np.linspace(0, 1, 20_001), primitive.basis_count
     left = (1 - phase) * primitive.duration
     accelerations = primitive.sample(phase + (1 - phase) * s).accelerations * left**2

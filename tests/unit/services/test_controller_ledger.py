@@ -106,7 +106,7 @@ def test_the_goal_that_is_played():
 
 
 def test_whose_motion_a_tick_is_a_part_of():
-    """Nobody's at rest, nor once it was told to stop; there another may take over."""
+    """Nobody's at rest, nor once it is stopping; there another may take over."""
     ledger = Ledger()
     ledger.open(running("a", 10))
     end = ledger.active[0].end
