@@ -41,8 +41,7 @@ def _cubics(samples: Samples, tick: float) -> Trajectory:
 
 
 def _refuse_what_it_cannot(primitive: Primitive, request: MotionRequest) -> None:
-    if primitive.joint_count != request.joint_count:
-        raise InvalidMotion("primitive", f"moves {primitive.joint_count} joints, the request {request.joint_count}")
+    primitive.check_joints(request.joint_count)
     remedy = "a DMP has no such thing; leave it out or use method 'qp'"
     if request.waypoints:
         raise InvalidMotion("waypoints", f"has {len(request.waypoints)} entries; {remedy}")

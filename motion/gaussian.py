@@ -6,12 +6,13 @@ Nothing is promised between the instants of the limits: see `motion.sampled.chec
 import numpy as np
 import piqp
 
-from motion.errors import Infeasible, InvalidMotion, SolverFailed
+from motion.errors import Infeasible, SolverFailed
 from motion.gaussian_program import INSTANTS, GaussianProgram, make_programs, rows
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
+from motion.program.report import Distance
 from motion.request import Boundary, MotionRequest
-from motion.sampled import SampledPlan, distance, make_plan
+from motion.sampled import SampledPlan, make_plan
 from motion.trajectory import COEFFICIENTS, Trajectory
 
 BASIS_COUNT = 50
@@ -48,8 +49,7 @@ def plan_gaussian(
         Infeasible: the limits cannot be kept; no other duration is looked for.
         SolverFailed: the solver met numerical trouble.
     """
-    if primitive.joint_count != request.joint_count:
-        raise InvalidMotion("primitive", f"moves {primitive.joint_count} joints, the request {request.joint_count}")
+    primitive.check_joints(request.joint_count)
     request = request.clipped()
     programs = make_programs(primitive, request, basis_count, margin)
     weights, unlimited = np.empty((2, len(programs), basis_count))
@@ -65,7 +65,7 @@ def plan_gaussian(
     moving = _quintics(_states(programs, weights), request.moving_duration)
     end = moving.sample(moving.breaks[-1:])
     arrival = Boundary(end.positions[0], end.velocities[0], end.accelerations[0])
-    by_limits = distance(rows(basis_count)[0] @ (weights - unlimited).T)
+    by_limits = Distance.of((weights - unlimited) @ rows(basis_count)[0].T)
     return make_plan(primitive, request, moving, arrival, tick, basis_count, by_limits)
 
 

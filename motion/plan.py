@@ -81,8 +81,7 @@ def plan(
 
     `tick` (s) is the grid of the total duration; `warm` comes from an earlier plan of the same joints; `remedy`: what
     is infeasible is answered with a duration that works; `thorough`: it was tried in the finest hull before; `effort`:
-    what may be spent. Raises InvalidMotion,
-    LimitExceeded, CannotStop, Infeasible or SolverFailed. What is returned was verified from its weights.
+    what may be spent. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or SolverFailed.
     """
     _check_joints(primitive, request, warm)
     request = request.clipped()
@@ -128,8 +127,7 @@ def effort_for(joints: int) -> Effort:
 def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> Plan:
     """Plan as `plan` does in the shortest duration, a multiple of `tick`, that was found to keep the limits.
 
-    Raises what `plan` raises; where no duration works, for the
-    longest.
+    Raises what `plan` raises; where no duration works, for the longest.
     """
     _check_joints(primitive, request, None)
     request, effort = request.clipped(), effort_for(request.joint_count)
@@ -139,12 +137,9 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
 
 
 def _check_joints(primitive: Primitive, request: MotionRequest, warm: Warm | None) -> None:
-    joints = request.joint_count
-    if primitive.joint_count != joints:
-        sentence = f"moves {primitive.joint_count} joints, the request {joints}; both must agree"
-        raise InvalidMotion("primitive", sentence)
-    if warm is not None and len(warm.rows) != joints:
-        raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {joints}")
+    primitive.check_joints(request.joint_count)
+    if warm is not None and len(warm.rows) != request.joint_count:
+        raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {request.joint_count}")
 
 
 def _planned(

@@ -69,6 +69,12 @@ class Primitive:
         """States at s (n,) in [0, 1], played in the demonstration's own duration."""
         return Samples(*(splines.derivative(self.control_points, s, n) / self.duration**n for n in range(3)))
 
+    def check_joints(self, count: int) -> None:
+        """Raise InvalidMotion unless the primitive moves so many joints, those of a request."""
+        if self.joint_count != count:
+            sentence = f"moves {self.joint_count} joints, the request {count}; both must agree"
+            raise InvalidMotion("primitive", sentence)
+
     def to_arrays(self) -> dict[str, np.ndarray]:
         """All fields as arrays, for `np.savez`."""
         smoothing = [] if self.smoothing is None else [self.smoothing.window_s, self.smoothing.order]

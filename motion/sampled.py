@@ -15,7 +15,7 @@ from motion.errors import LimitExceeded
 from motion.limits import QUANTITIES, ROUNDING
 from motion.primitive import Primitive
 from motion.program.curves import extremes, half_knots
-from motion.program.report import Distance, Report
+from motion.program.report import Distance, Report, by_quantity, margins
 from motion.request import Boundary, MotionRequest
 from motion.trajectory import ARRIVED, COEFFICIENTS, Samples, Trajectory
 
@@ -88,11 +88,6 @@ def make_plan(
     )
 
 
-def distance(apart: np.ndarray) -> Distance:
-    """Return how large differences of positions (n, J), rad, are."""
-    return Distance(np.sqrt((apart**2).mean(axis=0)), np.abs(apart).max(axis=0))
-
-
 def _with_tail(request: MotionRequest, moving: Trajectory, arrival: Boundary) -> tuple[Trajectory, np.ndarray]:
     """All of the motion; its lowest and highest position, velocity, acceleration and jerk (J, 4, 2)."""
     straight, limits = request.straight_duration, request.limits
@@ -127,9 +122,7 @@ def _report(
     by_limits: Distance,
 ) -> Report:
     """What the motion reaches and misses; nothing is certified."""
-    ranges, goal = request.limits.ranges, request.goal
-    margin = np.minimum(reach[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - reach[:, :, 1])
-    s = np.linspace(0, 1, COMPARED)
+    goal, s = request.goal, np.linspace(0, 1, COMPARED)
     # The last instant belongs to the motion, not to its tail, whose acceleration may be another.
     played = trajectory.sample(np.minimum(s * hit, hit - 2 * ARRIVED))
     shown = primitive.sample(request.phase + (1 - request.phase) * s)
@@ -140,10 +133,10 @@ def _report(
         imitation_rms=np.sqrt(simpson(missed**2, x=s, axis=0)),
         final_error_positions=np.abs(at_hit.positions[0] - goal.positions),
         final_error_velocities=np.abs(at_hit.velocities[0] - goal.velocities),
-        extremes={name: reach[:, k] for k, name in enumerate(QUANTITIES)},
-        margin={name: margin[:, k] for k, name in enumerate(QUANTITIES)},
+        extremes=by_quantity(reach),
+        margin=by_quantity(margins(reach, request.limits)),
         active=(),
-        from_demonstration=distance(played.positions - shown.positions),
+        from_demonstration=Distance.of((played.positions - shown.positions).T),
         by_limits=by_limits,
         phase=request.phase,
         basis_count=basis_count,

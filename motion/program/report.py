@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motion import splines
-from motion.limits import QUANTITIES
+from motion.limits import QUANTITIES, Limits
 from motion.primitive import Primitive
 from motion.program.constraint_generation import Solution
 from motion.program.curves import extremes as extremes_of
@@ -38,6 +38,11 @@ class Distance(NamedTuple):
 
     rms: np.ndarray
     max: np.ndarray
+
+    @classmethod
+    def of(cls, apart: np.ndarray) -> "Distance":
+        """How large differences of positions (J, n), rad, are."""
+        return cls(np.sqrt((apart**2).mean(axis=1)), np.abs(apart).max(axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,8 +89,6 @@ def make_report(
     extremes = extremes_of(pieces, curves) * duration ** -np.arange(4.0)[:, None]
     extremes[..., 0] = np.minimum(extremes[..., 0], reach[..., 0])
     extremes[..., 1] = np.maximum(extremes[..., 1], reach[..., 1])
-    ranges = request.limits.ranges
-    margin = np.minimum(extremes[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - extremes[:, :, 1])
     end = request.goal.positions - request.rest_fraction * request.duration * request.goal.velocities
     others = np.concatenate([problem.imitated.control_points, problem.space.positions(problem.origin)])
     demonstrated, unlimited = (others @ _at_half_knots(problem.space.count)).reshape(2, *curves[0].shape)
@@ -93,11 +96,11 @@ def make_report(
         imitation_rms=_imitation_rms(primitive, request, problem, solutions),
         final_error_positions=np.abs(curves[0, :, -1] - end),
         final_error_velocities=np.abs(curves[1, :, -1] / duration - request.goal.velocities),
-        extremes={name: extremes[:, k] for k, name in enumerate(QUANTITIES)},
-        margin={name: margin[:, k] for k, name in enumerate(QUANTITIES)},
+        extremes=by_quantity(extremes),
+        margin=by_quantity(margins(extremes, request.limits)),
         active=_active(problem, solutions),
-        from_demonstration=_distance(curves[0] - demonstrated),
-        by_limits=_distance(curves[0] - unlimited),
+        from_demonstration=Distance.of(curves[0] - demonstrated),
+        by_limits=Distance.of(curves[0] - unlimited),
         phase=request.phase,
         basis_count=problem.space.count,
         certified=True,
@@ -106,8 +109,15 @@ def make_report(
     )
 
 
-def _distance(apart: np.ndarray) -> Distance:
-    return Distance(np.sqrt((apart**2).mean(axis=1)), np.abs(apart).max(axis=1))
+def margins(extremes: np.ndarray, limits: Limits) -> np.ndarray:
+    """Smallest distances (J, 4) of the `extremes` (J, 4, 2) of all quantities to their limits."""
+    ranges = limits.ranges
+    return np.minimum(extremes[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - extremes[:, :, 1])
+
+
+def by_quantity(values: np.ndarray) -> dict[str, np.ndarray]:
+    """Name the columns of `values` (J, 4, …)."""
+    return {name: values[:, k] for k, name in enumerate(QUANTITIES)}
 
 
 def _imitation_rms(

@@ -24,7 +24,7 @@ _FIELDS = {"positions": "position", "velocities": "velocity", "accelerations": "
 
 
 SAMPLED_S = 20.0
-"""Of longer motions only every nth sample is told: as many as fit in so long."""
+"""Of a longer motion every nth sample is sent: at most as many as this time has ticks."""
 
 
 def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:

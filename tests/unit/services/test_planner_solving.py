@@ -47,7 +47,7 @@ def test_a_verdict_does_not_depend_on_the_goals_before(forehand: Primitive):
 
 
 def test_the_own_end_is_refused_among_others_as_it_is_alone(forehand: Primitive):
-    """An end that was given up for want of its share is no refusal of the goal."""
+    """An end whose share of the effort ran out is no refusal of the goal."""
     wanted = goal(duration=0.03)
     others = [m.Alternative(duration=0.02), m.Alternative(positions=[9.0, *HIT[1:]], duration=1.0)]
     with pytest.raises(Refusal) as caught:
