@@ -14,12 +14,13 @@ ON_LIMIT = 1e-9
 """A velocity within this part of its limit lies on it."""
 
 TRIED = 257
-"""Values of a search's interval that are tried in each of its rounds."""
+"""Velocities that are tried at first where those that can be stopped need not reach down to zero."""
 
-COARSE = 17
-"""The same where only whether there is an interval counts."""
+_TRIED = 17
+"""Values that are tried in each other round of a search."""
 
-_ROUNDS = 3
+_ROUNDS = 5
+"""After the first, each of which narrows the interval by `_TRIED` - 1: to a millionth."""
 
 
 def arriving(request: MotionRequest) -> np.ndarray:
@@ -53,7 +54,7 @@ def final_accelerations(request: MotionRequest, remedy: bool = True) -> np.ndarr
     interval = arriving(request)
     if request.tail == "coast":
         return interval
-    low, high = _stoppable(request.stops_at, request.goal.velocities, interval, request.limits)
+    low, high = _stoppable(request, interval)
     stuck = np.flatnonzero(~(low <= high))
     if stuck.size:
         joint = int(stuck[0])
@@ -68,13 +69,9 @@ def never_stops(request: MotionRequest, ends: list[Boundary]) -> np.ndarray:
     vectors = ([getattr(end, name) for end in ends] for name in ("positions", "velocities", "accelerations"))
     each = _ending_at(request, Boundary(*map(np.concatenate, vectors)), joints)
     low, high = arriving(each).T
-    limits, stops_at = each.limits, each.stops_at
-    bounds = limits.accelerations, limits.jerks
-    braking, pushing = (np.where(low <= high, a, 0.0) for a in (low, high))
-    _, highest, _, _ = stop_extremes(stops_at, each.goal.velocities, braking, *bounds)
-    lowest, _, _, _ = stop_extremes(stops_at, each.goal.velocities, pushing, *bounds)
-    stuck = (low > high) | (highest > limits.positions[:, 1] + TOUCH) | (lowest < limits.positions[:, 0] - TOUCH)
-    return stuck.reshape(len(ends), -1)
+    some = low <= high
+    stops = _stays_below(each, np.where(some, low, 0.0)) & _stays_above(each, np.where(some, high, 0.0))
+    return ~(some & stops).reshape(len(ends), -1)
 
 
 def _ending_at(request: MotionRequest, end: Boundary, joints: np.ndarray) -> MotionRequest:
@@ -84,31 +81,36 @@ def _ending_at(request: MotionRequest, end: Boundary, joints: np.ndarray) -> Mot
     return replace(request, start=end, goal=end, limits=limits, waypoints=())
 
 
-def _stoppable(
-    positions: np.ndarray, velocities: np.ndarray, interval: np.ndarray, limits: Limits, tried: int = TRIED
-) -> tuple[np.ndarray, np.ndarray]:
+def _stoppable(request: MotionRequest, interval: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Ends (J,) of the part of an interval (J, 2) from which a stop keeps the position limits; empty where low > high.
 
     Both extremes of position grow with the acceleration the stop starts from.
     """
     low, high = interval.T
-    lowest, highest = limits.positions[:, 0] - TOUCH, limits.positions[:, 1] + TOUCH
-
-    def below(a: np.ndarray) -> np.ndarray:
-        _, p_max, _, _ = stop_extremes(positions, velocities, a, limits.accelerations, limits.jerks)
-        return p_max <= highest
-
-    def above(a: np.ndarray) -> np.ndarray:
-        p_min, _, _, _ = stop_extremes(positions, velocities, -a, limits.accelerations, limits.jerks)
-        return p_min >= lowest
-
     start = np.minimum(low, high)
-    bottom, top = -_largest(above, -high, -start, tried), _largest(below, start, high, tried)
+    bottom = -_largest(lambda a: _stays_above(request, -a), -high, -start)
+    top = _largest(lambda a: _stays_below(request, a), start, high)
     return np.where(low <= high, bottom, np.inf), top
 
 
+def _stays_below(request: MotionRequest, accelerations: np.ndarray) -> np.ndarray:
+    """Whether stops from some final accelerations (…, J) keep the upper position limits: bool (…, J)."""
+    limits = request.limits
+    bounds = limits.accelerations, limits.jerks
+    _, highest, _, _ = stop_extremes(request.stops_at, request.goal.velocities, accelerations, *bounds)
+    return highest <= limits.positions[:, 1] + TOUCH
+
+
+def _stays_above(request: MotionRequest, accelerations: np.ndarray) -> np.ndarray:
+    """Whether stops from some final accelerations (…, J) keep the lower position limits: bool (…, J)."""
+    limits = request.limits
+    bounds = limits.accelerations, limits.jerks
+    lowest, _, _, _ = stop_extremes(request.stops_at, request.goal.velocities, accelerations, *bounds)
+    return lowest >= limits.positions[:, 0] - TOUCH
+
+
 def _largest(
-    holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray, tried: int = TRIED
+    holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray, tried: int = _TRIED
 ) -> np.ndarray:
     """The largest values (J,) in [low, high] at which a predicate holds; −inf where it does at none of those tried.
 
@@ -118,13 +120,13 @@ def _largest(
     everywhere = holds(high[None])[0]
     somewhere = np.zeros(len(low), dtype=bool)
     joints = np.arange(len(low))
-    for _ in range(_ROUNDS):
-        points = left + (right - left) * np.linspace(0, 1, tried)[:, None]
+    for count in (tried,) + (_TRIED,) * _ROUNDS:
+        points = left + (right - left) * np.linspace(0, 1, count)[:, None]
         points[0] = left
         works = holds(points)
         somewhere |= works.any(axis=0)
-        last = tried - 1 - works[::-1].argmax(axis=0)
-        left, right = points[last, joints], points[np.minimum(last + 1, tried - 1), joints]
+        last = count - 1 - works[::-1].argmax(axis=0)
+        left, right = points[last, joints], points[np.minimum(last + 1, count - 1), joints]
     return np.where(everywhere, high, np.where(somewhere, left, -np.inf))
 
 
@@ -141,8 +143,11 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
         chosen = np.full(speeds.size, joint)
         end = Boundary(goal.positions[chosen], sign * speeds.ravel(), goal.accelerations[chosen])
         each = _ending_at(request, end, chosen)
-        low, high = _stoppable(each.stops_at, end.velocities, arriving(each), each.limits, COARSE)
-        return (low <= high).reshape(speeds.shape)
+        low, high = arriving(each).T
+        # The largest acceleration that keeps the upper limit is the one that is best for the lower.
+        top = _largest(lambda a: _stays_below(each, a), np.minimum(low, high), high)
+        stops = (low <= high) & np.isfinite(top)
+        return (stops & _stays_above(each, np.where(stops, top, 0.0))).reshape(speeds.shape)
 
-    largest = float(_largest(stoppable, np.zeros(1), np.abs(goal.velocities[[joint]]))[0])
+    largest = float(_largest(stoppable, np.zeros(1), np.abs(goal.velocities[[joint]]), TRIED)[0])
     return sign * largest * (1 - 1e-6) if np.isfinite(largest) else None

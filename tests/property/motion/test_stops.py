@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import ruckig
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from motion.braking import first_stop, stop, stop_extremes
@@ -114,6 +114,7 @@ def test_first_stop_is_the_first_that_stays_inside(seed: int) -> None:
     st.floats(1.001, 2),
     st.booleans(),
 )
+@example(v=8.0, p=0.75, a=126.0, j=500.0, headroom=2.0, backward=False)
 def test_free_final_acceleration_is_confined_to_what_can_be_stopped(
     v: float, p: float, a: float, j: float, headroom: float, backward: bool
 ) -> None:
