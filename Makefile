@@ -19,7 +19,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@touch $@
 
 demo: setup ## five strikes in real time, a table and a trace
-	$(BIN)/python -m services.demo
+	$(BIN)/python -m tools.demo
 
 paper: setup ## the paper's figures, table and traces, made anew
 	$(BIN)/python -m experiments

@@ -23,12 +23,12 @@ from benchmarks.cases import FOREHAND
 from benchmarks.machine import save
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
 from protocol.errors import Refusal
-from protocol.sessions import open_session
-from services.demo.strikes import FASTER, TIGHT, goal
-from services.options import Options, free_endpoint
-from services.supervisor import Supervisor, command_lines
+from services.common.cli import Options, free_endpoint
+from services.common.supervisor import Supervisor, command_lines
+from tools.demo.strikes import FASTER, TIGHT, goal
 
 RATE_HZ = 50
 CORRECTIONS_HZ = 100, 250

@@ -20,12 +20,12 @@ from rich.table import Table
 from benchmarks.machine import save
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus
-from protocol.sessions import open_session
-from services.demo.strikes import goal
-from services.options import Options, free_endpoint
-from services.recorder.trace import read_trace
-from services.supervisor import Supervisor, command_lines
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
+from services.common.cli import Options, free_endpoint
+from services.common.supervisor import Supervisor, command_lines
+from tools.demo.strikes import goal
+from tools.trace_reader import read_trace
 
 BLOCKS = 5
 STEPS = 2000

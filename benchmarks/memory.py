@@ -17,10 +17,10 @@ from motion.errors import MotionError
 from motion.plan import plan
 from motion.request import Waypoint
 from protocol import topics
-from protocol.bus import Bus
-from protocol.sessions import open_session
-from services.options import Options, free_endpoint
-from services.supervisor import Supervisor, command_lines
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
+from services.common.cli import Options, free_endpoint
+from services.common.supervisor import Supervisor, command_lines
 
 MARKS = 20
 """How often memory is read along the way."""

@@ -16,7 +16,7 @@ from benchmarks.comparison import PAPER, beside_optimum, compare
 from benchmarks.machine import save
 from benchmarks.workloads import alternatives, growth, refusals, revisions, six_joints
 from motion.primitive import Primitive
-from services.runtime import freeze_garbage
+from services.common.realtime import freeze_garbage
 
 
 def of_one_joint(primitives: list[Primitive], goals: int, seed: int) -> list[tuple[int, Case]]:

@@ -25,10 +25,10 @@ from motion.limits import Limits
 from motion.plan import Warm, plan
 from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest
-from protocol.bus import Bus
-from protocol.sessions import open_session
-from services.options import Options, free_endpoint
-from services.supervisor import Supervisor, command_lines
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
+from services.common.cli import Options, free_endpoint
+from services.common.supervisor import Supervisor, command_lines
 
 SETTLED_S = 2.0
 PAUSE_S = 0.02

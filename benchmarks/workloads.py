@@ -14,7 +14,7 @@ from motion.limits import Limits
 from motion.plan import Plan, plan
 from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest, Waypoint
-from services.robot import load_robot
+from robot.description import load_robot
 
 PHASES = 0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95
 MOVED, RETIMED = 0.03, 0.03

@@ -24,13 +24,13 @@ from experiments.common import STEP, TIMES, Outcome, Row, demonstrated
 from experiments.fig5 import NOISE, PUSH, PUSH_FROM, PUSH_TO, RECOVERED, RECOVERS
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
-from protocol.sessions import open_session
-from services.options import Options, free_endpoint
-from services.robot import load_robot
-from services.supervisor import Supervisor, command_lines
+from robot.description import load_robot
+from services.common.cli import Options, free_endpoint
+from services.common.supervisor import Supervisor, command_lines
 
 PATIENCE_S = 20.0
 SETTLE_TICKS = 20

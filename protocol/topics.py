@@ -7,9 +7,9 @@ from msgspec import Struct
 
 from protocol import messages as m
 
-Asked = TypeVar("Asked", bound=Struct)
-Answered = TypeVar("Answered", bound=Struct)
-Said = TypeVar("Said", bound=Struct)
+RequestT = TypeVar("RequestT", bound=Struct)
+ReplyT = TypeVar("ReplyT", bound=Struct)
+MessageT = TypeVar("MessageT", bound=Struct)
 
 SMALL = 1 << 14
 MIB = 1 << 20
@@ -20,7 +20,7 @@ MAX_ID = 128
 
 
 @dataclass(frozen=True, slots=True)
-class Query(Generic[Asked, Answered]):
+class Query(Generic[RequestT, ReplyT]):
     """A request and its reply on `key`, answered by `owner`.
 
     `reads`: changes nothing, and may therefore be asked with a wildcard key. `timeout_s`: how long a client waits.
@@ -30,8 +30,8 @@ class Query(Generic[Asked, Answered]):
 
     key: str
     owner: str
-    request: type[Asked]
-    reply: type[Answered]
+    request: type[RequestT]
+    reply: type[ReplyT]
     about: str
     reads: bool = False
     max_bytes: int = SMALL
@@ -40,7 +40,7 @@ class Query(Generic[Asked, Answered]):
 
 
 @dataclass(frozen=True, slots=True)
-class Publication(Generic[Said]):
+class Publication(Generic[MessageT]):
     """What `owner` publishes on `key`, at `rate_hz` or, where that is None, when it happens.
 
     `max_age_s`: older than this it no longer counts as news, None where it never ages. `stream`: real-time priority,
@@ -49,7 +49,7 @@ class Publication(Generic[Said]):
 
     key: str
     owner: str
-    message: type[Said]
+    message: type[MessageT]
     about: str
     rate_hz: float | None = None
     max_age_s: float | None = None

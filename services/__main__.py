@@ -8,11 +8,10 @@ import tyro
 import zenoh
 from rich.console import Console
 
-from services import runtime
-from services.flags import PlannerFlags, RecorderFlags, SimFlags
-from services.options import Common, Options, open_bus, refuse_exposure
-from services.robot import load_robot
-from services.supervisor import NotReady, Supervisor, command_lines
+from robot.description import load_robot
+from services.common import realtime
+from services.common.cli import Common, Options, PlannerFlags, RecorderFlags, SimFlags, open_bus, refuse_exposure
+from services.common.supervisor import NotReady, Supervisor, command_lines
 
 Unprefixed = tyro.conf.arg(name="")
 
@@ -31,7 +30,7 @@ def main() -> None:
     """Start all, say how to reach them, wait, end all."""
     flags = tyro.cli(Flags)
     console = Console()
-    stopping = runtime.stop_on_signals()
+    stopping = realtime.stop_on_signals()
     options = flags.common
     refuse_exposure(options, options.connect, () if options.connect else options.listen)
     robot = options.robot or load_robot(options.robot_config).name
@@ -74,8 +73,8 @@ def greet(console: Console, robot: str, reach: Options) -> None:
     where = " ".join(reach.connect) or "tcp/127.0.0.1:7447"
     flag = f" --connect {where}" if reach.connect else ""
     console.print(f"[bold]volley is ready[/bold]: robot {robot} on {where}, keys volley/{robot}/…; Ctrl-C ends it")
-    console.print(f"  python -m services.client{flag} primitives", highlight=False)
-    console.print(f"  python -m services.client{flag} watch", highlight=False)
+    console.print(f"  python -m tools.shell{flag} primitives", highlight=False)
+    console.print(f"  python -m tools.shell{flag} watch", highlight=False)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import tyro
 
 from deploy.processes import PROCESSES
 from deploy.zenoh.permissions import MESSAGES, ROLES, Permission, acting, common_name, reading
-from protocol.sessions import CLIENT, MAX_MESSAGE_BYTES
+from protocol.bus.sessions import CLIENT, MAX_MESSAGE_BYTES
 
 HEADER = "// Made by: python -m deploy.zenoh.configure{flags}\n"
 SERVICES = {process.name for process in PROCESSES}

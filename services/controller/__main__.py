@@ -4,12 +4,12 @@ from dataclasses import dataclass, field
 
 import tyro
 
-from services import runtime
+from robot.description import load_robot
+from services.common import realtime
+from services.common.cli import Common, Options
+from services.common.logs import start_logging
+from services.common.single_instance import service_bus
 from services.controller.loop import ControllerLoop, WrongRobot
-from services.logs import start_logging
-from services.options import Common, Options
-from services.place import service_bus
-from services.robot import load_robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,17 +23,17 @@ def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     flags = tyro.cli(Flags)
     log = start_logging("controller", flags.common.log)
-    stopping = runtime.stop_on_signals()
+    stopping = realtime.stop_on_signals()
     config = load_robot(flags.common.robot_config)
-    loops, others = runtime.split_cores(flags.common.loop_core)
-    for missing in runtime.keep_to(loops) + runtime.become_real_time(priority=50):
+    loops, others = realtime.split_cores(flags.common.loop_core)
+    for missing in realtime.keep_to(loops) + realtime.become_real_time(priority=50):
         log.warning("without %s: ticks may come late", missing)
     with service_bus("controller", flags.common, config.name, stopping, log) as bus:
         loop = ControllerLoop(bus, config, log)
-        runtime.keep_to(others)  # what `open` starts: threads that take requests and check trajectories
+        realtime.keep_to(others)  # what `open` starts: threads that take requests and check trajectories
         loop.open()
-        runtime.keep_to(loops)
-        runtime.freeze_garbage()
+        realtime.keep_to(loops)
+        realtime.freeze_garbage()
         try:
             loop.run(stopping)
         except WrongRobot as error:

@@ -10,10 +10,10 @@ from protocol import messages as m
 from protocol.codec import bad_message, matrix
 from protocol.errors import Refusal
 from protocol.topics import MAX_ID, MAX_PLAN_S
+from robot.description import RobotConfig
 from services.controller.pieces import check_pieces
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
 from services.controller.timeline import Segment
-from services.robot import RobotConfig
 
 MATRICES = "positions", "velocities", "accelerations"
 

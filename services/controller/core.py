@@ -9,13 +9,13 @@ from protocol import messages as m
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
+from robot.description import RobotConfig
 from services.controller.checks import Checked, check_continuity
-from services.controller.cycle import CycleStatistics
-from services.controller.ledger import Ledger, Running, error_of
+from services.controller.ledger import ActiveGoal, Ledger, error_of
+from services.controller.loop_statistics import CycleStatistics
 from services.controller.modes import Event, Mode, next_mode
 from services.controller.ranges import TIGHT
 from services.controller.timeline import Timeline
-from services.robot import RobotConfig
 
 AT_REST = 0.05
 """Measured speed (rad/s) below which the arm counts as resting."""
@@ -136,7 +136,7 @@ class Controller:
         self.epoch += 1
         stamps = m.Stamps(requested=trajectory.stamps.requested, planned=trajectory.stamps.planned, accepted=now_ns)
         self.ledger.open(
-            Running(
+            ActiveGoal(
                 result=m.Result(goal_id=goal_id, outcome="running", stamps=stamps),
                 client_id=trajectory.client_id,
                 lease=trajectory.lease,

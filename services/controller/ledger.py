@@ -13,7 +13,7 @@ KEPT = 1000
 
 
 @dataclass(slots=True)
-class Running:
+class ActiveGoal:
     """A goal under way: its ticks, and how it will have ended if nothing else comes (`closing`).
 
     `hit` is None where a stop keeps the arm from reaching it.
@@ -56,7 +56,7 @@ def error_of(point: m.State | m.Point, reference: tuple[np.ndarray, ...]) -> m.P
 class Ledger:
     """Goals in the order they were accepted; the last 1000 results are kept."""
 
-    active: list[Running] = field(default_factory=list)
+    active: list[ActiveGoal] = field(default_factory=list)
     ended: list[m.Result] = field(default_factory=list)
     _results: OrderedDict[str, m.Result] = field(default_factory=OrderedDict)
 
@@ -80,7 +80,7 @@ class Ledger:
             running = self.active[-1].result.goal_id
             raise Refusal("busy", f"goal {running} is under way and preempt is false; wait for it", goal_id=running)
 
-    def open(self, goal: Running) -> None:
+    def open(self, goal: ActiveGoal) -> None:
         """Take on `goal`, which will replace the others from its start on."""
         self.active.append(goal)
         self._results[goal.result.goal_id] = goal.result
@@ -118,7 +118,7 @@ class Ledger:
                 if goal.hit is not None and goal.hit > leaves:
                     goal.hit = None
 
-    def current(self, tick: int) -> Running | None:
+    def current(self, tick: int) -> ActiveGoal | None:
         """Return the goal whose motion is played at `tick`."""
         begun = [goal for goal in self.active if goal.start <= tick]
         return begun[-1] if begun else None
@@ -149,6 +149,6 @@ class Ledger:
         ended, self.ended = self.ended, []
         return ended
 
-    def _end(self, goal: Running, outcome: m.Outcome, reason: str) -> None:
+    def _end(self, goal: ActiveGoal, outcome: m.Outcome, reason: str) -> None:
         goal.result.outcome, goal.result.reason = outcome, reason
         self.ended.append(goal.result)

@@ -9,16 +9,16 @@ from typing import Any
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Asking, Bus
+from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.queues import Inbox, Stream
 from protocol.codec import decode
 from protocol.errors import Refusal
-from protocol.queues import Inbox, Stream
 from protocol.topics import QUEUE_LENGTH
+from robot.description import RobotConfig
+from services.common.logs import ThrottledLog
+from services.common.puts import PutWatch
 from services.controller.checks import Checked, check_trajectory
 from services.controller.core import Controller
-from services.logs import Seldom
-from services.puts import PutWatch
-from services.robot import RobotConfig
 
 FIRST_WAIT = 1.2
 """In ticks; more than one, so that the next state ends the wait and not the clock."""
@@ -47,10 +47,10 @@ class ControllerLoop:
         self._log = log
         self._core = Controller(config)
         self._states = Stream()
-        self._urgent: Inbox[Asking] = Inbox(wake=self._states.wake)
-        self._requests: Inbox[Asking] = Inbox(wake=self._states.wake)
-        self._trajectories: Inbox[Asking] = Inbox()
-        self._checked: Inbox[tuple[Asking, Checked]] = Inbox(wake=self._states.wake)
+        self._urgent: Inbox[PendingQuery] = Inbox(wake=self._states.wake)
+        self._requests: Inbox[PendingQuery] = Inbox(wake=self._states.wake)
+        self._trajectories: Inbox[PendingQuery] = Inbox()
+        self._checked: Inbox[tuple[PendingQuery, Checked]] = Inbox(wake=self._states.wake)
         self._attended = False
         self._sightings: Inbox[tuple[str, bool]] = Inbox(MAX_SIGHTINGS)
         self._sightings_lost = threading.Event()
@@ -58,8 +58,8 @@ class ControllerLoop:
         self._next_greeting_ns = NEVER_NS
         self._answers: Inbox[Callable[[], None]] = Inbox()
         self._puts = PutWatch(bus, log)
-        self._refusals = Seldom(log)
-        self._floods = Seldom(log)
+        self._refusals = ThrottledLog(log)
+        self._floods = ThrottledLog(log)
         self._fault_told: str | None = None
         self._first_wait_ns, self._wait_ns = (round(ticks * config.tick * 1e9) for ticks in (FIRST_WAIT, WAIT))
         self._silent_waits = 0
@@ -192,10 +192,10 @@ class ControllerLoop:
 
     # --- requests and events --------------------------------------------------------------------------
 
-    def _handle(self, asking: Asking) -> None:
+    def _handle(self, asking: PendingQuery) -> None:
         self._reply(asking, lambda: self._handlers[asking.topic.key](asking.decode()))
 
-    def _reply(self, asking: Asking, act: Callable[[], Any]) -> None:
+    def _reply(self, asking: PendingQuery, act: Callable[[], Any]) -> None:
         try:
             asking.reply(act())
         except Refusal as refusal:
@@ -217,7 +217,7 @@ class ControllerLoop:
                 sentence = f"controller has {QUEUE_LENGTH} trajectories waiting; send this one again later"
                 asking.refuse(Refusal("busy", sentence, goal_id=checked.message.goal_id))
 
-    def _execute(self, asking: Asking, checked: Checked) -> None:
+    def _execute(self, asking: PendingQuery, checked: Checked) -> None:
         self._reply(asking, lambda: self._core.execute(checked, time.time_ns()))
 
     def _see_arm(self, _: str, alive: bool) -> None:

@@ -9,8 +9,8 @@ from motion.limits import QUANTITIES
 from motion.trajectory import Samples, Trajectory
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
+from robot.description import RobotConfig
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
-from services.robot import RobotConfig
 
 JUMPS = ("positions", 1e-8), ("velocities", 1e-6), ("accelerations", 1e-4)
 """By how much (rad, rad/s, rad/s²) two pieces may differ where they meet: rounding."""

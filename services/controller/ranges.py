@@ -6,7 +6,7 @@ import numpy as np
 
 from motion.limits import LED_BACK_BY, LED_BACK_FROM, Limits
 from protocol.errors import Refusal
-from services.robot import RobotConfig
+from robot.description import RobotConfig
 
 TIGHT = 1e-6
 """Part of a range by which a value may lie outside: rounding."""

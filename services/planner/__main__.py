@@ -2,25 +2,22 @@
 
 import logging
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Annotated
 
 import tyro
 
 from motion.errors import InvalidMotion
-from services import runtime
-from services.flags import PlannerFlags
-from services.logs import start_logging
-from services.options import Common, Options
-from services.place import service_bus
+from robot.description import RobotConfig, load_robot
+from robot.shipped import DEMONSTRATIONS
+from services.common import realtime
+from services.common.cli import Common, Options, PlannerFlags
+from services.common.logs import start_logging
+from services.common.single_instance import service_bus
 from services.planner.core import Planner
 from services.planner.lead import Lead
 from services.planner.learning import learn_from_csv
 from services.planner.library import Library
 from services.planner.loop import Loop
-from services.robot import RobotConfig, load_robot
-
-SHIPPED = Path(__file__).resolve().parents[2] / "deploy" / "demonstrations"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,25 +32,25 @@ def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     flags = tyro.cli(Flags)
     log = start_logging("planner", flags.common.log)
-    stopping = runtime.stop_on_signals()
-    _, others = runtime.split_cores(flags.common.loop_core)
-    runtime.keep_to(others)
+    stopping = realtime.stop_on_signals()
+    _, others = realtime.split_cores(flags.common.loop_core)
+    realtime.keep_to(others)
     config = load_robot(flags.common.robot_config)
     library = Library(flags.own.library, log)
     if library.is_new:
         learn_shipped(library, config, log)
     lead = Lead(config.tick, flags.own.lead)
     with service_bus("planner", flags.common, config.name, stopping, log) as bus:
-        runtime.become_polite()
+        realtime.become_polite()
         planner = Planner(bus, config, library, lead, log)
         planner.warm_up()
-        runtime.freeze_garbage()
+        realtime.freeze_garbage()
         Loop(bus, planner, library, config, lead, log).serve(stopping)
 
 
 def learn_shipped(library: Library, config: RobotConfig, log: logging.Logger) -> None:
     """Learn every shipped demonstration of this arm."""
-    for path in sorted(SHIPPED.glob("*.csv")):
+    for path in sorted(DEMONSTRATIONS.glob("*.csv")):
         try:
             primitive = learn_from_csv(path, config.joint_names)
         except InvalidMotion as error:

@@ -13,19 +13,19 @@ from motion.primitive import Primitive
 from motion.request import Boundary
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus, Publisher
+from protocol.bus.bus import Bus, Publisher
 from protocol.errors import NoAnswer, Refusal
-from services.planner.answers import Answers
+from robot.description import RobotConfig
 from services.planner.corrections import Corrections
 from services.planner.goal_checks import check_goal
 from services.planner.goals import Origin, start_boundary
+from services.planner.idempotency import Answers
 from services.planner.lead import Lead
 from services.planner.library import Library, Written
+from services.planner.messages import executed_message, goal_reply, plan_message, refused_message, sampled_message
 from services.planner.refusals import not_executed
-from services.planner.rehearsal import rehearse
-from services.planner.replies import executed_message, goal_reply, plan_message, refused_message, sampled_message
 from services.planner.solving import Made, Solver
-from services.robot import RobotConfig
+from services.planner.warm_up import rehearse
 
 
 class Planner:

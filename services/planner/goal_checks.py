@@ -5,7 +5,7 @@ from protocol import messages as m
 from protocol.codec import check_lengths
 from protocol.errors import Refusal
 from protocol.topics import MAX_ID, MAX_PLAN_S
-from services.robot import RobotConfig
+from robot.description import RobotConfig
 
 MAX_FOLLOW_THROUGH_S = 0.5
 

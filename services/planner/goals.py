@@ -14,9 +14,9 @@ from protocol import messages as m
 from protocol.codec import check_lengths
 from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
+from robot.description import RobotConfig
 from services.planner.corrections import Correction
 from services.planner.refusals import invalid
-from services.robot import RobotConfig
 
 ROUNDING = 1e-9
 

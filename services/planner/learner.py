@@ -13,9 +13,9 @@ import msgspec
 
 from motion.plan import prepare
 from protocol import messages as m
-from protocol.bus import Asking
+from protocol.bus.bus import PendingQuery
+from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
-from protocol.queues import Inbox
 from protocol.topics import QUEUE_LENGTH
 from services.planner.learning import learned_message
 from services.planner.library import Library, Written
@@ -61,7 +61,7 @@ class Errand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Request:
-    asking: Asking
+    asking: PendingQuery
     head: Head
     body: memoryview
 
@@ -91,7 +91,7 @@ class Learner:
         self._thread = threading.Thread(target=self._run, name="learner", daemon=True)
         self._thread.start()
 
-    def submit(self, asking: Asking, head: Head, body: memoryview) -> None:
+    def submit(self, asking: PendingQuery, head: Head, body: memoryview) -> None:
         """Learn and answer when those before are done.
 
         Raises:

@@ -12,10 +12,12 @@ import msgspec
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Asking, Bus
+from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
-from protocol.queues import Inbox
+from robot.description import RobotConfig
+from services.common.puts import PutWatch
 from services.planner.core import Planner
 from services.planner.lead import Lead
 from services.planner.learner import Errand, Head, Learner
@@ -23,8 +25,6 @@ from services.planner.library import Library
 from services.planner.watch import ControllerWatch
 from services.planner.worker import OWN_ERROR
 from services.planner.worker_link import Worker
-from services.puts import PutWatch
-from services.robot import RobotConfig
 
 UNREAD_LEARN = replace(topics.LEARN, request=msgspec.Raw)
 """`learn` with its body left as bytes: the worker reads it."""
@@ -66,14 +66,14 @@ class Loop:
             gc.collect(1 if item is not None else 2)
         self.close()
 
-    def do(self, item: Asking | Errand | None) -> None:
+    def do(self, item: PendingQuery | Errand | None) -> None:
         """Do what came, if anything did."""
         if isinstance(item, Errand):
             item.run()
         elif item is not None:
             self.answer(item)
 
-    def answer(self, asking: Asking) -> None:
+    def answer(self, asking: PendingQuery) -> None:
         """Reply to a request, or refuse it and say why in the log, and of a goal on the bus, under the goal's id.
 
         An error that nobody foresaw is refused as well: it is one request's, and the planner goes on for the others.
@@ -108,7 +108,7 @@ class Loop:
         """End the worker."""
         self._learner.close()
 
-    def _learn(self, asking: Asking, body: memoryview) -> None:
+    def _learn(self, asking: PendingQuery, body: memoryview) -> None:
         """Refuse at once what needs no look at the demonstration; the rest is the learner's."""
         head = decode(cast(bytes, body), Head, topics.LEARN.max_bytes)
         if head.name is not None:

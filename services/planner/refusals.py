@@ -2,7 +2,7 @@
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from protocol.errors import Refusal
-from services.robot import RobotConfig
+from robot.description import RobotConfig
 
 
 def refusal_of(error: MotionError, config: RobotConfig) -> Refusal:

@@ -14,10 +14,10 @@ from motion.request import MotionRequest
 from motion.sampled import SampledPlan, check_limits
 from protocol import messages as m
 from protocol.topics import MAX_PLAN_S
+from robot.description import RobotConfig
 from services.planner.goal_checks import too_long
 from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import none_of, refusal_of
-from services.robot import RobotConfig
 
 SAMPLED = {"dmp": plan_dmp, "gaussian": partial(plan_gaussian, margin=SAFETY_MARGIN)}
 """The paper's program keeps limits at 1001 instants: what is played needs a margin for the time between them."""

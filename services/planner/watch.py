@@ -4,7 +4,7 @@ import logging
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus
+from protocol.bus.bus import Bus
 from protocol.codec import decode
 from protocol.errors import Refusal
 

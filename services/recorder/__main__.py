@@ -8,17 +8,16 @@ from typing import Annotated
 
 import tyro
 
-from protocol.sessions import RECORDER
-from services import runtime
-from services.flags import RecorderFlags
-from services.logs import start_logging
-from services.options import Common, Options
-from services.place import service_bus
+from protocol.bus.sessions import RECORDER
+from robot.description import RobotConfig, load_robot
+from services.common import realtime
+from services.common.cli import Common, Options, RecorderFlags
+from services.common.logs import start_logging
+from services.common.single_instance import service_bus
 from services.recorder.blueprint import build_blueprint
-from services.recorder.intake import listen
 from services.recorder.recorder import Recorder
+from services.recorder.validation import listen
 from services.recorder.writer import Live, TraceWriter
-from services.robot import RobotConfig, load_robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +32,10 @@ def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     flags = tyro.cli(Flags)
     log = start_logging("recorder", flags.common.log)
-    stopping = runtime.stop_on_signals()
-    _, others = runtime.split_cores(flags.common.loop_core)
-    runtime.keep_to(others)
-    runtime.become_polite()
+    stopping = realtime.stop_on_signals()
+    _, others = realtime.split_cores(flags.common.loop_core)
+    realtime.keep_to(others)
+    realtime.become_polite()
     config = load_robot(flags.common.robot_config)
     with service_bus("recorder", flags.common, config.name, stopping, log, patience=RECORDER) as bus:
         trace = open_trace(flags.own, config, log)

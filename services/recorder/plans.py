@@ -9,8 +9,8 @@ import rerun as rr
 
 from protocol import messages as m
 from protocol.codec import matrix
-from services.recorder.canvas import Canvas
-from services.recorder.intake import Received
+from services.recorder.context import Canvas
+from services.recorder.validation import Received
 from services.recorder.writer import Rows
 
 PATH_EVERY_S = 0.01

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 
 from protocol import topics
 from protocol.topics import Publication
+from robot.description import RobotConfig
 from services.recorder.blueprint import style
-from services.recorder.canvas import Canvas, Drawer
-from services.recorder.happenings import (
+from services.recorder.context import Canvas, Drawer
+from services.recorder.events import (
     BallDrawer,
     ContactDrawer,
     DisturbanceDrawer,
@@ -17,11 +18,10 @@ from services.recorder.happenings import (
     RefusedDrawer,
     StatusDrawer,
 )
-from services.recorder.intake import Intake, Source
 from services.recorder.plans import PlanDrawer
 from services.recorder.streams import CommandDrawer, StateDrawer
+from services.recorder.validation import Intake, Source
 from services.recorder.writer import TraceWriter
-from services.robot import RobotConfig
 
 BATCH_S = 0.5
 """Each batch costs the same some hundred calls of Rerun, however much is in it."""

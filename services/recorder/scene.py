@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import rerun as rr
 
+from robot.description import RobotConfig, joint_ids
 from services.recorder.writer import TraceWriter
-from services.robot import RobotConfig, joint_ids
 
 HIDDEN_GROUP = 3
 """Geoms of this group and above stand for collisions, as in MuJoCo's own viewer."""

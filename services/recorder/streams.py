@@ -6,9 +6,9 @@ import numpy as np
 import rerun as rr
 
 from protocol import messages as m
-from services.recorder.canvas import Canvas
-from services.recorder.intake import Received
+from services.recorder.context import Canvas
 from services.recorder.scene import path_of
+from services.recorder.validation import Received
 from services.recorder.writer import Rows
 
 POSES_HZ = 100

@@ -11,11 +11,11 @@ import numpy as np
 
 from protocol.errors import Refusal
 from protocol.messages import ActiveDisturbance, Ball, Contact, Disturb
-from services.robot import RobotConfig
+from robot.description import RobotConfig
 from services.sim.contact import ContactLog
 from services.sim.disturbances import Disturbances
+from services.sim.inverse_dynamics import InverseDynamics
 from services.sim.model import Scene, build_scene
-from services.sim.torque import InverseDynamics
 
 TEE_STORE = (0.0, 0.0, -10.0)
 """Where the tee is kept while the ball needs none, m."""

@@ -7,7 +7,7 @@ import numpy as np
 from motion.braking import stop
 from motion.tracking import tracking_acceleration
 from motion.trajectory import Samples
-from services.robot import RobotConfig
+from robot.description import RobotConfig
 
 RELEASE_DISTANCE = 0.01
 """A command takes over from the brake where its reference is this close to the pose held, rad on every joint."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from protocol.errors import Refusal
 from protocol.messages import ActiveDisturbance
-from services.robot import RobotConfig
+from robot.description import RobotConfig
 
 MAX_PUSHES = 64
 """Pushes that act or wait."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from protocol import messages as m
 from protocol.codec import bad_message, check_lengths
-from services.robot import RobotConfig
+from robot.description import RobotConfig
 from services.sim.brake import Brake
 
 NEVER = -1

@@ -12,14 +12,14 @@ import numpy as np
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Asking, Bus
+from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.queues import Inbox, Stream
 from protocol.codec import bad_message, decode
 from protocol.errors import Refusal
-from protocol.queues import Inbox, Stream
-from services.logs import Seldom
-from services.puts import PutWatch
-from services.robot import RobotConfig
-from services.runtime import Deadlines
+from robot.description import RobotConfig
+from services.common.logs import ThrottledLog
+from services.common.puts import PutWatch
+from services.common.realtime import Deadlines
 from services.sim.arm import SimulatedArm
 from services.sim.drive import Drive, Loss
 
@@ -38,7 +38,7 @@ class Debt:
     `strict`: past the deadline it is refused, otherwise answered all the same.
     """
 
-    asking: Asking
+    asking: PendingQuery
     answer: Callable[[], Any]
     target: int
     deadline: float
@@ -52,14 +52,14 @@ class SimLoop:
         self._config = config
         self._clock: m.Clock = clock
         self._stepped = clock == "stepped"
-        self._refusals, self._stalls = Seldom(log), Seldom(log)
+        self._refusals, self._stalls = ThrottledLog(log), ThrottledLog(log)
         self._bus = bus
         self._puts = PutWatch(bus, log)
         self._arm = SimulatedArm(config, seed)
         self._drive = Drive(config)
         self._loss = Loss(config.rate_hz)
         self._commands = Stream()
-        self._requests: Inbox[Asking] = Inbox()
+        self._requests: Inbox[PendingQuery] = Inbox()
         self._debt: Debt | None = None
         self._acting: list[m.ActiveDisturbance] = []
         self._state = bus.publisher(topics.STATE, blocking=self._stepped)
@@ -170,7 +170,7 @@ class SimLoop:
 
     # --- requests -------------------------------------------------------------------------------------
 
-    def _attend(self, asking: Asking | None) -> None:
+    def _attend(self, asking: PendingQuery | None) -> None:
         """Answer a request, or take on the debt of answering it later."""
         if asking is None:
             self._puts.look()
@@ -208,7 +208,7 @@ class SimLoop:
         """Whether the controller has answered `tick`, or cannot have seen it."""
         return self._drive.answered_tick >= tick or self._loss.has("state", tick)
 
-    def _owe_steps(self, asking: Asking) -> None:
+    def _owe_steps(self, asking: PendingQuery) -> None:
         request = asking.decode()
         if not self._stepped:
             raise Refusal("wrong_clock", "sim/step needs the stepped clock; this arm runs in real time")
@@ -223,7 +223,7 @@ class SimLoop:
         now = self._arm.observe()
         return m.Stepped(tick=now.tick, time=now.time)
 
-    def _owe_reset(self, asking: Asking) -> None:
+    def _owe_reset(self, asking: PendingQuery) -> None:
         request = asking.decode()
         self._refuse_while_owing()
         self._arm.reset(request.positions, request.ball, request.seed)

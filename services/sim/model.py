@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from services.robot import RobotConfig, joint_ids
+from robot.description import RobotConfig, joint_ids
 
 BALL = "ball"
 TEE = "tee"

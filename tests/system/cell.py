@@ -5,9 +5,9 @@ from pathlib import Path
 
 from deploy.zenoh.certificates import Authority, make_authority, make_certificate
 from deploy.zenoh.configure import Cell, client_config, texts
-from protocol.bus import Bus
-from protocol.sessions import open_session
-from services.options import free_endpoint
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
+from services.common.cli import free_endpoint
 
 STRANGERS = {"stranger": "stranger.arm", "neighbour": "controller.leg"}
 """Certificates of the right authority, by file, whose common names mean nothing to this robot."""

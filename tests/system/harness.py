@@ -15,13 +15,13 @@ from protocol import messages as m
 from protocol import topics
 from protocol.codec import decode
 from protocol.errors import Refusal
-from services.drill import reference as drilled
-from services.drill.cell import PATIENCE_S, Cell, wait_for
-from services.drill.start import ARM as SERVICES
-from services.drill.start import Plan, started
-from services.logs import LogForm
-from services.options import Options
-from services.robot import load_robot
+from robot.description import load_robot
+from services.common.cli import Options
+from services.common.logs import LogForm
+from tools.drill.harness import commanded
+from tools.drill.harness.cell import PATIENCE_S, Cell, wait_for
+from tools.drill.harness.start import ARM as SERVICES
+from tools.drill.harness.start import Plan, started
 
 ROBOT = load_robot()
 
@@ -39,7 +39,7 @@ class Stack(Cell):
         """Stop the motion."""
         return self.bus.ask(topics.CANCEL, m.Cancel(goal_id=goal_id))
 
-    def next(self, topic: topics.Publication[topics.Said], timeout: float = PATIENCE_S) -> topics.Said:
+    def next(self, topic: topics.Publication[topics.MessageT], timeout: float = PATIENCE_S) -> topics.MessageT:
         """Wait for the next message on `topic`; the first call must come before it is published."""
         try:
             return decode(self.listen(topic).get(timeout=timeout), topic.message, 1 << 24)
@@ -73,7 +73,7 @@ def wait_for_controller(stack: Stack) -> None:
     wait_for(stack.mode, "the controller to hear of the arm")
 
 
-class Reference(drilled.Reference):
+class Reference(commanded.Reference):
     """What the controller commanded over a run, tick by tick."""
 
     def __init__(self, commands: list[m.Command]) -> None:

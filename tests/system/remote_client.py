@@ -10,9 +10,9 @@ from pathlib import Path
 import msgspec
 
 from protocol import topics
-from protocol.bus import Bus
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
 from protocol.errors import NoAnswer, Refusal
-from protocol.sessions import open_session
 
 
 def answer(bus: Bus, key: str, fields: dict) -> object:

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import encode, matrix_bytes
-from services.robot import load_robot
+from robot.description import load_robot
 
 ROBOT = load_robot()
 HOME = ROBOT.home.tolist()

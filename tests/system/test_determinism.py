@@ -7,7 +7,7 @@ from harness import Stack, running
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import decode
-from services.demo.strikes import goal
+from tools.demo.strikes import goal
 
 BACK = {"primitive": "forehand", "positions": [0.2, 0.5, 0.8, 0.0, 0.1, 0.0], "duration": 0.6, "goal_id": "second"}
 

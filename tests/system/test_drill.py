@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from services.drill.lab import Lab
-from services.drill.run import carry_out
-from services.drill.scenario import Scenario
-from services.drill.table import SCENARIOS
-from services.options import Options
+from services.common.cli import Options
+from tools.drill.harness.lab import Lab
+from tools.drill.run import carry_out
+from tools.drill.scenario import Scenario
+from tools.drill.table import SCENARIOS
 
 
 @pytest.fixture(scope="module")

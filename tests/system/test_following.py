@@ -12,7 +12,7 @@ from harness import SERVICES, running
 
 import deploy
 from protocol import topics
-from services.demo.strikes import goal
+from tools.demo.strikes import goal
 
 OPERATIONS = Path(deploy.__file__).parents[1] / "docs" / "operations.md"
 FOLLOWING = re.findall(r"^    .*jq -cR '(.*)'", OPERATIONS.read_text(), re.MULTILINE)

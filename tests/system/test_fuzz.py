@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from services.drill.lab import Lab
-from services.drill.mutations import MUTATIONS, mutate
-from services.drill.run import carry_out
-from services.drill.table import SCENARIOS
-from services.options import Options
+from services.common.cli import Options
+from tools.drill.harness.lab import Lab
+from tools.drill.harness.mutations import MUTATIONS, mutate
+from tools.drill.run import carry_out
+from tools.drill.table import SCENARIOS
 
 
 def test_mutations_are_the_same_for_the_same_seed():

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 from cell import SecureCell
 
-from services.robot import load_robot
+from robot.description import load_robot
 
 HOSTS = {"robot": "10.77.0.1", "planner": "10.77.0.2", "operator": "10.77.0.3"}
 PATIENCE_S = 60.0

@@ -14,14 +14,14 @@ from harness import ROBOT, SERVICES, Stack, running, wait_for, wait_for_controll
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
 from protocol.codec import matrix
 from protocol.errors import NoAnswer, Refusal
-from protocol.sessions import open_session
-from services.demo.strikes import goal
-from services.options import Options, free_endpoint
-from services.runtime import split_cores
-from services.supervisor import Supervisor, command_lines
+from services.common.cli import Options, free_endpoint
+from services.common.realtime import split_cores
+from services.common.supervisor import Supervisor, command_lines
+from tools.demo.strikes import goal
 
 HOME = ROBOT.home.tolist()
 

@@ -7,7 +7,7 @@ from harness import Stack
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
 from protocol import messages as m
 from protocol import topics
-from services.robot import load_robot
+from robot.description import load_robot
 
 ROBOT = load_robot()
 STRIKE = {"primitive": "forehand", "positions": list(HIT), "velocities": list(HIT_VELOCITIES), "method": "dmp"}

@@ -13,10 +13,10 @@ from pathlib import Path
 import msgpack
 import pytest
 
-from protocol.bus import Bus
-from protocol.sessions import DEFAULT_ENDPOINT, open_session
-from services.options import Options, free_endpoint
-from services.supervisor import Supervisor, command_lines
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import DEFAULT_ENDPOINT, open_session
+from services.common.cli import Options, free_endpoint
+from services.common.supervisor import Supervisor, command_lines
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -76,7 +76,7 @@ def test_services_take_the_flags_shown() -> None:
 
 def test_client_lines_work(endpoint: str) -> None:
     """Every client command of the README succeeds; `watch`, which ends on Ctrl-C only, is told to help."""
-    commands = lines("python -m services.client")
+    commands = lines("python -m tools.shell")
     assert len(commands) >= 3
     for line in commands:
         words = [sys.executable, *shlex.split(line)[1:]]

@@ -23,13 +23,13 @@ from deploy.zenoh.configure import client_config
 from deploy.zenoh.permissions import ROLES, acting, reading
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
 from protocol.errors import NoAnswer
-from protocol.sessions import open_session
-from services.options import Options
-from services.place import service_bus
-from services.runtime import EXIT_TAKEN
-from services.supervisor import Supervisor, command_lines
+from services.common.cli import Options
+from services.common.realtime import EXIT_TAKEN
+from services.common.single_instance import service_bus
+from services.common.supervisor import Supervisor, command_lines
 
 LOG = logging.getLogger("test")
 HOME = ROBOT.home.tolist()

@@ -9,11 +9,11 @@ from motion.braking import first_stop
 from motion.trajectory import Samples
 from protocol import messages as m
 from protocol import topics
-from protocol.bus import Bus
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
 from protocol.errors import Refusal
-from protocol.sessions import open_session
-from services.demo.strikes import goal
-from services.drill.reference import samples_of
+from tools.demo.strikes import goal
+from tools.drill.harness.commanded import samples_of
 
 HOME = ROBOT.home.tolist()
 STRIKE = goal()

@@ -10,8 +10,8 @@ from motion.limits import Limits
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import matrix
-from services.demo.strikes import PUSH_FOR, PUSH_FROM, STRIKES, Strike, largest, noise_request
-from services.robot import load_robot
+from robot.description import load_robot
+from tools.demo.strikes import PUSH_FOR, PUSH_FROM, STRIKES, Strike, largest, noise_request
 
 ROBOT = load_robot()
 ROUNDING = 1e-6  # of a limit's range: what "certified" allows beside a boundary value that lies on its limit

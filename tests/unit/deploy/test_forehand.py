@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from deploy.demonstrations.make_forehand import FOREHAND, HIT_TIME, render
-from services.robot import Kinematics, load_robot
+from robot.description import load_robot
+from robot.kinematics import Kinematics
 
 ROBOT = load_robot()
 GAP = 0.002

@@ -15,8 +15,8 @@ from deploy.zenoh.certificates import Authority
 from deploy.zenoh.configure import Cell
 from deploy.zenoh.permissions import ROLES, Role
 from protocol.topics import PUBLICATIONS, QUERIES
-from services.client.__main__ import COMMANDS, main
-from services.preflight.__main__ import Flags as PreflightFlags
+from tools.preflight.__main__ import Flags as PreflightFlags
+from tools.shell.__main__ import COMMANDS, main
 
 ROOT = Path(deploy.__file__).parents[1]
 TEXT = (ROOT / "docs" / "operations.md").read_text()
@@ -26,7 +26,7 @@ INSTALLING = re.findall(r"^    (\S.*)$", TEXT.partition("## Installing")[2].part
 OWN_FLAGS = {
     "deploy.zenoh.certificates": Authority,
     "deploy.zenoh.configure": Cell,
-    "services.preflight": PreflightFlags,
+    "tools.preflight": PreflightFlags,
 }
 
 
@@ -52,7 +52,7 @@ def test_the_table_is_the_permission_table():
 @pytest.mark.parametrize("line", PYTHON_LINES)
 def test_commands_parse(line, monkeypatch):
     module, *words = shlex.split(line)[2:]
-    if module == "services.client":
+    if module == "tools.shell":
         command = functools.wraps(COMMANDS[words[0]])(lambda *_, **__: 0)
         monkeypatch.setitem(COMMANDS, words[0], command)
         assert main(words) == 0

@@ -11,8 +11,8 @@ import tyro
 
 import deploy
 from deploy.processes import PROCESSES, Process
-from services.runtime import EXIT_TAKEN
-from services.supervisor import PATIENCE_S
+from services.common.realtime import EXIT_TAKEN
+from services.common.supervisor import PATIENCE_S
 
 DIRECTORY = Path(deploy.__file__).parent / "systemd"
 PYTHON = "/opt/volley/.venv/bin/python"

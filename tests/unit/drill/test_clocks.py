@@ -4,9 +4,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from services.drill.clocks import jumps_seen
-from services.drill.shims import shim
-from services.drill.start import Plan
+from tools.drill.harness.shims import shim
+from tools.drill.harness.start import Plan
+from tools.drill.scenarios.clocks import jumps_seen
 
 LOOK = """
 import os, time

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from services.drill.lab import Lab
-from services.options import Options
+from services.common.cli import Options
+from tools.drill.harness.lab import Lab
 
 
 def test_cells_log_as_text(tmp_path: Path):

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from services.drill.load import Flood
+from tools.drill.scenarios.load import Flood
 
 THREADS = 8
 

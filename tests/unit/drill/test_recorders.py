@@ -1,6 +1,6 @@
 """What the drill finds missing in a trace."""
 
-from services.drill.recorders import missing_inside
+from tools.drill.scenarios.recorders import missing_inside
 
 
 def test_ticks_missing_inside():

@@ -4,9 +4,9 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from services.drill.report import BEGIN, END, markdown, number, save, write_markdown
-from services.drill.scenario import judge
-from services.drill.table import FAMILIES, SCENARIOS, chosen
+from tools.drill.report import BEGIN, END, markdown, number, save, write_markdown
+from tools.drill.scenario import judge
+from tools.drill.table import FAMILIES, SCENARIOS, chosen
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "reliability.md"
 

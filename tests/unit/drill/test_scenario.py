@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from services.drill.scenario import Bound, Scenario, Value, at_least, at_most, exactly, judge, none, told
+from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, exactly, judge, none, told
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,11 @@ import pytest
 import zenoh
 
 from protocol import messages as m
-from protocol.bus import Asking, Bus
+from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.queues import Inbox, Stream
+from protocol.bus.sessions import open_session
 from protocol.codec import ENCODING, encode
 from protocol.errors import NoAnswer, Refusal
-from protocol.queues import Inbox, Stream
-from protocol.sessions import open_session
 from protocol.topics import CANCEL, CONTACT, PRIMITIVES, QUEUE_LENGTH, STATE, STATUS_QUERY, alive_key
 from tests.golden.examples import EXAMPLES, STATUS
 from tests.waiting import PATIENCE_S, eventually
@@ -41,11 +41,11 @@ def client(hub: Bus, endpoint: str) -> Iterator[Bus]:
 
 
 @pytest.fixture
-def inbox() -> Inbox[Asking]:
+def inbox() -> Inbox[PendingQuery]:
     return Inbox()
 
 
-def answering(inbox: Inbox[Asking], answer: Callable[[Asking], None]) -> threading.Thread:
+def answering(inbox: Inbox[PendingQuery], answer: Callable[[PendingQuery], None]) -> threading.Thread:
     """A thread that answers the next request of `inbox`."""
 
     def serve() -> None:
@@ -58,7 +58,7 @@ def answering(inbox: Inbox[Asking], answer: Callable[[Asking], None]) -> threadi
     return thread
 
 
-def refuse_by_code(asking: Asking) -> None:
+def refuse_by_code(asking: PendingQuery) -> None:
     asking.refuse(Refusal("unknown_goal", "no goal is called wipe-3; ask for one of forehand-7", goal_id="wipe-3"))
 
 
@@ -73,7 +73,7 @@ def test_request_arrives_as_it_was_sent(hub, client, inbox):
     hub.serve(CANCEL, inbox)
     seen = []
 
-    def answer(asking: Asking) -> None:
+    def answer(asking: PendingQuery) -> None:
         seen.append(asking.decode())
         asking.reply(m.Canceled(goal_id="forehand-7", stop_time=1.0))
 
@@ -105,7 +105,7 @@ def test_bare_clients_are_understood(hub, client, inbox):
 def test_malformed_request_is_refused_when_decoded(hub, client, inbox):
     hub.serve(CANCEL, inbox)
 
-    def answer(asking: Asking) -> None:
+    def answer(asking: PendingQuery) -> None:
         try:
             asking.decode()
         except Refusal as refusal:
@@ -157,8 +157,8 @@ def test_robots_do_not_hear_each_other(hub, endpoint, inbox):
 def test_full_inbox_is_refused_at_once(hub, client):
     taken: list[bool] = []
 
-    class Counted(Inbox[Asking]):
-        def offer(self, item: Asking) -> bool:
+    class Counted(Inbox[PendingQuery]):
+        def offer(self, item: PendingQuery) -> bool:
             taken.append(super().offer(item))
             return taken[-1]
 

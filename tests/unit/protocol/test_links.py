@@ -4,9 +4,9 @@ import socket
 import struct
 import time
 
-from protocol.bus import Bus
-from protocol.sessions import open_session
-from services.options import free_endpoint
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
+from services.common.cli import free_endpoint
 from tests.connections import connections, port_of
 
 BOTH_ENDS = [0, 0]

@@ -1,8 +1,8 @@
 """Queues between Zenoh's threads and a loop: bounded, in order."""
 
-from protocol.queues import Inbox, Stream
-from protocol.sessions import open_session
-from services.options import free_endpoint
+from protocol.bus.queues import Inbox, Stream
+from protocol.bus.sessions import open_session
+from services.common.cli import free_endpoint
 
 
 def test_inbox_is_bounded_and_in_order():

@@ -7,14 +7,14 @@ import msgspec
 
 from protocol import messages as m
 from protocol.errors import CODES
-from protocol.reference import MEANINGS, page
 from protocol.topics import PUBLICATIONS, QUERIES
+from tools.pages.protocol import MEANINGS, page
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "protocol.md"
 
 
 def test_page_is_up_to_date():
-    assert PAGE.read_text() == page(), "run: python -m protocol.reference > docs/protocol.md"
+    assert PAGE.read_text() == page(), "run: python -m tools.pages.protocol > docs/protocol.md"
 
 
 def test_every_message_has_one_table():

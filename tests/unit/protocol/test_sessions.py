@@ -8,14 +8,14 @@ import sys
 import pytest
 import zenoh
 
-from protocol.sessions import CLIENT, RECORDER, Patience, open_session, session_config
-from services.options import free_endpoint
+from protocol.bus.sessions import CLIENT, RECORDER, SessionTimeouts, open_session, session_config
+from services.common.cli import free_endpoint
 from tests.connections import connections, port_of
 from tests.waiting import eventually
 
 LISTENER = """
 import sys, time, zenoh
-from protocol.sessions import RECORDER, open_session
+from protocol.bus.sessions import RECORDER, open_session
 with open_session([sys.argv[1]], patience=RECORDER) as session:
     heard = session.declare_subscriber("stream", zenoh.handlers.RingChannel(1 << 14))
     session.put("ready", b"")
@@ -29,7 +29,7 @@ COUNT, BODY = 2000, bytes(3000)
 
 
 def test_the_kernel_keeps_a_backlog():
-    patience = Patience(lease_ms=2000, backlog_bytes=100_000)
+    patience = SessionTimeouts(lease_ms=2000, backlog_bytes=100_000)
     endpoint = free_endpoint()
     with open_session(listen=[endpoint]), open_session([endpoint], patience=patience):
         kept = [each.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) for each in connections(port_of(endpoint))]
@@ -37,7 +37,7 @@ def test_the_kernel_keeps_a_backlog():
 
 
 def test_what_the_kernel_does_not_grant_is_not_asked_for():
-    too_much = Patience(lease_ms=2000, backlog_bytes=1 << 30)
+    too_much = SessionTimeouts(lease_ms=2000, backlog_bytes=1 << 30)
     assert not too_much.is_granted
     for patience in (too_much, CLIENT):
         assert session_config((), (), None, patience).get_json("transport/link/tcp/so_rcvbuf") == "null"

@@ -1,0 +1,1 @@
+"""The wire contract over Zenoh: sessions, queues and the bus."""

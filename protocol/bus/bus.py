@@ -1,0 +1,275 @@
+"""The topic table put to work on a Zenoh session."""
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+from typing import Generic, Self, TypeVar
+
+import zenoh
+
+from protocol import messages as m
+from protocol.bus.links import guard_links
+from protocol.bus.queues import Collector, Inbox, Stream
+from protocol.bus.sessions import CLIENT
+from protocol.codec import ENCODING, bad_message, check_request_size, decode, encode
+from protocol.errors import NoAnswer, Refusal
+from protocol.topics import (
+    PUBLICATIONS,
+    QUEUE_LENGTH,
+    MessageT,
+    Publication,
+    Query,
+    ReplyT,
+    RequestT,
+    alive_key,
+    claim_key,
+)
+
+Item = TypeVar("Item")
+
+PUBLISHED = frozenset(topic.key for topic in PUBLICATIONS)
+LIVELINESS_S = 5.0
+"""How long to wait for what the hub says of liveliness: at once, unless it is stalled."""
+CLAIM_PATIENCE_S, CLAIM_PERIOD_S = 2.0, 0.05
+"""How long a claim waits for another to give way, and how often it looks."""
+
+
+class PendingQuery(Generic[RequestT, ReplyT]):
+    """One request on its way to an answer, exactly one: `reply` or `refuse`. `arrival_ns` is Unix time."""
+
+    def __init__(self, topic: Query[RequestT, ReplyT], key: str, query: zenoh.Query) -> None:
+        self.topic = topic
+        self.arrival_ns = time.time_ns()
+        self._key = key
+        self._query = query
+
+    def decode(self) -> RequestT:
+        """Return the request.
+
+        Raises:
+            Refusal: `bad_message`.
+        """
+        payload = self._query.payload
+        if not payload:
+            return decode(b"\x80", self.topic.request)
+        check_request_size(self.topic, len(payload))  # before it is copied: a loop may be waiting
+        return decode(payload.to_bytes(), self.topic.request, self.topic.max_bytes)
+
+    def reply(self, answer: ReplyT) -> None:
+        """Answer the request."""
+        with self._query as query:
+            query.reply(self._key, encode(answer), encoding=ENCODING)
+
+    def refuse(self, refusal: Refusal) -> None:
+        """Answer with `reply_err`."""
+        body = m.ErrorBody(code=refusal.code, message=refusal.message, detail=refusal.detail)
+        with self._query as query:
+            query.reply_err(encode(body), encoding=ENCODING)
+
+
+class Publisher(Generic[MessageT]):
+    """Publishes the messages of one topic."""
+
+    def __init__(self, publisher: zenoh.Publisher) -> None:
+        self._publisher = publisher
+
+    def put(self, message: MessageT) -> None:
+        """Publish `message`; a session that is closing drops it."""
+        self._publisher.put(encode(message))
+
+
+class Bus:
+    """The keys of one robot on one session."""
+
+    def __init__(self, session: zenoh.Session, robot: str = "arm") -> None:
+        self.session = session
+        self.robot = robot
+        self._kept: list[object] = []
+        self._puts: dict[str, Collector] = {}
+        self._keep(guard_links(session, CLIENT.lease_ms))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.session.close()
+
+    def key(self, name: str) -> str:
+        """Return the full key of a topic's `name`."""
+        return f"volley/{self.robot}/{name}"
+
+    def publisher(self, topic: Publication[MessageT], blocking: bool = False) -> Publisher[MessageT]:
+        """Declare a publisher, which drops what it cannot send at once unless `blocking`.
+
+        The hub passes on what blocks as it came: where one subscriber's link is dead, all that its publisher says to
+        anybody waits for seconds.
+        """
+        return Publisher(
+            self.session.declare_publisher(
+                self.key(topic.key),
+                encoding=ENCODING,
+                priority=zenoh.Priority.REAL_TIME if topic.stream else zenoh.Priority.DATA,
+                congestion_control=zenoh.CongestionControl.BLOCK if blocking else zenoh.CongestionControl.DROP,
+                express=topic.stream,
+            )
+        )
+
+    def listen(self, topic: Publication, callback: Callable[[bytes], object]) -> None:
+        """Hand the body of every sample to `callback`, which runs in a thread of its own: queue it, do not work.
+
+        Zenoh's own thread does not wait for Python, or a slow listener would hold up whoever publishes: 1 kHz streams
+        beside a flood of goals silenced the arm.
+        """
+        self._keep(
+            self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
+        )
+
+    def stream(self, topic: Publication, stream: Stream) -> None:
+        """Queue the samples of a topic in `stream`, for a loop that answers each at once."""
+        self._keep(self.session.declare_subscriber(self.key(topic.key), stream.callback))
+
+    def collect(self, topic: Publication, length: int) -> Collector:
+        """Collect the samples of a topic, at most `length`, to be taken in batches; a publisher never waits for it."""
+        channel = zenoh.handlers.RingChannel(length)
+        return Collector(self._keep(self.session.declare_subscriber(self.key(topic.key), channel)))
+
+    def serve(self, topic: Query[RequestT, ReplyT], inbox: Inbox[PendingQuery]) -> None:
+        """Answer requests on `topic` through `inbox`; wildcards that would write, and a full inbox, are refused."""
+        key = self.key(topic.key)
+
+        def receive(query: zenoh.Query) -> None:
+            asking = PendingQuery(topic, key, query)
+            if not topic.reads and "*" in str(query.key_expr):
+                asking.refuse(bad_message("key", f"{query.key_expr} has a wildcard; send this request to {key}"))
+            elif not inbox.offer(asking):
+                sentence = f"{topic.owner} has {QUEUE_LENGTH} requests waiting; send this one again later"
+                asking.refuse(Refusal("busy", sentence, goal_id=None))
+
+        self._keep(self.session.declare_queryable(key, receive, complete=True))
+        if topic.key not in PUBLISHED:
+            channel = zenoh.handlers.RingChannel(1)  # runs no Python, however much comes
+            self._puts[key] = Collector(self._keep(self.session.declare_subscriber(key, channel)))
+
+    def take_puts(self) -> list[str]:
+        """Return the keys of the served topics on which something was put since the last call: nobody answers that."""
+        return [key for key, puts in self._puts.items() if puts.drop()]
+
+    def ask_later(self, topic: Query[RequestT, ReplyT], request: RequestT, callback: Callable[[bytes], None]) -> None:
+        """Send `request` without waiting; the body of a reply goes to `callback` in Zenoh's thread."""
+
+        def receive(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                callback(reply.ok.payload.to_bytes())
+
+        self.session.get(
+            self.key(topic.key), receive, payload=encode(request), encoding=ENCODING, timeout=topic.timeout_s
+        )
+
+    def ask(self, topic: Query[RequestT, ReplyT], request: RequestT, timeout: float | None = None) -> ReplyT:
+        """Send `request` and return the reply, waiting up to `timeout` s (the topic's own by default).
+
+        Raises:
+            Refusal: the owner refused.
+            NoAnswer: there is no owner, or it is silent.
+        """
+        return self.send(topic, request, timeout)()
+
+    def send(
+        self, topic: Query[RequestT, ReplyT], request: RequestT, timeout: float | None = None
+    ) -> Callable[[], ReplyT]:
+        """Send `request` as `ask` does, and return what waits for the reply and returns it, or raises."""
+        wait = timeout if timeout is not None else topic.timeout_s
+        replies = self.session.get(self.key(topic.key), payload=encode(request), encoding=ENCODING, timeout=wait)
+
+        def answer() -> ReplyT:
+            for reply in replies:
+                if reply.ok is not None:
+                    return decode(reply.ok.payload.to_bytes(), topic.reply, max_bytes=1 << 26)
+                if reply.err is not None:
+                    raise self._refusal(topic, reply.err)
+            raise NoAnswer(topic.owner, self.key(topic.key))
+
+        return answer
+
+    def announce(self, service: str) -> None:
+        """Hold the liveliness token of `service` while the session lives: it is ready for requests."""
+        self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
+
+    def claim(self, service: str, patience: float = CLAIM_PATIENCE_S) -> bool:
+        """Claim the place of `service` while the session lives, and return whether it is this session's alone.
+
+        Each claims before it looks, so of two that come at once at least one sees the other: the one with the larger
+        id gives way at once, the other waits up to `patience` s for that and gives way to whoever stays.
+
+        Raises:
+            NoAnswer: the hub is silent.
+        """
+        own = self._own_claim(service)
+        token = self._keep(self.session.liveliness().declare_token(own))
+        patient_until = time.monotonic() + patience
+        while others := self.rivals(service):
+            if min(others) < own or time.monotonic() > patient_until:
+                token.undeclare()  # the other need not wait for this process to end
+                return False
+            time.sleep(CLAIM_PERIOD_S)
+        return True
+
+    def rivals(self, service: str) -> set[str]:
+        """Return the full keys of the claims that other sessions have on the place of `service`: none without a hub.
+
+        Raises:
+            NoAnswer: the hub is silent.
+        """
+        return self._alive(claim_key(service, "*")) - {self._own_claim(service)}
+
+    def on_return(self, callback: Callable[[], object]) -> None:
+        """Call `callback`, in a thread of its own, whenever the session has a hub again after it had lost it."""
+
+        def heard(event: zenoh.TransportEvent) -> None:
+            if event.kind == zenoh.SampleKind.PUT and event.transport.whatami == zenoh.WhatAmI.ROUTER:
+                threading.Thread(target=callback, daemon=True).start()
+
+        self._keep(self.session.info.declare_transport_events_listener(heard))
+
+    def is_alive(self, service: str, timeout: float = LIVELINESS_S) -> bool:
+        """Return whether somebody on the bus holds the token of `service`; False where the hub is silent.
+
+        Not for a session that watches the same tokens: Zenoh answers it from what the watch has brought so far.
+        """
+        with contextlib.suppress(NoAnswer):
+            return bool(self._alive(alive_key(service), timeout))
+        return False
+
+    def watch_alive(self, key: str, callback: Callable[[str, bool], object]) -> None:
+        """Tell `callback` the key of every token on `key` that appears (True) or is lost (False), now and later."""
+        self._keep(
+            self.session.liveliness().declare_subscriber(
+                self.key(key),
+                lambda sample: callback(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT),
+                history=True,
+            )
+        )
+
+    def _own_claim(self, service: str) -> str:
+        return self.key(claim_key(service, str(self.session.zid())))
+
+    def _alive(self, key: str, timeout: float = LIVELINESS_S) -> set[str]:
+        """The full keys of the tokens that are held on `key`."""
+        found = set()
+        for reply in self.session.liveliness().get(self.key(key), timeout=timeout):
+            if reply.ok is None:
+                raise NoAnswer("the hub", self.key(key))
+            found.add(str(reply.ok.key_expr))
+        return found
+
+    def _keep(self, declared: Item) -> Item:
+        self._kept.append(declared)
+        return declared
+
+    def _refusal(self, topic: Query, error: zenoh.ReplyError) -> Exception:
+        try:
+            body = decode(error.payload.to_bytes(), m.ErrorBody)
+            return Refusal(body.code, body.message, **body.detail)
+        except (Refusal, KeyError, TypeError):
+            return NoAnswer(topic.owner, self.key(topic.key))

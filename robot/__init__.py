@@ -1,0 +1,1 @@
+"""The robot: its description, its kinematics, and conversions between `motion` and `protocol`."""

@@ -1,0 +1,11 @@
+"""The robot and the demonstrations that ship with Volley."""
+
+from pathlib import Path
+
+_DEPLOY = Path(__file__).resolve().parents[1] / "deploy"
+
+DEFAULT_ROBOT_CONFIG = _DEPLOY / "robots" / "arm.toml"
+"""The robot that is started where no other is named."""
+
+DEMONSTRATIONS = _DEPLOY / "demonstrations"
+"""CSV files that a new library learns, one primitive each."""

@@ -1,0 +1,1 @@
+"""What the services share: real-time behaviour, logs, command lines, their place on the bus."""

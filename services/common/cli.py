@@ -1,0 +1,140 @@
+"""Command lines: the flags that all services share, and the flags of each that `python -m services` passes on."""
+
+import socket
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import CLIENT, DEFAULT_ENDPOINT, SessionTimeouts, open_session, session_config
+from robot.shipped import DEFAULT_ROBOT_CONFIG
+from services.common.logs import LogForm
+from services.common.tls_check import exposed_endpoints
+
+EXPOSED = (
+    "will not listen on {}: any machine could join there without a certificate, and whoever joins can move the arm; "
+    "listen on tcp/127.0.0.1:PORT, or start the sim by itself on tls/ADDRESS:PORT with --zenoh-config "
+    "deploy/zenoh/router.json5 (docs/operations.md), or allow it with --insecure"
+)
+DEFAULT_LIBRARY = Path.home() / ".local" / "share" / "volley" / "library"
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Flags of one service.
+
+    Attributes:
+        robot: Name of the robot on the bus, the second part of every key; by default the one in the robot config.
+        robot_config: TOML file beside an MJCF file that describes the robot.
+        connect: Endpoints of the bus to join, as tcp/HOST:PORT. By default tcp/127.0.0.1:7447, unless this
+            service hosts the bus.
+        listen: Endpoints on which this service hosts the bus.
+        zenoh_config: Further Zenoh settings, a json5 file.
+        insecure: Let machines in that show no certificate; whoever reaches the bus can move the arm.
+        loop_core: Core that sim and controller share and the other services leave to them; by default the last one,
+            unless the process was given only some of the machine's. Each arm of a machine needs a core of its own.
+        log: What services log on stderr: text for a terminal, json for one object a line.
+    """
+
+    robot: str | None = None
+    robot_config: Path = DEFAULT_ROBOT_CONFIG
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+    zenoh_config: Path | None = None
+    insecure: bool = False
+    loop_core: int | None = None
+    log: LogForm = "text"
+
+
+def free_endpoint() -> str:
+    """Return an endpoint on loopback that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+Common = Annotated[Options, tyro.conf.arg(name="")]
+"""`Options` whose flags carry no prefix, for use as a field of a service's own flags."""
+
+
+def open_bus(
+    options: Options,
+    robot: str,
+    hosts_by_default: bool = False,
+    give_up: Callable[[], bool] = lambda: False,
+    patience: SessionTimeouts = CLIENT,
+) -> Bus:
+    """Open the bus of `robot` as `options` say; without endpoints the service hosts or joins the default one.
+
+    While the hub to join is not there, `give_up` is asked twice a second. `patience` is what the other end has
+    with this process when it is silent.
+
+    Raises:
+        zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
+        SystemExit: the service would let in other machines without asking for a certificate.
+    """
+    listen, connect = options.listen, options.connect
+    if not listen and not connect and not options.zenoh_config:
+        listen, connect = ((DEFAULT_ENDPOINT,), ()) if hosts_by_default else ((), (DEFAULT_ENDPOINT,))
+    refuse_exposure(options, connect, listen)
+    return Bus(open_session(connect, listen, options.zenoh_config, give_up, patience), options.robot or robot)
+
+
+def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[str]) -> None:
+    """Return where a session with these endpoints asks every other machine for a certificate, or need not.
+
+    Raises:
+        zenoh.ZError: the configuration is invalid.
+        SystemExit: it would not ask; the sentence names the endpoints and what would work.
+    """
+    exposed = exposed_endpoints(session_config(connect, listen, options.zenoh_config))
+    if exposed and not options.insecure:
+        raise SystemExit(EXPOSED.format(" ".join(exposed)))
+
+
+@dataclass(frozen=True, slots=True)
+class SimFlags:
+    """Flags of the sim.
+
+    Attributes:
+        clock: realtime follows the wall clock; stepped advances on `sim/step` requests only.
+        seed: Seed of the sensor noise; in stepped time it also names the first run.
+    """
+
+    clock: Literal["realtime", "stepped"] = "realtime"
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerFlags:
+    """Flags of the planner.
+
+    Attributes:
+        library: Directory of the learned primitives; made on first start, with the shipped demonstrations learned.
+        lead: Fixed time ahead of now at which a plan begins, s; by default it follows the time that planning takes.
+    """
+
+    library: Path = DEFAULT_LIBRARY
+    lead: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderFlags:
+    """Flags of the recorder.
+
+    Attributes:
+        record: The trace to write; an existing file is overwritten. By default volley-DATE-TIME.rrd in the current
+            directory, unless --live is given.
+        unindexed: End the trace without the index by which viewers jump in it, and which takes 1 MB of memory a second
+            until then: for recordings of hours. `rerun rrd optimize` adds it afterwards.
+        live: Serve a live view on loopback, to be opened with `rerun`.
+        live_port: Port of the live view.
+    """
+
+    record: Path | None = None
+    unindexed: bool = False
+    live: bool = False
+    live_port: int = 9876

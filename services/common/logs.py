@@ -1,0 +1,90 @@
+"""What a service logs: sentences for a terminal, or one JSON object a line for a machine.
+
+A record that speaks of a goal or of a refusal names it in a field: `extra={"goal_id": …, "code": …}`.
+"""
+
+import json
+import logging
+import sys
+import threading
+import time
+from types import TracebackType
+from typing import Literal
+
+LogForm = Literal["text", "json"]
+
+
+class JsonFormatter(logging.Formatter):
+    """Makes a record one line of JSON.
+
+    The fields are `time` (RFC 3339 in UTC, to the millisecond), `service`, `level`, `message`, `goal_id`, `code` and
+    `traceback`; the last three are null where there is none.
+    """
+
+    converter = time.gmtime
+    default_time_format = "%Y-%m-%dT%H:%M:%S"
+    default_msec_format = "%s.%03dZ"
+
+    def __init__(self, service: str) -> None:
+        super().__init__()
+        self._service = service
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line, without its end; all ASCII, so that no locale can spoil it."""
+        return json.dumps(
+            {
+                "time": self.formatTime(record),
+                "service": self._service,
+                "level": record.levelname,
+                "message": record.getMessage(),
+                "goal_id": getattr(record, "goal_id", None),
+                "code": getattr(record, "code", None),
+                "traceback": self.formatException(record.exc_info) if record.exc_info else None,
+            }
+        )
+
+
+def formatter(service: str, form: LogForm) -> logging.Formatter:
+    """Return what makes a record of `service` a line: `time service level: sentence`, or JSON."""
+    if form == "json":
+        return JsonFormatter(service)
+    return logging.Formatter(f"%(asctime)s {service} %(levelname)s: %(message)s")
+
+
+def start_logging(service: str, form: LogForm) -> logging.Logger:
+    """Log to stderr in `form`, Python's warnings and uncaught errors too, and return the service's logger."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(formatter(service, form))
+    logging.basicConfig(level=logging.INFO, handlers=[handler])
+    logging.captureWarnings(True)
+    log = logging.getLogger(service)
+    _log_uncaught(log)
+    return log
+
+
+def _log_uncaught(log: logging.Logger) -> None:
+    """Log what would otherwise be printed as a bare traceback, of every thread."""
+
+    def uncaught(kind: type[BaseException], error: BaseException | None, trace: TracebackType | None) -> None:
+        if error is not None and not isinstance(error, SystemExit):
+            log.critical("uncaught %s: %s", kind.__name__, error, exc_info=(kind, error, trace))
+
+    sys.excepthook = uncaught
+    threading.excepthook = lambda args: uncaught(args.exc_type, args.exc_value, args.exc_traceback)
+
+
+class ThrottledLog:
+    """Warns of what may happen at every tick, but only once a second; each warning counts those before it."""
+
+    def __init__(self, log: logging.Logger) -> None:
+        self._log = log
+        self._count = 0
+        self._next_ns = 0
+
+    def warn(self, sentence: str, code: str | None = None) -> None:
+        """Count, and log `sentence` unless another was logged less than a second ago; `code` is a refusal's."""
+        self._count += 1
+        now_ns = time.monotonic_ns()
+        if now_ns >= self._next_ns:
+            self._next_ns = now_ns + 1_000_000_000
+            self._log.warning("%s (%d so far)", sentence, self._count, extra={"code": code})

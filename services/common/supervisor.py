@@ -1,0 +1,130 @@
+"""Starts the services as processes, waits until they are ready, and ends them in order."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Self
+
+from deploy.processes import PROCESSES, Process
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import DEFAULT_ENDPOINT
+from services.common.cli import Options
+
+PATIENCE_S = 20.0
+
+
+class NotReady(Exception):
+    """A service ended, or said nothing, while it should have become ready."""
+
+
+def command_lines(options: Options, flags: Mapping[str, object]) -> dict[str, list[str]]:
+    """Return the command line of every process.
+
+    `flags` are values of the services' own flags by name; None and False leave a flag out. Without endpoints the
+    host listens on the default one and the rest connect to it; with `options.connect` all join an existing bus.
+    """
+    endpoints = options.listen or options.connect or (DEFAULT_ENDPOINT,)
+    return {process.name: _command_line(process, options, endpoints, flags) for process in PROCESSES}
+
+
+def _command_line(
+    process: Process, options: Options, endpoints: Sequence[str], flags: Mapping[str, object]
+) -> list[str]:
+    hosting = process.hosts_bus and not options.connect
+    line = [sys.executable, "-m", process.module, "--robot-config", str(options.robot_config.resolve())]
+    line += ["--listen" if hosting else "--connect", *endpoints, "--log", options.log]
+    if options.robot:
+        line += ["--robot", options.robot]
+    if options.zenoh_config:
+        line += ["--zenoh-config", str(options.zenoh_config)]
+    if options.loop_core is not None:
+        line += ["--loop-core", str(options.loop_core)]
+    if options.insecure:
+        line.append("--insecure")
+    for name in process.flags:
+        value, flag = flags.get(name), f"--{name.replace('_', '-')}"
+        if value is True:
+            line.append(flag)
+        elif value is not None and value is not False:
+            line += [flag, str(value)]
+    return line
+
+
+class Supervisor:
+    """The running processes, each in a process group of its own, so that a Ctrl-C reaches only this one.
+
+    What they log goes to this process's own stderr, or nowhere where `quiet`, or into `NAME.log` in `logs`.
+    """
+
+    def __init__(self, commands: Mapping[str, Sequence[str]], quiet: bool = False, logs: Path | None = None) -> None:
+        self._commands = commands
+        self._output = subprocess.DEVNULL if quiet else None
+        self._logs = logs
+        self.running: dict[str, subprocess.Popen[bytes]] = {}
+
+    def __enter__(self) -> Self:
+        try:
+            for name in self._commands:
+                self.start(name)
+        except BaseException:
+            self.stop()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def start(self, name: str) -> None:
+        """Start the process called `name`."""
+        with contextlib.ExitStack() as files:
+            log = files.enter_context((self._logs / f"{name}.log").open("ab")) if self._logs else self._output
+            self.running[name] = subprocess.Popen(
+                self._commands[name], stdin=subprocess.DEVNULL, stderr=log, start_new_session=True
+            )
+
+    def wait_ready(self, bus: Bus, timeout: float = 60.0, give_up: Callable[[], bool] = lambda: False) -> None:
+        """Return once every process holds its liveliness token, or `give_up`, asked 20 times a second, says so.
+
+        Raises:
+            NotReady: one ended, or `timeout` s have passed.
+        """
+        deadline = time.monotonic() + timeout
+        waiting = list(self.running)
+        while waiting and not give_up():
+            self.check_running()
+            if time.monotonic() > deadline:
+                raise NotReady(f"{' and '.join(waiting)} did not become ready within {timeout:.0f} s")
+            waiting = [name for name in waiting if not bus.is_alive(name, timeout=1.0)]
+            time.sleep(0.05)
+
+    def check_running(self) -> None:
+        """Raise NotReady where a process has ended."""
+        ended = self.ended()
+        if ended:
+            raise NotReady(" and ".join(f"{name} ended with status {status}" for name, status in ended.items()))
+
+    def ended(self) -> dict[str, int]:
+        """Return the exit status of every process that has ended."""
+        statuses = {name: process.poll() for name, process in self.running.items()}
+        return {name: status for name, status in statuses.items() if status is not None}
+
+    def stop(self) -> None:
+        """End the processes, the last started first, each before the next."""
+        for name in reversed(list(self.running)):
+            process = self.running.pop(name)
+            _signal_group(process, signal.SIGTERM)
+            try:
+                process.wait(PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                _signal_group(process, signal.SIGKILL)
+                process.wait()
+
+
+def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    if process.poll() is None:
+        os.killpg(process.pid, number)

@@ -1,0 +1,166 @@
+"""From a plan to what goes over the wire."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from motion.limits import Limits
+from motion.plan import Plan
+from motion.primitive import Primitive
+from motion.program.report import Distance, Report
+from motion.trajectory import Samples
+from protocol import messages as m
+from protocol.codec import matrix_bytes
+from protocol.errors import Refusal
+from protocol.topics import MAX_ID
+from robot.description import RobotConfig
+from services.planner.library import SHOWN
+from services.planner.solving import Made
+
+ROUNDING = 1e-9
+
+_FIELDS = {"positions": "position", "velocities": "velocity", "accelerations": "acceleration", "jerks": "jerk"}
+
+
+SAMPLED_S = 20.0
+"""Of a longer motion every nth sample is sent: at most as many as this time has ticks."""
+
+
+def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
+    """Return what the controller is to play: polynomials, or the samples of a method that has none."""
+    frame = _frame(made, goal, goal_id, config, stamps)
+    if isinstance(made.plan, Plan):
+        return m.Trajectory(**frame, pieces=_pieces(made.plan))
+    return m.Trajectory(**frame, **_matrices(made.plan.samples()))
+
+
+def sampled_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
+    """Return the motion as samples, and as polynomials where it has them; of a long one every nth sample."""
+    frame, plan = _frame(made, goal, goal_id, config, stamps), made.plan
+    every = max(1, math.ceil(plan.total_duration / SAMPLED_S - ROUNDING))
+    count = math.ceil((frame["count"] - 1) / every) + 1
+    frame |= {"dt": every * config.tick, "count": count, "hit_index": round(plan.hit_index / every)}
+    if every > 1 and isinstance(plan, Plan):
+        frame["pieces"] = _pieces(plan)
+    return m.Trajectory(**frame, **_matrices(plan.sample(np.arange(count) * every * config.tick)))
+
+
+def _pieces(plan: Plan) -> m.Pieces:
+    motion = plan.trajectory
+    return m.Pieces(breaks=motion.breaks.tolist(), coefficients=matrix_bytes(motion.coefficients))
+
+
+def _frame(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> dict[str, Any]:
+    """What a trajectory says of itself beside the motion."""
+    return {
+        "goal_id": goal_id,
+        "client_id": goal.client_id,
+        "lease": goal.lease,
+        "preempt": goal.preempt,
+        "epoch": made.origin.epoch,
+        "joint_names": list(config.joint_names),
+        "start_time": made.origin.time,
+        "dt": config.tick,
+        "count": round(made.plan.total_duration / config.tick) + 1,
+        "hit_index": made.plan.hit_index,
+        "stamps": stamps,
+    }
+
+
+def _matrices(samples: Samples) -> dict[str, Any]:
+    return {name: matrix_bytes(getattr(samples, name)) for name in ("positions", "velocities", "accelerations")}
+
+
+def goal_reply(made: Made, goal_id: str, trajectory: m.Trajectory | None, config: RobotConfig) -> m.GoalReply:
+    """Return the answer to a goal, with the `trajectory` if it is given."""
+    plan = made.plan
+    return m.GoalReply(
+        goal_id=goal_id,
+        start_time=made.origin.time,
+        duration=plan.duration,
+        total_duration=plan.total_duration,
+        positions=plan.request.goal.positions.tolist(),
+        velocities=plan.request.goal.velocities.tolist(),
+        alternative=made.alternative,
+        trajectory=trajectory,
+        report=_report(plan.report, made.solve_ms, config),
+    )
+
+
+def plan_message(made: Made, trajectory: m.Trajectory, goal: m.Goal, primitive: Primitive) -> m.Plan:
+    """Return the accepted plan, sampled, with what it was made of."""
+    fields = {name: getattr(trajectory, name) for name in m.Trajectory.__struct_fields__ if name != "version"}
+    phase = made.plan.report.phase
+    s = phase + (1 - phase) * np.linspace(0.0, 1.0, trajectory.hit_index + 1)
+    return m.Plan(
+        **fields,
+        primitive=goal.primitive,
+        revises=goal.revises,
+        phase=phase,
+        limits=limits_message(made.plan.request.limits),
+        waypoints=goal.waypoints,
+        demonstration=matrix_bytes(primitive.positions(s)),
+    )
+
+
+def refused_message(goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> m.Refused:
+    """Return what is published of a refused goal; it and its id are None where its body did not decode.
+
+    Its words are cut, for they may be what it is refused for.
+    """
+    return m.Refused(
+        goal_id=goal_id,
+        client_id=goal.client_id[:MAX_ID] if goal else "",
+        primitive=goal.primitive[:SHOWN] if goal else "",
+        code=refusal.code,
+        message=refusal.message,
+        detail=refusal.detail,
+        requested=requested_ns,
+    )
+
+
+def limits_message(limits: Limits) -> m.PlanLimits:
+    """Return limits with null where there is none."""
+    return m.PlanLimits(
+        positions=[tuple(pair) if np.isfinite(pair).all() else None for pair in limits.positions.tolist()],
+        velocities=_finite(limits.velocities),
+        accelerations=_finite(limits.accelerations),
+        jerks=_finite(limits.jerks),
+    )
+
+
+def _report(report: Report, solve_ms: float, config: RobotConfig) -> m.Report:
+    return m.Report(
+        imitation_rms=report.imitation_rms.tolist(),
+        deviation=m.Deviation(
+            from_demonstration=_distance(report.from_demonstration), by_limits=_distance(report.by_limits)
+        ),
+        phase=float(report.phase),
+        basis_count=int(report.basis_count),
+        final_error=m.FinalError(
+            positions=report.final_error_positions.tolist(), velocities=report.final_error_velocities.tolist()
+        ),
+        extremes=m.Extremes(**{name: list(map(tuple, report.extremes[key].tolist())) for name, key in _FIELDS.items()}),
+        margin=m.Margin(**{name: _finite(report.margin[key]) for name, key in _FIELDS.items()}),
+        active=[
+            m.ActiveLimit(
+                joint=config.joint_names[active.joint],
+                quantity=active.quantity,
+                time_from_start=float(active.time_from_start),
+            )
+            for active in report.active
+        ],
+        certified=bool(report.certified),
+        solve_ms=solve_ms,
+        rounds=int(report.rounds),
+        rows=int(report.rows),
+    )
+
+
+def _distance(distance: Distance) -> m.Distance:
+    return m.Distance(rms=distance.rms.tolist(), max=distance.max.tolist())
+
+
+def _finite(values: np.ndarray) -> list[float | None]:
+    return [float(value) if np.isfinite(value) else None for value in values]

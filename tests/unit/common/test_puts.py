@@ -1,0 +1,30 @@
+"""Requests that were put instead of asked."""
+
+import logging
+
+import pytest
+
+from services.common.puts import PutWatch
+
+
+class FakeBus:
+    """A bus on which things were put."""
+
+    def __init__(self) -> None:
+        self.puts: list[str] = []
+
+    def take_puts(self) -> list[str]:
+        """Return each of them once."""
+        puts, self.puts = self.puts, []
+        return puts
+
+
+def test_a_goal_that_was_put_is_logged(caplog: pytest.LogCaptureFixture):
+    """By its key, and what to do instead."""
+    bus = FakeBus()
+    watch = PutWatch(bus, logging.getLogger("planner"))  # type: ignore[arg-type]
+    watch.look()
+    assert not caplog.records
+    bus.puts.append("volley/arm/goal")
+    watch.look()
+    assert "something was put on volley/arm/goal and did nothing; send a request as a query" in caplog.text

@@ -1,0 +1,153 @@
+"""What a process asks of the operating system."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from services.common import realtime
+from services.common.realtime import Deadlines
+
+WAITING = """
+import signal, sys
+from protocol.bus.queues import Stream
+from services.common.realtime import stop_on_signals
+stopping, stream = stop_on_signals(), Stream()
+blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+print("ready", {signal.SIGTERM, signal.SIGINT} <= blocked, flush=True)
+while not stopping.is_set():
+    stream.take(0.0002)
+print("stopped in order", flush=True)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_stops_the_loop_in_order(number: signal.Signals):
+    """And never interrupts its waiting: in Python 3.11 that can leave a queue's `get` waiting for ever."""
+    for _ in range(5):
+        process = subprocess.Popen([sys.executable, "-c", WAITING], stdout=subprocess.PIPE, text=True)
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready True\n"
+        process.send_signal(number)
+        said, _ = process.communicate()
+        assert (said, process.returncode) == ("stopped in order\n", 0)
+
+
+def test_deadlines_are_absolute():
+    """A tick that takes long shortens the next wait; the mean stays what it was."""
+    deadlines = Deadlines(2_000_000)
+    first = deadlines.next_ns
+    for k in range(5):
+        if k == 2:
+            time.sleep(0.001)
+        deadlines.wait()
+    if not deadlines.stalls:
+        assert deadlines.next_ns == first + 5 * 2_000_000
+
+
+def test_after_a_stall_nothing_is_run_back_to_back():
+    """The deadlines are anchored anew at the present."""
+    deadlines = Deadlines(1_000_000)
+    time.sleep(0.01)
+    before = time.monotonic_ns()
+    deadlines.wait()
+    assert deadlines.stalls == 1
+    assert deadlines.next_ns >= before
+
+
+def test_a_thread_that_was_there_before_does_not_let_a_signal_kill():
+    """Rerun makes threads when it is imported, before the service asks for its signals."""
+    script = (
+        "import threading, time\n"
+        "threading.Thread(target=time.sleep, args=(30,), daemon=True).start()\n"
+        "from services.common import realtime\n"
+        "stopping = realtime.stop_on_signals()\n"
+        "print('ready', flush=True)\n"
+        "end = time.monotonic() + 20\n"
+        "while not stopping.wait(0.1) and time.monotonic() < end: pass\n"
+        "raise SystemExit(not stopping.is_set())\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    with process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.terminate()
+        assert process.wait(20) == 0
+
+
+def test_a_stall_is_counted(monkeypatch: pytest.MonkeyPatch):
+    """With the time it took; the deadlines go on from there."""
+    deadlines = realtime.Deadlines(1_000_000, next_ns=0)
+    monkeypatch.setattr(realtime.time, "monotonic_ns", lambda: 501_000_000)
+    deadlines.wait()
+    assert (deadlines.stalls, deadlines.lag_ns, deadlines.next_ns) == (1, 500_000_000, 501_000_000)
+
+
+CORES = """
+import os, sys, threading
+from services.common import realtime
+given, loop_core = eval(sys.argv[1])
+if given:
+    os.sched_setaffinity(0, given)
+usable = os.sched_getaffinity(0)
+loops, others = realtime.split_cores(loop_core)
+missing = realtime.keep_to(loops)
+thread = threading.Thread(target=lambda: print((usable, loops, others, os.sched_getaffinity(0), missing)))
+thread.start()
+thread.join()
+"""
+Cores = set[int]
+
+
+def cores(given: Cores | None = None, loop_core: int | None = None) -> tuple[Cores, Cores, Cores, Cores, list[str]]:
+    """Of a process that may use the cores `given`: those, the loops', everybody else's, those of a loop's later
+    threads, and what it did not obtain."""
+    line = [sys.executable, "-c", CORES, repr((given, loop_core))]
+    return eval(subprocess.run(line, stdout=subprocess.PIPE, text=True, check=True).stdout)
+
+
+def test_loops_share_the_last_core_and_the_rest_leaves_it():
+    """Of all that there are."""
+    usable, loops, others, kept, missing = cores()
+    assert (kept, missing) == (loops, [])
+    if len(usable) == os.cpu_count() and len(usable) > 1:
+        assert (loops, others) == ({max(usable)}, usable - {max(usable)})
+    else:
+        assert loops == others == usable
+
+
+def test_cores_that_somebody_chose_are_kept():
+    """By taskset, or by a unit's CPUAffinity."""
+    first = min(os.sched_getaffinity(0))
+    assert cores(given={first}) == ({first}, {first}, {first}, {first}, [])
+
+
+def test_a_core_that_is_asked_for_is_the_loops():
+    """Though others were chosen; what has no other core keeps it."""
+    usable = os.sched_getaffinity(0)
+    first, last = min(usable), max(usable)
+    assert cores(loop_core=first) == (usable, {first}, usable - {first} or usable, {first}, [])
+    assert cores(given={first}, loop_core=last) == ({first}, {last}, {first}, {last}, [])
+
+
+@pytest.mark.parametrize("core", [-1, 1 << 12, 1 << 40])
+def test_a_core_that_is_not_there(core: int):
+    """The loop runs wherever it may, and says so."""
+    usable, _, others, kept, (sentence,) = cores(loop_core=core)
+    assert usable == others == kept
+    assert sentence.startswith(f"core {core}: ")
+
+
+def test_a_second_sigterm_does_not_interrupt_the_ending():
+    """`timeout` sends two: one to the process, one to its group."""
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        realtime.end_like_ctrl_c()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)

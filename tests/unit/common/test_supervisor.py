@@ -1,0 +1,174 @@
+"""Command lines from the process table, and processes started, awaited and ended."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from deploy.processes import PROCESSES, Process
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
+from services.common.cli import Options, free_endpoint
+from services.common.supervisor import NotReady, Supervisor, command_lines
+
+SLEEP = [sys.executable, "-c", "import time; time.sleep(60)"]
+
+
+def after(line: list[str], flag: str) -> str:
+    """Return what follows `flag`."""
+    return line[line.index(flag) + 1]
+
+
+@pytest.fixture
+def bus() -> Iterator[Bus]:
+    """A bus that only this test knows."""
+    with Bus(open_session(listen=[free_endpoint()])) as bus:
+        yield bus
+
+
+def test_one_hosts_and_the_others_connect():
+    """To the default endpoint, or to the one given."""
+    for options, endpoint in (
+        (Options(), "tcp/127.0.0.1:7447"),
+        (Options(listen=("tcp/127.0.0.1:9",)), "tcp/127.0.0.1:9"),
+    ):
+        lines = command_lines(options, {})
+        assert list(lines) == [process.name for process in PROCESSES]
+        assert after(lines["sim"], "--listen") == endpoint
+        for name in ("planner", "controller", "recorder"):
+            assert after(lines[name], "--connect") == endpoint
+            assert "--listen" not in lines[name]
+
+
+def test_on_an_existing_bus_all_connect():
+    """The sim too."""
+    for line in command_lines(Options(connect=("tcp/h:1", "tcp/h:2")), {}).values():
+        assert line[line.index("--connect") + 1 :][:2] == ["tcp/h:1", "tcp/h:2"]
+        assert "--listen" not in line
+
+
+def test_flags_go_to_whom_they_belong(tmp_path: Path):
+    """None and False leave a flag out, True is the flag alone, a path is a word."""
+    flags = {"clock": "stepped", "seed": 0, "library": tmp_path, "lead": None, "live": True, "record": None}
+    lines = command_lines(Options("left", tmp_path / "a.toml", (), (), tmp_path / "z.json5", loop_core=0), flags)
+    for line in lines.values():
+        assert after(line, "--robot") == "left"
+        assert after(line, "--loop-core") == "0"
+        assert after(line, "--robot-config") == str(tmp_path / "a.toml")
+        assert after(line, "--zenoh-config") == str(tmp_path / "z.json5")
+    assert (after(lines["sim"], "--clock"), after(lines["sim"], "--seed")) == ("stepped", "0")
+    assert after(lines["planner"], "--library") == str(tmp_path)
+    assert "--live" in lines["recorder"]
+    assert not {"--lead", "--record"} & {word for line in lines.values() for word in line}
+    assert "--clock" not in lines["planner"] + lines["controller"] + lines["recorder"]
+
+
+def test_every_service_logs_in_the_same_form():
+    """The one asked for, by default text."""
+    for options, form in ((Options(), "text"), (Options(log="json"), "json")):
+        assert {after(line, "--log") for line in command_lines(options, {}).values()} == {form}
+
+
+@pytest.mark.parametrize("process", PROCESSES, ids=lambda process: process.name)
+def test_every_command_line_is_understood(process: Process):
+    """By the module it starts, with every flag the table hands on."""
+    values = {
+        "clock": "stepped",
+        "seed": 1,
+        "library": "x",
+        "lead": 0.1,
+        "record": "x.rrd",
+        "live": True,
+        "live_port": 9,
+        "unindexed": True,
+    }
+    line = command_lines(Options(), {name: values[name] for name in process.flags})[process.name]
+    said = subprocess.run([*line, "--help"], capture_output=True, text=True, timeout=60, check=False)
+    assert said.returncode == 0, said.stderr
+    for name in process.flags:
+        assert f"--{name.replace('_', '-')}" in said.stdout
+
+
+def test_processes_are_ended_in_the_reverse_order(tmp_path: Path):
+    """Each before the next, by SIGTERM; no Ctrl-C reaches them directly."""
+    log = tmp_path / "log"
+    program = (
+        "import pathlib, signal, sys\n"
+        "log, name = pathlib.Path(sys.argv[1]), sys.argv[2]\n"
+        "def end(*_):\n"
+        "    with log.open('a') as file: file.write(name)\n"
+        "    sys.exit(0)\n"
+        "signal.signal(signal.SIGTERM, end)\n"
+        "(log.parent / name).touch()\n"
+        "while True: signal.pause()\n"
+    )
+    commands = {name: [sys.executable, "-c", program, str(log), name] for name in "abc"}
+    with Supervisor(commands) as services:
+        processes = list(services.running.values())
+        while not all((tmp_path / name).exists() for name in "abc"):
+            assert services.ended() == {}
+        groups = {os.getpgid(process.pid) for process in processes}
+        assert len(groups) == 3
+    assert log.read_text() == "cba"
+    assert [process.returncode for process in processes] == [0, 0, 0]
+    assert services.running == {}
+
+
+def test_where_one_cannot_be_started_none_is_left():
+    services = Supervisor({"slow": SLEEP, "absent": ["/no/such/program"]})
+    with pytest.raises(FileNotFoundError), services:
+        pass
+    assert services.running == {}
+
+
+def test_one_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch):
+    """After some patience."""
+    monkeypatch.setattr("services.common.supervisor.PATIENCE_S", 0.5)
+    program = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print(flush=True); time.sleep(60)"
+    services = Supervisor({})
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, start_new_session=True)
+    assert process.stdout is not None
+    process.stdout.readline()
+    services.running["deaf"] = process
+    services.stop()
+    assert process.returncode == -signal.SIGKILL
+    process.stdout.close()
+
+
+def test_ready_is_who_holds_its_token(bus: Bus):
+    """Not who merely runs."""
+    with Supervisor({"slow": SLEEP}) as services:
+        with pytest.raises(NotReady, match=r"slow did not become ready within 0 s"):
+            services.wait_ready(bus, timeout=0.2)
+        bus.announce("slow")
+        services.wait_ready(bus)
+
+
+def test_who_gives_up_waits_no_longer(bus: Bus):
+    """Without an error: the one who waits was told to end."""
+    answers = iter((False, True))
+    with Supervisor({"slow": SLEEP}) as services:
+        services.wait_ready(bus, give_up=lambda: next(answers))
+    assert next(answers, None) is None
+
+
+def test_one_that_ends_is_not_waited_for(bus: Bus):
+    """Its status is told at once."""
+    with Supervisor({"slow": SLEEP, "brief": [sys.executable, "-c", "raise SystemExit(3)"]}) as services:
+        with pytest.raises(NotReady, match="brief ended with status 3"):
+            services.wait_ready(bus)
+        assert services.ended() == {"brief": 3}
+
+
+def test_logs_go_into_a_file_each(tmp_path: Path):
+    """What a process says before and after it was started anew."""
+    line = [sys.executable, "-c", "import sys; sys.exit('out of oil')"]
+    with Supervisor({"one": line}, logs=tmp_path) as services:
+        services.running["one"].wait()
+        services.start("one")
+        services.running["one"].wait()
+    assert (tmp_path / "one.log").read_text().split("\n")[:2] == ["out of oil"] * 2

@@ -1,0 +1,341 @@
+"""The controller without its bus, against an arm that does exactly what it is told."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from motion.braking import stop
+from motion.trajectory import Samples
+from protocol import messages as m
+from protocol.codec import matrix, matrix_bytes
+from protocol.errors import Refusal
+from robot.description import load_robot
+from services.controller.checks import check_trajectory
+from services.controller.core import Controller
+from services.controller.modes import Mode
+
+ROBOT = load_robot()
+JOINTS, TICK = ROBOT.joint_count, ROBOT.tick
+
+
+class PerfectArm:
+    """Integrates the commanded acceleration exactly; `brake` and noise are what a test makes of them."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self.tick = 0
+        self.run = 1
+        self.brake = False
+        self.positions, self.velocities = ROBOT.home.copy(), np.zeros(JOINTS)
+        self.commands: list[m.Command] = []
+
+    def state(self, **changes: object) -> m.State:
+        """Return what the arm says now."""
+        said = m.State(
+            run=self.run, tick=self.tick, time=self.tick * TICK, positions=self.positions.tolist(),
+            velocities=self.velocities.tolist(), torques=[0.0] * JOINTS, saturated=[False] * JOINTS,
+            brake=self.brake, applied_tick=self.tick - 1,
+        )  # fmt: skip
+        return msgspec.structs.replace(said, **changes)
+
+    def turn(self, ticks: int) -> None:
+        """Answer and move, tick by tick."""
+        for _ in range(ticks):
+            command = self.controller.answer(self.state(), now_ns=self.tick)
+            assert command is not None
+            self.commands.append(command)
+            accelerations = np.array(command.accelerations)
+            self.positions = self.positions + TICK * (self.velocities + TICK / 2 * accelerations)
+            self.velocities = self.velocities + TICK * accelerations
+            self.tick += 1
+
+
+@pytest.fixture
+def arm() -> PerfectArm:
+    """An arm that has been answered for ten ticks."""
+    arm = PerfectArm(Controller(ROBOT))
+    arm.turn(10)
+    return arm
+
+
+def trajectory(controller: Controller, start: int, goal_id: str = "goal", **fields: object) -> m.Trajectory:
+    """A push of 40 rad/s² on the first joint for 200 ticks with soft ends, and the stop after it; the hit at 200."""
+    reference = controller.reference(m.ReferenceRequest(lead=0.0))
+    origin = np.array(reference.positions)
+    shape = np.clip(np.minimum(np.arange(201), 200 - np.arange(201)) / 20.0, 0.0, 1.0)
+    accelerations = np.zeros((201, JOINTS))
+    accelerations[:, 0] = 10.0 * shape
+    velocities = np.cumsum(np.vstack([np.zeros(JOINTS), (accelerations[1:] + accelerations[:-1]) / 2]), axis=0) * TICK
+    steps = TICK * velocities[:-1] + TICK**2 * (accelerations[:-1] / 3 + accelerations[1:] / 6)
+    positions = origin + np.vstack([np.zeros(JOINTS), np.cumsum(steps, axis=0)])
+    halt = stop(positions[-1], velocities[-1], accelerations[-1], ROBOT.limits)
+    tail = halt.sample(np.arange(1, int(np.ceil(halt.duration / TICK)) + 1) * TICK)
+    samples = Samples(
+        np.vstack([positions, tail.positions]),
+        np.vstack([velocities, tail.velocities]),
+        np.vstack([accelerations, tail.accelerations]),
+    )
+    made = m.Trajectory(
+        goal_id=goal_id, epoch=controller.epoch, joint_names=list(ROBOT.joint_names), start_time=start * TICK,
+        dt=TICK, count=len(samples), hit_index=200, positions=matrix_bytes(samples.positions),
+        velocities=matrix_bytes(samples.velocities), accelerations=matrix_bytes(samples.accelerations),
+        stamps=m.Stamps(requested=1, planned=2),
+    )  # fmt: skip
+    return msgspec.structs.replace(made, **fields)
+
+
+def execute(arm: PerfectArm, message: m.Trajectory) -> m.Accepted:
+    """Check a trajectory and have it spliced."""
+    return arm.controller.execute(check_trajectory(message, ROBOT), now_ns=3)
+
+
+def refused(arm: PerfectArm, message: m.Trajectory) -> Refusal:
+    """Execute what must be refused; nothing may change by it."""
+    before = arm.controller.epoch, arm.controller.mode, len(arm.controller.ledger.active)
+    with pytest.raises(Refusal) as caught:
+        execute(arm, message)
+    assert before == (arm.controller.epoch, arm.controller.mode, len(arm.controller.ledger.active))
+    return caught.value
+
+
+def test_a_trajectory_is_played_to_rest(arm: PerfectArm):
+    """The reference is its samples, the hit is noted at its tick, and the stamps tell the story."""
+    accepted = execute(arm, trajectory(arm.controller, 30))
+    assert accepted == m.Accepted(goal_id="goal", start_time=0.03)
+    assert arm.controller.mode is Mode.TRACKING
+    arm.turn(500)
+    result = arm.controller.ledger.result("goal")
+    assert result.outcome == "succeeded"
+    assert result.hit is not None
+    assert result.hit.time == pytest.approx(0.230)
+    assert max(map(abs, result.hit.position_error)) < 1e-6
+    assert result.stamps == m.Stamps(requested=1, planned=2, accepted=3, first_command=30)
+    assert arm.controller.mode is Mode.HOLDING
+    assert arm.commands[29].goal_id is None
+    assert arm.commands[30].goal_id == "goal"
+    assert arm.commands[-1].goal_id is None
+    assert 0 < result.peak_tracking_error < 1e-4
+
+
+def test_a_state_that_is_old_doubled_or_malformed_gets_no_answer(arm: PerfectArm):
+    """And is counted."""
+    answer = arm.controller.answer
+    for state in (arm.state(tick=9), arm.state(tick=3), arm.state(positions=[0.0]), arm.state(velocities=[0.0] * 7)):
+        assert answer(state, 0) is None
+    assert arm.controller.cycle.refused == 4
+    assert answer(arm.state(), 0) is not None
+
+
+def test_tick_0_of_the_same_run_opens_a_new_life(arm: PerfectArm):
+    """In stepped time the seed names the run, and the same seed may come twice."""
+    arm.controller.stepped = True
+    execute(arm, trajectory(arm.controller, 30))
+    arm.turn(100)
+    pose = (ROBOT.home + 0.1).tolist()
+    command = arm.controller.answer(arm.state(tick=0, positions=pose, velocities=[0.0] * JOINTS), 0)
+    assert command is not None
+    assert command.positions == pose
+    assert arm.controller.ledger.result("goal").outcome == "aborted"
+    assert arm.controller.mode is Mode.HOLDING
+
+
+@pytest.mark.parametrize("tick", [0, -5])
+def test_in_real_time_an_old_tick_is_never_a_new_life(arm: PerfectArm, tick: int):
+    """A state replayed would bring the arm back to where it was then."""
+    execute(arm, trajectory(arm.controller, 30))
+    arm.turn(100)
+    assert arm.controller.answer(arm.state(tick=tick), 0) is None
+    assert arm.controller.mode is Mode.TRACKING
+
+
+def test_a_truth_that_does_not_fit_the_arm_is_refused(arm: PerfectArm):
+    """What is compared with the reference at the hit has an entry for every joint."""
+    for positions, velocities in (([], []), ([0.0] * JOINTS, [0.0])):
+        truth = m.Point(positions=positions, velocities=velocities)
+        assert arm.controller.answer(arm.state(truth=truth), 0) is None
+    assert arm.controller.cycle.refused == 2
+
+
+def test_a_brake_that_does_not_let_go_is_a_fault_again(arm: PerfectArm):
+    """Where noise makes the arm seem too far from the pose it holds, no goal may run on beside the brake."""
+    controller = arm.controller
+    arm.brake = True
+    arm.turn(1)
+    controller.reset()
+    arm.turn(ROBOT.silence_ticks)
+    assert controller.mode is Mode.HOLDING
+    arm.turn(1)
+    assert controller.mode is Mode.FAULT
+    assert "still brakes" in (controller.fault or "")
+
+
+def test_before_the_first_state_nothing_can_be_asked():
+    """Everything is unavailable, naming the sim."""
+    controller = Controller(ROBOT)
+    assert not controller.awake
+    for ask in (
+        lambda: controller.cancel(m.Cancel()),
+        lambda: controller.reference(m.ReferenceRequest(lead=0.0)),
+        controller.status,
+        controller.reset,
+    ):
+        with pytest.raises(Refusal) as caught:
+            ask()
+        assert (caught.value.code, caught.value.detail["service"]) == ("unavailable", "sim")
+
+
+def test_the_reference_is_asked_for_ahead(arm: PerfectArm):
+    """At the first tick not before now + lead, with what was accepted already in it."""
+    asked = arm.controller.reference(m.ReferenceRequest(lead=0.0201))
+    assert asked.time == pytest.approx(9 * TICK + 0.021)
+    assert asked.positions == ROBOT.home.tolist()
+    assert arm.controller.reference(m.ReferenceRequest(lead=0.0)).time == pytest.approx(10 * TICK)
+    execute(arm, trajectory(arm.controller, 30))
+    later = arm.controller.reference(m.ReferenceRequest(lead=0.2))
+    assert later.velocities[0] > 1.0
+    assert later.epoch == asked.epoch + 1
+    assert (asked.goal_id, later.goal_id) == (None, "goal")
+    assert arm.controller.reference(m.ReferenceRequest(lead=1.0)).goal_id is None
+    arm.controller.cancel(m.Cancel())
+    assert arm.controller.reference(m.ReferenceRequest(lead=0.05)).goal_id is None
+
+
+def test_what_may_not_move_the_arm(arm: PerfectArm):
+    """Late, superseded by a plan or by a cancel, discontinuous, known."""
+    controller = arm.controller
+    assert refused(arm, trajectory(controller, 9)).code == "late"
+    elsewhere = trajectory(controller, 30)
+    positions = matrix(elsewhere.positions, elsewhere.count, JOINTS, "positions")
+    elsewhere.positions = matrix_bytes(positions + 1e-5)
+    jump = refused(arm, elsewhere)
+    assert (jump.code, jump.detail["field"]) == ("invalid_goal", "positions")
+    stale = trajectory(controller, 30)
+    controller.cancel(m.Cancel())
+    refusal = refused(arm, stale)
+    assert (refusal.code, refusal.detail["cause"]) == ("superseded", "break")
+    early, overtaken = trajectory(controller, 30), trajectory(controller, 30, "other")
+    execute(arm, early)
+    refusal = refused(arm, overtaken)
+    assert (refusal.code, refusal.detail["cause"]) == ("superseded", "plan")
+    assert refused(arm, trajectory(controller, 30)).code == "duplicate"
+    assert refused(arm, trajectory(controller, 30, "polite", preempt=False)).code == "busy"
+
+
+def test_a_cancel_that_names_a_goal_in_flight_supersedes_its_plan(arm: PerfectArm):
+    """The goal is unknown yet; its plan must not move the arm when it comes."""
+    flying = trajectory(arm.controller, 30)
+    with pytest.raises(Refusal) as caught:
+        arm.controller.cancel(m.Cancel(goal_id="goal"))
+    assert caught.value.code == "unknown_goal"
+    assert refused(arm, flying).code == "superseded"
+
+
+def test_a_cancel_of_a_goal_that_is_over_stops_nothing(arm: PerfectArm):
+    """Whatever is under way now goes on."""
+    execute(arm, trajectory(arm.controller, 30))
+    arm.turn(500)
+    execute(arm, trajectory(arm.controller, arm.tick + 5, "next"))
+    assert arm.controller.cancel(m.Cancel(goal_id="goal")).goal_id is None
+    arm.turn(10)
+    assert arm.controller.mode is Mode.TRACKING
+
+
+def test_leases(arm: PerfectArm):
+    """Only a client that lives gets one; then others are kept out; its end cancels the motion."""
+    controller = arm.controller
+    leased = trajectory(controller, 30, client_id="alice", lease=True)
+    assert refused(arm, leased).code == "not_holder"
+    controller.see_client("alice")
+    execute(arm, leased)
+    arm.turn(50)
+    refusal = refused(arm, trajectory(controller, arm.tick + 5, "b", client_id="bob"))
+    assert (refusal.code, refusal.detail["client_id"]) == ("not_holder", "alice")
+    controller.lose_client("bob")
+    assert controller.mode is Mode.TRACKING
+    controller.lose_client("alice")
+    assert controller.mode is Mode.STOPPING
+    arm.turn(300)
+    assert controller.ledger.result("goal").outcome == "canceled"
+    assert refused(arm, trajectory(controller, arm.tick + 5, "c", client_id="alice", lease=True)).code == "not_holder"
+    execute(arm, trajectory(controller, arm.tick + 5, "d", client_id="bob"))
+
+
+def test_a_lease_counts_until_its_goal_is_over(arm: PerfectArm):
+    """Also where the same client's next goal, which asks for none, waits to take over."""
+    controller = arm.controller
+    controller.see_client("alice")
+    execute(arm, trajectory(controller, 30, client_id="alice", lease=True))
+    arm.turn(10)
+    execute(arm, trajectory(controller, 30, "follow-up", client_id="alice"))
+    controller.lose_client("alice")
+    assert controller.mode is Mode.STOPPING
+    arm.turn(300)
+    assert [controller.ledger.result(name).outcome for name in ("goal", "follow-up")] == ["canceled", "canceled"]
+    assert all(command.positions == ROBOT.home.tolist() for command in arm.commands)
+
+
+def test_a_large_tracking_error_is_a_fault(arm: PerfectArm):
+    """The arm is stopped, the goal aborted, the fault latched until a reset at rest."""
+    controller = arm.controller
+    execute(arm, trajectory(controller, 30))
+    arm.turn(100)
+    pushed = arm.positions.copy()
+    pushed[2] += ROBOT.max_tracking_error + 0.01
+    controller.answer(arm.state(positions=pushed.tolist()), 0)
+    arm.tick += 1
+    assert controller.mode is Mode.FAULT
+    assert "joint_3" in (controller.fault or "")
+    assert controller.ledger.result("goal").outcome == "aborted"
+    assert refused(arm, trajectory(controller, arm.tick + 5, "next")).code == "fault"
+    with pytest.raises(Refusal) as caught:
+        controller.reset()
+    assert caught.value.code == "busy"
+    arm.turn(600)
+    assert controller.mode is Mode.FAULT
+    assert controller.reset() == m.ModeReply(mode="holding")
+    assert controller.fault is None
+    assert controller.reference(m.ReferenceRequest(lead=0.0)).positions == pytest.approx(arm.positions, abs=1e-3)
+
+
+def test_a_braking_arm_is_a_fault(arm: PerfectArm):
+    """Also at the start of a controller, and once per braking: a reset is not undone by the state after it."""
+    for controller in (arm.controller, Controller(ROBOT)):
+        controller.answer(arm.state(brake=True), 0)
+        assert controller.mode is Mode.FAULT
+        controller.reset()
+        assert controller.answer(arm.state(brake=True, tick=arm.tick + 1), 0) is not None
+        assert controller.mode is Mode.HOLDING
+        controller.answer(arm.state(brake=False, tick=arm.tick + 2), 0)
+        controller.answer(arm.state(brake=True, tick=arm.tick + 3), 0)
+        assert controller.mode is Mode.FAULT
+        controller.answer(arm.state(brake=True, run=2, tick=0), 0)
+        assert controller.mode is Mode.FAULT
+
+
+def test_the_epoch_rises_with_everything_that_changes_the_future(arm: PerfectArm):
+    """Accept, cancel, fault, reset."""
+    controller = arm.controller
+    epochs = [controller.epoch]
+    execute(arm, trajectory(controller, 30))
+    epochs.append(controller.epoch)
+    controller.cancel(m.Cancel())
+    epochs.append(controller.epoch)
+    controller.raise_fault("test")
+    epochs.append(controller.epoch)
+    arm.turn(100)
+    controller.reset()
+    epochs.append(controller.epoch)
+    assert epochs == sorted(set(epochs))
+
+
+def test_the_status_tells_the_error(arm: PerfectArm):
+    """Measured less reference, and how far into the goal."""
+    execute(arm, trajectory(arm.controller, 30))
+    arm.turn(50)
+    off = arm.positions + 0.001
+    arm.controller.answer(arm.state(positions=off.tolist()), 0)
+    status = arm.controller.status()
+    assert status.goal_id == "goal"
+    assert status.time_from_start == pytest.approx(0.030)
+    assert status.error.positions == pytest.approx([0.001] * JOINTS, abs=1e-6)
+    assert status.mode == "tracking"

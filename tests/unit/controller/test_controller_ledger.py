@@ -1,0 +1,166 @@
+"""How goals end on the controller's books."""
+
+import numpy as np
+import pytest
+
+from protocol import messages as m
+from protocol.errors import Refusal
+from services.controller.ledger import KEPT, ActiveGoal, Ledger
+
+
+def running(goal_id: str, start: int, hit: int = 100, end: int = 150) -> ActiveGoal:
+    """A goal that starts at `start`."""
+    return ActiveGoal(m.Result(goal_id=goal_id, outcome="running"), "", False, start, hit, end)
+
+
+def outcomes(ledger: Ledger) -> dict[str, str]:
+    """Return what ended since the last call."""
+    return {result.goal_id: result.outcome for result in ledger.take_ended()}
+
+
+def hit() -> m.Hit:
+    """Any hit."""
+    return m.Hit(time=0.1, position_error=[0.0], velocity_error=[0.0])
+
+
+def test_a_goal_succeeds_at_its_end():
+    """Not a tick earlier, and it is told once."""
+    ledger = Ledger()
+    ledger.open(running("a", 10))
+    assert not ledger.close_due(149)
+    assert ledger.result("a").outcome == "running"
+    assert ledger.close_due(150)
+    assert outcomes(ledger) == {"a": "succeeded"}
+    assert outcomes(ledger) == {}
+    assert ledger.result("a").outcome == "succeeded"
+
+
+@pytest.mark.parametrize(("has_hit", "outcome"), [(False, "preempted"), (True, "succeeded")])
+def test_a_successor_ends_a_goal_at_its_own_start(has_hit: bool, outcome: str):
+    """Preempted, or succeeded where its hit had passed; the successor is named."""
+    ledger = Ledger()
+    first = running("a", 10)
+    ledger.open(first)
+    ledger.open(running("b", 60, 200, 250))
+    assert not ledger.close_due(59)
+    first.result.hit = hit() if has_hit else None
+    assert ledger.close_due(60)
+    assert outcomes(ledger) == {"a": outcome}
+    assert "b" in ledger.result("a").reason
+    assert [goal.result.goal_id for goal in ledger.active] == ["b"]
+
+
+def test_of_three_goals_the_earliest_successor_counts():
+    """The second is replaced before it begins."""
+    ledger = Ledger()
+    for name, start in (("a", 0), ("b", 50), ("c", 40)):
+        ledger.open(running(name, start))
+    ledger.close_due(39)
+    assert outcomes(ledger) == {}
+    ledger.close_due(40)
+    assert outcomes(ledger) == {"a": "preempted", "b": "preempted"}
+
+
+def test_a_cancel_ends_at_rest():
+    """And keeps a goal from its hit only where the stop begins before it."""
+    for leaves, reached in ((99, False), (100, True)):
+        ledger = Ledger()
+        goal = running("a", 10)
+        ledger.open(goal)
+        ledger.close_later(leaves, 120, "canceled", "on request")
+        assert (goal.hit is not None) == reached
+        ledger.close_due(119)
+        assert outcomes(ledger) == {}
+        ledger.close_due(120)
+        assert outcomes(ledger) == {"a": "canceled"}
+
+
+def test_a_second_cancel_changes_nothing():
+    """The first reason stays."""
+    ledger = Ledger()
+    ledger.open(running("a", 10))
+    ledger.close_later(50, 80, "canceled", "first")
+    ledger.close_later(60, 90, "canceled", "second")
+    ledger.close_due(80)
+    assert ledger.result("a").reason == "first"
+
+
+def test_a_canceled_goal_stays_canceled_where_another_takes_over():
+    """Its stop was under way."""
+    ledger = Ledger()
+    ledger.open(running("a", 10))
+    ledger.close_later(50, 80, "canceled", "on request")
+    ledger.open(running("b", 60))
+    ledger.close_due(60)
+    assert outcomes(ledger) == {"a": "canceled"}
+
+
+def test_the_goal_that_is_played():
+    """The last one that has begun."""
+    ledger = Ledger()
+    assert ledger.current(0) is None
+    first, second = running("a", 10), running("b", 60)
+    ledger.open(first)
+    ledger.open(second)
+    assert [ledger.current(tick) for tick in (9, 10, 59, 60)] == [None, first, first, second]
+
+
+def test_whose_motion_a_tick_is_a_part_of():
+    """Nobody's at rest, nor once it is stopping; there another may take over."""
+    ledger = Ledger()
+    ledger.open(running("a", 10))
+    end = ledger.active[0].end
+    assert [ledger.played_at(tick) for tick in (9, 10, end - 1, end)] == [None, "a", "a", None]
+    ledger.open(running("b", 60))
+    assert [ledger.played_at(tick) for tick in (59, 60)] == ["a", "b"]
+    ledger.close_later(50, 80, "canceled", "on request")
+    assert [ledger.played_at(tick) for tick in (20, 60, 100)] == [None, None, None]
+
+
+def test_the_last_thousand_results_are_kept():
+    """Older ones are unknown, in a sentence that says how many are kept."""
+    ledger = Ledger()
+    for k in range(KEPT + 1):
+        ledger.open(running(str(k), k))
+    assert ledger.knows("1")
+    assert not ledger.knows("0")
+    with pytest.raises(Refusal) as caught:
+        ledger.result("0")
+    assert caught.value.code == "unknown_goal"
+    assert str(KEPT) in caught.value.message
+
+
+def test_a_fault_ends_all_goals_at_once():
+    """With its reason."""
+    ledger = Ledger()
+    ledger.open(running("a", 10))
+    ledger.open(running("b", 60))
+    ledger.close_all("aborted", "broken")
+    assert outcomes(ledger) == {"a": "aborted", "b": "aborted"}
+    assert ledger.active == []
+
+
+def test_the_errors_at_the_hit():
+    """Measured less reference, and the truth less reference where it is known."""
+    reference = np.array([1.0, 2.0]), np.array([0.5, 0.0]), np.zeros(2)
+    state = m.State(
+        run=0, tick=7, time=0.007, positions=[1.1, 2.0], velocities=[0.5, 0.2], torques=[0.0, 0.0],
+        saturated=[False, False], brake=False, applied_tick=6,
+    )  # fmt: skip
+    goal = running("a", 0, hit=state.tick)
+    goal.follow(state, reference, 0.1, 5)
+    result = goal.result
+    assert result.hit is not None
+    assert result.hit.time == state.time
+    assert result.peak_tracking_error == 0.1
+    assert result.stamps.first_command == 5
+    assert result.hit.position_error == pytest.approx([0.1, 0.0])
+    assert result.hit.velocity_error == pytest.approx([0.0, 0.2])
+    assert result.hit.truth_error is None
+    state.truth = m.Point(positions=[1.0, 2.5], velocities=[0.0, 0.0])
+    result.hit = None
+    goal.follow(state, reference, 0.05, 6)
+    assert result.peak_tracking_error == 0.1
+    assert result.stamps.first_command == 5
+    assert result.hit is not None
+    assert result.hit.truth_error == m.Point(positions=[0.0, 0.5], velocities=[-0.5, 0.0])

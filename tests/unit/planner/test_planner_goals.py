@@ -1,0 +1,268 @@
+"""From a goal on the wire to a motion request, and from motion's errors to refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from motion.demonstration import Demonstration
+from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, SolverFailed
+from motion.primitive import Primitive, learn
+from motion.request import Boundary, MotionRequest
+from protocol import messages as m
+from protocol.errors import Refusal
+from robot.description import load_robot
+from services.planner.goal_checks import check_goal
+from services.planner.goals import Origin, ends, motion_request, start_boundary
+from services.planner.refusals import refusal_of
+
+ROBOT = load_robot()
+JOINTS = ROBOT.joint_count
+HOME = ROBOT.home.tolist()
+REST = np.zeros(JOINTS)
+ORIGIN = Origin(2.0, 7, Boundary(ROBOT.home, REST, REST))
+FREE = [None] * (JOINTS - 1)
+SHORT = m.Waypoint(time_from_start=0.4, velocities=[1.0])
+
+
+@pytest.fixture(scope="module")
+def primitive() -> Primitive:
+    """A swing of all joints in 0.7334 s."""
+    times = np.linspace(0.0, 0.7334, 200)
+    return learn(Demonstration(times, np.sin(np.outer(times, np.linspace(1.0, 2.0, JOINTS)))))
+
+
+def goal(**fields: object) -> m.Goal:
+    """A goal at home."""
+    return m.Goal(**{"primitive": "swing", "positions": HOME, **fields})  # type: ignore[arg-type]
+
+
+def requested(primitive: Primitive, **fields: object) -> MotionRequest:
+    """Check a goal and return what is to be solved."""
+    asked = goal(**fields)
+    check_goal(asked, primitive, ROBOT)
+    return motion_request(asked, primitive, ROBOT, ORIGIN)
+
+
+def refused(primitive: Primitive, **fields: object) -> Refusal:
+    """Request what must be refused."""
+    with pytest.raises(Refusal) as caught:
+        requested(primitive, **fields)
+    return caught.value
+
+
+def test_without_positions_the_primitive_s_own_end(primitive: Primitive):
+    """With its velocities too, unless others are given."""
+    request = requested(primitive, positions=None)
+    assert request.goal.positions.tolist() == primitive.goal.positions.tolist()
+    assert request.goal.velocities.tolist() == primitive.goal.velocities.tolist()
+    assert requested(primitive, positions=None, velocities=HOME).goal.velocities.tolist() == HOME
+
+
+def test_what_is_left_out_has_its_default(primitive: Primitive):
+    """Final velocities zero, final accelerations free, the demonstration's duration, the robot's limits."""
+    request = requested(primitive)
+    assert request.goal.positions.tolist() == HOME
+    assert not request.goal.velocities.any()
+    assert np.isnan(request.goal.accelerations).all()
+    assert request.duration == pytest.approx(0.734, abs=1e-12)
+    assert request.limits is ROBOT.limits
+    assert (request.waypoints, request.rest_fraction, request.tail) == ((), 0.0, "stop")
+    assert request.start is ORIGIN.boundary
+
+
+@pytest.mark.parametrize(
+    ("fields", "duration"),
+    [
+        ({"duration": 0.5}, 0.5),
+        ({"duration": 0.5001}, 0.501),
+        ({"duration": 0.3 * 3}, 0.9),
+        ({"duration": 60.0}, 60.0),
+        ({"arrival_time": 2.5004}, 0.5),
+        ({"arrival_time": 2.5006}, 0.501),
+        ({"arrival_time": 62.0}, 60.0),
+    ],
+)
+def test_durations_are_whole_ticks(primitive: Primitive, fields: dict[str, object], duration: float):
+    """Rounded up, or for an arrival time to the nearest."""
+    assert requested(primitive, **fields).duration == pytest.approx(duration, abs=1e-12)
+
+
+@pytest.mark.parametrize("time", [2.0, 1.0, -1e308, 2.0004])
+def test_an_arrival_that_has_passed_is_late(primitive: Primitive, time: float):
+    """Compared with where the motion can begin."""
+    refusal = refused(primitive, arrival_time=time, goal_id="g")
+    assert (refusal.code, refusal.detail["goal_id"]) == ("late", "g")
+    assert "2.000 s" in refusal.message
+
+
+@pytest.mark.parametrize(
+    ("field", "fields"),
+    [
+        ("arrival_time", {"arrival_time": 62.1}),
+        ("arrival_time", {"arrival_time": 1e308}),
+        ("arrival_time", {"arrival_time": 3.0, "duration": 1.0}),
+        ("duration", {"duration": 0.0}),
+        ("duration", {"duration": 60.001}),
+        ("revises", {"revises": ""}),
+        ("start", {"revises": "g0", "start": m.Start(positions=HOME), "plan_only": True}),
+        ("revises", {"revises": "g0", "method": "gaussian"}),
+        ("alternatives", {"alternatives": [m.Alternative(duration=1.0)] * 257}),
+        ("alternatives", {"alternatives": [m.Alternative(duration=1.0)], "method": "dmp"}),
+        ("alternatives[1].duration", {"alternatives": [m.Alternative(), m.Alternative(duration=61.0)]}),
+        ("alternatives[0].arrival_time", {"alternatives": [m.Alternative(duration=1.0, arrival_time=3.0)]}),
+        ("fastest", {"fastest": True, "duration": 1.0}),
+        ("fastest", {"fastest": True, "arrival_time": 3.0}),
+        ("fastest", {"fastest": True, "waypoints": [m.Waypoint(time_from_start=0.2)]}),
+        ("fastest", {"fastest": True, "alternatives": [m.Alternative()]}),
+        ("follow_through", {"follow_through": 0.6}),
+        ("follow_through", {"follow_through": -0.1}),
+        ("follow_through", {"follow_through": 0.1, "tail": "coast", "plan_only": True}),
+        ("accelerations", {"follow_through": 0.1, "accelerations": [1.0, *FREE]}),
+        ("place_time", {"place_time": 0.0}),
+        ("place_time", {"place_time": 0.5, "method": "gaussian"}),
+        ("start", {"start": m.Start(positions=HOME)}),
+        ("tail", {"tail": "coast"}),
+        ("client_id", {"lease": True}),
+        ("goal_id", {"goal_id": ""}),
+        ("goal_id", {"goal_id": "x" * 129}),
+        ("client_id", {"client_id": "x" * 129}),
+        ("rest_fraction", {"rest_fraction": 1.0}),
+        ("accelerations", {"rest_fraction": 0.5, "accelerations": [1.0, *FREE]}),
+        ("limits.velocities", {"limits": m.GoalLimits(velocities=[0.0, *FREE])}),
+        ("limits.positions", {"limits": m.GoalLimits(positions=[(0.5, 0.5), *FREE])}),
+        ("waypoints[0].time_from_start", {"waypoints": [m.Waypoint(time_from_start=0.0)]}),
+        ("waypoints[0].time_from_start", {"waypoints": [m.Waypoint(time_from_start=0.2)] * 2}),
+    ],
+)
+def test_goals_that_contradict_themselves(primitive: Primitive, field: str, fields: dict[str, object]):
+    """Are invalid, by field."""
+    refusal = refused(primitive, **fields)
+    assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", field)
+    assert field.partition("[")[0].partition(".")[0] in refusal.message
+
+
+@pytest.mark.parametrize(
+    ("field", "fields"),
+    [
+        ("positions", {"positions": HOME[:-1]}),
+        ("velocities", {"velocities": [0.0] * 7}),
+        ("accelerations", {"accelerations": []}),
+        ("limits.positions", {"limits": m.GoalLimits(positions=[None])}),
+        ("limits.jerks", {"limits": m.GoalLimits(jerks=[1.0])}),
+        ("waypoints[1].velocities", {"waypoints": [m.Waypoint(time_from_start=0.2), SHORT]}),
+    ],
+)
+def test_wrong_lengths(primitive: Primitive, field: str, fields: dict[str, object]):
+    """Name the field and both lengths."""
+    refusal = refused(primitive, **fields)
+    assert (refusal.code, refusal.detail["field"]) == ("bad_message", field)
+    assert f"the arm has {JOINTS} joints" in refusal.message
+
+
+def test_a_waypoint_at_once_that_repeats_the_start_is_left_out(primitive: Primitive):
+    """The first point of many clients is where they believe the arm to be."""
+    start = m.Waypoint(time_from_start=0.0, positions=[HOME[0] + 0.005, *HOME[1:]])
+    later = m.Waypoint(time_from_start=0.5, positions=HOME)
+    kept = requested(primitive, waypoints=[start, later]).waypoints
+    assert [waypoint.time_from_start for waypoint in kept] == [0.5]
+    elsewhere = m.Waypoint(time_from_start=0.0, positions=[HOME[0] + 0.05, *HOME[1:]])
+    assert refused(primitive, waypoints=[elsewhere]).detail["field"] == "waypoints[0].time_from_start"
+
+
+def test_without_positions_it_plays_to_the_demonstrated_end(primitive: Primitive):
+    """With the demonstrated velocities, unless some are given."""
+    goal = requested(primitive, positions=None).goal
+    assert goal.positions.tolist() == primitive.goal.positions.tolist()
+    assert goal.velocities.tolist() == primitive.goal.velocities.tolist()
+    assert not requested(primitive, positions=None, velocities=[0.0] * 6).goal.velocities.any()
+
+
+def test_alternatives_differ_from_the_goal_in_what_they_name(primitive: Primitive):
+    """Durations in whole ticks, arrival times from where the motion begins."""
+    goal = m.Goal(
+        primitive="forehand",
+        positions=HOME,
+        velocities=[0.1] * 6,
+        duration=1.0,
+        alternatives=[m.Alternative(duration=0.7001), m.Alternative(positions=[0.2] * 6, arrival_time=2.5)],
+    )
+    own, shorter, elsewhere = ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+    assert (own.duration, shorter.duration, elsewhere.duration) == pytest.approx((1.0, 0.701, 0.5))
+    assert own.goal.positions.tolist() == shorter.goal.positions.tolist() == HOME
+    assert elsewhere.goal.positions.tolist() == [0.2] * 6
+    assert elsewhere.goal.velocities.tolist() == [0.1] * 6
+
+
+def test_another_arms_primitive(primitive: Primitive):
+    """Moves another number of joints."""
+    fewer = replace(primitive, control_points=primitive.control_points[:-1])
+    refusal = refused(fewer)
+    assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "primitive")
+
+
+def test_the_tighter_limit_holds(primitive: Primitive):
+    """The goal's where it is tighter, the robot's elsewhere; null is the robot's."""
+    limits = m.GoalLimits(
+        positions=[(-9.0, 0.5), *FREE], velocities=[2.0, 99.0, *[None] * 4], accelerations=None, jerks=[100.0, *FREE]
+    )
+    got = requested(primitive, limits=limits).limits
+    assert got.positions[0].tolist() == [ROBOT.limits.positions[0, 0], 0.5]
+    assert got.positions[1:].tolist() == ROBOT.limits.positions[1:].tolist()
+    assert got.velocities[:2].tolist() == [2.0, ROBOT.limits.velocities[1]]
+    assert got.accelerations.tolist() == ROBOT.limits.accelerations.tolist()
+    assert got.jerks[:2].tolist() == [100.0, ROBOT.limits.jerks[1]]
+
+
+def test_null_is_free(primitive: Primitive):
+    """In accelerations, waypoints and starts; velocities of a start are zero where they are null."""
+    request = requested(
+        primitive,
+        accelerations=[1.0, *FREE],
+        waypoints=[m.Waypoint(time_from_start=0.2, positions=[0.1, *FREE])],
+    )
+    assert request.goal.accelerations[0] == 1.0
+    assert np.isnan(request.goal.accelerations[1:]).all()
+    waypoint = request.waypoints[0]
+    assert waypoint.positions[0] == 0.1
+    assert np.isnan(waypoint.positions[1:]).all()
+    assert np.isnan(waypoint.velocities).all()
+    start = start_boundary(m.Start(positions=HOME), ROBOT)
+    assert not start.velocities.any()
+    assert np.isnan(start.accelerations).all()
+    with pytest.raises(Refusal) as caught:
+        start_boundary(m.Start(positions=HOME, accelerations=[0.0]), ROBOT)
+    assert caught.value.detail["field"] == "start.accelerations"
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "detail"),
+    [
+        (
+            LimitExceeded(2, "velocity", 13.0, 12.0),
+            "limit",
+            {"joint": "joint_3", "quantity": "velocity", "value": 13.0, "bound": 12.0},
+        ),
+        (
+            Infeasible(1, "jerk", 0.25, 0.9, [0.3]),
+            "infeasible",
+            {
+                "joint": "joint_2",
+                "quantity": "jerk",
+                "time_from_start": 0.25,
+                "min_duration": 0.9,
+                "waypoint_times": [0.3],
+            },
+        ),
+        (CannotStop(0, 3.5), "cannot_stop", {"joint": "joint_1", "max_velocity": 3.5}),
+        (CannotStop(0, None), "cannot_stop", {"joint": "joint_1", "max_velocity": None}),
+        (SolverFailed(5, "MAX_ITER"), "solver_failed", {"joint": "joint_6", "status": "MAX_ITER"}),
+        (InvalidMotion("goal.velocities", "has to be finite"), "invalid_goal", {"field": "velocities"}),
+    ],
+)
+def test_errors_become_refusals(error: MotionError, code: str, detail: dict[str, object]):
+    """With the joint's name in the sentence in place of its index."""
+    refusal = refusal_of(error, ROBOT)
+    assert (refusal.code, refusal.detail) == (code, detail)
+    assert str(detail.get("joint", "velocities")) in refusal.message
+    assert not any(f"joint {index}:" in refusal.message for index in range(JOINTS))

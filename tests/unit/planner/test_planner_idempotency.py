@@ -1,0 +1,51 @@
+"""A goal sent twice is answered alike; what is remembered is bounded."""
+
+import msgspec
+import pytest
+
+from protocol import messages as m
+from protocol.errors import Refusal
+from services.planner.idempotency import Answers
+from tests.golden.examples import EXAMPLES
+
+GOAL = next(example for example in EXAMPLES.values() if isinstance(example, m.Goal))
+REPLY = next(example for example in EXAMPLES.values() if isinstance(example, m.GoalReply))
+
+
+def goal(goal_id: str) -> m.Goal:
+    return msgspec.structs.replace(GOAL, goal_id=goal_id)
+
+
+def reply(goal_id: str, trajectory_bytes: int = 0) -> m.GoalReply:
+    assert REPLY.trajectory is not None
+    trajectory = msgspec.structs.replace(REPLY.trajectory, positions=b"\0" * trajectory_bytes)
+    return msgspec.structs.replace(REPLY, goal_id=goal_id, trajectory=trajectory if trajectory_bytes else None)
+
+
+def test_the_same_goal_gets_the_same_answer():
+    answers = Answers()
+    answers.keep(goal("a"), reply("a"))
+    assert answers.find(goal("a")) == reply("a")
+    assert answers.find(goal("b")) is None
+
+
+def test_another_goal_of_that_name_is_a_duplicate():
+    answers = Answers()
+    answers.keep(goal("a"), reply("a"))
+    with pytest.raises(Refusal, match="another goal") as caught:
+        answers.find(msgspec.structs.replace(goal("a"), duration=9.0))
+    assert caught.value.code == "duplicate"
+
+
+def test_the_oldest_is_forgotten_first():
+    answers = Answers(kept=2)
+    for name in "abc":
+        answers.keep(goal(name), reply(name))
+    assert [answers.find(goal(name)) is not None for name in "abc"] == [False, True, True]
+
+
+def test_included_trajectories_are_bounded_together():
+    answers = Answers(kept_bytes=1000)
+    for name in "abc":
+        answers.keep(goal(name), reply(name, trajectory_bytes=160))
+    assert [answers.find(goal(name)) is not None for name in "abc"] == [False, True, True]

@@ -1,0 +1,238 @@
+"""What the planner logs of goals and refusals: in fields, beside the sentence."""
+
+import logging
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import msgspec
+import pytest
+from msgspec import structs
+
+from motion.plan import Plan, plan
+from protocol import messages as m
+from protocol import topics
+from protocol.codec import encode
+from protocol.errors import Refusal
+from robot.description import load_robot
+from services.planner.__main__ import learn_shipped
+from services.planner.core import Planner
+from services.planner.lead import Lead
+from services.planner.library import Library
+from services.planner.loop import Loop
+
+ROBOT = load_robot()
+LOG = logging.getLogger("planner")
+GOAL = m.Goal(primitive="forehand", positions=ROBOT.home.tolist(), duration=0.5)
+
+
+class FakeBus:
+    """A bus whose controller refuses the first `late` trajectories as late; keeps the ids of all it is sent."""
+
+    def __init__(self, late: int = 0) -> None:
+        self.late = late
+        self.goal_ids: list[str] = []
+        self.heard: Callable[[], object] = lambda: None
+
+    def publisher(self, *_: object, **__: object) -> SimpleNamespace:
+        """Let what is published go nowhere."""
+        return SimpleNamespace(put=lambda _: None)
+
+    def send(self, topic: topics.Query, asked: Any) -> Callable[[], Any]:
+        """Answer once the answer is wanted."""
+        return lambda: self.ask(topic, asked)
+
+    def ask(self, topic: topics.Query, request: Any) -> object:
+        """Answer as a controller at rest."""
+        if topic is topics.REFERENCE:
+            self.heard()
+            rest = [0.0] * ROBOT.joint_count
+            return m.Reference(time=1.0, positions=ROBOT.home.tolist(), velocities=rest, accelerations=rest, epoch=0)
+        self.goal_ids.append(request.goal_id)
+        if len(self.goal_ids) <= self.late:
+            raise Refusal("late", f"goal {request.goal_id} starts too late", goal_id=request.goal_id)
+        return m.Accepted(goal_id=request.goal_id, start_time=1.0)
+
+
+class Question:
+    """A request that keeps its answer."""
+
+    def __init__(self, topic: topics.Query, request: object) -> None:
+        self.topic, self._request = topic, request
+        self.arrival_ns = 1
+        self.answers: list[Any] = []
+
+    def decode(self) -> object:
+        """Return the request, or raise it."""
+        if isinstance(self._request, Refusal):
+            raise self._request
+        if isinstance(self._request, m.Learn):
+            return msgspec.Raw(encode(self._request))
+        return self._request
+
+    def reply(self, reply: object) -> None:
+        """Keep the answer."""
+        self.answers.append(reply)
+
+    refuse = reply
+
+
+class Desk:
+    """A planner with the shipped library, asked one thing after another."""
+
+    def __init__(self, folder: Path, caplog: pytest.LogCaptureFixture) -> None:
+        self.bus = FakeBus()
+        library = Library(folder / "library", LOG)
+        learn_shipped(library, ROBOT, LOG)
+        planner = Planner(self.bus, ROBOT, library, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]
+        self.loop = Loop(self.bus, planner, library, ROBOT, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]
+        caplog.set_level(logging.INFO)
+        self._caplog = caplog
+
+    def ask(self, topic: topics.Query, request: object) -> tuple[Any, list[tuple[str, str | None, str | None]]]:
+        """Return the answer, and of each line logged meanwhile the level, the goal's id and the code."""
+        self._caplog.clear()
+        question = Question(topic, request)
+        self.loop.answer(question)  # type: ignore[arg-type]
+        while not question.answers:  # a demonstration is learned beside the loop
+            self.loop.do(self.loop.inbox.take(0.1))
+        (given,) = question.answers
+        lines = [
+            (each.levelname, each.__dict__.get("goal_id"), each.__dict__.get("code")) for each in self._caplog.records
+        ]
+        return given, lines
+
+
+@pytest.fixture
+def desk(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> Iterator[Desk]:
+    """A planner beside a controller at rest."""
+    desk = Desk(tmp_path, caplog)
+    yield desk
+    desk.loop.close()
+
+
+def test_a_goal_that_is_played(desk: Desk):
+    """Under the id that the reply names."""
+    reply, lines = desk.ask(topics.GOAL, GOAL)
+    assert lines == [("INFO", reply.goal_id, None)]
+    assert desk.bus.goal_ids == [reply.goal_id]
+
+
+def test_a_goal_that_came_late_once(desk: Desk):
+    desk.bus.late = 1
+    reply, lines = desk.ask(topics.GOAL, GOAL)
+    assert lines == [("WARNING", reply.goal_id, "late"), ("INFO", reply.goal_id, None)]
+
+
+def test_a_goal_without_an_id_keeps_the_one_it_is_given(desk: Desk):
+    """From the first line to the refusal."""
+    desk.bus.late = 2
+    refusal, lines = desk.ask(topics.GOAL, GOAL)
+    goal_id = refusal.detail["goal_id"]
+    assert desk.bus.goal_ids == [goal_id] * 2
+    assert lines == [("WARNING", goal_id, "late"), ("INFO", goal_id, "late")]
+
+
+@pytest.mark.parametrize(("sent", "shown"), [("g-1", "g-1"), ("g" * 5000, "g" * 128)])
+def test_a_goal_that_is_refused(desk: Desk, sent: str, shown: str):
+    """Under its own id, as much of it as an id may have."""
+    goal = m.Goal(primitive="forehand", positions=GOAL.positions, goal_id=sent, duration=-1.0)
+    refusal, lines = desk.ask(topics.GOAL, goal)
+    assert lines == [("INFO", shown, refusal.code)]
+    assert refusal.code == "invalid_goal"
+
+
+def test_what_is_refused_and_no_goal(desk: Desk, caplog: pytest.LogCaptureFixture):
+    """Or cannot be read as one."""
+    for topic, request, code in (
+        (topics.FORGET, m.Forget(name="none"), "unknown_primitive"),
+        (topics.LEARN, m.Learn(name="-", positions=[]), "bad_message"),
+        (topics.LEARN, m.Learn(name="new", positions=[]), "bad_message"),
+        (topics.LEARN, m.Learn(name="forehand", positions=[]), "exists"),
+        (topics.GOAL, Refusal("bad_message", "no map", field=""), "bad_message"),
+    ):
+        refusal, lines = desk.ask(topic, request)
+        assert refusal.code == code
+        assert lines == [("INFO", None, code)]
+        assert caplog.messages[-1] == f"{topic.key} refused as {code}: {refusal}"
+
+
+@pytest.mark.parametrize(
+    ("change", "order"),
+    [({}, ["plan", "heard"]), ({"arrival_time": 2.0}, ["heard", "plan"]), ({"start": None}, ["heard", "plan"])],
+)
+def test_what_has_its_own_start_is_planned_while_the_controller_is_asked(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], order: list[str]
+):
+    """Unless its duration follows from the answer."""
+    events: list[str] = []
+
+    def noted(*arguments: Any) -> Plan:
+        events.append("plan")
+        return plan(*arguments)
+
+    monkeypatch.setattr("services.planner.solving.plan", noted)
+    desk.bus.heard = lambda: events.append("heard")
+    start = m.Start(positions=ROBOT.home.tolist(), velocities=[0.0] * 6)
+    goal = m.Goal(primitive="forehand", positions=GOAL.positions, plan_only=True, start=start)
+    reply, _ = desk.ask(topics.GOAL, structs.replace(goal, **change))
+    assert events == order
+    assert reply.start_time == 1.0
+
+
+def test_an_error_that_nobody_foresaw(desk: Desk, monkeypatch: pytest.MonkeyPatch):
+    """Is one request's; its traceback is in the log."""
+
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    with monkeypatch.context() as patched:
+        patched.setattr("services.planner.solving.plan", broken)
+        refusal, lines = desk.ask(topics.GOAL, GOAL)
+    goal_id = refusal.detail["goal_id"]
+    assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner", "goal_id": goal_id})
+    assert lines == [("ERROR", goal_id, None), ("INFO", goal_id, "unavailable")]
+    reply, _ = desk.ask(topics.GOAL, GOAL)
+    assert desk.bus.goal_ids == [reply.goal_id]
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "field"),
+    [
+        ({"waypoints": [(2.0 * (k + 1) / 52, [0.0] * 6, None) for k in range(51)]}, "infeasible", None),
+        ({"waypoints": [(2.0 * (k + 1) / 25, [0.0] * 6, [0.0] * 6) for k in range(24)]}, "infeasible", None),
+        ({"method": "dmp", "limits": {"jerks": [1e-4] * 6}}, "invalid_goal", "duration"),
+        ({"method": "dmp", "limits": {"jerks": [1e-8] * 6}}, "invalid_goal", "duration"),
+    ],
+)
+def test_what_no_motion_can_do_is_refused(desk: Desk, change: dict[str, Any], code: str, field: str | None):
+    """Every one of these ended the planner, or took all memory, once."""
+    body = {"primitive": "forehand", "positions": GOAL.positions, "duration": 2.0, "plan_only": True, **change}
+    body["waypoints"] = [
+        {"time_from_start": time, "positions": positions, "velocities": velocities}
+        for time, positions, velocities in body.get("waypoints", [])
+    ]
+    refusal, lines = desk.ask(topics.GOAL, msgspec.convert(body, m.Goal))
+    assert (refusal.code, refusal.detail.get("field")) == (code, field)
+    assert [level for level, _, _ in lines] == ["INFO"]
+
+
+def test_a_demonstration_that_takes_too_long_needs_a_duration(desk: Desk):
+    desk.ask(topics.LEARN, m.Learn(name="slow", positions=[ROBOT.home.tolist()] * 100, rate=1.0))
+    for method in ("qp", "dmp"):
+        goal = m.Goal(primitive="slow", positions=ROBOT.home.tolist(), method=method)
+        refusal, _ = desk.ask(topics.GOAL, goal)
+        assert (refusal.code, refusal.detail) == ("invalid_goal", {"field": "duration"})
+        assert "give a duration of at most 60" in refusal.message
+
+
+def test_every_request_has_its_answer(desk: Desk):
+    """Of its own kind."""
+    for query in topics.QUERIES:
+        if query.owner == "planner" and query is not topics.GOAL:
+            request = {
+                topics.LEARN: m.Learn(name="rest", positions=[ROBOT.home.tolist()] * 50, rate=100.0),
+                topics.FORGET: m.Forget(name="forehand"),
+            }.get(query, m.Empty())
+            assert type(desk.ask(query, request)[0]) is query.reply

@@ -1,0 +1,84 @@
+"""The planner's loop on a real bus: while a demonstration is learned, everything else is answered."""
+
+import logging
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
+from protocol.codec import matrix_bytes
+from protocol.errors import Refusal
+from robot.description import load_robot
+from services.planner.core import Lead, Planner
+from services.planner.library import Library
+from services.planner.loop import Loop
+from tests.unit.planner.test_planner_learner import HeldWorker
+from tests.unit.planner.test_planner_worker import PATH
+from tests.waiting import eventually
+
+LOG = logging.getLogger("planner")
+ROBOT = load_robot()
+LEARN = m.Learn(name="wave", positions=PATH.tolist(), rate=100.0)
+
+
+@pytest.fixture
+def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespace]:
+    """A client of a planner whose worker learns once it may."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    worker, stopping = HeldWorker(), threading.Event()
+    monkeypatch.setattr("services.planner.loop.Worker", lambda *_: worker)
+    with Bus(open_session(listen=[endpoint])) as bus, Bus(open_session(connect=[endpoint])) as client:
+        library, lead = Library(tmp_path, LOG), Lead(ROBOT.tick)
+        loop = Loop(bus, Planner(bus, ROBOT, library, lead, LOG), library, ROBOT, lead, LOG)
+        thread = threading.Thread(target=loop.serve, args=(stopping,))
+        thread.start()
+        assert eventually(lambda: client.is_alive("planner"))
+        yield SimpleNamespace(client=client, worker=worker)
+        stopping.set()
+        thread.join()
+
+
+def names(client: Bus) -> list[str]:
+    """What the planner lists."""
+    return [entry.name for entry in client.ask(topics.PRIMITIVES, m.Empty()).primitives]
+
+
+def test_what_is_asked_meanwhile_is_answered(served: SimpleNamespace):
+    """Listing, forgetting, and what is refused at a glance."""
+    answer = served.client.send(topics.LEARN, LEARN)
+    while not served.worker.asked:
+        assert names(served.client) == []
+    for request, code in (
+        (m.Learn(name="-", positions=[]), "bad_message"),
+        (m.Forget(name="wave"), "unknown_primitive"),
+    ):
+        topic = topics.LEARN if isinstance(request, m.Learn) else topics.FORGET
+        with pytest.raises(Refusal) as caught:
+            served.client.ask(topic, request)
+        assert caught.value.code == code
+    assert names(served.client) == []
+    served.worker.may.release()
+    assert answer().samples == len(PATH)
+    assert names(served.client) == ["wave"]
+
+
+def test_every_form_of_a_demonstration_comes_through(served: SimpleNamespace):
+    """Rows and a matrix; a name that is taken is refused before anything is learned."""
+    for _ in range(2):
+        served.worker.may.release()
+    rows = served.client.ask(topics.LEARN, LEARN)
+    matrix = m.Learn(name="again", positions=matrix_bytes(PATH), joint_count=2, rate=100.0)
+    assert served.client.ask(topics.LEARN, matrix).position_max == rows.position_max
+    with pytest.raises(Refusal) as caught:
+        served.client.ask(topics.LEARN, LEARN)
+    assert caught.value.code == "exists"
+    assert len(served.worker.asked) == 2

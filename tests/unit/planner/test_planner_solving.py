@@ -1,0 +1,56 @@
+"""Plans of the planner's solver, which remembers the rows of the last one."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from deploy.demonstrations.make_forehand import FOREHAND, HIT
+from motion.demonstration import Demonstration
+from motion.primitive import Primitive, learn
+from motion.request import Boundary
+from protocol import messages as m
+from protocol.errors import Refusal
+from robot.description import load_robot
+from services.planner.goals import Origin
+from services.planner.solving import Solver
+from tools.demo.strikes import goal
+
+ROBOT = load_robot()
+HOME = Origin(0.0, 0, Boundary(ROBOT.home, np.zeros(6), np.zeros(6)))
+
+
+@pytest.fixture(scope="module")
+def forehand() -> Primitive:
+    """The one that ships with Volley."""
+    recorded = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
+    return learn(Demonstration(recorded[:, 0], recorded[:, 1:]))
+
+
+def verdict(solver: Solver, wanted: m.Goal, primitive: Primitive) -> str:
+    """The code of the refusal, "planned" where there is none."""
+    try:
+        solver.solve(wanted, primitive, HOME)
+    except Refusal as refusal:
+        return refusal.code
+    return "planned"
+
+
+def test_a_verdict_does_not_depend_on_the_goals_before(forehand: Primitive):
+    """Goals around the shortest duration, each after the fastest motion and each as the first."""
+    rng = np.random.default_rng(1)
+    for duration in (0.015, 0.022, 0.03, 0.04, 0.1, 0.13, 0.2):
+        positions = (HIT + rng.uniform(-0.05, 0.05, 6)).tolist()
+        wanted = msgspec.structs.replace(goal(duration=duration), positions=positions)
+        after, first = Solver(ROBOT), Solver(ROBOT)
+        after.solve(goal(fastest=True), forehand, HOME)
+        assert verdict(after, wanted, forehand) == verdict(first, wanted, forehand), duration
+
+
+def test_the_own_end_is_refused_among_others_as_it_is_alone(forehand: Primitive):
+    """An end whose share of the effort ran out is no refusal of the goal."""
+    wanted = goal(duration=0.03)
+    others = [m.Alternative(duration=0.02), m.Alternative(positions=[9.0, *HIT[1:]], duration=1.0)]
+    with pytest.raises(Refusal) as caught:
+        Solver(ROBOT).solve(msgspec.structs.replace(wanted, alternatives=others), forehand, HOME)
+    assert caught.value.code == verdict(Solver(ROBOT), wanted, forehand) == "infeasible"
+    assert caught.value.detail["alternatives"][1] == "limit"

@@ -1,0 +1,16 @@
+"""What the planner does before the first goal."""
+
+from robot.description import load_robot
+from robot.shipped import DEMONSTRATIONS
+from services.planner.learning import learn_from_csv
+from services.planner.warm_up import rehearse
+
+
+def test_limits_shape_the_rehearsal():
+    """Else the solver would meet its first program with the first goal."""
+    robot = load_robot()
+    primitive = learn_from_csv(DEMONSTRATIONS / "forehand.csv", robot.joint_names)
+    assert primitive is not None
+    made = rehearse(primitive, robot)
+    assert {active.joint for active in made.report.active} == set(range(robot.joint_count))
+    assert made.total_duration > made.duration

@@ -1,0 +1,138 @@
+"""The process that learns, and the planner's end of it."""
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motion.limits import Limits
+from protocol import messages as m
+from protocol.codec import encode
+from protocol.errors import Refusal
+from services.planner.worker import Failure, Lesson, learned
+from services.planner.worker_link import Worker
+
+LOG = logging.getLogger("planner")
+LIMITS = Limits(np.array([[-1.0, 1.0], [-1.0, 1.0]]), np.full(2, 5.0), np.full(2, 50.0), np.full(2, 500.0))
+NAMES = ("a", "b")
+TIMES = np.linspace(0, 1, 101)
+PATH = np.stack([0.5 * np.sin(np.pi * TIMES) ** 2, 0.1 * TIMES], axis=1)
+
+
+def body(name: str = "wave", positions: np.ndarray = PATH, **more: Any) -> bytes:
+    """A request of two joints at 100 Hz."""
+    return encode(m.Learn(name=name, positions=positions.tolist(), rate=100.0, **more))
+
+
+# --- what the process does ------------------------------------------------------------------------------
+
+
+def test_a_lesson_warns():
+    lesson = learned(body(positions=PATH + np.array([0.0, 1.2])), LIMITS, NAMES)
+    assert isinstance(lesson, Lesson)
+    assert lesson.primitive.joint_count == 2
+    assert any(sentence.startswith("b reaches 1.3 rad, outside its range") for sentence in lesson.warnings)
+
+
+@pytest.mark.parametrize(
+    ("sent", "field"),
+    [(b"{", ""), (encode(m.Learn(name="w", positions=[[0.0]], rate=1.0)), "rate"), (body(times=[0.0]), "rate")],
+)
+def test_a_bad_request_is_refused_by_field(sent: bytes, field: str):
+    failure = learned(sent, LIMITS, NAMES)
+    assert isinstance(failure, Failure)
+    assert (failure.code, failure.detail, failure.report) == ("bad_message", {"field": field}, "")
+
+
+def test_an_error_that_nobody_foresaw_is_reported(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("services.planner.worker.warnings_of", None)
+    failure = learned(body(), LIMITS, NAMES)
+    assert isinstance(failure, Failure)
+    assert (failure.code, failure.detail) == ("unavailable", {"service": "planner"})
+    assert "TypeError" in failure.report
+
+
+# --- the process itself ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def worker() -> Iterator[Worker]:
+    """A process that learns, ended behind the test."""
+    worker = Worker(LIMITS, NAMES, LOG)
+    yield worker
+    worker.close()
+
+
+def pid_of(worker: Worker) -> int:
+    """The number of its process."""
+    assert worker._process is not None
+    return worker._process.pid
+
+
+def test_it_learns_what_this_process_would(worker: Worker):
+    here = learned(body(), LIMITS, NAMES)
+    assert isinstance(here, Lesson)
+    there = worker.learn(body())
+    assert np.allclose(there.primitive.control_points, here.primitive.control_points, atol=1e-9)
+    assert there.warnings == here.warnings
+    first = pid_of(worker)
+    with pytest.raises(Refusal) as caught:
+        worker.learn(b"{")
+    assert caught.value.code == "bad_message"
+    assert pid_of(worker) == first
+
+
+def test_a_process_that_died_is_replaced(worker: Worker):
+    """Nobody notices one that died while it had nothing to do."""
+    worker.learn(body())
+    first = pid_of(worker)
+    os.kill(first, signal.SIGKILL)
+    os.waitid(os.P_PID, first, os.WEXITED | os.WNOWAIT)
+    assert worker.learn(body()).primitive.samples == 101
+    assert pid_of(worker) != first
+
+
+def test_what_a_dying_process_learned_is_unavailable(worker: Worker):
+    """And the next is learned."""
+    worker.learn(body())
+    first = pid_of(worker)
+    os.kill(first, signal.SIGSTOP)
+    threading.Timer(0.2, os.kill, (first, signal.SIGKILL)).start()
+    with pytest.raises(Refusal, match="send this again") as caught:
+        worker.learn(body())
+    assert (caught.value.code, caught.value.detail) == ("unavailable", {"service": "planner"})
+    assert worker.learn(body()).primitive.samples == 101
+
+
+def test_it_ends_with_the_planner_however_that_ends():
+    """Killed, in the middle of a fit: a planner of some lines starts one, says its number, and is killed."""
+    lines = """
+import threading, time
+import numpy as np
+from motion.limits import Limits
+from services.planner.worker_link import Worker
+from tests.unit.planner.test_planner_worker import LIMITS, LOG, NAMES, body
+worker = Worker(LIMITS, NAMES, LOG)
+worker.learn(body())
+print(worker._process.pid, flush=True)
+slow = body(positions=np.random.default_rng(0).standard_normal((40_000, 8)))
+worker.learn(slow)
+time.sleep(60)
+"""
+    with subprocess.Popen([sys.executable, "-c", lines], stdout=subprocess.PIPE, text=True) as planner:
+        assert planner.stdout is not None
+        number = int(planner.stdout.readline())
+        planner.kill()
+    deadline = time.monotonic() + 30
+    while Path(f"/proc/{number}/cmdline").exists() and Path(f"/proc/{number}/cmdline").read_bytes():
+        assert time.monotonic() < deadline, "the process that learns outlived the planner"
+        time.sleep(0.01)

@@ -1,0 +1,485 @@
+"""What the recorder writes, read back from the file number by number."""
+
+import logging
+import random
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+import rerun as rr
+
+from protocol import messages as m
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
+from protocol.codec import encode
+from protocol.topics import (
+    BALL,
+    COMMAND,
+    CONTACT,
+    DISTURBANCE,
+    ENDED,
+    PLAN,
+    PUBLICATIONS,
+    REFUSED,
+    STATE,
+    STATUS,
+    Publication,
+)
+from robot.description import load_robot
+from robot.kinematics import Kinematics
+from services.common.cli import free_endpoint
+from services.recorder.blueprint import build_blueprint
+from services.recorder.context import Canvas
+from services.recorder.recorder import Recorder, build_drawers
+from services.recorder.validation import listen
+from services.recorder.writer import Rows, TraceWriter
+from tests.unit.recorder.recorder_messages import (
+    JOINTS,
+    MESSAGES,
+    RUN,
+    VALUES,
+    Waiting,
+    command,
+    plan,
+    push,
+    refused,
+    result,
+    state,
+    status,
+)
+from tools.drill.harness.mutations import mutate
+from tools.trace_reader import Trace, read_trace
+
+CONFIG = load_robot()
+PATIENCE_S = 30.0
+LOG = logging.getLogger("test")
+
+
+@pytest.fixture(autouse=True)
+def strict() -> Iterator[None]:
+    """Misuse of Rerun raises instead of being logged."""
+    rr.set_strict_mode(True)
+    yield
+    rr.set_strict_mode(False)
+
+
+class Desk:
+    """A recorder fed by hand, writing into a file."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        self._writer = TraceWriter(build_blueprint(JOINTS, live=False), file, None)
+        self._sources = {topic: Waiting() for topic in PUBLICATIONS}
+        self._recorder = Recorder(CONFIG, self._writer, self._sources, LOG)
+
+    def say(self, topic: Publication, *messages: m.Message, at: int = 1) -> None:
+        """Publish messages, received at `at` Unix ns."""
+        self._sources[topic].extend((encode(message), at) for message in messages)
+
+    def say_noise(self, topic: Publication, body: bytes) -> None:
+        """Publish what is no message."""
+        self._sources[topic].append((body, 1))
+
+    def draw(self) -> None:
+        """End a batch."""
+        self._recorder.draw()
+
+    def read(self) -> Trace:
+        """End the last batch and the trace, and read it back."""
+        self.draw()
+        self._writer.close()
+        return read_trace(self._file)
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Desk:
+    return Desk(tmp_path / "trace.rrd")
+
+
+def _joints(trace: Trace, path: str) -> np.ndarray:
+    """(N, J) of an entity a joint."""
+    return np.stack([trace.scalars(path.format(name)) for name in JOINTS], axis=1)
+
+
+def test_every_recorded_topic_has_a_drawer(tmp_path: Path) -> None:
+    """A topic added to the table without a drawer would be lost without a sound."""
+    writer = TraceWriter(build_blueprint(JOINTS, live=False), tmp_path / "trace.rrd", None)
+    drawers = build_drawers(Canvas(writer, CONFIG))
+    assert set(drawers) == {topic for topic in PUBLICATIONS if topic.recorded}
+    assert next(iter(drawers)) == STATE
+
+
+@pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
+def test_what_is_let_in_can_be_drawn(desk: Desk, topic: Publication) -> None:
+    """Whatever is changed in a good message, of an arm that has been heard of or of a new run."""
+    rng, body = random.Random(20_26), msgspec.to_builtins(MESSAGES[topic], builtin_types=(bytes,))
+    desk.say(STATE, state(0))
+    for _ in range(100):
+        for _ in range(50):
+            desk.say_noise(topic, mutate(body, rng))
+        desk.draw()
+
+
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")
+@pytest.mark.parametrize("index", [True, False])
+def test_a_trace_reads_alike_with_and_without_its_index(tmp_path: Path, index: bool) -> None:
+    """The index makes a file larger and nothing else."""
+    file = tmp_path / "trace.rrd"
+    writer = TraceWriter(build_blueprint(JOINTS, live=False), file, None, index)
+    values = np.arange(1000.0)
+    for first in range(0, 1000, 10):
+        writer.scalars("/x", Rows(np.arange(first, first + 10), 1000.0), values[first : first + 10])
+        writer.recording.flush()
+    writer.close()
+    assert np.array_equal(read_trace(file).scalars("/x").ravel(), values)
+    assert (b"FOOT" in file.read_bytes()[-64:]) is index
+
+
+def test_states_read_back_to_the_last_bit(desk: Desk) -> None:
+    states = [state(tick, brake=tick > 320) for tick in range(350)]
+    for some in (states[:7], states[7:200], states[200:]):
+        desk.say(STATE, *some, at=1_700_000_000_000_000_123)
+        desk.draw()
+    trace = desk.read()
+    assert np.array_equal(_joints(trace, "/joints/{}/position/measured"), [s.positions for s in states])
+    assert np.array_equal(_joints(trace, "/joints/{}/velocity/measured"), [s.velocities for s in states])
+    assert np.array_equal(trace.scalars("/arm/torques"), [s.torques for s in states])
+    assert np.array_equal(trace.scalars("/arm/saturated"), [s.saturated for s in states])
+    assert np.array_equal(trace.scalars("/arm/applied_tick"), [s.applied_tick for s in states])
+    truths = [s.truth for s in states if s.truth]
+    assert np.array_equal(trace.scalars("/arm/true_position"), [truth.positions for truth in truths])
+    assert np.array_equal(trace.scalars("/arm/true_velocity"), [truth.velocities for truth in truths])
+    times = trace.column("/joints/joint_1/position/measured").times
+    assert np.array_equal(times["tick"], range(350))
+    assert np.array_equal(times["sim_time"], np.arange(350) * 1_000_000)
+    assert set(times["wall"].tolist()) == {1_700_000_000_000_000_123}
+    brake = trace.column("/lanes/brake", "StateChange:state")
+    assert [(row, tick) for row, tick in zip(brake.values, brake.times["tick"].tolist(), strict=True)] == [
+        ([""], 0),
+        (["braking"], 321),
+    ]
+
+
+def test_states_of_an_arm_that_does_not_know_its_truth(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick, truth=False) for tick in range(5)))
+    assert "/arm/true_position" not in desk.read().entities
+
+
+def test_commands_and_the_error_against_the_state_they_answer(desk: Desk) -> None:
+    states = [state(tick) for tick in range(300)]
+    commands = [command(tick, goal_id="g1" if tick >= 100 else None) for tick in range(300)]
+    desk.say(STATE, *states[:150])
+    desk.say(COMMAND, *commands[:140])
+    desk.draw()
+    desk.say(STATE, *states[150:])
+    desk.say(COMMAND, *commands[140:])
+    trace = desk.read()
+    assert np.array_equal(_joints(trace, "/joints/{}/position/reference"), [c.positions for c in commands])
+    assert np.array_equal(_joints(trace, "/joints/{}/velocity/reference"), [c.velocities for c in commands])
+    assert np.array_equal(_joints(trace, "/joints/{}/acceleration/commanded"), [c.accelerations for c in commands])
+    expected = np.array([s.positions for s in states]) - [c.positions for c in commands]
+    assert np.array_equal(_joints(trace, "/joints/{}/error"), expected)
+    assert trace.column("/lanes/goal", "StateChange:state").times["tick"].tolist() == [100]
+
+
+def test_no_error_without_the_state(desk: Desk) -> None:
+    desk.say(STATE, state(0), state(2))
+    desk.say(COMMAND, *(command(tick) for tick in range(3)))
+    trace = desk.read()
+    assert trace.column("/joints/joint_1/error").ticks().tolist() == [0, 2]
+    assert trace.scalars("/recorder/states_missing").tolist()[-1] == 1
+    assert any("1 more states missing" in text for text in trace.texts("/events/recorder"))
+
+
+def test_error_of_a_batch_longer_than_the_memory(desk: Desk) -> None:
+    """A recorder that got no processor for seconds finds them all in one batch."""
+    desk.say(STATE, *(state(tick) for tick in range(2500)))
+    desk.say(COMMAND, *(command(tick) for tick in range(2500)))
+    assert len(desk.read().scalars("/joints/joint_6/error")) == 2500
+
+
+def test_further_run_lies_behind_the_first(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick) for tick in range(100)))
+    desk.draw()
+    desk.say(STATE, *(state(tick, run=RUN + 1, seed=1) for tick in range(50)))
+    desk.say(BALL, m.BallState(time=0.01, position=[1.0, 2.0, 3.0], velocity=[0.0] * 3))
+    trace = desk.read()
+    times = trace.column("/joints/joint_2/position/measured").times
+    assert np.array_equal(times["tick"], range(150))
+    assert np.array_equal(times["sim_time"], np.arange(150) * 1_000_000)
+    assert trace.column("/ball/position").ticks().tolist() == [110]
+    assert trace.column("/runs", "run").values == [[RUN], [RUN + 1]]
+    assert trace.column("/runs", "tick_offset").values == [[0], [100]]
+    assert trace.column("/runs", "time_offset").values == [[0.0], [0.1]]
+    assert "tick 0 lies at tick 100" in trace.texts("/events/run")[1]
+
+
+def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:
+    said = plan(0.010, count=40)
+    desk.say(STATE, *(state(tick) for tick in range(20)))
+    desk.say(PLAN, said)
+    desk.draw()
+    desk.say(STATE, *(state(tick) for tick in range(20, 90)))
+    trace = desk.read()
+    positions = np.frombuffer(said.positions).reshape(40, 6)
+    assert np.array_equal(_joints(trace, "/joints/{}/position/planned"), positions)
+    assert np.array_equal(_joints(trace, "/joints/{}/velocity/planned"), np.frombuffer(said.velocities).reshape(40, 6))
+    accelerations = np.frombuffer(said.accelerations).reshape(40, 6)
+    assert np.array_equal(_joints(trace, "/joints/{}/acceleration/planned"), accelerations)
+    assert np.array_equal(_joints(trace, "/joints/{}/position/demonstrated"), positions[:39] / 2)
+    planned = trace.column("/joints/joint_1/position/planned")
+    assert np.array_equal(planned.ticks(), range(10, 50))
+    assert planned.times["tick"][-1] == 50  # the pen is lifted
+    target = trace.column("/joints/joint_3/position/target")
+    assert (target.ticks().tolist(), target.array().tolist()) == ([48], [positions[38, 2]])
+
+
+def test_limits_in_force_are_the_plan_s_while_it_lasts(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick) for tick in range(5)))
+    desk.draw()
+    desk.say(PLAN, plan(0.010, count=40))
+    desk.say(STATE, *(state(tick) for tick in range(5, 90)))
+    trace = desk.read()
+    own = CONFIG.limits.positions[0].tolist()
+    bounds = trace.column("/joints/joint_1/position/limits")
+    assert bounds.values == [own, [-1.0, 1.5], own]
+    assert bounds.ticks().tolist() == [0, 10, 50]
+    assert trace.column("/joints/joint_2/velocity/limits").values[1] == [-4.0, 4.0]
+
+
+def test_replaced_plan_ends_where_the_next_begins(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick) for tick in range(30)))
+    desk.say(PLAN, plan(0.010, count=60))
+    desk.draw()
+    after = plan(0.040, count=30, goal_id="g2")
+    desk.say(PLAN, after)
+    desk.say(STATE, *(state(tick) for tick in range(30, 100)))
+    trace = desk.read()
+    assert np.array_equal(trace.column("/joints/joint_1/position/planned").ticks(), range(10, 70))
+    positions = np.frombuffer(after.positions).reshape(30, 6)
+    assert np.array_equal(trace.scalars("/joints/joint_1/position/planned")[30:], positions[:, 0])
+
+
+def test_a_correction_is_told_and_parts_the_curves(desk: Desk) -> None:
+    """The old curve ends one tick before the new one begins, which a point marks; the event has the phase."""
+    desk.say(STATE, *(state(tick) for tick in range(30)))
+    desk.say(PLAN, plan(0.010, count=60))
+    desk.draw()
+    after = plan(0.040, count=30, goal_id="g2", revises="g1", phase=0.625)
+    desk.say(PLAN, after)
+    desk.say(STATE, *(state(tick) for tick in range(30, 100)))
+    trace = desk.read()
+    planned = trace.column("/joints/joint_1/position/planned")
+    assert np.array_equal(planned.ticks(), [*range(10, 39), *range(40, 70)])
+    assert 39 in planned.times["tick"]  # the pen is lifted
+    positions = np.frombuffer(after.positions).reshape(30, 6)
+    assert _joints(trace, "/joints/{}/position/corrected").tolist() == [positions[0].tolist()]
+    assert trace.column("/joints/joint_1/position/corrected").ticks().tolist() == [40]
+    sentences = [text for (text,) in trace.column("/events/goal", "TextLog:text").values]
+    assert any("g2 (forehand) accepted, corrects g1 at phase 0.625: starts at 0.040 s" in text for text in sentences)
+
+
+def test_plan_given_up_is_drawn_no_further(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick) for tick in range(30)))
+    desk.say(PLAN, plan(0.010, count=60))
+    desk.say(ENDED, result("canceled"))
+    desk.draw()
+    desk.say(STATE, *(state(tick) for tick in range(30, 100)))
+    planned = desk.read().column("/joints/joint_1/position/planned")
+    assert np.array_equal(planned.ticks(), range(10, 30))
+    assert planned.times["tick"][-1] == 30
+
+
+def test_plan_of_a_run_that_is_over_is_drawn_no_further(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick) for tick in range(30)))
+    desk.say(PLAN, plan(0.010, count=60))
+    desk.draw()
+    desk.say(STATE, *(state(tick, run=RUN + 1) for tick in range(60)))
+    assert np.array_equal(desk.read().column("/joints/joint_1/position/planned").ticks(), range(10, 30))
+
+
+def test_plan_is_drawn_to_its_end_where_the_next_run_begins_in_the_same_batch(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick) for tick in range(30)))
+    desk.say(PLAN, plan(0.010, count=40))
+    desk.draw()
+    desk.say(STATE, *(state(tick) for tick in range(30, 90)), *(state(tick, run=RUN + 1) for tick in range(60)))
+    planned = desk.read().column("/joints/joint_1/position/planned")
+    assert np.array_equal(planned.ticks(), range(10, 50))
+    assert planned.times["tick"][-1] == 50  # the pen is lifted
+
+
+def test_a_plan_that_comes_after_its_cancel_is_drawn_no_further(desk: Desk) -> None:
+    """The planner publishes it once it has answered, and whoever has the answer may cancel at once."""
+    desk.say(STATE, *(state(tick) for tick in range(5)))
+    desk.say(ENDED, result("canceled"))
+    desk.draw()
+    desk.say(PLAN, plan(0.002, count=40))
+    desk.draw()
+    desk.say(STATE, *(state(tick) for tick in range(5, 90)))
+    planned = desk.read().column("/joints/joint_1/position/planned")
+    assert max(planned.ticks()) <= 5
+
+
+def test_status_and_its_changes(desk: Desk) -> None:
+    statuses = [
+        status(0.000, "holding"),
+        status(0.020, "tracking"),
+        status(0.040, "tracking", refused=2),
+        status(0.060, "fault", "joint_1 is 0.31 rad off"),
+    ]
+    desk.say(STATE, *(state(tick) for tick in range(80)))
+    desk.say(STATUS, *statuses)
+    trace = desk.read()
+    assert trace.scalars("/timing/late_us").tolist() == [[120.5, 400.25, 900.125]] * 4
+    assert trace.scalars("/timing/on_time_ratio").tolist() == [0.997] * 4
+    assert trace.scalars("/timing/refused").tolist() == [0, 0, 2, 0]
+    assert trace.scalars("/timing/error/velocity").tolist() == [VALUES] * 4
+    assert trace.column("/timing/missed").ticks().tolist() == [0, 20, 40, 60]
+    modes = trace.column("/lanes/mode", "StateChange:state")
+    assert modes.values == [["holding"], ["tracking"], ["fault"]]
+    assert modes.times["tick"].tolist() == [0, 20, 60]
+    said = trace.texts("/events/controller")
+    assert any("refused 2 malformed" in text for text in said)
+    assert [text for text in said if "late" in text] == ["late: 3 tick(s) without an answer in time"]
+    assert any("joint_1 is 0.31 rad off" in text for text in said)
+
+
+def test_results(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick) for tick in range(10)))
+    desk.say(ENDED, result("aborted", reason="fault"))
+    trace = desk.read()
+    assert trace.column("/goals", "outcome").values == [["aborted"]]
+    assert trace.column("/goals", "accepted").values == [[RUN + 2]]
+    assert trace.column("/goals", "peak_tracking_error").values == [[0.0625]]
+    assert trace.scalars("/goals/position_error").tolist() == [VALUES]
+    assert trace.column("/goals/velocity_error").ticks().tolist() == [2]
+    assert "goal g1 aborted (fault)" in trace.texts("/events/goal")[0]
+
+
+def test_a_refused_goal_is_an_event_where_the_arm_was(desk: Desk) -> None:
+    """With its id where it has one, as a warning beside what becomes of the other goals."""
+    for tick in range(10):
+        desk.say(STATE, state(tick), at=100 + tick)
+    desk.say(REFUSED, refused(), at=104)
+    desk.say(REFUSED, refused(goal_id=None), at=107)
+    trace = desk.read()
+    why = "refused as limit: joint_1 would end at 2.5 rad"
+    assert trace.texts("/events/goal") == [f"goal g2 {why}", f"a goal {why}"]
+    assert trace.column("/events/goal", "TextLog:text").times["tick"].tolist() == [4, 7]
+    assert trace.column("/events/goal", "TextLog:level").values == [["WARN"]] * 2
+    wanted = {
+        "goal_id": ["g2", ""],
+        "client_id": ["shell-1"] * 2,
+        "primitive": ["forehand"] * 2,
+        "code": ["limit"] * 2,
+        "requested": [RUN] * 2,
+    }
+    for name, values in wanted.items():
+        assert trace.column("/goals/refused", name).values == [[value] for value in values], name
+
+
+def test_what_comes_a_batch_late_lies_where_it_happened(desk: Desk) -> None:
+    """Its topic is looked at before the states: those behind it are then in the batch before."""
+    for tick in range(30):
+        desk.say(STATE, state(tick), at=100 + tick)
+    desk.draw()
+    desk.say(REFUSED, refused(), at=104)
+    desk.say(STATE, state(30), at=130)
+    assert desk.read().column("/goals/refused", "code").times["tick"].tolist() == [4]
+
+
+def test_contact_and_ball(desk: Desk) -> None:
+    places = [[0.1 * k, 1 / 3, -0.7] for k in range(5)]
+    desk.say(STATE, *(state(tick) for tick in range(50)))
+    desk.say(CONTACT, m.Contact(time=0.012, bodies=["racket", "ball"], impulse=0.42, ball_velocity=[3.0, 0.0, 4.0]))
+    desk.say(BALL, *(m.BallState(time=k / 100, position=place, velocity=[0.0] * 3) for k, place in enumerate(places)))
+    trace = desk.read()
+    assert trace.scalars("/contacts").tolist() == [0.42]
+    assert trace.column("/contacts").ticks().tolist() == [12]
+    assert "racket and ball touched with 0.420 N·s, the ball leaves at 5.00 m/s" in trace.texts("/events/contact")
+    assert trace.scalars("/ball/position").tolist() == places
+    tee = np.array(trace.column("/world/tee", "Transform3D:translation").values)
+    assert tee.reshape(-1) == pytest.approx([0.0, 1 / 3, -0.733], abs=1e-6)
+
+
+def test_disturbances_are_steps_lanes_and_arrows(desk: Desk) -> None:
+    desk.say(STATE, *(state(tick) for tick in range(50)))
+    desk.say(DISTURBANCE, push(0.010, acceleration=[30.0, 0, 0, 0, 0, 0], torque=[0, -2.0, 0, 0, 0, 0]), push(0.030))
+    trace = desk.read()
+    steps = trace.column("/joints/joint_1/disturbance/acceleration")
+    assert list(zip(steps.ticks().tolist(), steps.array().tolist(), strict=True)) == [
+        (9, 0.0),
+        (10, 30.0),
+        (29, 30.0),
+        (30, 0.0),
+    ]
+    assert trace.scalars("/joints/joint_2/disturbance/torque").tolist() == [0.0, -2.0, -2.0, 0.0]
+    lane = trace.column("/lanes/disturbance", "StateChange:state")
+    assert lane.values == [["acceleration + torque"], [""]]
+    arrows = trace.column("/world/shoulder/push", "Arrows3D:vectors")
+    assert [len(row) for row in arrows.values] == [1, 0]
+    assert [len(row) for row in trace.column("/world/upper_arm/push", "Arrows3D:vectors").values] == [1, 0]
+
+
+def test_racket_stands_where_the_kinematics_have_it(desk: Desk) -> None:
+    """Poses come from the states, quaternions in Rerun's order: seen from the racket's pose, the tool stays."""
+    states = [state(tick) for tick in range(60)]
+    desk.say(STATE, *states)
+    trace = desk.read()
+    places = trace.column("/world/racket", "Transform3D:translation")
+    turns = trace.column("/world/racket", "Transform3D:quaternion")
+    assert places.times["tick"].tolist() == [0, 10, 20, 30, 40, 50]
+    kinematics = Kinematics(CONFIG)
+    for tick, place, turn in zip(places.times["tick"].tolist(), places.values, turns.values, strict=True):
+        x, y, z, w = turn[0]
+        local = np.array([0.0, 0.0, 0.39])  # the tool's site in the racket's body
+        vector = np.array([x, y, z])
+        turned = local + 2 * np.cross(vector, np.cross(vector, local) + w * local)
+        tool, _ = kinematics.tool_pose(np.array(states[tick].positions))
+        assert np.array(place[0]) + turned == pytest.approx(tool, abs=1e-5)
+
+
+def test_malformed_messages_are_counted_and_harm_nothing(desk: Desk, caplog: pytest.LogCaptureFixture) -> None:
+    for topic in PUBLICATIONS:
+        desk.say_noise(topic, b"\xc1")
+        desk.say(topic, MESSAGES[topic])
+    trace = desk.read()
+    assert trace.scalars("/recorder/messages_malformed").tolist() == [len(PUBLICATIONS)]
+    refused = [each for each in caplog.records if "was left out" in each.getMessage()]
+    assert [each.__dict__["code"] for each in refused] == ["bad_message"] * len(PUBLICATIONS)
+    assert trace.scalars("/joints/joint_1/position/measured").tolist() == [state(3).positions[0]]
+
+
+def test_from_a_real_bus_nothing_is_lost(tmp_path: Path) -> None:
+    endpoint, file = free_endpoint(), tmp_path / "trace.rrd"
+    writer = TraceWriter(build_blueprint(JOINTS, live=False), file, None)
+    with Bus(open_session(listen=[endpoint])) as hub, Bus(open_session(connect=[endpoint])) as bus:
+        sources = listen(bus)
+        recorder = Recorder(CONFIG, writer, sources, LOG)
+        hub.announce("ready")
+        assert bus.is_alive("ready")  # the subscriptions made before have reached the hub
+        states, commands = hub.publisher(STATE, blocking=True), hub.publisher(COMMAND, blocking=True)
+        others = [(hub.publisher(topic), topic) for topic in PUBLICATIONS if not topic.stream]
+        for tick in range(1000):
+            states.put(state(tick))
+            commands.put(command(tick))
+            if tick == 500:
+                for publisher, topic in others:
+                    publisher.put(MESSAGES[topic])
+            if tick % 300 == 0:
+                recorder.draw()
+        deadline = time.monotonic() + PATIENCE_S
+        while recorder.newest < 999 and time.monotonic() < deadline:
+            time.sleep(0.05)
+            recorder.draw()
+        recorder.draw()
+    writer.close()
+    trace = read_trace(file)
+    expected = [state(tick).positions for tick in range(1000)]
+    assert np.array_equal(_joints(trace, "/joints/{}/position/measured"), expected)
+    assert len(trace.scalars("/joints/joint_1/error")) == 1000
+    assert trace.scalars("/contacts").tolist() == [0.42]
+    assert trace.scalars("/recorder/states_missing").tolist() == [0]

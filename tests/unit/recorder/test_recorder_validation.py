@@ -1,0 +1,116 @@
+"""What the recorder takes in, and what it leaves out."""
+
+import struct
+from typing import Any
+
+import msgpack
+import pytest
+
+from protocol.codec import encode
+from protocol.errors import Refusal
+from protocol.topics import BALL, COMMAND, DISTURBANCE, ENDED, PLAN, PUBLICATIONS, REFUSED, STATE, STATUS, Publication
+from services.recorder.validation import Intake, read
+from tests.unit.recorder.recorder_messages import MESSAGES, Waiting
+
+INF, NAN = float("inf"), float("nan")
+
+
+def _pack(body: dict[str, Any]) -> bytes:
+    return msgpack.packb(body) or b""
+
+
+@pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
+def test_every_publication_is_read_as_it_was_said(topic: Publication) -> None:
+    assert read(topic, encode(MESSAGES[topic]), 6) == MESSAGES[topic]
+
+
+@pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
+def test_further_fields_are_ignored(topic: Publication) -> None:
+    body = msgpack.unpackb(encode(MESSAGES[topic])) | {"later": [1, {"version": 2}]}
+    assert read(topic, _pack(body), 6) == MESSAGES[topic]
+
+
+@pytest.mark.parametrize(
+    ("topic", "field", "value"),
+    [
+        (STATE, "positions", [0.0] * 5),
+        (STATE, "positions", [0.0, NAN, 0.0, 0.0, 0.0, 0.0]),
+        (STATE, "torques", [INF, -INF, 0.0, 0.0, 0.0, 0.0]),
+        (STATE, "positions", "abcdef"),
+        (STATE, "tick", -1),
+        (STATE, "tick", 1 << 62),
+        (STATE, "run", 1 << 63),
+        (STATE, "time", NAN),
+        (STATE, "time", -1.0),
+        (STATE, "saturated", [False]),
+        (STATE, "truth", {"positions": [0.0], "velocities": [0.0] * 6}),
+        (COMMAND, "accelerations", [0.0] * 7),
+        (COMMAND, "velocities", [NAN] * 6),
+        (COMMAND, "tick", 1.5),
+        (PLAN, "positions", b"\0" * 8),
+        (PLAN, "accelerations", struct.pack("<d", NAN) * 24),
+        (PLAN, "hit_index", 4),
+        (PLAN, "dt", 0.0),
+        (PLAN, "dt", 1e-320),
+        (PLAN, "epoch", 1 << 63),
+        (ENDED, "stamps", {"requested": 1, "accepted": 1 << 63}),
+        (PLAN, "demonstration", b"\0" * 7),
+        (PLAN, "start_time", 1e12),
+        (PLAN, "waypoints", [{"time_from_start": 0.1, "positions": [0.0]}]),
+        (REFUSED, "requested", 1 << 63),
+        (REFUSED, "detail", None),
+        (STATUS, "error", {"positions": [0.0], "velocities": [0.0]}),
+        (ENDED, "hit", {"time": 1.0, "position_error": [0.0], "velocity_error": [0.0] * 6}),
+        (BALL, "position", [0.0, NAN, 0.0]),
+        (BALL, "position", [0.0, 0.0]),
+        (BALL, "velocity", [0.0, 0.0, 1e308]),
+        (DISTURBANCE, "active", [{"kind": "torque", "values": [1.0]}]),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_naming_the_field(topic: Publication, field: str, value: Any) -> None:
+    body = msgpack.unpackb(encode(MESSAGES[topic]))
+    body[field] = value
+    with pytest.raises(Refusal) as caught:
+        read(topic, _pack(body), 6)
+    assert field in str(caught.value)
+
+
+@pytest.mark.parametrize("quantity", ["positions", "velocities"])
+def test_limits_of_a_plan_are_checked(quantity: str) -> None:
+    body = msgpack.unpackb(encode(MESSAGES[PLAN]))
+    body["limits"][quantity] = ["far"] * 6
+    with pytest.raises(Refusal, match=f"limits.{quantity}"):
+        read(PLAN, _pack(body), 6)
+
+
+@pytest.mark.parametrize("body", [b"", b"{", b"\xc1", b"\x80", b"\x80\x80", b"\xff" * 4096, msgpack.packb([1, 2])])
+@pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
+def test_noise_is_counted_and_the_rest_goes_on(topic: Publication, body: bytes) -> None:
+    said: list[tuple[str, str]] = []
+    sources = {each: Waiting() for each in PUBLICATIONS}
+    intake = Intake(sources, 6, lambda sentence, code: said.append((sentence, code)))
+    for each in (body, encode(MESSAGES[topic])):
+        sources[topic].append((each, 5))
+    taken = intake.take()[topic]
+    assert [one.message for one in taken] == [MESSAGES[topic]]
+    assert intake.malformed == 1
+    ((sentence, code),) = said
+    assert topic.key in sentence
+    assert code == "bad_message"
+
+
+def test_the_states_behind_a_command_are_never_in_a_later_batch() -> None:
+    """They are taken last: what is published between the two takes belongs to the next batch, not to this one."""
+    order: list[str] = []
+
+    class Noting(Waiting):
+        def __init__(self, topic: Publication) -> None:
+            super().__init__()
+            self._topic = topic
+
+        def take(self) -> tuple[bytes, int] | None:
+            order.append(self._topic.key)
+            return super().take()
+
+    Intake({topic: Noting(topic) for topic in PUBLICATIONS}, 6, lambda *_: None).take()
+    assert order[-2:] == ["command", "state"]

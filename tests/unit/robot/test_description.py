@@ -1,0 +1,164 @@
+"""The robot's description: what the shipped one says, and what is wrong with others, in sentences."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from robot.description import RobotError, load_robot
+from robot.kinematics import Kinematics
+from robot.shipped import DEFAULT_ROBOT_CONFIG
+
+PAPER_POSES = {
+    "home": (0.0, 0.52, 0.82, -0.2, 0.0, 0.09),
+    "prepare": (-0.14, 0.52, 0.82, 0.1645, 0.0, -0.0353),
+    "hit": (0.17, 0.47, 0.86, -0.0822, 0.0, 0.1058),
+}
+
+TWO_LINKS = """
+<mujoco>
+  <worldbody>
+    <body name="upper">
+      <joint name="a" axis="0 0 1" {first}/>
+      <geom type="capsule" size="0.05" fromto="0 0 0 0.5 0 0"/>
+      <body name="lower" pos="0.5 0 0">
+        <joint name="b" axis="0 0 1"/>
+        <geom type="capsule" size="0.05" fromto="0 0 0 0.5 0 0"/>
+        <site name="tip" pos="0.5 0 0"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>{actuators}</actuator>
+</mujoco>
+"""
+
+TWO_LINKS_TOML = """
+name = "two"
+model = "two.xml"
+tool_site = "tip"
+rate_hz = 500
+alpha = 50.0
+silence_ticks = 20
+max_tracking_error = 0.3
+[joints]
+names = ["a", "b"]
+home = [0.1, 0.2]
+velocities = [1.0, 2.0]
+accelerations = [3.0, 4.0]
+jerks = [5.0, 6.0]
+"""
+
+
+def write_robot(folder: Path, toml: str = TWO_LINKS_TOML, first: str = "", actuators: str = "") -> Path:
+    (folder / "two.xml").write_text(TWO_LINKS.format(first=first, actuators=actuators))
+    (folder / "two.toml").write_text(toml)
+    return folder / "two.toml"
+
+
+def test_the_shipped_arm_has_room_for_the_papers_cases():
+    robot = load_robot()
+    assert robot.name == "arm"
+    assert robot.joint_count == 6
+    assert robot.limits.positions[0, 0] <= -2.0
+    assert robot.limits.positions[0, 1] >= 2.0
+    assert robot.limits.velocities[0] >= 15
+    assert robot.limits.accelerations[0] >= 300
+    assert robot.limits.jerks[0] >= 15_000
+    assert robot.alpha == 50
+    assert robot.rate_hz == 1000
+    assert robot.tick == 0.001
+    assert robot.silence_ticks == 20
+    assert robot.max_tracking_error > 0.16, "the paper's push deflects 0.16 rad and is no fault"
+    for name, pose in PAPER_POSES.items():
+        inside = (robot.limits.positions[:, 0] < pose) & (pose < robot.limits.positions[:, 1])
+        assert inside.all(), name
+    np.testing.assert_array_equal(robot.home, PAPER_POSES["home"])
+
+
+def test_the_default_does_not_depend_on_the_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_robot().mjcf_path == DEFAULT_ROBOT_CONFIG.parent / "arm.xml"
+    assert load_robot(str(DEFAULT_ROBOT_CONFIG)).name == "arm"
+
+
+def test_the_acceleration_limits_are_reachable_in_the_papers_poses():
+    """By all joints at once, in the worst combination, against gravity and a push of 100 rad/s² on any joint."""
+    robot = load_robot()
+    model = robot.load_model()
+    data = mujoco.MjData(model)
+    inertia = np.zeros((model.nv, model.nv))
+    for pose in PAPER_POSES.values():
+        data.qpos[:6] = pose
+        mujoco.mj_forward(model, data)
+        mujoco.mj_fullM(model, data, inertia)
+        arm = np.abs(inertia[:6, :6])
+        need = arm @ robot.limits.accelerations + 100 * np.diag(arm) + np.abs(data.qfrc_bias[:6])
+        assert (need < robot.torques).all()
+
+
+def test_limits_and_torques_of_another_model(tmp_path: Path):
+    actuators = '<motor joint="a" gear="3" ctrlrange="-2 2"/><position joint="b" kp="9" forcerange="-4 5"/>'
+    robot = load_robot(write_robot(tmp_path, first='limited="true" range="-90 90"', actuators=actuators))
+    np.testing.assert_allclose(robot.limits.positions, [[-np.pi / 2, np.pi / 2], [-np.inf, np.inf]])
+    np.testing.assert_array_equal(robot.torques, [6, 4])
+    np.testing.assert_array_equal(robot.limits.jerks, [5, 6])
+
+
+def test_a_position_servos_control_range_is_no_torque(tmp_path: Path):
+    actuators = '<position joint="a" kp="9" ctrlrange="-1 1"/>'
+    robot = load_robot(write_robot(tmp_path, first='actuatorfrcrange="-7 7"', actuators=actuators))
+    np.testing.assert_array_equal(robot.torques, [7, np.inf])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("alpha = 50.0", "", "missing required field `alpha`"),
+        ("alpha = 50.0", "alpha = 50.0\ngain = 1", "unknown field `gain`"),
+        ("alpha = 50.0", 'alpha = "50"', "Expected `float`, got `str`"),
+        ("alpha = 50.0", "alpha = nan", "alpha: nan is not a finite number greater than 0"),
+        ("silence_ticks = 20", "silence_ticks = 0", "silence_ticks: 0 is not"),
+        ("[joints]", "[joints", "Expected ']'"),
+        ("home = [0.1, 0.2]", "home = [0.1]", "joints.home: has 1 values for 2 joints"),
+        ("home = [0.1, 0.2]", "home = [2.5, 0.2]", "joints.home: a: 2.5 lies outside its range -1.5 to 1.5"),
+        ("home = [0.1, 0.2]", "home = [0.1, nan]", "joints.home: b: nan lies outside"),
+        ("jerks = [5.0, 6.0]", "jerks = [5.0, 0.0]", "joints.jerks: b: 0.0 is not greater than 0"),
+        ('names = ["a", "b"]', 'names = ["a", "c"]', "the model has no joint 'c'; it has a, b"),
+        ('names = ["a", "b"]', 'names = ["a", "a"]', "joints.names: needs one or more names, each once"),
+        ('tool_site = "tip"', 'tool_site = "tool"', "the model has no site 'tool'; it has tip"),
+        ('model = "two.xml"', 'model = "three.xml"', "model 'three.xml' cannot be loaded"),
+    ],
+)
+def test_errors_are_sentences_that_name_file_and_key(tmp_path: Path, old: str, new: str, sentence: str):
+    assert old in TWO_LINKS_TOML
+    limits = 'limited="true" range="-85.9436693 85.9436693"'
+    path = write_robot(tmp_path, TWO_LINKS_TOML.replace(old, new), first=limits)
+    with pytest.raises(RobotError) as raised:
+        load_robot(path)
+    assert sentence in str(raised.value)
+    assert str(path) in str(raised.value)
+
+
+def test_a_missing_file_is_named(tmp_path: Path):
+    with pytest.raises(RobotError, match=r"none\.toml: cannot be read"):
+        load_robot(tmp_path / "none.toml")
+
+
+def test_the_tools_pose_and_velocity(tmp_path: Path):
+    kinematics = Kinematics(load_robot(write_robot(tmp_path)))
+    positions, velocities = np.array([0.3, 0.4]), np.array([1.0, -2.0])
+    position, rotation = kinematics.tool_pose(positions)
+    np.testing.assert_allclose(position[:2], 0.5 * np.array([np.cos(0.3) + np.cos(0.7), np.sin(0.3) + np.sin(0.7)]))
+    np.testing.assert_allclose(rotation[:, 0], [np.cos(0.7), np.sin(0.7), 0], atol=1e-12)
+    step = 1e-6
+    moved, _ = kinematics.tool_pose(positions + step * velocities)
+    measured = kinematics.tool_velocity(positions, velocities)
+    np.testing.assert_allclose(measured, (moved - position) / step, atol=1e-5)
+
+
+def test_the_racket_faces_forwards_at_the_hit():
+    position, rotation = Kinematics(load_robot()).tool_pose(np.array(PAPER_POSES["hit"]))
+    assert position[2] > 0.8
+    assert rotation[0, 2] > 0.9, "the normal is the site's z axis"
+    assert 0 < rotation[2, 2] < 0.2, "slightly open, so that the ball rises"

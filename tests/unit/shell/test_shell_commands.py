@@ -1,0 +1,314 @@
+"""Every command against a stub that answers on real Zenoh: what it asks, what it prints, how it exits."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from msgspec import Struct
+from msgspec.structs import replace
+
+from protocol import messages as m
+from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.queues import Inbox
+from protocol.bus.sessions import open_session
+from protocol.codec import encode, matrix_bytes
+from protocol.errors import Refusal
+from protocol.topics import DESCRIPTION, QUERIES, RESULT, STATUS, client_alive_key
+from tests.golden.examples import EXAMPLES, HIT, PIECES
+from tests.golden.examples import RESULT as ENDED
+from tests.waiting import PATIENCE_S, eventually
+from tools.shell.__main__ import COMMANDS, main
+
+WORDS = [f"{value}" for value in HIT]
+
+
+@dataclass
+class Stub:
+    """A robot that answers every request with the golden message of the reply's type, unless told otherwise."""
+
+    bus: Bus
+    endpoint: str
+    asked: list[tuple[str, Struct]] = field(default_factory=list)
+    answers: dict[str, list[Struct | Refusal]] = field(default_factory=dict)
+    tokens: list[tuple[str, bool]] = field(default_factory=list)
+
+    def answer(self, asking: PendingQuery) -> None:
+        key = asking.topic.key
+        try:
+            request = asking.decode()
+        except Refusal as refusal:
+            asking.refuse(refusal)
+            return
+        if key != DESCRIPTION.key:
+            self.asked.append((key, request))
+        planned = self.answers.get(key)
+        answer = planned.pop(0) if planned else EXAMPLES[asking.topic.reply.__name__]
+        if isinstance(answer, Refusal):
+            asking.refuse(answer)
+        else:
+            asking.reply(answer)
+
+    def run(self, *words: str) -> int:
+        return main([*words, "--connect", self.endpoint])
+
+
+@pytest.fixture(scope="module")
+def hub() -> Iterator[tuple[Bus, str, Inbox[PendingQuery]]]:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    with Bus(open_session(listen=[endpoint])) as bus:
+        inbox = Inbox[PendingQuery]()
+        for query in QUERIES:
+            bus.serve(query, inbox)
+        yield bus, endpoint, inbox
+
+
+@pytest.fixture
+def robot(hub: tuple[Bus, str, Inbox[PendingQuery]]) -> Iterator[Stub]:
+    bus, endpoint, inbox = hub
+    stub = Stub(bus, endpoint)
+    stopping = threading.Event()
+
+    def serve() -> None:
+        while not stopping.is_set():
+            asking = inbox.take(0.02)
+            if asking is not None:
+                stub.answer(asking)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    yield stub
+    stopping.set()
+    thread.join()
+
+
+PUSH = ["100", "0", "0", "0", "0", "0"]
+
+
+@pytest.mark.parametrize(
+    ("words", "key", "request_", "said"),
+    [
+        (["primitives"], "primitives", m.Empty(), "forehand"),
+        (["forget", "wipe"], "forget", m.Forget(name="wipe"), "forgot wipe"),
+        (["reference", "--lead", ".1"], "reference", m.ReferenceRequest(lead=0.1), "epoch 13"),
+        (["cancel"], "cancel", m.Cancel(), "stopping goal forehand-7"),
+        (["cancel", "g1"], "cancel", m.Cancel(goal_id="g1"), "at rest at 4.750 s"),
+        (["reset"], "reset", m.Empty(), "the controller is holding"),
+        (["result", "g1"], "result", m.ResultRequest(goal_id="g1"), "succeeded"),
+        (["status"], "status", m.Empty(), "99.95 % on time"),
+        (["state"], "state", m.Empty(), "tick 4500 of run"),
+        (["description"], "description", None, "stepped clock"),
+        (["step", "250"], "sim/step", m.Step(ticks=250), "tick 4750"),
+        (["reset-sim", "--seed", "7"], "sim/reset", m.Reset(seed=7), "run 7 begins"),
+        (
+            ["reset-sim", "--positions", *WORDS, "--ball", "1", "0", "1.5", "--ball-velocity", "-3", "0", "0"],
+            "sim/reset",
+            m.Reset(positions=HIT, ball=m.Ball(position=(1.0, 0.0, 1.5), velocity=(-3.0, 0.0, 0.0))),
+            "run 7 begins",
+        ),
+        (
+            ["disturb", "acceleration", "--values", *PUSH, "--duration", ".2", "--at", "3"],
+            "sim/disturb",
+            m.Disturb(kind="acceleration", values=[100.0, 0, 0, 0, 0, 0], duration=0.2, start_time=3.0),
+            "disturbs from 4.500 s on",
+        ),
+        (
+            ["disturb", "noise", "--position-std", ".001", "--velocity-std", ".01"],
+            "sim/disturb",
+            m.Disturb(kind="sensor_noise", position_std=0.001, velocity_std=0.01),
+            "disturbs",
+        ),
+        (
+            ["disturb", "loss", "--stream", "command", "--duration", ".05"],
+            "sim/disturb",
+            m.Disturb(kind="loss", stream="command", duration=0.05),
+            "disturbs",
+        ),
+        (
+            ["goal", "forehand", "--positions", *WORDS, "--duration", ".8"],
+            "goal",
+            m.Goal(primitive="forehand", positions=HIT, duration=0.8),
+            "planned in 3.8 ms",
+        ),
+        (
+            ["goal", "forehand", "--revises", "g1", "--alternative", "@12.5:", "--follow-through", ".1"],
+            "goal",
+            m.Goal(
+                primitive="forehand",
+                revises="g1",
+                alternatives=[m.Alternative(arrival_time=12.5)],
+                follow_through=0.1,
+            ),
+            "plays alternative 2",
+        ),
+    ],
+)
+def test_commands(robot, capsys, words, key, request_, said):
+    assert robot.run(*words) == 0
+    assert robot.asked == ([(key, request_)] if request_ else [])
+    assert said in capsys.readouterr().out
+
+
+def test_every_request_has_a_command():
+    keys = {query.key for query in QUERIES}
+    renamed = {"sim/step": "step", "sim/reset": "reset-sim", "sim/disturb": "disturb"}
+    assert {renamed.get(key, key) for key in keys} | {"watch"} == set(COMMANDS)
+
+
+def test_json_is_the_reply_as_it_came(robot, capsys):
+    assert robot.run("status", "--json") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [json.loads(line)["mode"] for line in lines] == ["tracking"]
+
+
+def test_learn_sends_a_matrix_and_times(robot, tmp_path):
+    file = tmp_path / "demo.csv"
+    file.write_text("t,q1,q2\n0,1,2\n0.5,3,4\n")
+    assert robot.run("learn", "wipe", str(file), "--window", ".2", "--order", "3", "--replace") == 0
+    learn = m.Learn(
+        name="wipe",
+        positions=matrix_bytes(np.array([[1.0, 2.0], [3.0, 4.0]])),
+        joint_count=2,
+        times=[0.0, 0.5],
+        smoothing=m.SavitzkyGolay(window_s=0.2, order=3),
+        replace=True,
+    )
+    assert robot.asked == [("learn", learn)]
+
+
+def test_plan_is_saved_and_executed(robot, tmp_path):
+    file = str(tmp_path / "plan.msgpack")
+    assert robot.run("goal", "forehand", "--positions", *WORDS, "--plan-only", "--save", file) == 0
+    assert robot.run("execute", file) == 0
+    assert robot.asked[1] == ("execute", EXAMPLES["Trajectory"])
+    assert robot.run("execute", file, "--lead", ".1", "--wait") == 0
+    assert [key for key, _ in robot.asked[2:]] == ["reference", "execute", "result"]
+    sent = robot.asked[3][1]
+    assert isinstance(sent, m.Trajectory)
+    assert (sent.start_time, sent.epoch) == (4.5, 13)
+
+
+def test_a_plan_whose_samples_lie_apart_is_saved_as_pieces(robot, tmp_path):
+    """Of a long plan the reply has every nth sample, which `execute` does not take."""
+    apart = replace(EXAMPLES["Trajectory"], pieces=PIECES, dt=0.003, count=2, hit_index=1)
+    robot.answers["goal"] = [replace(EXAMPLES["GoalReply"], trajectory=apart, duration=0.002)]
+    file = str(tmp_path / "plan.msgpack")
+    assert robot.run("goal", "forehand", "--plan-only", "--save", file) == 0
+    assert robot.run("execute", file) == 0
+    sent = robot.asked[1][1]
+    assert isinstance(sent, m.Trajectory)
+    assert (sent.pieces, sent.positions, sent.velocities, sent.accelerations) == (PIECES, None, None, None)
+    assert (sent.dt, sent.count, sent.hit_index) == (0.001, 4, 2)
+
+
+def test_execute_refuses_a_file_that_is_no_trajectory(robot, tmp_path, capsys):
+    file = tmp_path / "plan.msgpack"
+    file.write_bytes(encode(m.Step(ticks=1)))
+    assert robot.run("execute", str(file)) == 2
+    assert "plan.msgpack holds no trajectory: ticks is not a known field" in capsys.readouterr().err
+    assert robot.run("execute", str(tmp_path / "absent")) == 2
+    assert robot.asked == []
+
+
+@pytest.mark.parametrize(("outcome", "status"), [("succeeded", 0), ("aborted", 1), ("canceled", 1), ("preempted", 1)])
+def test_waiting_follows_the_motion_to_its_end(robot, capsys, outcome, status):
+    running = m.Result(goal_id="forehand-7", outcome="running")
+    ended = m.Result(goal_id="forehand-7", outcome=outcome, reason="because")
+    robot.answers[RESULT.key] = [running, running, ended]
+    assert robot.run("goal", "forehand", "--positions", *WORDS, "--wait") == status
+    assert [key for key, _ in robot.asked] == ["goal", "result", "result", "result"]
+    assert f"{outcome} · because" in capsys.readouterr().out
+
+
+def test_lease_is_held_until_the_motion_has_ended(robot, hub):
+    bus, *_ = hub
+    running = m.Result(goal_id="forehand-7", outcome="running")
+    robot.answers[RESULT.key] = [running, running, ENDED]
+    bus.watch_alive(client_alive_key("me"), lambda key, alive: robot.tokens.append((len(robot.asked), alive)))
+    assert robot.run("goal", "forehand", "--positions", *WORDS, "--lease", "--client-id", "me") == 0
+    assert eventually(lambda: len(robot.tokens) == 2)
+    (_, first), (asked, last) = robot.tokens
+    assert (first, last, asked) == (True, False, 4)
+
+
+def test_refusal_is_a_sentence_and_exits_with_1(robot, capsys):
+    refusal = Refusal("unknown_primitive", "there is no primitive 'backhand'; there is forehand", name="backhand")
+    robot.answers["forget"] = [refusal, refusal]
+    assert robot.run("forget", "backhand") == 1
+    assert capsys.readouterr() == ("", "unknown_primitive: there is no primitive 'backhand'; there is forehand\n")
+    assert robot.run("forget", "backhand", "--json") == 1
+    assert json.loads(capsys.readouterr().err)["detail"] == {"name": "backhand"}
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["goal", "forehand", "--positions", "1", "2"], "--positions: 2 values for 6 joints (joint_1, "),
+        (["disturb", "noise"], "disturb noise needs --position-std and --velocity-std"),
+        (["reset-sim", "--ball-velocity", "1", "0", "0"], "--ball-velocity needs --ball"),
+        (["learn", "wipe", "absent.csv"], "absent.csv cannot be read"),
+        (["status", "--robot-config", "absent.toml"], "absent.toml does not name a robot"),
+    ],
+)
+def test_usage_errors_are_a_sentence_and_exit_with_2(robot, capsys, words, sentence):
+    assert robot.run(*words) == 2
+    printed, complained = capsys.readouterr()
+    assert sentence in complained
+    assert (printed, complained.count("\n"), robot.asked) == ("", 1, [])
+
+
+def test_wrong_flags_exit_with_2(robot, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        robot.run("goal", "forehand", "--method", "guess")
+    assert stopped.value.code == 2
+    assert "--method" in capsys.readouterr().err
+
+
+def test_silence_exits_with_4(robot, capsys):
+    assert robot.run("status", "--robot", "leg") == 4
+    assert "no answer on volley/leg/status: the controller is not running" in capsys.readouterr().err
+    assert main(["status", "--connect", "tcp/127.0.0.1:1"]) == 4
+    assert "nobody hosts a bus at tcp/127.0.0.1:1; start the robot" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("flags", [[], ["--json"]])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_watch_ends_cleanly(robot, hub, flags, number):
+    bus, endpoint, _ = hub
+    publisher = bus.publisher(STATUS)
+    command = [sys.executable, "-m", "tools.shell", "watch", "--connect", endpoint, *flags]
+    environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+    assert eventually(lambda: not publisher_matches(publisher)), "the process of another test still listens"
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
+        try:
+            assert eventually(lambda: publisher_matches(publisher))
+            for _ in range(20):
+                publisher.put(EXAMPLES["Status"])
+                time.sleep(0.02)
+            process.send_signal(number)
+            printed, complained = process.communicate(timeout=PATIENCE_S)
+        finally:
+            process.kill()
+    assert (process.returncode, complained) == (0, b"")
+    assert b"tracking" in printed
+
+
+def publisher_matches(publisher) -> bool:
+    """Whether somebody listens to what `publisher` says."""
+    return bool(publisher._publisher.matching_status.matching)
+
+
+def test_client_imports_neither_motion_nor_mujoco():
+    code = "import sys, tools.shell.__main__; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"motion", "mujoco", "rerun", "scipy", "piqp"} & set(loaded)

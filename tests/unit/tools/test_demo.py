@@ -1,0 +1,81 @@
+"""What the demo promises, and how it says whether it was kept."""
+
+import msgspec
+import pytest
+
+from protocol import messages as m
+from tools.demo.play import Outcome
+from tools.demo.report import closest_limit, table
+from tools.demo.strikes import STRIKES, Strike
+
+JOINTS = ("shoulder", "elbow")
+STRIKE = Strike("test", STRIKES[0].goal, position_bound=1e-2, velocity_bound=1e-1)
+
+
+def report(**changes: object) -> m.Report:
+    """Return a report of two joints in which the elbow's velocity uses most of its limit."""
+    zeros: list[m.Range] = [(0.0, 0.0)] * 2
+    made = m.Report(
+        imitation_rms=[3.0, 4.0],
+        final_error=m.FinalError(positions=[0.0, 0.0], velocities=[0.0, 0.0]),
+        extremes=m.Extremes(
+            positions=[(-1.0, 0.5), (0.0, 0.1)], velocities=[(-2.0, 2.0), (-9.0, 1.0)], accelerations=zeros, jerks=zeros
+        ),
+        margin=m.Margin(positions=[1.0, 1.0], velocities=[8.0, 1.0], accelerations=[None, None], jerks=[0.0, 0.0]),
+        active=[],
+        certified=True,
+        solve_ms=1.0,
+        rounds=0,
+        rows=0,
+    )
+    return msgspec.structs.replace(made, **changes)
+
+
+def outcome(result: str = "succeeded", error: float = 1e-3, ball_speed: float = 5.0, **changes: object) -> Outcome:
+    """Return an outcome in which everything was kept unless told otherwise."""
+    errors = m.Point(positions=[error, 0.0], velocities=[0.0, -error])
+    hit = m.Hit(time=1.0, position_error=[0.0, 0.0], velocity_error=[0.0, 0.0], truth_error=errors)
+    reply = m.GoalReply(goal_id="g", start_time=0.0, duration=1.0, total_duration=1.1, report=report(**changes))
+    played = m.Result(goal_id="g", outcome=result, reason="", hit=hit)  # type: ignore[arg-type]
+    return Outcome(STRIKE, reply, played, ball_speed)
+
+
+def test_kept_promises_are_silent() -> None:
+    assert outcome().broken_promises() == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"result": "aborted"}, "aborted"),
+        ({"error": 0.02}, "0.02 rad off"),
+        ({"ball_speed": 0.0}, "missed the ball"),
+        ({"certified": False}, "certificate"),
+    ],
+)
+def test_a_broken_promise_is_told(changes: dict, says: str) -> None:
+    (sentence,) = outcome(**changes).broken_promises()
+    assert says in sentence
+
+
+def test_a_goal_that_ended_before_the_hit_is_told() -> None:
+    ended = outcome("canceled")
+    ended.result.hit = None
+    assert "canceled before the hit" in ended.broken_promises()[0]
+
+
+def test_closest_limit_is_the_one_used_most() -> None:
+    assert closest_limit(report(), JOINTS) == "elbow velocity 90%"
+
+
+def test_limits_that_shape_the_plan_come_first_but_for_jerk() -> None:
+    active = [
+        m.ActiveLimit(joint="elbow", quantity="jerk", time_from_start=0.1),
+        m.ActiveLimit(joint="shoulder", quantity="position", time_from_start=0.2),
+    ]
+    assert closest_limit(report(active=active), JOINTS) == "shoulder position: reached"
+
+
+def test_table_has_a_row_for_each_outcome() -> None:
+    shown = table([outcome(), outcome("aborted")], JOINTS)
+    assert shown.row_count == 2

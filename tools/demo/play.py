@@ -1,0 +1,110 @@
+"""Plays one strike on running services and gathers what came of it."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+
+import msgspec
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
+from protocol.codec import decode
+from tools.demo.strikes import PUSH_FOR, PUSH_FROM, Strike, largest, noise_request
+
+SETTLE_S = 0.4
+FLIGHT_S = 0.8
+POLL_S = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """A strike that was played: the planner's reply, the controller's result, and the ball's speed after it, m/s."""
+
+    strike: Strike
+    reply: m.GoalReply
+    result: m.Result
+    ball_speed: float
+
+    def broken_promises(self) -> list[str]:
+        """Return a sentence for each promise that was not kept."""
+        result, strike = self.result, self.strike
+        if result.hit is None or result.hit.truth_error is None:
+            return [f"the goal was {result.outcome} before the hit: {result.reason}"]
+        position, velocity = self.true_errors()
+        broken = []
+        if result.outcome != "succeeded":
+            broken.append(f"the goal was {result.outcome}: {result.reason}")
+        if not self.reply.report.certified:
+            broken.append("the plan has no certificate for its limits")
+        if position > strike.position_bound:
+            broken.append(f"the hit is {position:.2g} rad off, promised were {strike.position_bound:.2g}")
+        if velocity > strike.velocity_bound:
+            broken.append(f"the hit is {velocity:.2g} rad/s off, promised were {strike.velocity_bound:.2g}")
+        if not self.ball_speed:
+            broken.append("the racket missed the ball")
+        return broken
+
+    def true_errors(self) -> tuple[float, float]:
+        """Return the largest error of the true arm at the hit: position (rad) and velocity (rad/s)."""
+        hit = self.result.hit
+        assert hit is not None
+        assert hit.truth_error is not None
+        return largest(hit.truth_error.positions), largest(hit.truth_error.velocities)
+
+
+class Player:
+    """Plays strikes one after another on the services that `bus` reaches."""
+
+    def __init__(self, bus: Bus, say: Callable[[str], None]) -> None:
+        self._bus = bus
+        self._say = say
+        self._contacts: SimpleQueue[bytes] = SimpleQueue()
+        bus.listen(topics.CONTACT, self._contacts.put)
+
+    def play(self, strike: Strike, seed: int) -> Outcome:
+        """Place arm and ball, strike, wait for rest.
+
+        Raises:
+            Refusal: the goal or a disturbance was refused.
+            NoAnswer: a service is silent.
+        """
+        self._say("placing arm and ball")
+        start = None if strike.start is None else list(strike.start)
+        self._bus.ask(topics.SIM_RESET, m.Reset(positions=start, seed=seed))
+        if strike.noise:
+            self._bus.ask(topics.SIM_DISTURB, noise_request(strike))
+        time.sleep(SETTLE_S)
+        self._say("planning")
+        name = strike.title.replace(" ", "-").replace(",", "")
+        reply = self._bus.ask(topics.GOAL, msgspec.structs.replace(strike.goal, goal_id=name))
+        if strike.push is not None:
+            begin = reply.start_time + PUSH_FROM
+            push = m.Disturb(kind="acceleration", values=list(strike.push), start_time=begin, duration=PUSH_FOR)
+            self._bus.ask(topics.SIM_DISTURB, push)
+        self._say(f"striking in {reply.duration:.2f} s")
+        result = self._wait(reply)
+        self._say("watching the ball")
+        time.sleep(FLIGHT_S)
+        return Outcome(strike, reply, result, self._ball_speed())
+
+    def _wait(self, reply: m.GoalReply) -> m.Result:
+        """Ask for the result until the goal is over."""
+        time.sleep(reply.total_duration)
+        while True:
+            result = self._bus.ask(topics.RESULT, m.ResultRequest(goal_id=reply.goal_id))
+            if result.outcome != "running":
+                return result
+            time.sleep(POLL_S)
+
+    def _ball_speed(self) -> float:
+        """The ball's speed after the racket left it, m/s; 0 where it was not touched."""
+        speed = 0.0
+        while True:
+            try:
+                contact = decode(self._contacts.get_nowait(), m.Contact)
+            except Empty:
+                return speed
+            if "racket" in contact.bodies and contact.ball_velocity is not None:
+                speed = sum(component**2 for component in contact.ball_velocity) ** 0.5

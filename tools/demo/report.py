@@ -1,0 +1,57 @@
+"""The demo's table."""
+
+from collections.abc import Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from protocol import messages as m
+from tools.demo.play import Outcome
+
+
+def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
+    """Return one row for each strike."""
+    shown = Table(title="Five strikes from one demonstration", box=SIMPLE_HEAD, padding=0)
+    shown.add_column("strike", no_wrap=True)
+    for heading in ("plan\ns", "solve\nms", "off by\nmrad", "off by\nmrad/s", "ball\nm/s", "unlike\nrad/s²"):
+        shown.add_column(heading, justify="right", no_wrap=True)
+    shown.add_column("closest limit", min_width=14)
+    shown.add_column("", no_wrap=True, min_width=6)
+    shown.caption = "off by: the true arm at the hit, worst joint; unlike: acceleration beside the demonstration's, rms"
+    for outcome in outcomes:
+        report = outcome.reply.report
+        position, velocity = outcome.true_errors() if outcome.result.hit else (float("nan"), float("nan"))
+        imitation = (sum(rms**2 for rms in report.imitation_rms) / len(report.imitation_rms)) ** 0.5
+        kept = Text("missed", "bold red") if outcome.broken_promises() else Text("kept", "green")
+        shown.add_row(
+            outcome.strike.title,
+            f"{outcome.reply.duration:.2f}",
+            f"{report.solve_ms:.1f}",
+            f"{1e3 * position:.3f}",
+            f"{1e3 * velocity:.3f}",
+            f"{outcome.ball_speed:.1f}",
+            f"{imitation:.2f}",
+            closest_limit(report, joint_names),
+            kept,
+        )
+    return shown
+
+
+def closest_limit(report: m.Report, joint_names: Sequence[str]) -> str:
+    """Return the limits that shape the plan, or else the one it comes closest to.
+
+    Jerk is left out: the stop after the hit always brakes with all the jerk it may.
+    """
+    shaping = sorted({f"{active.joint} {active.quantity}" for active in report.active if active.quantity != "jerk"})
+    if shaping:
+        return ", ".join(shaping) + ": reached"
+    used = []
+    for quantity, field in (("position", "positions"), ("velocity", "velocities"), ("acceleration", "accelerations")):
+        extremes, margins = getattr(report.extremes, field), getattr(report.margin, field)
+        for joint, (lowest, highest), margin in zip(joint_names, extremes, margins, strict=True):
+            if margin is not None:
+                reach = max(abs(lowest), abs(highest))
+                used.append((reach / (reach + margin), f"{joint} {quantity}"))
+    share, which = max(used)
+    return f"{which} {share:.0%}"

@@ -1,0 +1,101 @@
+"""`python -m tools.drill`: cause every fault, measure the reaction, say which bounds held."""
+
+import sys
+import tempfile
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from robot.shipped import DEFAULT_ROBOT_CONFIG
+from services.common import realtime
+from services.common.cli import Options
+from tools.drill.harness.lab import Lab
+from tools.drill.report import listing, save, table, write_markdown
+from tools.drill.run import carry_out
+from tools.drill.scenario import Outcome, Scenario
+from tools.drill.table import chosen
+
+
+@dataclass(frozen=True, slots=True)
+class Flags:
+    """Cause every fault that Volley claims to survive, and measure each reaction against its bound.
+
+    Each scenario has a bus of its own on a free port.
+
+    Attributes:
+        robot: Name of the robot on the bus; by default the one in the robot config.
+        robot_config: TOML file beside an MJCF file that describes a robot that knows the forehand.
+        loop_core: Core that sim and controller share; by default the last one.
+        only: Scenario to drill, repeatable; by default all.
+        list: Print the scenarios and their bounds, and do nothing.
+        long: An hour's soak and 100,000 fuzzed messages, instead of ten minutes and 5,000.
+        logs: Directory to keep what the services log; by default it is gone at the end.
+        json: File for the measurements; what it holds of other scenarios stays.
+        markdown: Page whose table is made anew from the JSON file.
+    """
+
+    robot: str | None = None
+    robot_config: Path = DEFAULT_ROBOT_CONFIG
+    loop_core: int | None = None
+    only: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
+    list: bool = False
+    long: bool = False
+    logs: Path | None = None
+    json: Path | None = None
+    markdown: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+
+
+def main() -> int:
+    """Return 0 where every bound held, 1 otherwise."""
+    flags = tyro.cli(Flags)
+    console = Console()
+    realtime.end_like_ctrl_c()
+    try:
+        scenarios = chosen(flags.only)
+    except KeyError as error:
+        console.print(f"volley: {error.args[0]}", highlight=False)
+        return 2
+    if flags.list:
+        console.print(listing(scenarios))
+        return 0
+    try:
+        outcomes = drill(scenarios, flags, console)
+    except KeyboardInterrupt:
+        console.print("interrupted")
+        return 130
+    console.print(table(outcomes))
+    if flags.json:
+        document = save(flags.json, outcomes)
+        if flags.markdown:
+            write_markdown(flags.markdown, document)
+    short = [outcome.scenario.name for outcome in outcomes if not outcome.held]
+    console.print(f"fell short: {', '.join(short)}" if short else f"all {len(outcomes)} scenarios held")
+    return 1 if short else 0
+
+
+def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> list[Outcome]:
+    """Carry out the scenarios, showing what goes on."""
+    columns = SpinnerColumn(), BarColumn(20), TextColumn("{task.description}"), TimeElapsedColumn()
+    options = Options(flags.robot, flags.robot_config, loop_core=flags.loop_core)
+    outcomes: list[Outcome] = []
+    with (
+        nullcontext(flags.logs) if flags.logs else tempfile.TemporaryDirectory(prefix="volley-drill-") as folder,
+        Progress(*columns, console=console, transient=True) as progress,
+        Lab(options, Path(folder), flags.long) as lab,
+    ):
+        task = progress.add_task("", total=len(scenarios))
+        for scenario in scenarios:
+            progress.update(task, description=f"{scenario.name}: {scenario.fault}")
+            lab.say = lambda doing, name=scenario.name: progress.update(task, description=f"{name}: {doing}")
+            outcomes.append(carry_out(scenario, lab))
+            progress.advance(task)
+    return outcomes
+
+
+if __name__ == "__main__":
+    sys.exit(main())

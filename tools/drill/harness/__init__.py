@@ -1,0 +1,1 @@
+"""Robot cells for scenarios: started, observed, disturbed."""

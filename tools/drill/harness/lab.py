@@ -1,0 +1,64 @@
+"""Where scenarios are carried out."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from typing import Self
+
+from robot.description import load_robot
+from services.common.cli import Options
+from tools.drill.harness.cell import Cell
+from tools.drill.harness.start import Plan, started
+from tools.drill.harness.steal_monitor import StealMonitor
+
+
+class Lab:
+    """Cells for scenarios: one on the stepped clock that those share which break no process, and fresh ones.
+
+    Attributes:
+        config: The robot's description.
+        folder: For logs, libraries and traces; a folder in it for each cell.
+        long: Take the hour, not the minutes.
+        say: Told what goes on.
+        witness: Sees, while the lab is entered, what the host of this machine withholds.
+    """
+
+    def __init__(self, options: Options, folder: Path, long: bool = False, say: Callable[[str], object] = str) -> None:
+        self.options = replace(options, log="text")  # scenarios read in the logs when something was said
+        self.folder = folder
+        self.config = load_robot(options.robot_config)
+        self.long = long
+        self.say = say
+        self.witness = StealMonitor()
+        self._numbers = count(1)
+        self._sharing = ExitStack()
+        self._shared: Cell | None = None
+
+    def __enter__(self) -> Self:
+        self.witness.__enter__()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            self.end_shared()
+        finally:
+            self.witness.__exit__()
+
+    def cell(self, plan: Plan) -> AbstractContextManager[Cell]:
+        """Return a cell of its own, ended with the block."""
+        return started(plan, self.options, self.folder / f"cell-{next(self._numbers)}")
+
+    def shared(self) -> Cell:
+        """Return the shared cell at the start of a new run, with the arm at rest at home."""
+        if self._shared is None:
+            self._shared = self._sharing.enter_context(self.cell(Plan()))
+        self._shared.reset()
+        return self._shared
+
+    def end_shared(self) -> None:
+        """End the shared cell; the next scenario that asks for one finds a new one."""
+        self._shared = None
+        self._sharing.close()
+        self._sharing = ExitStack()

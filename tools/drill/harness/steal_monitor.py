@@ -1,0 +1,60 @@
+"""Whether the host of this machine, where it is a virtual one, withheld a core: then an arm may be right to brake."""
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Self
+
+from services.common.steal_time import stolen
+
+PERIOD_S = 0.05
+WINDOW_S = 1.5 * PERIOD_S
+"""Of two looks in a row: what is withheld in one piece may be counted at both."""
+LONG = 2
+"""Steps of the kernel's count: 20 ms in one piece, after which an arm brakes, always show as so many, 10 ms never."""
+
+
+class StealMonitor:
+    """Looks twenty times a second, while entered, at what the kernel says was withheld of each core."""
+
+    def __init__(
+        self, stolen: Callable[[], Mapping[int, int]] = stolen, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._stolen = stolen
+        self._clock = clock
+        self._last = stolen()
+        self._rises: list[tuple[float, int, int]] = []
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="witness", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._closed.set()
+        self._thread.join()
+
+    def look(self) -> float:
+        """Note what has been withheld of each core since the last look; return the time, s."""
+        with self._lock:
+            now, seen = self._clock(), self._stolen()
+            rises = ((core, steps - self._last.get(core, steps)) for core, steps in seen.items())
+            self._rises += [(now, core, steps) for core, steps in rises if steps > 0]
+            self._last = seen
+            return now
+
+    def withheld(self, since: float) -> int:
+        """Return the most that was withheld of one core within two looks after the time `since`, in steps."""
+        self.look()
+        most, recent = 0, []
+        for at, core, steps in self._rises:
+            if at > since:
+                recent = [*(rise for rise in recent if rise[0] > at - WINDOW_S), (at, core, steps)]
+                most = max(most, sum(rise[2] for rise in recent if rise[1] == core))
+        return most
+
+    def _watch(self) -> None:
+        while not self._closed.wait(PERIOD_S):
+            self.look()

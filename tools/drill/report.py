@@ -1,0 +1,170 @@
+"""The drill's table on the screen, as JSON and as Markdown."""
+
+import json
+import os
+import platform
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from tools.drill.scenario import Bound, Outcome, Scenario, Value, judge
+from tools.drill.table import FAMILIES
+
+BEGIN, END = "<!-- begin: python -m tools.drill -->", "<!-- end: python -m tools.drill -->"
+
+
+def number(value: Value | None, unit: str = "") -> str:
+    """Return a measurement as it is shown: whole numbers as they are, others to three digits."""
+    if value is None:
+        return "not measured"
+    shown = value if isinstance(value, str) else f"{value:d}" if isinstance(value, int) else f"{value:.3g}"
+    return f"{shown} {unit}".strip()
+
+
+def bound_text(bound: Bound) -> str:
+    """Return a bound as it is shown."""
+    if bound.relation == "told":
+        return ""
+    exact = bound.value if isinstance(bound.value, str) else f"{bound.value:.7g}"
+    value = f"{exact} {bound.unit}".strip()
+    return value if bound.relation == "=" else f"{bound.relation} {value}"
+
+
+def shortfall(outcome: Outcome) -> str:
+    """Return what broke off or fell short, in words."""
+    short = [reaction for reaction in outcome.reactions if not reaction.held]
+    words = ", ".join(f"{each.bound.reaction}: {number(each.measured, each.bound.unit)}" for each in short)
+    return outcome.broken or words
+
+
+def table(outcomes: Sequence[Outcome]) -> Table:
+    """Return a line for each reaction."""
+    shown = Table(title="The drill", box=SIMPLE_HEAD, padding=(0, 1))
+    for heading in ("fault", "reaction", "measured", "bound", ""):
+        shown.add_column(heading, overflow="fold")
+    for outcome in outcomes:
+        fault = f"{outcome.scenario.name}: {outcome.scenario.fault}"
+        fault += "".join(f"\ntried again: {try_before}" for try_before in outcome.before)
+        if outcome.broken:
+            shown.add_row(fault, outcome.broken, "", "", Text("broke off", "bold red"))
+            continue
+        for reaction in outcome.reactions:
+            held = Text("held", "green") if reaction.held else Text("fell short", "bold red")
+            bound = reaction.bound
+            measured = number(reaction.measured, bound.unit)
+            shown.add_row(fault, bound.reaction, measured, bound_text(bound), held)
+            fault = ""
+    return shown
+
+
+def listing(scenarios: Iterable[Scenario]) -> Table:
+    """Return what there is to be drilled."""
+    shown = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    for heading in ("name", "clock", "fault", "bounds"):
+        shown.add_column(heading, overflow="fold")
+    for scenario in scenarios:
+        bounds = "\n".join(f"{bound.reaction}: {bound_text(bound) or 'told'}" for bound in scenario.bounds)
+        shown.add_row(scenario.name, scenario.clock, scenario.fault, bounds)
+    return shown
+
+
+# --- files ------------------------------------------------------------------------------------------------
+
+
+def machine() -> dict[str, str]:
+    """Describe this machine without naming it."""
+    return {
+        "processor": _processor(),
+        "cores": str(len(os.sched_getaffinity(0))),
+        "kernel": f"{platform.system()} {platform.release().partition('-')[0]} {_preemption()}",
+        "scheduler": "SCHED_FIFO" if _may_be_real_time() else "SCHED_OTHER",
+        "python": platform.python_version(),
+    }
+
+
+def save(path: Path, outcomes: Iterable[Outcome]) -> dict[str, Any]:
+    """Write what was measured into a JSON file, beside the scenarios measured before; return all of it."""
+    rows = json.loads(path.read_text())["rows"] if path.exists() else {}
+    rows.update((outcome.scenario.name, _row(outcome)) for outcome in outcomes)
+    document = {"machine": machine(), "rows": rows}
+    path.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    return document
+
+
+def write_markdown(path: Path, document: dict[str, Any]) -> None:
+    """Put the table of a JSON document between the marks of a Markdown page."""
+    before, _, rest = path.read_text().partition(BEGIN)
+    _, _, after = rest.partition(END)
+    path.write_text(f"{before}{BEGIN}\n\n{markdown(document)}\n{END}{after}")
+
+
+def markdown(document: dict[str, Any]) -> str:
+    """Return the machine and the table of everything measured, by family."""
+    described = ", ".join(f"{name} {value}" for name, value in document["machine"].items())
+    lines = [f"Measured on: {described}.", ""]
+    for family, scenarios in FAMILIES.items():
+        lines += [f"### {family}", "", "| fault | reaction measured | bound | |", "|---|---|---|---|"]
+        lines += [_line(scenario, document["rows"].get(scenario.name)) for scenario in scenarios]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _line(scenario: Scenario, row: dict[str, Any] | None) -> str:
+    """Return a scenario's line of the table; `row` is None where it was not drilled."""
+    bounds = "<br>".join(bound_text(bound) or "told" for bound in scenario.bounds)
+    if row is None:
+        measured, held = "not measured", ""
+    else:
+        # Judged anew: a bound may have changed since.
+        taken = {r["reaction"]: r["measured"] for r in row["reactions"] if r["measured"] is not None}
+        outcome = judge(scenario, taken, row["seconds"], row["broken"])
+        told = "<br>".join(f"{r.bound.reaction}: {number(r.measured, r.bound.unit)}" for r in outcome.reactions)
+        again = "".join(f"<br>tried again: {try_before}" for try_before in row.get("before", ()))
+        measured, held = (outcome.broken or told) + again, "held" if outcome.held else "**fell short**"
+    return f"| `{scenario.name}`: {scenario.fault} | {measured} | {bounds} | {held} |"
+
+
+def _row(outcome: Outcome) -> dict[str, Any]:
+    return {
+        "fault": outcome.scenario.fault,
+        "clock": outcome.scenario.clock,
+        "held": outcome.held,
+        "broken": outcome.broken,
+        "seconds": round(outcome.seconds, 1),
+        "before": list(outcome.before),
+        "reactions": [
+            {
+                "reaction": reaction.bound.reaction,
+                "measured": reaction.measured,
+                "relation": reaction.bound.relation,
+                "bound": reaction.bound.value,
+                "unit": reaction.bound.unit,
+                "held": reaction.held,
+            }
+            for reaction in outcome.reactions
+        ],
+    }
+
+
+def _processor() -> str:
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+def _preemption() -> str:
+    return next((word for word in platform.version().split() if word.startswith("PREEMPT")), "")
+
+
+def _may_be_real_time() -> bool:
+    """Whether the services obtain what they ask of the scheduler."""
+    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(40))
+    except OSError:
+        return False
+    os.sched_setscheduler(0, policy, parameters)
+    return True

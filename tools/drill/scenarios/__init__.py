@@ -1,0 +1,1 @@
+"""The scenarios of the drill, one module a family."""

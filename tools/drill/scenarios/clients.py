@@ -1,0 +1,164 @@
+"""Clients that die, with a lease and without, and two that want the same arm."""
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import CLIENT, open_session
+from protocol.errors import Refusal
+from tools.drill.harness.cell import Broken, Cell, wait_for
+from tools.drill.harness.commanded import unlike_plan
+from tools.drill.harness.lab import Lab
+from tools.drill.harness.start import Plan
+from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
+
+GOAL_ID = "followed"
+LISTENERS = 4
+STOPPED_S = 3e-3 * CLIENT.lease_ms
+
+
+@contextmanager
+def client(cell: Cell, *flags: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A client process that follows a slow motion of joint_1."""
+    line = [sys.executable, "-m", "tools.shell", "goal", "forehand", "--connect", cell.endpoint]
+    line += ["--positions", "0.5", *map(str, cell.home[1:]), "--duration", "3", "--goal-id", GOAL_ID, *flags]
+    process = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def kill_client(lab: Lab, lease: bool) -> Measured:
+    """Kill a client in the middle of its motion."""
+    with lab.cell(Plan(clock="realtime")) as cell:
+        cell.recover()
+        with client(cell, "--wait", *(["--lease"] if lease else [])) as process:
+            wait_for(lambda: cell.mode() == "tracking", "the client's motion")
+            time.sleep(0.7)
+            if process.poll() is not None:
+                raise Broken("the client ended before it could be killed")
+            process.kill()
+            killed = time.monotonic()
+            if lease:
+                wait_for(lambda: cell.mode() == "stopping", "the stop", 5.0)
+            stop_s = time.monotonic() - killed
+        wait_for(lambda: cell.result(GOAL_ID).outcome != "running", "the motion to end")
+        measured: Measured = {"the goal": cell.result(GOAL_ID).outcome, "the arm then": cell.mode()}
+        return {**measured, "the stop begins after": 1e3 * stop_s} if lease else measured
+
+
+@contextmanager
+def listeners(cell: Cell, count: int) -> Iterator[list[subprocess.Popen[bytes]]]:
+    """Processes that hear every publication."""
+    line = [sys.executable, "-m", "tools.drill.harness.listener", cell.endpoint, cell.bus.robot]
+    with ExitStack() as running:
+        processes = []
+        for _ in range(count):
+            processes.append(running.enter_context(subprocess.Popen(line, stdout=subprocess.PIPE)))
+            running.callback(processes[-1].kill)
+        for process in processes:
+            if process.stdout is None or not process.stdout.readline():
+                raise Broken("a listener could not join the bus")
+        yield processes
+
+
+def stop_listeners(lab: Lab) -> Measured:
+    """Stop processes that hear everything, for as long as a motion takes."""
+    with lab.cell(Plan(clock="realtime")) as cell, listeners(cell, LISTENERS) as stopped:
+        cell.recover()
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=STOPPED_S)
+        for process in stopped:
+            process.send_signal(signal.SIGSTOP)
+        wait_for(lambda: cell.result(reply.goal_id).outcome != "running", "the motion to end")
+        return {"the goal": cell.result(reply.goal_id).outcome, "the arm then": cell.mode()}
+
+
+def compete(lab: Lab) -> Measured:
+    """Two clients and an anonymous one want the arm that the first holds."""
+    cell = lab.shared()
+    with Bus(open_session([cell.endpoint]), cell.bus.robot) as alice:
+        alice.announce("client/alice")
+        held = cell.strike(client_id="alice", lease=True)
+        plan = cell.plan_of(held)
+        cell.step_to(cell.ticks(held.start_time) + 100)
+        refusals = [refusal(cell, client_id="bob"), refusal(cell), refusal(cell, client_id="bob", lease=True)]
+        cell.step_to(cell.end_tick(held) + 2)
+        unlike = unlike_plan(cell.commands(), plan, cell.config)
+        again = cell.strike(client_id="alice", lease=True)
+        cell.step_to(cell.ticks(again.start_time) + 300)
+        canceled = cell.bus.ask(topics.CANCEL, m.Cancel())
+        cell.step_to(cell.ticks(canceled.stop_time) + 2)
+        return {
+            "goals of others taken": sum(code != "not_holder" for code, _ in refusals),
+            "others not told who holds": sum(holder != "alice" for _, holder in refusals),
+            "commands unlike the plan's samples": unlike,
+            "the holder's goal": cell.result(held.goal_id).outcome,
+            "the holder's next, canceled by another": cell.result(again.goal_id).outcome,
+            "then another's goal": cell.finish(cell.goal(client_id="bob")).outcome,
+        }
+
+
+def refusal(cell: Cell, **fields: object) -> tuple[str, str]:
+    """Ask for a goal that must be refused, and return the code and who holds the arm."""
+    try:
+        cell.goal(**fields)
+    except Refusal as refused:
+        return refused.code, str(refused.detail.get("client_id"))
+    return "taken", ""
+
+
+PLAYS = timed(exactly("the goal", "succeeded"))
+ENDED_AT_REST = timed(exactly("the arm then", "holding"))
+
+SCENARIOS = (
+    Scenario(
+        "client-killed-lease",
+        "client killed that holds a lease",
+        "realtime",
+        (
+            timed(at_most("the stop begins after", 300.0, "ms")),
+            timed(exactly("the goal", "canceled")),
+            ENDED_AT_REST,
+        ),
+        lambda lab: kill_client(lab, lease=True),
+        "short",
+    ),
+    Scenario(
+        "client-killed",
+        "client killed that holds none",
+        "realtime",
+        (PLAYS, ENDED_AT_REST),
+        lambda lab: kill_client(lab, lease=False),
+        "short",
+    ),
+    Scenario(
+        "listeners-stopped",
+        "four listeners to everything stopped, for longer than their sessions last",
+        "realtime",
+        (PLAYS, ENDED_AT_REST),
+        stop_listeners,
+        "short",
+    ),
+    Scenario(
+        "two-clients",
+        "three clients want the arm, one has a lease",
+        "stepped",
+        (
+            none("goals of others taken"),
+            none("others not told who holds"),
+            none("commands unlike the plan's samples"),
+            exactly("the holder's goal", "succeeded"),
+            exactly("the holder's next, canceled by another", "canceled"),
+            exactly("then another's goal", "succeeded"),
+        ),
+        compete,
+    ),
+)

@@ -1,0 +1,192 @@
+"""A wall clock that jumps, and a machine that stalls."""
+
+import signal
+import time
+
+import numpy as np
+
+from protocol import messages as m
+from protocol import topics
+from protocol.codec import decode
+from tools.drill.harness.cell import Cell
+from tools.drill.harness.lab import Lab
+from tools.drill.harness.shims import shim
+from tools.drill.harness.start import ARM, Plan
+from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed, told
+
+STALL_S = 0.5
+ASKING_S = 0.05
+"""What asking for the newest state may take, and other stalls of a shared machine beside ours."""
+
+LAG = "robot time lags"
+"""What the sim logs after a stall."""
+
+WINDOW_NS = 50_000_000
+
+
+class Arrivals:
+    """Every state from now on, with when the sim sent it, Unix ns."""
+
+    def __init__(self, cell: Cell) -> None:
+        self._collector = cell.bus.collect(topics.STATE, 1 << 14)
+
+    def read(self) -> tuple[np.ndarray, list[m.State]]:
+        """Return when the states since the last call were sent (N,), ns, and the states."""
+        heard = list(iter(self._collector.take, None))
+        return np.array([at for _, at in heard]), [decode(body, m.State) for body, _ in heard]
+
+
+def gaps(states: list[m.State]) -> int:
+    """Return how many ticks are missing or doubled among the states."""
+    return int(np.sum(np.diff([state.tick for state in states]) != 1))
+
+
+def ahead_of_robot(cell: Cell) -> float:
+    """Return how far the monotonic clock is ahead of robot time, s, within `ASKING_S`."""
+    asked = time.monotonic()
+    robot = cell.state().time
+    return (asked + time.monotonic()) / 2 - robot
+
+
+def stall(lab: Lab) -> Measured:
+    """Stop every process for 500 ms in mid-motion and continue all."""
+    with lab.cell(Plan(clock="realtime")) as cell:
+        cell.recover()
+        arrivals = Arrivals(cell)
+        reply = cell.under_way()
+        began, ahead = time.time(), ahead_of_robot(cell)
+        for name in ARM:
+            cell.signal(name, signal.SIGSTOP)
+        time.sleep(STALL_S)
+        continued = time.time_ns()
+        for name in ARM:
+            cell.signal(name, signal.SIGCONT)
+        time.sleep(1.5)
+        result, said = cell.finish(reply), cell.said_at("sim", LAG, began)
+        lag = ahead_of_robot(cell) - ahead
+        at, states = arrivals.read()
+    fresh = at[at >= continued] - continued
+    busiest = max(int(np.sum((fresh >= start) & (fresh < start + WINDOW_NS))) for start in fresh[:500])
+    speeds = np.abs(np.diff([state.positions for state in states], axis=0)) * cell.config.rate_hz
+    return {
+        "ticks missing or doubled": gaps(states),
+        "robot time lags by": lag,
+        "most ticks in any 50 ms afterwards": busiest,
+        "fastest measured step beside the velocity limit": float((speeds / cell.config.limits.velocities).max()),
+        "the sim counts the lag": "no" if said is None else "yes",
+        "the goal": result.outcome,
+    }
+
+
+def jumping(lab: Lab, clock: m.Clock) -> Plan:
+    """Return a plan in which the wall clock of every process jumps."""
+    return Plan(clock=clock, shims={name: shim("jumping_clock", lab.folder) for name in ARM})
+
+
+def jumps_seen(plan: Plan, pids: dict[str, int]) -> dict[str, int]:
+    """Return how often each process, by now ended, saw its wall clock jump; those without such a clock are left out."""
+    marks = {name: plan.shims[name] / f"{pid}.jumps" for name, pid in pids.items()}
+    return {name: int(mark.read_text()) for name, mark in marks.items() if mark.exists()}
+
+
+def seen(jumps: dict[str, int]) -> Measured:
+    """Return what is measured of the jumps; the controller reads its wall clock at every tick."""
+    return {"processes whose clock jumps": len(jumps), "jumps that the controller sees": jumps.get("controller", 0)}
+
+
+def pids(cell: Cell) -> dict[str, int]:
+    """Return the ids of a cell's processes."""
+    return {name: process.pid for name, process in cell.services.running.items()}
+
+
+def jump(lab: Lab) -> Measured:
+    """Play the same strike on the stepped clock with and without a wall clock that jumps."""
+    plan = jumping(lab, "stepped")
+    (plain, _), (jumped, processes) = strike_states(lab, Plan()), strike_states(lab, plan)
+    return {
+        **seen(jumps_seen(plan, processes)),
+        "ticks compared": len(plain),
+        "states that differ in a bit": differing(plain, jumped),
+    }
+
+
+def strike_states(lab: Lab, plan: Plan) -> tuple[list[bytes], dict[str, int]]:
+    """Return the bytes of every state of a strike, and the ids of the processes that played it."""
+    with lab.cell(plan) as cell:
+        cell.reset(seed=1)
+        cell.finish(cell.strike(goal_id="the same"))
+        return cell.state_bodies(), pids(cell)
+
+
+def differing(one: list[bytes], other: list[bytes]) -> int:
+    """Return how many states differ in a bit; those that only one run has differ."""
+    return sum(a != b for a, b in zip(one, other, strict=False)) + abs(len(one) - len(other))
+
+
+def jump_in_real_time(lab: Lab) -> Measured:
+    """Play a motion in real time while the wall clock jumps, and hold robot time against the monotonic clock."""
+    plan = jumping(lab, "realtime")
+    with lab.cell(plan) as cell:
+        cell.recover()
+        arrivals = Arrivals(cell)
+        time.sleep(0.5)
+        result = cell.finish(cell.goal(positions=[0.5, *cell.home[1:]], duration=2.0))
+        at, states = arrivals.read()
+        processes = pids(cell)
+    passed = (at[-1] - at[0]) * 1e-9
+    return {
+        **seen(jumps_seen(plan, processes)),
+        "ticks missing or doubled": gaps(states),
+        "robot time off the monotonic clock": float(abs(states[-1].time - states[0].time - passed)),
+        "ticks braked": sum(state.brake for state in states),
+        "the goal": result.outcome,
+    }
+
+
+JUMPS = exactly("processes whose clock jumps", len(ARM))
+
+SCENARIOS = (
+    Scenario(
+        "wall-clock-stepped",
+        "the wall clock jumps by two hours and back every 50 ms (as Python reads it), stepped",
+        "stepped",
+        (
+            JUMPS,
+            at_least("jumps that the controller sees", 1),
+            at_least("ticks compared", 1000),
+            none("states that differ in a bit"),
+        ),
+        jump,
+    ),
+    Scenario(
+        "wall-clock",
+        "the same in real time",
+        "realtime",
+        (
+            JUMPS,
+            at_least("jumps that the controller sees", 20),
+            none("ticks missing or doubled"),
+            timed(at_most("robot time off the monotonic clock", ASKING_S, "s")),
+            timed(none("ticks braked")),
+            timed(exactly("the goal", "succeeded")),
+        ),
+        jump_in_real_time,
+        "full",
+    ),
+    Scenario(
+        "stall",
+        "all processes stall together for 500 ms in a motion",
+        "realtime",
+        (
+            none("ticks missing or doubled"),
+            at_least("robot time lags by", STALL_S - ASKING_S, "s"),
+            timed(at_most("robot time lags by", STALL_S + ASKING_S, "s")),
+            exactly("the sim counts the lag", "yes"),
+            timed(at_most("most ticks in any 50 ms afterwards", 52)),
+            at_most("fastest measured step beside the velocity limit", 1.0),
+            told("the goal"),
+        ),
+        stall,
+        "full",
+    ),
+)

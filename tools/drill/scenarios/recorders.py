@@ -1,0 +1,133 @@
+"""A recorder that dies, stops, or finds the disk full: nobody notices, and the trace so far can be read."""
+
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rerun.chunk import RrdReader
+
+from tools.drill.harness.cell import Cell, wait_for
+from tools.drill.harness.lab import Lab
+from tools.drill.harness.punctuality import ON_TIME, answered_since, on_time
+from tools.drill.harness.start import ARM, Plan
+from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed
+
+WINDOW_S = 8.0
+SPARE_BYTES = 100_000
+
+
+def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None], goes_on: bool = False) -> Measured:
+    """Compare the loop before and after the fault in a motion, and open the trace.
+
+    The trace is due until the fault, or until the end of the motion where the recorder `goes_on`.
+    """
+    trace = lab.folder / f"{time.monotonic_ns()}.rrd"
+    plan = Plan(clock="realtime", names=(*ARM, "recorder"), flags={"record": trace})
+    with lab.cell(plan) as cell:
+        cell.recover()
+        time.sleep(1.0)
+        before = on_time(cell, WINDOW_S)
+        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=12.0)
+        time.sleep(2.0)
+        first = cell.status()
+        fault(cell, trace)
+        due = cell.state().tick
+        time.sleep(WINDOW_S)
+        after = answered_since(first, cell)
+        cell.signal("recorder", signal.SIGCONT)
+        wait_for(lambda: cell.result(reply.goal_id).outcome != "running", "the motion to end")
+        result = cell.result(reply.goal_id)
+        if goes_on:
+            due = cell.state().tick
+    readable = optimized(trace)
+    ticks = ticks_of(readable) if readable else []
+    return {
+        "on-time ratio after less before": 100 * (after - before),
+        "on-time ratio before": 100 * before,
+        "the goal": result.outcome,
+        "the trace opens": "yes" if ticks else "no",
+        "lost at the end": max(0, due - max(ticks, default=0)) * cell.config.tick,
+        "ticks missing inside": missing_inside(ticks),
+    }
+
+
+def kill(cell: Cell, _: Path) -> None:
+    """Kill the recorder."""
+    cell.signal("recorder", signal.SIGKILL)
+
+
+def stop(cell: Cell, _: Path) -> None:
+    """Stop the recorder; it is continued in the middle of what follows."""
+    cell.signal("recorder", signal.SIGSTOP)
+
+
+def fill_disk(cell: Cell, trace: Path) -> None:
+    """Let every further write to the trace fail, as on a full disk: the file may not grow beyond its present size."""
+    pid = cell.services.running["recorder"].pid
+    limit = trace.stat().st_size + SPARE_BYTES
+    resource.prlimit(pid, resource.RLIMIT_FSIZE, (limit, limit))
+    wait_for(lambda: trace.stat().st_size >= limit, "the trace to be full")
+
+
+def optimized(trace: Path) -> Path | None:
+    """Mend a trace with Rerun's own tool and return it, or None where the tool could not."""
+    mended = trace.with_suffix(".mended.rrd")
+    tool = Path(sys.executable).with_name("rerun")
+    done = subprocess.run([tool, "rrd", "optimize", trace, "-o", mended], check=False, capture_output=True)
+    return mended if done.returncode == 0 and mended.exists() else None
+
+
+def ticks_of(trace: Path) -> list[int]:
+    """Return the ticks of the first joint's measured position in a trace, in no order."""
+    ticks: list[int] = []
+    for chunk in RrdReader(trace).stream():
+        if str(chunk.entity_path).endswith("joint_1/position/measured"):
+            batch = chunk.to_record_batch()
+            if "tick" in batch.schema.names:
+                ticks += batch.column("tick").to_pylist()
+    return ticks
+
+
+def missing_inside(ticks: list[int]) -> int:
+    """Return how many ticks are missing between the first and the last."""
+    return max(ticks) - min(ticks) + 1 - len(set(ticks)) if ticks else 0
+
+
+BOUNDS = (
+    timed(at_least("on-time ratio before", ON_TIME, "%")),
+    timed(at_least("on-time ratio after less before", -2.0, "%")),
+    timed(exactly("the goal", "succeeded")),
+    exactly("the trace opens", "yes"),
+)
+LOST = (at_most("lost at the end", 1.0, "s"), none("ticks missing inside"))
+
+SCENARIOS = (
+    Scenario(
+        "recorder-killed",
+        "recorder killed in a motion",
+        "realtime",
+        (*BOUNDS, *LOST),
+        lambda lab: break_recorder(lab, kill),
+        "full",
+    ),
+    Scenario(
+        "recorder-stopped",
+        "recorder stopped in a motion, and continued at its end",
+        "realtime",
+        (*BOUNDS, *LOST),
+        lambda lab: break_recorder(lab, stop, goes_on=True),
+        "full",
+    ),
+    Scenario(
+        "disk-full",
+        "the recorder's writes fail in a motion (its file may not grow)",
+        "realtime",
+        (*BOUNDS, *LOST),
+        lambda lab: break_recorder(lab, fill_disk),
+        "full",
+    ),
+)

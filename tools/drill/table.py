@@ -1,0 +1,52 @@
+"""The table of scenarios, by family."""
+
+from collections.abc import Iterable
+
+from tools.drill.scenario import Scenario
+from tools.drill.scenarios import (
+    clients,
+    clocks,
+    fuzz,
+    goals,
+    load,
+    messages,
+    misuse,
+    planners,
+    preemption,
+    pushes,
+    recorders,
+    restarts,
+    silence,
+    soak,
+)
+
+FAMILIES: dict[str, tuple[Scenario, ...]] = {
+    "silence": silence.SCENARIOS,
+    "restarts": restarts.SCENARIOS,
+    "planner": planners.SCENARIOS,
+    "recorder": recorders.SCENARIOS,
+    "clients": clients.SCENARIOS,
+    "clocks": clocks.SCENARIOS,
+    "messages": messages.SCENARIOS,
+    "goals": goals.SCENARIOS,
+    "preemption": preemption.SCENARIOS,
+    "misuse": misuse.SCENARIOS,
+    "pushes": pushes.SCENARIOS,
+    "load": load.SCENARIOS,
+    "fuzzing": fuzz.SCENARIOS,
+    "soak": soak.SCENARIOS,
+}
+SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for family in FAMILIES.values() for scenario in family}
+
+
+def chosen(names: Iterable[str]) -> list[Scenario]:
+    """Return the scenarios called, or all.
+
+    Raises:
+        KeyError: there is none of that name; the sentence lists what there is.
+    """
+    wanted = list(names)
+    unknown = [name for name in wanted if name not in SCENARIOS]
+    if unknown:
+        raise KeyError(f"there is no scenario {' or '.join(unknown)}; there is {', '.join(SCENARIOS)}")
+    return [SCENARIOS[name] for name in wanted or SCENARIOS]

@@ -1,0 +1,57 @@
+"""`python -m tools.preflight`: what this machine can promise; exit status 1 where that is not 1 kHz."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import tyro
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from services.common import realtime
+from tools.preflight.facts import Fact, read_facts
+from tools.preflight.verdict import Sample, measure, promise
+
+
+@dataclass(frozen=True, slots=True)
+class Flags:
+    """Say what this machine can promise a 1 kHz loop.
+
+    Attributes:
+        seconds: How long to run the loop.
+    """
+
+    seconds: float = 2.0
+
+
+def main() -> int:
+    """Ask for what the loops ask for, read the facts, run the loop, print."""
+    flags = tyro.cli(Flags)
+    facts = read_facts(realtime.become_real_time(priority=50))
+    loops, _ = realtime.split_cores(None)
+    realtime.keep_to(loops)
+    realtime.freeze_garbage()
+    sample = measure(flags.seconds)
+    fit, sentence = promise(sample, facts)
+    console = Console()
+    console.print(build_table(facts, sample))
+    console.print(f"This machine promises {escape(sentence)}.", style="green" if fit else "red", highlight=False)
+    return 0 if fit else 1
+
+
+def build_table(facts: Sequence[Fact], sample: Sample) -> Table:
+    """Return the facts and the sample as a table."""
+    table = Table("", "found", "better", title="Preflight")
+    for fact in facts:
+        colour = {True: "green", False: "red", None: "yellow"}[fact.good]
+        advice = "" if fact.good else fact.advice
+        table.add_row(fact.name, f"[{colour}]{escape(fact.found)}[/{colour}]", escape(advice))
+    late = f"p50 {sample.median_us:.0f}, p99 {sample.p99_us:.0f}, max {sample.max_us:.0f} µs late"
+    colour = "red" if sample.missed else "yellow" if sample.late else "green"
+    table.add_row("1 ms loop", f"[{colour}]{late}[/{colour}]", f"{sample.count} ticks, {sample.late} over 250 µs")
+    return table
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,65 @@
+"""From a sample of late ticks and the facts to what a machine can promise."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from services.common.realtime import Deadlines
+from tools.preflight.facts import Fact
+
+TICK_US = 1000.0
+QUARTER_US = TICK_US / 4
+"""A tick that begins later than this leaves the controller's answer too little time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """How late the ticks of a 1 ms loop began, µs."""
+
+    count: int
+    median_us: float
+    p99_us: float
+    max_us: float
+    late: int
+
+    @property
+    def missed(self) -> bool:
+        """Whether a tick began after the next one was due."""
+        return self.max_us >= TICK_US
+
+
+def measure(seconds: float) -> Sample:
+    """Run the services' own 1 ms loop for `seconds` and return how late its ticks began."""
+    late_ns = np.zeros(max(1, round(seconds * 1e6 / TICK_US)))
+    deadlines = Deadlines(period_ns=round(TICK_US * 1e3))
+    for index in range(len(late_ns)):
+        due_ns = deadlines.next_ns + deadlines.period_ns
+        deadlines.wait()
+        late_ns[index] = time.monotonic_ns() - due_ns
+    return summarise(late_ns / 1e3)
+
+
+def summarise(late_us: np.ndarray) -> Sample:
+    """Return the sample of some latenesses, µs."""
+    median, p99 = np.percentile(late_us, (50, 99))
+    late = int(np.count_nonzero(late_us > QUARTER_US))
+    return Sample(len(late_us), float(median), float(p99), float(late_us.max()), late)
+
+
+def promise(sample: Sample, facts: Sequence[Fact]) -> tuple[bool, str]:
+    """Return whether the machine is fit for an arm at 1 kHz, and what it can promise, in a sentence."""
+    lacking = [fact.name for fact in facts if fact.needed and not fact.good]
+    amiss = [fact.name for fact in facts if fact.good is False and fact.timing]
+    worst = f"the worst of {sample.count} ticks came {sample.max_us:.0f} µs late"
+    if sample.missed:
+        return False, f"not 1 kHz: {worst}, more than a tick; simulate here, and expect ticks to be lost under load"
+    if lacking:
+        return False, f"1 kHz while nothing else wants the cores: {worst}, but {' and '.join(lacking)} was refused"
+    if sample.late or amiss:
+        reasons = [f"{sample.late} ticks later than {QUARTER_US:.0f} µs"] * bool(sample.late) + amiss
+        braking = any(fact.good is False and fact.braking for fact in facts)
+        what = "a core withheld, for which the arm may brake" if braking else "a late tick, which the arm rides out"
+        return True, f"1 kHz with now and then {what}: {worst}; see to {', '.join(reasons)}"
+    return True, f"1 kHz under load: {worst}, and nothing is amiss; the drill's soak is the longer proof"

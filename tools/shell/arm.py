@@ -1,0 +1,130 @@
+"""The commands that speak to the sim."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+from tyro.conf import Positional
+
+from protocol import messages as m
+from protocol.topics import DESCRIPTION, SIM_DISTURB, SIM_RESET, SIM_STEP, STATE_QUERY
+from tools.shell import joints
+from tools.shell.shell import Shared, UsageError, reach
+
+Kind = Literal["acceleration", "torque", "noise", "loss"]
+Point = tuple[float, float, float]
+
+
+def state(*, shell: Shared) -> None:
+    """Print what the arm measures."""
+    with reach(shell) as link:
+        link.exchange(STATE_QUERY, m.Empty())
+
+
+def description(*, shell: Shared) -> None:
+    """Print what the arm is: joints, home, limits, clock."""
+    with reach(shell) as link:
+        link.exchange(DESCRIPTION, m.Empty())
+
+
+def step(ticks: Positional[int] = 1, *, shell: Shared) -> None:
+    """Advance the stepped clock.
+
+    Args:
+        ticks: 1 to 10000.
+        shell: How to reach the robot.
+    """
+    with reach(shell) as link:
+        link.exchange(SIM_STEP, m.Step(ticks=ticks))
+
+
+def reset_sim(
+    *,
+    positions: tuple[str, ...] = (),
+    ball: Point | None = None,
+    ball_velocity: Point = (0.0, 0.0, 0.0),
+    seed: int = 0,
+    shell: Shared,
+) -> None:
+    """Begin a new run: the arm at rest, the ball on its tee, the clock at 0.
+
+    Args:
+        positions: Where the arm begins, rad a joint; by default home.
+        ball: Where the ball begins, m; by default on its tee.
+        ball_velocity: With --ball: its velocity, m/s.
+        seed: Of the sensor noise; names the run where the clock is stepped.
+        shell: How to reach the robot.
+    """
+    if ball is None and any(ball_velocity):
+        raise UsageError("--ball-velocity needs --ball: a ball on its tee is at rest")
+    with reach(shell) as link:
+        names = _names(link.description())
+        request = m.Reset(
+            positions=joints.vector(positions, "--positions", names) if positions else None,
+            ball=m.Ball(position=ball, velocity=ball_velocity) if ball else None,
+            seed=seed,
+        )
+        link.exchange(SIM_RESET, request)
+
+
+def disturb(
+    kind: Positional[Kind],
+    *,
+    values: tuple[str, ...] = (),
+    at: float | None = None,
+    duration: float | None = None,
+    position_std: float | None = None,
+    velocity_std: float | None = None,
+    stream: Literal["state", "command"] | None = None,
+    shell: Shared,
+) -> None:
+    """Disturb the arm: push it, blur its sensors, or lose messages.
+
+    Args:
+        kind: A push by acceleration or torque (--values, --duration, --at), sensor noise (--position-std,
+            --velocity-std), or loss of messages (--stream, --duration).
+        values: Of the push on each joint, rad/s² or N·m.
+        at: When the push begins, s on the robot's clock; by default now.
+        duration: Of the push or the loss, s.
+        position_std: Standard deviation of measured positions, rad, until told otherwise.
+        velocity_std: Standard deviation of measured velocities, rad/s, until told otherwise.
+        stream: Whose messages are lost.
+        shell: How to reach the robot.
+    """
+    given = {"--values": values or None, "--at": at, "--duration": duration, "--stream": stream}
+    given |= {"--position-std": position_std, "--velocity-std": velocity_std}
+    check_flags(kind, {flag for flag, value in given.items() if value is not None})
+    with reach(shell) as link:
+        names = _names(link.description())
+        request = m.Disturb(
+            kind="sensor_noise" if kind == "noise" else kind,
+            values=joints.vector(values, "--values", names) if values else None,
+            start_time=at,
+            duration=duration,
+            position_std=position_std,
+            velocity_std=velocity_std,
+            stream=stream,
+        )
+        link.exchange(SIM_DISTURB, request)
+
+
+def check_flags(kind: Kind, given: set[str]) -> None:
+    """Check that a disturbance has the flags of its kind and no others.
+
+    Raises:
+        UsageError: one is missing, or belongs to another kind.
+    """
+    needed = {
+        "acceleration": {"--values", "--duration"},
+        "torque": {"--values", "--duration"},
+        "noise": {"--position-std", "--velocity-std"},
+        "loss": {"--stream", "--duration"},
+    }[kind]
+    optional = {"--at"} if kind in ("acceleration", "torque") else set()
+    if missing := sorted(needed - given):
+        raise UsageError(f"disturb {kind} needs {' and '.join(missing)}")
+    if alien := sorted(given - needed - optional):
+        raise UsageError(f"disturb {kind} does not take {' and '.join(alien)}")
+
+
+def _names(description: m.Description | None) -> Sequence[str]:
+    return description.joint_names if description else []

@@ -1,0 +1,121 @@
+"""Vectors over joints as words of a command line: `0.17 _ 0.86`, where `_` leaves a joint free."""
+
+import math
+from collections.abc import Sequence
+
+from protocol import messages as m
+from tools.shell.shell import UsageError
+
+FREE = "_"
+
+
+def vector(words: Sequence[str], flag: str, names: Sequence[str]) -> list[float]:
+    """Return one number a joint; `names` is empty where the arm's joints are not known.
+
+    Raises:
+        UsageError: a word that is no finite number, or another number of them than the arm has joints.
+    """
+    _check_length(words, flag, names)
+    return [number(word, flag) for word in words]
+
+
+def partial(words: Sequence[str], flag: str, names: Sequence[str]) -> list[float | None]:
+    """Return one number a joint, or None for `_`.
+
+    Raises:
+        UsageError: as `vector`.
+    """
+    _check_length(words, flag, names)
+    return [None if word == FREE else number(word, flag) for word in words]
+
+
+def bounds(words: Sequence[str], flag: str, names: Sequence[str]) -> list[float | None]:
+    """Return one bound a joint, or None for `_`; a single word stands for all joints.
+
+    Raises:
+        UsageError: as `vector`.
+    """
+    return partial(_spread(words, names), flag, names)
+
+
+def ranges(words: Sequence[str], flag: str, names: Sequence[str]) -> list[tuple[float, float] | None]:
+    """Return (low, high) a joint from LOW:HIGH, or None for `_`; a single word stands for all joints.
+
+    Raises:
+        UsageError: as `vector`, or a word without a colon.
+    """
+    words = _spread(words, names)
+    _check_length(words, flag, names)
+    return [None if word == FREE else _range(word, flag) for word in words]
+
+
+def waypoint(text: str, names: Sequence[str]) -> m.Waypoint:
+    """Return the waypoint of TIME:POSITIONS, TIME::VELOCITIES or TIME:POSITIONS:VELOCITIES, comma-separated.
+
+    Raises:
+        UsageError: another form, or as `vector`.
+    """
+    flag = f"--waypoint {text}"
+    parts = text.split(":")
+    if len(parts) not in (2, 3) or not any(parts[1:]):
+        raise UsageError(f"{flag}: write TIME:POSITIONS or TIME:POSITIONS:VELOCITIES, as 0.5:0.1,_,_,_,_,_")
+    positions, velocities = parts[1], parts[2] if len(parts) == 3 else ""
+    return m.Waypoint(
+        time_from_start=number(parts[0], flag),
+        positions=partial(positions.split(","), flag, names) if positions else None,
+        velocities=partial(velocities.split(","), flag, names) if velocities else None,
+    )
+
+
+def alternative(text: str, names: Sequence[str]) -> m.Alternative:
+    """Return the further end of TIME:POSITIONS:VELOCITIES:ACCELERATIONS, vectors comma-separated.
+
+    What is empty or left out at the end is as in the goal; TIME is a duration, or after an @ an arrival time.
+
+    Raises:
+        UsageError: another form, or as `vector`.
+    """
+    flag = f"--alternative {text}"
+    parts = text.split(":")
+    if not 2 <= len(parts) <= 4 or not any(parts):
+        raise UsageError(f"{flag}: write TIME:POSITIONS:VELOCITIES:ACCELERATIONS, as 0.8:0.2,0.5,0.8,0,0,0 or @12.5:")
+    time, positions, velocities, accelerations = (*parts, "", "")[:4]
+    arrives = time.startswith("@")
+    return m.Alternative(
+        positions=vector(positions.split(","), flag, names) if positions else None,
+        velocities=vector(velocities.split(","), flag, names) if velocities else None,
+        accelerations=partial(accelerations.split(","), flag, names) if accelerations else None,
+        duration=number(time, flag) if time and not arrives else None,
+        arrival_time=number(time[1:], flag) if arrives else None,
+    )
+
+
+def number(word: str, flag: str) -> float:
+    """Return the finite number in `word`.
+
+    Raises:
+        UsageError: there is none.
+    """
+    try:
+        value = float(word)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UsageError(f"{flag}: {word!r} is not a finite number")
+    return value
+
+
+def _range(word: str, flag: str) -> tuple[float, float]:
+    low, colon, high = word.partition(":")
+    if not colon:
+        raise UsageError(f"{flag}: {word!r} is not a range; write LOW:HIGH, or _ for the robot's own")
+    return number(low, flag), number(high, flag)
+
+
+def _spread(words: Sequence[str], names: Sequence[str]) -> Sequence[str]:
+    return list(words) * len(names) if len(words) == 1 and names else words
+
+
+def _check_length(words: Sequence[str], flag: str, names: Sequence[str]) -> None:
+    if names and len(words) != len(names):
+        raise UsageError(f"{flag}: {len(words)} values for {len(names)} joints ({', '.join(names)})")
