@@ -7,15 +7,14 @@ import numpy as np
 from motion.limits import Limits
 from motion.trajectory import Samples
 from protocol import messages as m
-from protocol.codec import bad_message, matrix
+from protocol.codec import bad_message
 from protocol.errors import Refusal
 from protocol.topics import MAX_ID, MAX_PLAN_S
+from robot.conversions import MATRICES, samples_of
 from robot.description import RobotConfig
 from services.controller.pieces import check_pieces
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
 from services.controller.timeline import Segment
-
-MATRICES = "positions", "velocities", "accelerations"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,8 +51,7 @@ def _check_form(trajectory: m.Trajectory) -> m.Pieces | None:
 
 
 def _check_samples(trajectory: m.Trajectory, config: RobotConfig) -> Samples:
-    shape = trajectory.count, config.joint_count
-    samples = Samples(*(matrix(getattr(trajectory, name), *shape, name) for name in MATRICES))
+    samples = samples_of(trajectory)
     _check_limits(samples, trajectory.hit_index, config)
     _check_smooth(samples, config)
     return samples

@@ -9,11 +9,11 @@ from motion.limits import Limits
 from motion.plan import Plan
 from motion.primitive import Primitive
 from motion.program.report import Distance, Report
-from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
 from protocol.topics import MAX_ID
+from robot.conversions import finite_or_null, ranges_or_null, sample_matrices
 from robot.description import RobotConfig
 from services.planner.library import SHOWN
 from services.planner.solving import Made
@@ -32,7 +32,7 @@ def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig
     frame = _frame(made, goal, goal_id, config, stamps)
     if isinstance(made.plan, Plan):
         return m.Trajectory(**frame, pieces=_pieces(made.plan))
-    return m.Trajectory(**frame, **_matrices(made.plan.samples()))
+    return m.Trajectory(**frame, **sample_matrices(made.plan.samples()))
 
 
 def sampled_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
@@ -43,7 +43,7 @@ def sampled_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig,
     frame |= {"dt": every * config.tick, "count": count, "hit_index": round(plan.hit_index / every)}
     if every > 1 and isinstance(plan, Plan):
         frame["pieces"] = _pieces(plan)
-    return m.Trajectory(**frame, **_matrices(plan.sample(np.arange(count) * every * config.tick)))
+    return m.Trajectory(**frame, **sample_matrices(plan.sample(np.arange(count) * every * config.tick)))
 
 
 def _pieces(plan: Plan) -> m.Pieces:
@@ -66,10 +66,6 @@ def _frame(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: 
         "hit_index": made.plan.hit_index,
         "stamps": stamps,
     }
-
-
-def _matrices(samples: Samples) -> dict[str, Any]:
-    return {name: matrix_bytes(getattr(samples, name)) for name in ("positions", "velocities", "accelerations")}
 
 
 def goal_reply(made: Made, goal_id: str, trajectory: m.Trajectory | None, config: RobotConfig) -> m.GoalReply:
@@ -123,10 +119,10 @@ def refused_message(goal: m.Goal | None, goal_id: str | None, refusal: Refusal, 
 def limits_message(limits: Limits) -> m.PlanLimits:
     """Return limits with null where there is none."""
     return m.PlanLimits(
-        positions=[tuple(pair) if np.isfinite(pair).all() else None for pair in limits.positions.tolist()],
-        velocities=_finite(limits.velocities),
-        accelerations=_finite(limits.accelerations),
-        jerks=_finite(limits.jerks),
+        positions=ranges_or_null(limits.positions),
+        velocities=finite_or_null(limits.velocities),
+        accelerations=finite_or_null(limits.accelerations),
+        jerks=finite_or_null(limits.jerks),
     )
 
 
@@ -142,7 +138,7 @@ def _report(report: Report, solve_ms: float, config: RobotConfig) -> m.Report:
             positions=report.final_error_positions.tolist(), velocities=report.final_error_velocities.tolist()
         ),
         extremes=m.Extremes(**{name: list(map(tuple, report.extremes[key].tolist())) for name, key in _FIELDS.items()}),
-        margin=m.Margin(**{name: _finite(report.margin[key]) for name, key in _FIELDS.items()}),
+        margin=m.Margin(**{name: finite_or_null(report.margin[key]) for name, key in _FIELDS.items()}),
         active=[
             m.ActiveLimit(
                 joint=config.joint_names[active.joint],
@@ -160,7 +156,3 @@ def _report(report: Report, solve_ms: float, config: RobotConfig) -> m.Report:
 
 def _distance(distance: Distance) -> m.Distance:
     return m.Distance(rms=distance.rms.tolist(), max=distance.max.tolist())
-
-
-def _finite(values: np.ndarray) -> list[float | None]:
-    return [float(value) if np.isfinite(value) else None for value in values]

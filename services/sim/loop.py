@@ -1,14 +1,11 @@
 """The simulated arm on its bus, by the wall clock or step by step."""
 
 import logging
-import math
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from protocol import messages as m
 from protocol import topics
@@ -16,6 +13,7 @@ from protocol.bus.bus import Bus, PendingQuery
 from protocol.bus.queues import Inbox, Stream
 from protocol.codec import bad_message, decode
 from protocol.errors import Refusal
+from robot.conversions import finite_or_null, ranges_or_null
 from robot.description import RobotConfig
 from services.common.logs import ThrottledLog
 from services.common.puts import PutWatch
@@ -275,17 +273,13 @@ class SimLoop:
             joint_names=list(self._config.joint_names),
             home=self._config.home.tolist(),
             limits=m.RobotLimits(
-                positions=[tuple(pair) if np.isfinite(pair).all() else None for pair in limits.positions.tolist()],
-                velocities=_finite(limits.velocities),
-                accelerations=_finite(limits.accelerations),
-                jerks=_finite(limits.jerks),
-                torques=_finite(self._config.torques),
+                positions=ranges_or_null(limits.positions),
+                velocities=finite_or_null(limits.velocities),
+                accelerations=finite_or_null(limits.accelerations),
+                jerks=finite_or_null(limits.jerks),
+                torques=finite_or_null(self._config.torques),
             ),
             rate_hz=self._config.rate_hz,
             clock=self._clock,
             run=self._drive.run,
         )
-
-
-def _finite(values: np.ndarray) -> list[float | None]:
-    return [value if math.isfinite(value) else None for value in values.tolist()]

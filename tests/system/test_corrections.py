@@ -15,7 +15,7 @@ from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
 from protocol import messages as m
 from protocol import topics
-from tools.drill.harness.commanded import samples_of
+from robot.conversions import samples_of
 
 LEAD = 20  # ticks from a goal to its motion's begin in stepped time
 MOVED = np.array([0.01, -0.005, 0.005, 0.005, 0.002, -0.005])  # rad

@@ -8,8 +8,8 @@ from deploy.demonstrations.make_forehand import FOREHAND, HIT, HIT_VELOCITIES
 from motion.demonstration import Demonstration
 from motion.primitive import Primitive, learn
 from protocol import messages as m
+from robot.conversions import samples_of
 from tools.demo.strikes import FASTER, TIGHT
-from tools.drill.harness.commanded import samples_of
 
 LIMITS = ROBOT.limits.positions
 HOME = ROBOT.home.tolist()

@@ -11,8 +11,8 @@ from harness import ROBOT, Stack, running, wait_for
 from protocol import messages as m
 from protocol import topics
 from protocol.errors import NoAnswer, Refusal
+from robot.conversions import samples_of
 from tools.demo.strikes import goal
-from tools.drill.harness.commanded import samples_of
 
 Stream = Literal["state", "command"]
 HOME = ROBOT.home.tolist()

@@ -12,8 +12,8 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import open_session
 from protocol.errors import Refusal
+from robot.conversions import samples_of
 from tools.demo.strikes import goal
-from tools.drill.harness.commanded import samples_of
 
 HOME = ROBOT.home.tolist()
 STRIKE = goal()

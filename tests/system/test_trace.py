@@ -10,9 +10,9 @@ from deploy.demonstrations.make_forehand import HIT
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import matrix
+from robot.conversions import samples_of
 from robot.description import load_robot
 from tools.demo.strikes import goal
-from tools.drill.harness.commanded import samples_of
 from tools.trace_reader import Trace, read_trace
 
 NAMES = load_robot().joint_names

@@ -2,16 +2,9 @@
 
 import numpy as np
 
-from motion.trajectory import Samples
 from protocol import messages as m
-from protocol.codec import matrix
+from robot.conversions import samples_of
 from robot.description import RobotConfig
-
-
-def samples_of(trajectory: m.Trajectory | m.Plan) -> Samples:
-    """Return the samples of a trajectory on the wire."""
-    shape = trajectory.count, len(trajectory.joint_names)
-    return Samples(*(matrix(getattr(trajectory, f), *shape, f) for f in ("positions", "velocities", "accelerations")))
 
 
 def unlike_plan(commands: list[m.Command], plan: m.Plan, config: RobotConfig, lost: int = 0) -> int:

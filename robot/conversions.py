@@ -1,0 +1,36 @@
+"""Conversions between the arrays of `motion` and the messages of `protocol`."""
+
+from typing import Any
+
+import numpy as np
+
+from motion.trajectory import Samples
+from protocol import messages as m
+from protocol.codec import matrix, matrix_bytes
+
+MATRICES = "positions", "velocities", "accelerations"
+"""The fields of `Samples`, and of a trajectory that is sent as samples."""
+
+
+def samples_of(trajectory: m.Trajectory | m.Plan) -> Samples:
+    """Return the samples (count, J) of a trajectory on the wire.
+
+    Raises Refusal `bad_message` where a matrix has another size, or a number that is not finite.
+    """
+    shape = trajectory.count, len(trajectory.joint_names)
+    return Samples(*(matrix(getattr(trajectory, name), *shape, name) for name in MATRICES))
+
+
+def sample_matrices(samples: Samples) -> dict[str, Any]:
+    """Return samples (n, J) as the three fields of a trajectory on the wire."""
+    return {name: matrix_bytes(getattr(samples, name)) for name in MATRICES}
+
+
+def finite_or_null(values: np.ndarray) -> list[float | None]:
+    """Return limits (J,) as a list, with null where there is none (±inf)."""
+    return [value if np.isfinite(value) else None for value in values.tolist()]
+
+
+def ranges_or_null(ranges: np.ndarray) -> list[m.Range | None]:
+    """Return ranges (J, 2) as pairs, with null where either side has no limit."""
+    return [tuple(pair) if np.isfinite(pair).all() else None for pair in ranges.tolist()]

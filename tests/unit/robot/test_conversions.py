@@ -1,0 +1,43 @@
+"""Arrays and messages say the same."""
+
+import numpy as np
+import pytest
+
+from motion.trajectory import Samples
+from protocol import messages as m
+from protocol.errors import Refusal
+from robot.conversions import finite_or_null, ranges_or_null, sample_matrices, samples_of
+
+SAMPLES = Samples(*np.arange(18.0).reshape(3, 3, 2))
+
+
+def trajectory(count: int = 3) -> m.Trajectory:
+    return m.Trajectory(
+        goal_id="a",
+        joint_names=["x", "y"],
+        start_time=0.0,
+        dt=0.001,
+        count=count,
+        hit_index=2,
+        epoch=0,
+        stamps=m.Stamps(),
+        **sample_matrices(SAMPLES),
+    )
+
+
+def test_samples_come_back_to_the_bit():
+    back = samples_of(trajectory())
+    for name in ("positions", "velocities", "accelerations"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(SAMPLES, name))
+
+
+def test_a_matrix_of_another_size_is_refused():
+    with pytest.raises(Refusal) as caught:
+        samples_of(trajectory(count=4))
+    assert caught.value.code == "bad_message"
+    assert caught.value.detail["field"] == "positions"
+
+
+def test_what_has_no_limit_is_null():
+    assert finite_or_null(np.array([1.0, np.inf])) == [1.0, None]
+    assert ranges_or_null(np.array([[-1.0, 2.0], [-np.inf, np.inf], [-1.0, np.inf]])) == [(-1.0, 2.0), None, None]
