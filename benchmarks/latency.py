@@ -191,7 +191,7 @@ def main(goals: int = 100, strikes: int = 5, seconds: float = 60.0) -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # leaves the block below, which ends the services
     endpoint = free_endpoint()
     with TemporaryDirectory() as scratch:
-        lines = command_lines(Options(listen=(endpoint,)), {"library": Path(scratch) / "library"})
+        lines = command_lines(Options(listen=(endpoint,)), {"clock": "realtime", "library": Path(scratch) / "library"})
         names = ("sim", "planner", "controller")
         supervisor = Supervisor({name: lines[name] for name in names}, quiet=True)
         with supervisor as services, Bus(open_session([endpoint])) as bus:

@@ -10,8 +10,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import tyro
@@ -99,13 +97,12 @@ def compare(primitive: Primitive, cases: list[Case], rounds: int) -> dict[str, d
 def running_arm() -> Iterator[None]:
     """A sim and a controller in real time."""
     endpoint = free_endpoint()
-    with TemporaryDirectory() as scratch:
-        lines = command_lines(Options(listen=(endpoint,)), {"library": Path(scratch) / "library"})
-        supervisor = Supervisor({name: lines[name] for name in ("sim", "controller")}, quiet=True)
-        with supervisor as services, Bus(open_session([endpoint])) as bus:
-            services.wait_ready(bus)
-            time.sleep(SETTLED_S)
-            yield
+    lines = command_lines(Options(listen=(endpoint,)), {"clock": "realtime"})
+    supervisor = Supervisor({name: lines[name] for name in ("sim", "controller")}, quiet=True)
+    with supervisor as services, Bus(open_session([endpoint])) as bus:
+        services.wait_ready(bus)
+        time.sleep(SETTLED_S)
+        yield
 
 
 def main(goals: int = 30, rounds: int = 5, seed: int = 7) -> None:

@@ -61,7 +61,8 @@ class Description(Message, kw_only=True):
         home: the pose at the start, rad
         limits: the robot's own
         rate_hz: ticks per second
-        clock: real time, or advanced by `sim/step`
+        clock: `realtime`; `stepped`: advanced by `sim/step`; `paced`: no faster than the wall clock, and each tick waits
+            for the controller's answer to the one before
         run: names this life of the arm
     """
 

@@ -16,7 +16,7 @@ Names = Annotated[list[str], Meta(max_length=MAX_JOINTS)]
 """Of joints."""
 Outcome = Literal["running", "succeeded", "preempted", "canceled", "aborted"]
 Mode = Literal["holding", "tracking", "stopping", "fault"]
-Clock = Literal["realtime", "stepped"]
+Clock = Literal["realtime", "stepped", "paced"]
 
 
 class Message(Struct, kw_only=True):

@@ -4,12 +4,13 @@ import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import tyro
 
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import CLIENT, DEFAULT_ENDPOINT, SessionTimeouts, open_session, session_config
+from protocol.messages import Clock
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from services.common.logs import LogForm
 from services.common.tls_check import exposed_endpoints
@@ -100,11 +101,12 @@ class SimFlags:
     """Flags of the sim.
 
     Attributes:
-        clock: realtime follows the wall clock; stepped advances on `sim/step` requests only.
+        clock: paced follows the wall clock but waits for the controller, so that a slow machine only slows robot time;
+            realtime waits for nobody, as a real arm; stepped advances on `sim/step` requests only.
         seed: Seed of the sensor noise; in stepped time it also names the first run.
     """
 
-    clock: Literal["realtime", "stepped"] = "realtime"
+    clock: Clock = "paced"
     seed: int = 0
 
 

@@ -30,10 +30,13 @@ def main() -> None:
     config = load_robot(flags.common.robot_config)
     loops, others = realtime.split_cores(flags.common.loop_core)
     missing = realtime.keep_to(loops)
-    if flags.own.clock == "realtime":
+    if flags.own.clock != "stepped":
         missing += realtime.become_real_time(priority=40)
     for sentence in missing:
-        log.warning("without %s: ticks may come late", sentence)
+        if flags.own.clock == "realtime":
+            log.warning("without %s: ticks may come late", sentence)
+        else:
+            log.info("without %s: robot time may run slower than the wall clock", sentence)
     with service_bus("sim", flags.common, config.name, stopping, log, hosts=True) as bus:
         loop = SimLoop(bus, config, flags.own.clock, flags.own.seed, log)
         realtime.keep_to(others)  # what `open` starts: threads that take requests

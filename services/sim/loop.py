@@ -1,4 +1,4 @@
-"""The simulated arm on its bus, by the wall clock or step by step."""
+"""The simulated arm on its bus: by the wall clock, in lock-step at its pace, or step by step."""
 
 import logging
 import threading
@@ -20,6 +20,7 @@ from services.common.puts import PutWatch
 from services.common.realtime import Deadlines
 from services.sim.arm import SimulatedArm
 from services.sim.drive import Drive, Loss
+from services.sim.pace import HANG_S, Pace, Partner
 
 PATIENCE_S = 2.0
 IDLE_S = 0.02
@@ -50,6 +51,7 @@ class SimLoop:
         self._config = config
         self._clock: m.Clock = clock
         self._stepped = clock == "stepped"
+        self._log = log
         self._refusals, self._stalls = ThrottledLog(log), ThrottledLog(log)
         self._bus = bus
         self._puts = PutWatch(bus, log)
@@ -57,13 +59,15 @@ class SimLoop:
         self._drive = Drive(config)
         self._loss = Loss(config.rate_hz)
         self._commands = Stream()
-        self._requests: Inbox[PendingQuery] = Inbox()
+        self._requests: Inbox[PendingQuery] = Inbox(wake=self._commands.wake if clock == "paced" else None)
+        self._controller = Partner(wake=self._commands.wake)
         self._debt: Debt | None = None
         self._acting: list[m.ActiveDisturbance] = []
-        self._state = bus.publisher(topics.STATE, blocking=self._stepped)
-        self._ball = bus.publisher(topics.BALL, blocking=self._stepped)
-        self._contact = bus.publisher(topics.CONTACT, blocking=self._stepped)
-        self._disturbance = bus.publisher(topics.DISTURBANCE, blocking=self._stepped)
+        blocking = clock != "realtime"
+        self._state = bus.publisher(topics.STATE, blocking)
+        self._ball = bus.publisher(topics.BALL, blocking)
+        self._contact = bus.publisher(topics.CONTACT, blocking)
+        self._disturbance = bus.publisher(topics.DISTURBANCE, blocking)
         self._handlers: dict[str, Callable[[Any], Any]] = {
             topics.STATE_QUERY.key: lambda _: self._state_message(),
             topics.DESCRIPTION.key: lambda _: self._description(),
@@ -74,6 +78,8 @@ class SimLoop:
     def open(self) -> None:
         """Declare everything on the bus and publish tick 0."""
         self._bus.stream(topics.COMMAND, self._commands)
+        if self._clock == "paced":
+            self._bus.watch_alive(topics.alive_key("controller"), self._controller.see)
         for query in topics.QUERIES:
             if query.owner == "sim":
                 self._bus.serve(query, self._requests)
@@ -82,10 +88,8 @@ class SimLoop:
 
     def run(self, stopping: threading.Event) -> None:
         """Let time pass until `stopping` is set."""
-        if self._stepped:
-            self._run_stepped(stopping)
-        else:
-            self._run_realtime(stopping)
+        runs = {"stepped": self._run_stepped, "paced": self._run_paced, "realtime": self._run_realtime}
+        runs[self._clock](stopping)
 
     def _run_realtime(self, stopping: threading.Event) -> None:
         """At each deadline take the newest command, step, publish.
@@ -105,6 +109,24 @@ class SimLoop:
                 self._hear_all()
                 self._step()
             self._publish()
+            self._attend(self._requests.take())
+            self._pay()
+
+    def _run_paced(self, stopping: threading.Event) -> None:
+        """Step once the present tick is answered and its time has come; without a controller, once its time has come."""
+        pace = Pace(self._config.rate_hz, self._log)
+        while not stopping.is_set():
+            tick = self._arm.observe().tick
+            if self._is_answered(tick) or not self._controller.is_awaited:
+                pace.wait()
+                self._hear_all()
+                self._step()
+                self._publish()
+            elif (taken := self._commands.take(IDLE_S)) is not None:
+                self._hear(taken)
+            elif self._controller.starts_to_hang():
+                self._log.warning("the controller has not answered tick %d for %g s; time goes on", tick, HANG_S)
+                pace.restart()
             self._attend(self._requests.take())
             self._pay()
 
@@ -133,6 +155,7 @@ class SimLoop:
         except Refusal as refusal:
             self._refusals.warn(f"a command was refused: {refusal}", refusal.code)
             return
+        self._controller.hear()
         if self._loss.has("command", command.tick):
             self._drive.lose()
 
@@ -156,6 +179,7 @@ class SimLoop:
         now = self._arm.observe()
         if not self._loss.has("state", now.tick):
             self._state.put(self._state_message())
+        self._controller.ask()
         for contact in self._arm.contacts():
             self._contact.put(contact)
         ball = self._arm.ball() if now.tick % BALL_EVERY == 0 else None
@@ -209,7 +233,7 @@ class SimLoop:
     def _owe_steps(self, asking: PendingQuery) -> None:
         request = asking.decode()
         if not self._stepped:
-            raise Refusal("wrong_clock", "sim/step needs the stepped clock; this arm runs in real time")
+            raise Refusal("wrong_clock", f"sim/step needs the clock stepped; this arm's is {self._clock}")
         if not 1 <= request.ticks <= MAX_STEPS:
             raise bad_message("ticks", f"ticks is {request.ticks}; 1 to {MAX_STEPS} can be stepped at once")
         self._refuse_while_owing()

@@ -178,7 +178,7 @@ def aborted(stack: Stack, goal_id: str) -> bool:
 
 @pytest.mark.realtime
 def test_everything_from_start_to_ctrl_c(tmp_path: Path):
-    """`python -m services` says how to reach the arm, serves it in real time, and ends all on Ctrl-C with status 0."""
+    """`python -m services` says how to reach the arm, serves it at the pace of the wall clock, and ends all on Ctrl-C with status 0."""
     endpoint, trace = free_endpoint(), tmp_path / "trace.rrd"
     line = [sys.executable, "-m", "services", "--listen", endpoint]
     line += ["--library", str(tmp_path / "library"), "--record", str(trace)]
@@ -195,7 +195,7 @@ def test_everything_from_start_to_ctrl_c(tmp_path: Path):
             with pytest.raises(Refusal) as caught:
                 bus.ask(topics.SIM_STEP, m.Step(ticks=1))
             assert caught.value.code == "wrong_clock"
-            assert bus.ask(topics.DESCRIPTION, m.Empty()).clock == "realtime"
+            assert bus.ask(topics.DESCRIPTION, m.Empty()).clock == "paced"
     finally:
         process.send_signal(signal.SIGINT)
         rest, _ = process.communicate(timeout=60.0)
