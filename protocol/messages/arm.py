@@ -61,8 +61,8 @@ class Description(Message, kw_only=True):
         home: the pose at the start, rad
         limits: the robot's own
         rate_hz: ticks per second
-        clock: `realtime`; `stepped`: advanced by `sim/step`; `paced`: no faster than the wall clock, and each tick waits
-            for the controller's answer to the one before
+        clock: `realtime`; `stepped`: advanced by `sim/step`; `paced`: no faster than the wall clock, where each tick
+            waits for the controller's answer to the last
         run: names this life of the arm
     """
 

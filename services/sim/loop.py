@@ -113,7 +113,7 @@ class SimLoop:
             self._pay()
 
     def _run_paced(self, stopping: threading.Event) -> None:
-        """Step once the present tick is answered and its time has come; without a controller, once its time has come."""
+        """Step once the present tick's time is over and, where there is a controller, it has answered."""
         pace = Pace(self._config.rate_hz, self._log)
         while not stopping.is_set():
             tick = self._arm.observe().tick

@@ -178,7 +178,7 @@ def aborted(stack: Stack, goal_id: str) -> bool:
 
 @pytest.mark.realtime
 def test_everything_from_start_to_ctrl_c(tmp_path: Path):
-    """`python -m services` says how to reach the arm, serves it at the pace of the wall clock, and ends all on Ctrl-C with status 0."""
+    """`python -m services` says how to reach the arm, serves it, paced, and ends all on Ctrl-C with status 0."""
     endpoint, trace = free_endpoint(), tmp_path / "trace.rrd"
     line = [sys.executable, "-m", "services", "--listen", endpoint]
     line += ["--library", str(tmp_path / "library"), "--record", str(trace)]

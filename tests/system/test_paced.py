@@ -115,7 +115,7 @@ def test_a_controller_that_hangs_is_waited_for_two_seconds(stack: Stack):
     stopped = time.monotonic()
     stack.signal("controller", signal.SIGSTOP)
     wait_for(lambda: stack.state().brake, "the arm to brake")
-    assert HANG_S <= time.monotonic() - stopped
+    assert time.monotonic() - stopped >= HANG_S
     check_brake(stack)
     assert "has not answered tick" in stack.log("sim")
     stack.signal("controller", signal.SIGCONT)
