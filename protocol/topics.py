@@ -17,6 +17,9 @@ QUEUE_LENGTH = 16
 MAX_PLAN_S = 60.0
 MAX_ID = 128
 """Characters of a goal's or a client's id."""
+ROBOT_SIDE = "sim"
+"""In the liveliness token of the robot side, simulated or real: the first robot was a simulation, and the contract only
+grows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +87,14 @@ CANCEL = Query("cancel", "controller", m.Cancel, m.Canceled, "stop the motion")
 RESET = Query("reset", "controller", m.Empty, m.ModeReply, "leave a latched fault, at rest only")
 RESULT = Query("result", "controller", m.ResultRequest, m.Result, "how a goal went", reads=True)
 STATUS_QUERY = Query("status", "controller", m.Empty, m.Status, "the latest status", reads=True)
-STATE_QUERY = Query("state", "sim", m.Empty, m.State, "the latest state", reads=True)
-DESCRIPTION = Query("description", "sim", m.Empty, m.Description, "what the arm is", reads=True)
-SIM_STEP = Query("sim/step", "sim", m.Step, m.Stepped, "advance the stepped clock", timeout_s=120.0)
-SIM_RESET = Query("sim/reset", "sim", m.Reset, m.ResetDone, "begin a new run")
-SIM_DISTURB = Query("sim/disturb", "sim", m.Disturb, m.Disturbed, "push the arm, blur its sensors, lose messages")
+STATE_QUERY = Query("state", "robot", m.Empty, m.State, "the latest state", reads=True)
+DESCRIPTION = Query("description", "robot", m.Empty, m.Description, "what the arm is", reads=True)
+RECOVER = Query("recover", "robot", m.Empty, m.Recovered, "leave a reflex, a stop or the brake", timeout_s=30.0)
+SIM_STEP = Query("sim/step", "robot", m.Step, m.Stepped, "advance the stepped clock", timeout_s=120.0)
+SIM_RESET = Query("sim/reset", "robot", m.Reset, m.ResetDone, "begin a new run")
+SIM_DISTURB = Query("sim/disturb", "robot", m.Disturb, m.Disturbed, "push the arm, blur its sensors, lose messages")
 
-STATE = Publication("state", "sim", m.State, "what the arm measures", rate_hz=1000.0, max_age_s=0.02, stream=True)
+STATE = Publication("state", "robot", m.State, "what the arm measures", rate_hz=1000.0, max_age_s=0.02, stream=True)
 COMMAND = Publication(
     "command", "controller", m.Command, "what the arm shall do", rate_hz=1000.0, max_age_s=0.02, stream=True
 )
@@ -98,9 +102,9 @@ PLAN = Publication("plan", "planner", m.Plan, "an accepted motion, whole")
 REFUSED = Publication("refused", "planner", m.Refused, "a goal that was refused")
 STATUS = Publication("status", "controller", m.Status, "the controller at a glance", rate_hz=50.0, max_age_s=0.5)
 ENDED = Publication("ended", "controller", m.Result, "how a goal went")
-CONTACT = Publication("contact", "sim", m.Contact, "two bodies touched")
-BALL = Publication("ball", "sim", m.BallState, "the ball", rate_hz=100.0, max_age_s=0.5)
-DISTURBANCE = Publication("disturbance", "sim", m.Disturbance, "what disturbs the arm now")
+CONTACT = Publication("contact", "robot", m.Contact, "two bodies touched")
+BALL = Publication("ball", "robot", m.BallState, "the ball", rate_hz=100.0, max_age_s=0.5)
+DISTURBANCE = Publication("disturbance", "robot", m.Disturbance, "what disturbs the arm now")
 
 QUERIES: tuple[Query, ...] = (
     GOAL,
@@ -115,6 +119,7 @@ QUERIES: tuple[Query, ...] = (
     STATUS_QUERY,
     STATE_QUERY,
     DESCRIPTION,
+    RECOVER,
     SIM_STEP,
     SIM_RESET,
     SIM_DISTURB,

@@ -13,10 +13,11 @@ import tyro
 from deploy.processes import PROCESSES
 from deploy.zenoh.permissions import MESSAGES, ROLES, Permission, acting, common_name, reading
 from protocol.bus.sessions import CLIENT, MAX_MESSAGE_BYTES
+from protocol.topics import alive_key
 
 HEADER = "// Made by: python -m deploy.zenoh.configure{flags}\n"
-SERVICES = {process.name for process in PROCESSES}
-HOST_ROLE = "sim"
+SERVICES = {role.name for role in ROLES if {alive_key(process.name) for process in PROCESSES} & set(role.tokens)}
+HOST_ROLE = "robot"
 """Whose certificate the host of the bus shows."""
 
 

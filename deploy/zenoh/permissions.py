@@ -7,7 +7,7 @@ so the table names what a role may *send*; whatever it does not name is refused.
 from dataclasses import dataclass
 
 from protocol import topics
-from protocol.topics import PUBLICATIONS, QUERIES, Query, alive_key, claim_key, client_alive_key
+from protocol.topics import PUBLICATIONS, QUERIES, ROBOT_SIDE, Query, alive_key, claim_key, client_alive_key
 
 WATCH_ALIVE = ("liveliness_query", "declare_liveliness_subscriber")
 MESSAGES = (
@@ -50,11 +50,11 @@ def serving(service: str) -> tuple[str, ...]:
     return alive_key(service), claim_key(service, "*")
 
 
-OPERATING = (topics.GOAL, topics.LEARN, topics.FORGET, topics.CANCEL, topics.RESET)
+OPERATING = (topics.GOAL, topics.LEARN, topics.FORGET, topics.CANCEL, topics.RESET, topics.RECOVER)
 SIMULATING = (topics.SIM_STEP, topics.SIM_RESET, topics.SIM_DISTURB)
 
 ROLES = (
-    Role("sim", "the robot side", tokens=serving("sim")),
+    Role("robot", "the robot side, simulated or real", tokens=serving(ROBOT_SIDE)),
     Role("planner", "plans, and alone may execute", asks=(topics.EXECUTE,), tokens=serving("planner")),
     Role("controller", "alone may command", tokens=serving("controller")),
     Role("recorder", "reads", tokens=serving("recorder")),

@@ -1,10 +1,23 @@
-"""The arm, simulated or real: states, description, the sim's clock and what disturbs it."""
+"""The robot, simulated or real: states, description, recovery; the sim's clock and what disturbs it."""
 
 from typing import Literal
 
-from msgspec import Struct
+from msgspec import Struct, field
 
-from protocol.messages.base import Clock, Message, Names, Number, PartialVector, Point, Range, Request, Vector
+from protocol.messages.base import (
+    Clock,
+    Condition,
+    DriveMode,
+    Message,
+    Names,
+    Number,
+    PartialVector,
+    Point,
+    Range,
+    Request,
+    TorqueSource,
+    Vector,
+)
 
 
 class State(Message, kw_only=True):
@@ -21,6 +34,9 @@ class State(Message, kw_only=True):
         brake: the arm stops itself for want of commands
         applied_tick: of the state that the newest applied command answered, −1 before the first
         truth: free of sensor noise, null on a real arm
+        condition: whether the arm follows commands; what keeps it from it: its own brake, a reflex, its user's stop, a
+            hand that guides it, or that it is not ready
+        reason: of the condition, a sentence
     """
 
     run: int
@@ -33,6 +49,8 @@ class State(Message, kw_only=True):
     brake: bool
     applied_tick: int
     truth: Point | None = None
+    condition: Condition = "ready"
+    reason: str = ""
 
 
 class RobotLimits(Struct, kw_only=True):
@@ -64,6 +82,9 @@ class Description(Message, kw_only=True):
         clock: `realtime`; `stepped`: advanced by `sim/step`; `paced`: no faster than the wall clock, where each tick
             waits for the controller's answer to the last
         run: names this life of the arm
+        delay_ticks: a command that answers tick k is applied at k + delay_ticks
+        modes: how the arm may be led
+        torques_are: what its states say of torques
     """
 
     joint_names: Names
@@ -71,6 +92,21 @@ class Description(Message, kw_only=True):
     limits: RobotLimits
     rate_hz: Number
     clock: Clock
+    run: int
+    delay_ticks: int = 0
+    modes: list[DriveMode] = field(default_factory=lambda: ["torque"])
+    torques_are: TorqueSource = "commanded"
+
+
+class Recovered(Message, kw_only=True):
+    """How the recovery ended.
+
+    Attributes:
+        condition: `ready`, or what still keeps the arm from following commands
+        run: the new one where the arm is ready, else the one before
+    """
+
+    condition: Condition
     run: int
 
 

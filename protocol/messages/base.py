@@ -17,6 +17,9 @@ Names = Annotated[list[str], Meta(max_length=MAX_JOINTS)]
 Outcome = Literal["running", "succeeded", "preempted", "canceled", "aborted"]
 Mode = Literal["holding", "tracking", "stopping", "fault"]
 Clock = Literal["realtime", "stepped", "paced"]
+Condition = Literal["ready", "braking", "reflex", "user_stopped", "guiding", "not_ready"]
+DriveMode = Literal["torque", "position", "teach"]
+TorqueSource = Literal["commanded", "measured"]
 
 
 class Message(Struct, kw_only=True):

@@ -183,6 +183,8 @@ class Command(Message, kw_only=True):
         positions: of the reference behind them
         velocities: of the reference behind them
         goal_id: what is played, null for nothing
+        next: of the reference at the end of the tick
+        feedforward: mean acceleration of the reference over the tick: `accelerations` less feedback
     """
 
     run: int
@@ -192,3 +194,5 @@ class Command(Message, kw_only=True):
     positions: Vector
     velocities: Vector
     goal_id: str | None
+    next: Point | None = None
+    feedforward: Vector | None = None

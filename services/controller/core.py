@@ -11,6 +11,7 @@ from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
 from services.controller.checks import Checked, check_continuity
+from services.controller.conditions import condition_of, described
 from services.controller.ledger import ActiveGoal, Ledger, error_of
 from services.controller.loop_statistics import CycleStatistics
 from services.controller.modes import Event, Mode, next_mode
@@ -40,11 +41,16 @@ class Controller:
         self._source = source
         self._state: m.State | None = None
         self._timeline = Timeline(config.home)
-        self._braked = False
+        self._condition: m.Condition = "ready"
         self._release_by = 0
         self.stepped = False
+        self._delay_ticks = 0
         self._clients: set[str] = set()
         self._acceleration = np.zeros(config.joint_count)
+
+    def meet(self, arm: m.Description) -> None:
+        """Learn from the arm's description how its time passes."""
+        self.stepped, self._delay_ticks = arm.clock == "stepped", arm.delay_ticks
 
     @property
     def awake(self) -> bool:
@@ -70,19 +76,16 @@ class Controller:
         if self._opens_run(state):
             self._begin_run(state)
         else:
-            self.cycle.note_state(state.tick, state.applied_tick)
+            self.cycle.note_state(state.tick, state.applied_tick + self._delay_ticks)
         self._state = state
-        if state.brake and not self._braked:
-            self.raise_fault("the arm braked by itself for want of commands", hold=True)
-        elif state.brake and self.fault is None and state.tick > self._release_by:
-            self.raise_fault("the arm still brakes, held too far from where it is measured; send `reset`", hold=True)
-        self._braked = state.brake
+        self._note_condition(state)
         self._timeline.forget_before(state.tick)
         positions, reference = np.array(state.positions), self._timeline.at(state.tick)
         self._follow_goals(state, positions, reference, now_ns)
         # The command is held for a tick, so what it adds to the velocity is the reference's change over that tick.
-        held = (self._timeline.at(state.tick + 1)[1] - reference[1]) * self.config.rate_hz
-        target = reference[0], reference[1], held
+        begin, end = (self._timeline.at(state.tick + self._delay_ticks + k) for k in (0, 1))
+        feedforward = (end[1] - begin[1]) * self.config.rate_hz
+        target = reference[0], reference[1], feedforward
         tracking_acceleration(self.config.alpha, target, positions, np.array(state.velocities), out=self._acceleration)
         goal = self.ledger.current(state.tick)
         return m.Command(
@@ -93,6 +96,8 @@ class Controller:
             positions=reference[0].tolist(),
             velocities=reference[1].tolist(),
             goal_id=goal.result.goal_id if goal else None,
+            next=m.Point(positions=end[0].tolist(), velocities=end[1].tolist()),
+            feedforward=feedforward.tolist(),
         )
 
     def raise_fault(self, reason: str, hold: bool = False) -> None:
@@ -121,6 +126,9 @@ class Controller:
         if self.fault is not None:
             sentence = f"the controller is in fault: {self.fault}; send `reset` once the arm is at rest"
             raise Refusal("fault", sentence, fault=self.fault)
+        if self._condition != "ready":
+            why = described(self._condition, state.reason)
+            raise Refusal("fault", f"{why}; send this goal once the arm's condition is ready", fault=why)
         self.ledger.admit(trajectory, self._clients)
         if trajectory.epoch != self.epoch:
             sentence = f"goal {goal_id} was planned in epoch {trajectory.epoch}, it is {self.epoch} now; plan again"
@@ -191,9 +199,13 @@ class Controller:
         """Leave a latched fault and hold the measured pose.
 
         Raises:
-            Refusal: `unavailable` before the first state; `busy` while the arm or its reference moves.
+            Refusal: `unavailable` before the first state; `fault` for an arm that must `recover` first; `busy` while
+                the arm or its reference moves.
         """
         state = self._require_state()
+        if self._condition not in ("ready", "braking"):
+            why = described(self._condition, state.reason)
+            raise Refusal("fault", f"{why}; send `recover` to the arm first", fault=why)
         fastest = max(abs(velocity) for velocity in (state.truth or state).velocities)
         if state.tick < self._timeline.end or (self.fault is not None and fastest > AT_REST):
             goal = self.ledger.current(state.tick)
@@ -266,8 +278,17 @@ class Controller:
         self.cycle.begin(state.tick)
         self._break_epoch()
         self.fault = None
-        self._braked = False
+        self._condition = "ready"
         self._switch(Event.RUN)
+
+    def _note_condition(self, state: m.State) -> None:
+        """Fault where the arm no longer follows commands, or still brakes after it should have been released."""
+        condition = condition_of(state)
+        if condition not in ("ready", self._condition):
+            self.raise_fault(described(condition, state.reason), hold=True)
+        elif condition == "braking" and self.fault is None and state.tick > self._release_by:
+            self.raise_fault("the arm still brakes, held too far from where it is measured; send `reset`", hold=True)
+        self._condition = condition
 
     def _follow_goals(
         self, state: m.State, positions: np.ndarray, reference: tuple[np.ndarray, ...], now_ns: int

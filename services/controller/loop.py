@@ -251,7 +251,8 @@ class ControllerLoop:
         ours = list(self._config.joint_names), self._config.rate_hz
         if (arm.joint_names, arm.rate_hz) != ours:
             raise WrongRobot(f"the arm has joints {arm.joint_names} at {arm.rate_hz} Hz, the robot config {ours}")
-        self._clock, self._core.stepped = arm.clock, arm.clock == "stepped"
+        self._clock = arm.clock
+        self._core.meet(arm)
         self._declare_publishers(blocking=arm.clock != "realtime")
         self._log.info("the arm is there: %d joints, %s clock, run %d", len(arm.joint_names), arm.clock, arm.run)
         self._bus.ask_later(topics.STATE_QUERY, m.Empty(), self._catch_up)

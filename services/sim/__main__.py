@@ -5,13 +5,11 @@ from typing import Annotated
 
 import tyro
 
-from robot.description import load_robot
-from services.common import realtime
 from services.common.cli import Common, Options, SimFlags
-from services.common.logs import start_logging
-from services.common.single_instance import service_bus
-from services.sim.arm import Diverged
+from services.common.robot_side.clocks import keep_time
+from services.common.robot_side.process import run_robot
 from services.sim.loop import SimLoop
+from services.sim.stepped import run_stepped
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,30 +23,14 @@ class Flags:
 def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     flags = tyro.cli(Flags)
-    log = start_logging("sim", flags.common.log)
-    stopping = realtime.stop_on_signals()
-    config = load_robot(flags.common.robot_config)
-    loops, others = realtime.split_cores(flags.common.loop_core)
-    missing = realtime.keep_to(loops)
-    if flags.own.clock != "stepped":
-        missing += realtime.become_real_time(priority=40)
-    for sentence in missing:
-        if flags.own.clock == "realtime":
-            log.warning("without %s: ticks may come late", sentence)
-        else:
-            log.info("without %s: robot time may run slower than the wall clock", sentence)
-    with service_bus("sim", flags.common, config.name, stopping, log, hosts=True) as bus:
-        loop = SimLoop(bus, config, flags.own.clock, flags.own.seed, log)
-        realtime.keep_to(others)  # what `open` starts: threads that take requests
-        loop.open()
-        realtime.keep_to(loops)
-        log.info("robot %s, %s clock", bus.robot, flags.own.clock)
-        realtime.freeze_garbage()
-        try:
-            loop.run(stopping)
-        except Diverged as diverged:
-            log.error("%s", diverged)
-            raise SystemExit(1) from None
+    clock, seed = flags.own.clock, flags.own.seed
+    run_robot(
+        "sim",
+        flags.common,
+        clock,
+        lambda bus, config, log: SimLoop(bus, config, clock, seed, log),
+        run_stepped if clock == "stepped" else keep_time,
+    )
 
 
 if __name__ == "__main__":

@@ -1,10 +1,6 @@
-"""The simulated arm: what a real one would offer, behind the same few methods, and its ball.
-
-A real arm's backend has `reset`, `step` and `observe` alike.
-"""
+"""The simulated arm: a robot's backend in MuJoCo, and its ball."""
 
 import math
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -12,6 +8,7 @@ import numpy as np
 from protocol.errors import Refusal
 from protocol.messages import ActiveDisturbance, Ball, Contact, Disturb
 from robot.description import RobotConfig
+from services.common.robot_side.backend import Backend, Observation, RobotFailed, Setpoint
 from services.sim.contact import ContactLog
 from services.sim.disturbances import Disturbances
 from services.sim.inverse_dynamics import InverseDynamics
@@ -24,29 +21,11 @@ BALL_REACH = 100.0
 """A ball is placed within this distance (m) of the origin on each axis, at this speed (m/s) at most."""
 
 
-class Diverged(Exception):
+class Diverged(RobotFailed):
     """The simulation has no finite state any more."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Observation:
-    """What the arm says at a tick; arrays (J,), rad, rad/s, N·m.
-
-    positions, velocities: measured, with noise. torques: applied over the tick before; saturated where
-    they were clipped. true_positions, true_velocities: without noise.
-    """
-
-    tick: int
-    time: float
-    positions: np.ndarray
-    velocities: np.ndarray
-    torques: np.ndarray
-    saturated: np.ndarray
-    true_positions: np.ndarray
-    true_velocities: np.ndarray
-
-
-class SimulatedArm:
+class SimulatedArm(Backend):
     """A torque-driven arm in MuJoCo. The same seed and the same calls give the same bits."""
 
     def __init__(self, config: RobotConfig, seed: int = 0) -> None:
@@ -73,20 +52,25 @@ class SimulatedArm:
         scene.data.qpos[scene.qpos] = pose
         if ball is not None:
             self._place_ball(ball)
+        self._noise = np.random.default_rng(seed)
+        self.begin_run()
+
+    def begin_run(self) -> None:
+        """Tick 0 where the arm stands, undisturbed; the ball goes on."""
         self._disturbances.clear()
         self._contact_log.clear()
-        self._noise = np.random.default_rng(seed)
         self._tick = 0
         self._torques = np.zeros(self.config.joint_count)
         self._saturated = np.zeros(self.config.joint_count, dtype=bool)
         self._contacts: list[Contact] = []
         self._observation = self._measure()
 
-    def step(self, accelerations: np.ndarray) -> None:
-        """One tick with commanded `accelerations` (J,), rad/s²: torque by inverse dynamics, held for the tick.
+    def step(self, setpoint: Setpoint) -> None:
+        """One tick with the setpoint's accelerations: torque by inverse dynamics, held for the tick.
 
         Raises ValueError, before anything moves, where they are not J finite numbers, and Diverged.
         """
+        accelerations = setpoint.accelerations
         scene = self._scene
         model, data = scene.model, scene.data
         mujoco.mj_step1(model, data)
@@ -104,7 +88,7 @@ class SimulatedArm:
             self._advance(self._observation.time + substep * model.opt.timestep)
         self._tick += 1
         self._observation = self._measure()
-        if not math.isfinite(self._observation.true_velocities.sum()):
+        if not math.isfinite(data.qvel[scene.dofs].sum()):
             raise Diverged(f"the physics diverged at {self._observation.time:.3f} s; ask for weaker pushes")
 
     def observe(self) -> Observation:

@@ -1,4 +1,4 @@
-"""What disturbs the arm: pushes for a time, and noise on its sensors."""
+"""What disturbs the arm: pushes for a time, noise on its sensors, lost messages."""
 
 import math
 from dataclasses import dataclass
@@ -6,8 +6,9 @@ from typing import Literal
 
 import numpy as np
 
+from protocol.codec import bad_message
 from protocol.errors import Refusal
-from protocol.messages import ActiveDisturbance
+from protocol.messages import ActiveDisturbance, Disturb
 from robot.description import RobotConfig
 
 MAX_PUSHES = 64
@@ -23,7 +24,7 @@ MAX_NOISE = 10.0
 """rad or rad/s."""
 
 MAX_SPAN_S = 3600.0
-"""How far ahead a push may begin, and how long it may last."""
+"""How far ahead a push may begin, and how long a push or a loss may last."""
 
 PushKind = Literal["acceleration", "torque"]
 
@@ -117,3 +118,42 @@ class Disturbances:
         if not now <= start <= now + MAX_SPAN_S:
             message = f"start_time is {start} s, now is {now:.3f} s; name one of the next {MAX_SPAN_S:g} s, or null"
             raise Refusal("bad_message", message, field="start_time")
+
+
+class Loss:
+    """Windows of ticks in which the messages of a stream are lost."""
+
+    def __init__(self, rate_hz: float) -> None:
+        self._rate_hz = rate_hz
+        self._windows: dict[str, tuple[int, int]] = {}
+
+    def begin(self, request: Disturb, tick: int) -> None:
+        """Lose the messages of the stream that `request` names, from `tick` on, for its duration.
+
+        Raises:
+            Refusal: `bad_message` for fields that are missing, of another kind, or out of range.
+        """
+        if request.stream is None:
+            raise bad_message("stream", "stream is missing; say whether 'state' or 'command' messages are lost")
+        if request.duration is None or not 0 < request.duration <= MAX_SPAN_S:
+            raise bad_message("duration", f"duration is {request.duration}; a loss lasts 0 to {MAX_SPAN_S:g} s")
+        if request.start_time is not None:
+            raise bad_message("start_time", "a loss begins at once; leave start_time null")
+        self._windows[request.stream] = tick, tick + math.ceil(request.duration * self._rate_hz - 1e-9)
+
+    def clear(self) -> None:
+        """Lose nothing any more."""
+        self._windows.clear()
+
+    def has(self, stream: str, tick: int) -> bool:
+        """Return whether the message of `tick` on `stream` is lost."""
+        first, end = self._windows.get(stream, (0, 0))
+        return first <= tick < end
+
+    def describe(self, tick: int) -> list[ActiveDisturbance]:
+        """Return the losses that act at `tick`, as published."""
+        return [
+            ActiveDisturbance(kind="loss", stream=stream, end_time=end / self._rate_hz)
+            for stream, (first, end) in self._windows.items()
+            if first <= tick < end
+        ]

@@ -259,6 +259,8 @@ CONTROLLER: dict[str, Struct] = {
         positions=PREPARE,
         velocities=SMALL,
         goal_id="forehand-7",
+        next=m.Point(positions=HOME, velocities=STILL),
+        feedforward=SMALL,
     ),
 }
 
@@ -274,6 +276,8 @@ ARM: dict[str, Struct] = {
         brake=True,
         applied_tick=4499,
         truth=m.Point(positions=HOME, velocities=STILL),
+        condition="reflex",
+        reason="joint_2 met more force than it may",
     ),
     "Description": m.Description(
         joint_names=JOINTS,
@@ -288,7 +292,11 @@ ARM: dict[str, Struct] = {
         rate_hz=1000.0,
         clock="stepped",
         run=7,
+        delay_ticks=1,
+        modes=["torque", "position"],
+        torques_are="measured",
     ),
+    "Recovered": m.Recovered(condition="ready", run=8),
     "Step": m.Step(ticks=250),
     "Stepped": m.Stepped(tick=4750, time=4.75),
     "Reset": m.Reset(positions=PREPARE, ball=m.Ball(position=(0.75, 0.0, 1.125), velocity=(-3.0, 0.0, 1.5)), seed=7),

@@ -17,7 +17,7 @@ import msgpack
 import pytest
 import zenoh
 from cell import STRANGERS, SecureCell
-from harness import PATIENCE_S, ROBOT, Stack, wait_for_controller
+from harness import PATIENCE_S, ROBOT, SERVICES, Stack, wait_for_controller
 
 from deploy.zenoh.configure import client_config
 from deploy.zenoh.permissions import ROLES, acting, reading
@@ -35,8 +35,8 @@ LOG = logging.getLogger("test")
 HOME = ROBOT.home.tolist()
 BY_NAME = {role.name: role for role in ROLES}
 EVERYBODY = pytest.mark.parametrize("who", [*BY_NAME, *STRANGERS])
-OWNERS = ("sim", "planner", "controller")
-TOKENS = ("client/shell", *(f"{name}{claim}" for name in (*OWNERS, "recorder") for claim in ("", "/2a")))
+OWNERS = ("robot", "planner", "controller")
+TOKENS = ("client/shell", *(f"{name}{claim}" for name in (*SERVICES, "recorder") for claim in ("", "/2a")))
 
 
 def may(who: str, message: str, key: str) -> bool:
@@ -311,7 +311,7 @@ def secure_services(cell: SecureCell, library: Path) -> Iterator[Stack]:
     """Sim, planner and controller on the stepped clock, each with its own certificate, and a tester's bus to them."""
     flags = {"clock": "stepped", "library": library}
     lines = {}
-    for name in OWNERS:
+    for name in SERVICES:
         hosting = name == "sim"
         options = Options(
             listen=(cell.endpoint,) if hosting else (),

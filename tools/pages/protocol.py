@@ -4,8 +4,8 @@ import inspect
 import json
 import re
 import types
-from collections.abc import Iterable
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from collections.abc import Callable, Iterable
+from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 import msgspec
 from msgspec import Struct
@@ -193,7 +193,7 @@ def _default(field: msgspec.structs.FieldInfo) -> str:
     if field.required:
         return "**required**"
     if field.default is msgspec.NODEFAULT:
-        return "`[]`"
+        return f"`{json.dumps(cast(Callable, field.default_factory)())}`"
     if field.default is msgspec.UNSET:
         return "left out"
     return (

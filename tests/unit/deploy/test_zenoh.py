@@ -9,9 +9,10 @@ import zenoh
 from deploy.processes import PROCESSES
 from deploy.zenoh import configure
 from deploy.zenoh.certificates import Authority, make_authority
-from deploy.zenoh.configure import Cell, access_control
+from deploy.zenoh.configure import SERVICES, Cell, access_control
 from deploy.zenoh.permissions import MESSAGES, OPERATING, ROLES, acting, reading
 from protocol import topics
+from protocol.topics import ROBOT_SIDE
 
 DIRECTORY = Path(configure.__file__).parent
 BY_NAME = {role.name: role for role in ROLES}
@@ -30,7 +31,7 @@ def senders(message: str, key: str) -> set[str]:
 
 
 def test_every_process_has_a_role():
-    assert {process.name for process in PROCESSES} <= set(BY_NAME)
+    assert {process.name for process in PROCESSES} - {ROBOT_SIDE} | {"robot"} == SERVICES
 
 
 @pytest.mark.parametrize("topic", topics.PUBLICATIONS, ids=lambda topic: topic.key)
@@ -48,7 +49,7 @@ def test_only_the_owner_answers(topic):
 def test_who_may_ask_for_a_change():
     asked = {topic.key: senders("query", topic.key) for topic in topics.QUERIES if not topic.reads}
     assert asked.pop("execute") == {"planner"}
-    assert [asked.pop(topic.key) for topic in OPERATING] == [{"operator", "tester"}] * 5
+    assert [asked.pop(topic.key) for topic in OPERATING] == [{"operator", "tester"}] * 6
     assert asked == {"sim/step": {"tester"}, "sim/reset": {"tester"}, "sim/disturb": {"tester"}}
 
 
@@ -102,7 +103,7 @@ def test_certificates_say_who_and_cannot_sign(tmp_path):
         text = openssl("x509", "-in", tmp_path / f"{role}.pem", "-noout", "-text")
         assert f"Subject: CN = {role}.leg\n" in text
         assert "CA:FALSE" in text
-        assert ("DNS:leg.local, IP Address:10.0.0.7" in text) == (role == "sim")
+        assert ("DNS:leg.local, IP Address:10.0.0.7" in text) == (role == "robot")
         assert openssl("verify", "-CAfile", tmp_path / "ca.pem", tmp_path / f"{role}.pem").endswith("OK\n")
         assert (tmp_path / f"{role}.key").stat().st_mode & 0o777 == 0o600
 

@@ -4,6 +4,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
+from setpoints import accelerating
 
 from motion.tracking import tracking_acceleration
 from protocol.errors import Refusal
@@ -33,7 +34,7 @@ def hold(arm: SimulatedArm, pose: np.ndarray, ticks: int) -> np.ndarray:
     path = []
     for _ in range(ticks):
         seen = arm.observe()
-        arm.step(tracking_acceleration(ROBOT.alpha, (pose, rest, rest), seen.positions, seen.velocities))
+        arm.step(accelerating(tracking_acceleration(ROBOT.alpha, (pose, rest, rest), seen.positions, seen.velocities)))
         path.append(arm.observe().true_positions)
     return np.array(path)
 
@@ -56,14 +57,14 @@ def test_a_fast_strike_is_tracked(mean_acceleration: bool, position_error: float
         if mean_acceleration:
             accelerations = (strike(seen.time + TICK)[1] - velocities) / TICK
         reference = (positions, velocities, accelerations)
-        arm.step(tracking_acceleration(ROBOT.alpha, reference, seen.positions, seen.velocities))
+        arm.step(accelerating(tracking_acceleration(ROBOT.alpha, reference, seen.positions, seen.velocities)))
 
 
 def test_commanded_accelerations_are_what_the_arm_does():
     """One tick from rest: half a·t² of position, a·t of velocity, gravity compensated."""
     arm = SimulatedArm(ROBOT)
     command = np.array([100.0, -50, 80, 200, -150, 90])
-    arm.step(command)
+    arm.step(accelerating(command))
     seen = arm.observe()
     np.testing.assert_allclose(seen.velocities, command * TICK, rtol=1e-9)
     np.testing.assert_allclose(seen.positions - ROBOT.home, command * TICK**2 / 2, rtol=1e-9, atol=1e-15)
@@ -73,7 +74,7 @@ def test_torques_are_clipped_and_said_to_be():
     arm = SimulatedArm(ROBOT)
     command = np.zeros(6)
     command[0] = 1e4
-    arm.step(command)
+    arm.step(accelerating(command))
     seen = arm.observe()
     assert seen.saturated[0]
     assert seen.torques[0] == ROBOT.torques[0]
@@ -87,9 +88,9 @@ def test_a_command_that_is_not_finite_moves_nothing(value: float):
     command = np.zeros(6)
     command[3] = value
     with pytest.raises(ValueError, match="have to be finite"):
-        arm.step(command)
+        arm.step(accelerating(command))
     assert arm.observe() is before
-    arm.step(np.zeros(6))
+    arm.step(accelerating(np.zeros(6)))
     assert arm.observe().tick == 1
     assert np.isfinite(arm.observe().positions).all()
 
@@ -107,7 +108,7 @@ def test_the_papers_push(alpha: float):
     for _ in range(300):
         seen = arm.observe()
         command = tracking_acceleration(alpha, (ROBOT.home, rest, rest), seen.positions, seen.velocities)
-        arm.step(command)
+        arm.step(accelerating(command))
         deflections.append(arm.observe().positions - ROBOT.home)
     deflections = np.array(deflections)
     x = alpha * 0.2 / 2
@@ -124,7 +125,7 @@ def test_a_torque_push_is_a_torque():
     arm.disturb(Disturb(kind="torque", values=[0, 0, 0, 0, 0, 1.0], duration=0.001))
     pushed = arm.disturbances()
     assert [(push.kind, push.values, push.end_time) for push in pushed] == [("torque", [0, 0, 0, 0, 0, 1.0], 0.001)]
-    arm.step(np.zeros(6))
+    arm.step(accelerating(np.zeros(6)))
     assert arm.disturbances() == []
     assert arm.observe().velocities[5] > 0.01
     assert not arm.observe().torques[0] > 1, "the push is not counted as the motor's"
@@ -136,7 +137,7 @@ def test_sensor_noise_is_on_what_is_measured_alone():
     assert [active.kind for active in arm.disturbances()] == ["sensor_noise"]
     errors = []
     for _ in range(2000):
-        arm.step(np.zeros(6))
+        arm.step(accelerating(np.zeros(6)))
         seen = arm.observe()
         errors.append([seen.positions - seen.true_positions, seen.velocities - seen.true_velocities])
     deviations = np.std(errors, axis=0)
@@ -145,7 +146,7 @@ def test_sensor_noise_is_on_what_is_measured_alone():
     assert np.abs(arm.observe().true_positions - ROBOT.home).max() < 1e-6
     arm.disturb(Disturb(kind="sensor_noise", position_std=0.0, velocity_std=0.0))
     assert arm.disturbances() == []
-    arm.step(np.zeros(6))
+    arm.step(accelerating(np.zeros(6)))
     np.testing.assert_array_equal(arm.observe().positions, arm.observe().true_positions)
 
 
@@ -158,8 +159,9 @@ def test_the_same_calls_give_the_same_bits():
         for _ in range(200):
             seen = arm.observe()
             rest = np.zeros(6)
-            arm.step(tracking_acceleration(50, (ROBOT.home, rest, rest), seen.positions, seen.velocities))
+            arm.step(accelerating(tracking_acceleration(50, (ROBOT.home, rest, rest), seen.positions, seen.velocities)))
             seen = arm.observe()
+            assert seen.true_velocities is not None
             trail += seen.positions.tobytes() + seen.true_velocities.tobytes() + seen.torques.tobytes()
         return trail
 
@@ -172,7 +174,7 @@ def test_the_same_calls_give_the_same_bits():
 
 def test_reset_places_arm_ball_and_tee():
     arm = SimulatedArm(ROBOT)
-    arm.step(np.full(6, 10.0))
+    arm.step(accelerating(np.full(6, 10.0)))
     pose = [0.5, 0.1, 0.2, 0.3, 0.4, 0.5]
     arm.reset(positions=pose, ball=Ball(position=(0.4, -0.8, 0.9)))
     assert arm.observe().tick == 0
@@ -198,7 +200,7 @@ def test_joint_limits_are_hard_stops():
     arm = SimulatedArm(ROBOT)
     arm.reset(positions=[2.1, 0.5, 0.8, 0, 0, 0], ball=FAR_BALL)
     for _ in range(500):
-        arm.step(np.array([40.0, 0, 0, 0, 0, 0]))
+        arm.step(accelerating(np.array([40.0, 0, 0, 0, 0, 0])))
     assert abs(arm.observe().positions[0] - ROBOT.limits.positions[0, 1]) < 0.02
 
 
@@ -213,7 +215,7 @@ def test_joint_limits_are_hard_stops():
 )
 def test_a_refused_reset_changes_nothing(positions: list[float] | None, ball: Ball | None, code: str, sentence: str):
     arm = SimulatedArm(ROBOT)
-    arm.step(np.ones(6))
+    arm.step(accelerating(np.ones(6)))
     before = arm.observe()
     with pytest.raises(Refusal) as raised:
         arm.reset(positions=positions, ball=ball)
@@ -254,8 +256,8 @@ def test_the_strongest_push_that_is_taken_leaves_a_finite_arm(kind: Literal["acc
     limits = ROBOT.limits.accelerations if kind == "acceleration" else ROBOT.torques
     arm.disturb(Disturb(kind=kind, values=(10 * limits).tolist(), duration=0.5))
     for _ in range(1000):
-        arm.step(np.zeros(6))
-    assert np.isfinite(arm.observe().true_positions).all()
+        arm.step(accelerating(np.zeros(6)))
+    assert np.isfinite(arm.observe().positions).all()
 
 
 def test_a_simulation_that_diverges_says_so():
@@ -265,7 +267,7 @@ def test_a_simulation_that_diverges_says_so():
         arm.disturb(strong)
     with pytest.raises(Diverged, match="diverged at"):
         for _ in range(2000):
-            arm.step(np.zeros(6))
+            arm.step(accelerating(np.zeros(6)))
 
 
 def test_waiting_pushes_are_bounded():

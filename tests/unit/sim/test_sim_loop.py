@@ -28,5 +28,5 @@ OLD = m.Command(run=7, tick=0, source="test", accelerations=STILL, positions=STI
 def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(body: bytes, caplog: pytest.LogCaptureFixture):
     """Whether a command does not decode, or is none for this run."""
     loop = SimLoop(Deaf(), ROBOT, "stepped", 0, logging.getLogger("sim"))  # type: ignore[arg-type]
-    loop._hear(body)
+    loop.hear(body)
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from setpoints import accelerating
 
 from motion.tracking import tracking_acceleration
 from protocol.errors import Refusal
@@ -87,7 +88,7 @@ def test_it_tracks_joints_in_the_order_of_the_toml(tmp_path: Path, timestep: flo
         assert np.abs(seen.positions - positions).max() < bound
         mean_acceleration = (reference(seen.time + config.tick)[1] - velocities) / config.tick
         target = (positions, velocities, mean_acceleration)
-        arm.step(tracking_acceleration(config.alpha, target, seen.positions, seen.velocities))
+        arm.step(accelerating(tracking_acceleration(config.alpha, target, seen.positions, seen.velocities)))
     assert arm.observe().time == 1.0
 
 
@@ -96,5 +97,5 @@ def test_a_scene_without_a_ball(tmp_path: Path):
     assert arm.ball() is None
     with pytest.raises(Refusal, match="ball: this robot's scene has none"):
         arm.reset(ball=Ball(position=(0.0, 0.0, 1.0)))
-    arm.step(np.zeros(2))
+    arm.step(accelerating(np.zeros(2)))
     assert arm.contacts() == []

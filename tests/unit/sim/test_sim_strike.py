@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from setpoints import accelerating
 
 from deploy.demonstrations.make_forehand import FOREHAND
 from motion.braking import stop
@@ -41,7 +42,7 @@ def play(ball: Ball | None) -> tuple[list[Contact], np.ndarray]:
         seen = arm.observe()
         errors.append(np.abs(seen.positions - position))
         target = (position, velocity, acceleration)
-        arm.step(tracking_acceleration(ROBOT.alpha, target, seen.positions, seen.velocities))
+        arm.step(accelerating(tracking_acceleration(ROBOT.alpha, target, seen.positions, seen.velocities)))
         contacts += arm.contacts()
         assert not seen.saturated.any()
     return contacts, np.array(errors)
@@ -74,7 +75,7 @@ def test_a_bounce_is_one_contact():
     arm.reset(ball=Ball(position=(2.0, 2.0, 0.5), velocity=(0.0, 0.0, -1.0)))
     contacts = []
     for _ in range(400):
-        arm.step(np.zeros(6))
+        arm.step(accelerating(np.zeros(6)))
         contacts += arm.contacts()
     assert [contact.bodies for contact in contacts] == [["floor", "ball"]]
     fall = np.sqrt(1 + 2 * 9.81 * (0.5 - 0.033))
@@ -90,7 +91,7 @@ def test_a_ball_that_comes_to_rest_is_not_reported_for_ever():
     arm.reset(ball=Ball(position=(2.0, 2.0, 0.1), velocity=(1.0, 0.0, 0.0)))
     contacts = []
     for _ in range(3000):
-        arm.step(np.zeros(6))
+        arm.step(accelerating(np.zeros(6)))
         contacts += arm.contacts()
     assert 5 < len(contacts) < 20
     assert contacts[-1].time < 1.5

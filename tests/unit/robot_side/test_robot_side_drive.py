@@ -7,7 +7,7 @@ import pytest
 from protocol import messages as m
 from protocol.errors import Refusal
 from robot.description import load_robot
-from services.sim.drive import MAX_ACCELERATION, Drive
+from services.common.robot_side.drive import MAX_ACCELERATION, Drive
 
 ROBOT = load_robot()
 STILL = [0.0] * ROBOT.joint_count
@@ -55,7 +55,7 @@ def test_commands_that_come_twenty_ticks_late_do_not_keep_the_brake_away(drive: 
     for tick in range(51, 51 + 2 * ROBOT.silence_ticks):
         with pytest.raises(Refusal):
             drive.take(command(tick - ROBOT.silence_ticks), tick)
-        drive.acceleration(ROBOT.home, np.zeros(ROBOT.joint_count))
+        drive.setpoint(ROBOT.home, np.zeros(ROBOT.joint_count))
     assert drive.brake
 
 

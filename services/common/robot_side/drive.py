@@ -1,13 +1,12 @@
-"""Which acceleration the arm gets: the command's, the last one's for a while, or its own brake's."""
-
-import math
+"""Which setpoint the arm gets: the command's, the last one's for a while, or its own brake's."""
 
 import numpy as np
 
 from protocol import messages as m
 from protocol.codec import bad_message, check_lengths
 from robot.description import RobotConfig
-from services.sim.brake import Brake
+from services.common.robot_side.backend import Setpoint
+from services.common.robot_side.brake import Brake
 
 NEVER = -1
 MAX_ACCELERATION = 1e6
@@ -34,7 +33,8 @@ class Drive:
         self.answered_tick = NEVER
         self._fresh: m.Command | None = None
         self._silent = 0
-        self._acceleration = np.zeros(self._config.joint_count)
+        still = np.zeros(self._config.joint_count)
+        self._setpoint = Setpoint(still, positions, still, still)
         self._brake = Brake(self._config, positions)
 
     def take(self, command: m.Command, tick: int) -> None:
@@ -56,7 +56,12 @@ class Drive:
             accelerations=command.accelerations,
             positions=command.positions,
             velocities=command.velocities,
+            feedforward=command.accelerations if command.feedforward is None else command.feedforward,
         )
+        if command.next is not None:
+            check_lengths(
+                self._config.joint_count, positions=command.next.positions, velocities=command.next.velocities
+            )
         largest = max(map(abs, command.accelerations))
         if largest > MAX_ACCELERATION:
             sentence = f"it wants {largest:.3g} rad/s²; no arm does more than {MAX_ACCELERATION:.0e}"
@@ -68,16 +73,21 @@ class Drive:
         """Drop the command that was kept for the coming tick."""
         self._fresh = None
 
-    def acceleration(self, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-        """Return the acceleration (J,), rad/s², for the coming tick from the measured state."""
+    @property
+    def brake_reason(self) -> str:
+        """Why the brake has the arm, in words."""
+        return f"no command for {self._config.silence_ticks} ticks"
+
+    def setpoint(self, positions: np.ndarray, velocities: np.ndarray) -> Setpoint:
+        """Return the setpoint of the coming tick from the measured state (J,), rad, rad/s."""
         command, self._fresh = self._fresh, None
         if command is None:
             self._miss(positions, velocities)
         else:
             self._hear(command)
         if self.brake or self.applied_tick == NEVER:
-            self._acceleration = self._brake.acceleration(positions, velocities)
-        return self._acceleration
+            self._setpoint = self._brake.setpoint(positions, velocities)
+        return self._setpoint
 
     def _hear(self, command: m.Command) -> None:
         self._silent = 0
@@ -85,7 +95,7 @@ class Drive:
         if self.brake and self._brake.releases(np.array(command.positions), np.array(command.velocities)):
             self.brake = False
         if not self.brake:
-            self._acceleration = np.array(command.accelerations)
+            self._setpoint = setpoint_of(command, self._config.tick)
 
     def _miss(self, positions: np.ndarray, velocities: np.ndarray) -> None:
         if self.applied_tick == NEVER or self.brake:
@@ -93,33 +103,20 @@ class Drive:
         self._silent += 1
         if self._silent >= self._config.silence_ticks:
             self.brake = True
-            self._brake.engage(positions, velocities, self._acceleration)
+            self._brake.engage(positions, velocities, self._setpoint.accelerations)
+        else:
+            self._setpoint = self._setpoint.continued(self._config.tick)
 
 
-class Loss:
-    """Windows of ticks in which the messages of a stream are lost."""
+def setpoint_of(command: m.Command, tick: float) -> Setpoint:
+    """Return what `command` wants of the coming tick, `tick` s long.
 
-    def __init__(self, rate_hz: float) -> None:
-        self._rate_hz = rate_hz
-        self._windows: dict[str, tuple[int, int]] = {}
-
-    def begin(self, stream: str, duration: float, tick: int) -> None:
-        """Lose the messages of the ticks from `tick` on, for `duration` s."""
-        self._windows[stream] = tick, tick + math.ceil(duration * self._rate_hz - 1e-9)
-
-    def clear(self) -> None:
-        """Lose nothing any more."""
-        self._windows.clear()
-
-    def has(self, stream: str, tick: int) -> bool:
-        """Return whether the message of `tick` on `stream` is lost."""
-        first, end = self._windows.get(stream, (0, 0))
-        return first <= tick < end
-
-    def describe(self, tick: int) -> list[m.ActiveDisturbance]:
-        """Return the losses that act at `tick`, as published."""
-        return [
-            m.ActiveDisturbance(kind="loss", stream=stream, end_time=end / self._rate_hz)
-            for stream, (first, end) in self._windows.items()
-            if first <= tick < end
-        ]
+    Where an older controller does not say where the reference goes, its accelerations say it.
+    """
+    accelerations = np.array(command.accelerations)
+    feedforward = accelerations if command.feedforward is None else np.array(command.feedforward)
+    if command.next is not None:
+        ahead = np.array(command.next.positions), np.array(command.next.velocities)
+        return Setpoint(accelerations, *ahead, feedforward)
+    here = np.array(command.positions), np.array(command.velocities)
+    return Setpoint(accelerations, *here, feedforward).continued(tick)

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from setpoints import accelerating
 
 from protocol.messages import Ball, Disturb
 from robot.description import load_robot
+from services.common.robot_side.brake import RELEASE_DISTANCE, Brake
 from services.sim.arm import SimulatedArm
-from services.sim.brake import RELEASE_DISTANCE, Brake
 
 ROBOT = load_robot()
 POSE = np.array([0.1, 0.4, 0.8, 0.0, 0.2, 0.0])
@@ -19,7 +20,7 @@ def glide(brake: Brake, positions: np.ndarray, velocities: np.ndarray, ticks: in
     """An arm that does exactly as told; returns positions, velocities, accelerations (3, ticks, J)."""
     path = []
     for _ in range(ticks):
-        command = brake.acceleration(positions, velocities)
+        command = brake.setpoint(positions, velocities).accelerations
         positions = positions + velocities * ROBOT.tick + command * ROBOT.tick**2 / 2
         velocities = velocities + command * ROBOT.tick
         path.append((positions, velocities, command))
@@ -56,14 +57,14 @@ def test_it_brakes_a_real_strike_of_the_simulated_arm():
     arm.reset(positions=POSE.tolist(), ball=Ball(position=(3.0, 3.0, 1.0)))
     last = np.array([100.0, 0, 0, 0, 0, -50])
     for _ in range(80):
-        arm.step(last)
+        arm.step(accelerating(last))
     brake = Brake(ROBOT, POSE)
     seen = arm.observe()
     assert seen.velocities[0] > 7
     brake.engage(seen.positions, seen.velocities, last)
     for _ in range(400):
         seen = arm.observe()
-        arm.step(brake.acceleration(seen.positions, seen.velocities))
+        arm.step(brake.setpoint(seen.positions, seen.velocities))
     seen = arm.observe()
     assert np.abs(seen.velocities).max() < 1e-3
     assert brake.releases(seen.positions, REST)
@@ -76,7 +77,7 @@ def test_it_holds_its_pose_from_the_start_and_under_noise():
     assert brake.at_rest
     for _ in range(500):
         seen = arm.observe()
-        arm.step(brake.acceleration(seen.positions, seen.velocities))
+        arm.step(brake.setpoint(seen.positions, seen.velocities))
     assert np.abs(arm.observe().true_positions - ROBOT.home).max() < 0.002
 
 

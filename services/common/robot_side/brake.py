@@ -8,6 +8,7 @@ from motion.braking import stop
 from motion.tracking import tracking_acceleration
 from motion.trajectory import Samples
 from robot.description import RobotConfig
+from services.common.robot_side.backend import Setpoint
 
 RELEASE_DISTANCE = 0.01
 """A command takes over from the brake where its reference is this close to the pose held, rad on every joint."""
@@ -17,7 +18,7 @@ REST_VELOCITY = 1e-9
 
 
 class Brake:
-    """Tracks a stop and then its last pose by eq. 11; one call of `acceleration` is one tick.
+    """Tracks a stop and then its last pose by eq. 11; one call of `setpoint` is one tick.
 
     It begins by holding `positions` (J,), rad.
     """
@@ -43,12 +44,13 @@ class Brake:
         ticks = math.ceil(plan.duration / self._config.tick) + 1
         self._follow(plan.sample(np.arange(ticks + 1) * self._config.tick))
 
-    def acceleration(self, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-        """Acceleration (J,), rad/s², for the coming tick from measured positions and velocities (J,)."""
-        now = self._index
-        reference = (self._samples.positions[now], self._samples.velocities[now], self._accelerations[now])
-        self._index = min(now + 1, len(self._samples) - 1)
-        return tracking_acceleration(self._config.alpha, reference, positions, velocities)
+    def setpoint(self, positions: np.ndarray, velocities: np.ndarray) -> Setpoint:
+        """Return the setpoint of the coming tick from measured positions and velocities (J,)."""
+        now, samples = self._index, self._samples
+        reference = (samples.positions[now], samples.velocities[now], self._accelerations[now])
+        self._index = then = min(now + 1, len(samples) - 1)
+        accelerations = tracking_acceleration(self._config.alpha, reference, positions, velocities)
+        return Setpoint(accelerations, samples.positions[then], samples.velocities[then], self._accelerations[now])
 
     @property
     def at_rest(self) -> bool:

@@ -1,0 +1,39 @@
+"""A reply that waits until it can be given."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from protocol.bus.bus import PendingQuery
+from protocol.errors import Refusal
+
+
+@dataclass(slots=True)
+class DeferredReply:
+    """The reply to a request that takes ticks.
+
+    Attributes:
+        asking: The request.
+        is_due: Whether it can be answered now.
+        reply: Makes the reply.
+        deadline: Monotonic time, s, after which it is answered all the same.
+        refuse: Makes the refusal that takes the reply's place after the deadline; None for the reply itself.
+    """
+
+    asking: PendingQuery
+    is_due: Callable[[], bool]
+    reply: Callable[[], Any]
+    deadline: float
+    refuse: Callable[[], Refusal] | None = None
+
+    def settle(self) -> bool:
+        """Answer the request if it is due or its deadline has passed, and return whether it was answered."""
+        due = self.is_due()
+        if not due and time.monotonic() <= self.deadline:
+            return False
+        if not due and self.refuse is not None:
+            self.asking.refuse(self.refuse())
+        else:
+            self.asking.reply(self.reply())
+        return True

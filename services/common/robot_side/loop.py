@@ -1,0 +1,185 @@
+"""The robot side on its bus: the loop's verbs and its requests; `clocks` says when which verb comes."""
+
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.queues import Inbox, Stream
+from protocol.codec import decode
+from protocol.errors import Refusal
+from robot.description import RobotConfig
+from services.common.logs import ThrottledLog
+from services.common.puts import PutWatch
+from services.common.robot_side.backend import Backend
+from services.common.robot_side.deferred import DeferredReply
+from services.common.robot_side.drive import NEVER, Drive
+from services.common.robot_side.messages import description, state_message
+from services.common.robot_side.partner import Partner
+
+AT_REST = 0.05
+"""Speed (rad/s) below which the arm counts as resting."""
+RECOVERY_S = 25.0
+"""How long a robot may take to recover."""
+
+
+class RobotLoop:
+    """Owns a robot; requests and commands come through queues.
+
+    A kind of robot adds to it by a subclass: requests in `handlers`, before `open`, and more in `publish`.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        config: RobotConfig,
+        backend: Backend,
+        clock: m.Clock,
+        log: logging.Logger,
+        run: int | None = None,
+    ) -> None:
+        """`run` names the first run; by default it is named by the time, in Unix ns."""
+        self.config = config
+        self.clock: m.Clock = clock
+        self.log = log
+        self.backend = backend
+        self.drive = Drive(config)
+        self.commands = Stream()
+        self.requests: Inbox[PendingQuery] = Inbox(wake=self.commands.wake if clock == "paced" else None)
+        self.controller = Partner(wake=self.commands.wake)
+        self.deferred: DeferredReply | None = None
+        self.handlers: dict[str, Callable[[PendingQuery], None]] = {
+            topics.STATE_QUERY.key: self._tell_state,
+            topics.DESCRIPTION.key: self._describe,
+            topics.RECOVER.key: self._recover,
+        }
+        self._bus = bus
+        self._puts = PutWatch(bus, log)
+        self._refusals = ThrottledLog(log)
+        self._applied: deque[int] = deque(maxlen=backend.abilities.delay_ticks + 1)
+        self._state = self.publisher(topics.STATE)
+        self.begin_run(run)
+
+    def publisher(self, topic: topics.Publication[topics.MessageT]):
+        """Return a publisher, which waits for a slow link except in real time."""
+        return self._bus.publisher(topic, blocking=self.clock != "realtime")
+
+    def open(self) -> None:
+        """Declare everything on the bus and publish the first tick."""
+        self._bus.stream(topics.COMMAND, self.commands)
+        self._bus.watch_alive(topics.alive_key("controller"), self.controller.see)
+        for query in topics.QUERIES:
+            if query.key in self.handlers:
+                self._bus.serve(query, self.requests)
+        self.publish()
+        self._bus.announce(topics.ROBOT_SIDE)
+
+    def begin_run(self, run: int | None = None) -> None:
+        """Name the run that the backend has begun, and hold the pose until commands come."""
+        now = self.backend.observe()
+        self.drive.begin(time.time_ns() if run is None else run, now.positions)
+        self._applied.clear()
+
+    # --- the verbs ------------------------------------------------------------------------------------
+
+    def hear(self, data: bytes) -> None:
+        """Take a command in, unless it is malformed, old, or lost by request."""
+        try:
+            command = decode(data, m.Command)
+            self.drive.take(command, self.backend.observe().tick)
+        except Refusal as refusal:
+            self._refusals.warn(f"a command was refused: {refusal}", refusal.code)
+            return
+        self.controller.hear()
+        if self.loses("command", command.tick):
+            self.drive.lose()
+
+    def hear_all(self) -> None:
+        """Take in every command that waits."""
+        while (taken := self.commands.take()) is not None:
+            self.hear(taken)
+
+    def step(self) -> None:
+        """Let a tick pass under the command, the one before, or the brake."""
+        now = self.backend.observe()
+        setpoint = self.drive.setpoint(now.positions, now.velocities)
+        self._applied.append(self.drive.applied_tick)
+        self.backend.step(setpoint)
+
+    def publish(self) -> None:
+        """Say what the tick brought."""
+        now = self.backend.observe()
+        if not self.loses("state", now.tick):
+            self._state.put(self.state_message())
+        self.controller.ask()
+
+    def attend(self, wait_s: float = 0.0) -> None:
+        """Answer a request, after waiting up to `wait_s` s for one, and the deferred one if it can be answered."""
+        asking = self.requests.take(wait_s)
+        if asking is None:
+            self._puts.look()
+        else:
+            try:
+                self.handlers[asking.topic.key](asking)
+            except Refusal as refusal:
+                asking.refuse(refusal)
+        if self.deferred is not None and self.deferred.settle():
+            self.deferred = None
+
+    # --- what the clocks and the requests ask ---------------------------------------------------------
+
+    def is_answered(self, tick: int) -> bool:
+        """Return whether the controller has answered `tick`, or cannot have seen it."""
+        return self.drive.answered_tick >= tick or self.loses("state", tick)
+
+    def loses(self, stream: str, tick: int) -> bool:
+        """Return whether the message of `tick` on `stream` is lost on purpose."""
+        return False
+
+    def state_message(self) -> m.State:
+        """Return the newest state as published."""
+        applied = self._applied[0] if len(self._applied) == self._applied.maxlen else NEVER
+        return state_message(self.backend.observe(), self.drive, applied)
+
+    def refuse_while_deferring(self) -> None:
+        """Return where no other request waits for its reply.
+
+        Raises:
+            Refusal: `busy`.
+        """
+        if self.deferred is not None:
+            raise Refusal("busy", "a step, reset or recovery is under way; wait for its answer", goal_id=None)
+
+    # --- requests -------------------------------------------------------------------------------------
+
+    def _tell_state(self, asking: PendingQuery) -> None:
+        asking.decode()
+        asking.reply(self.state_message())
+
+    def _describe(self, asking: PendingQuery) -> None:
+        asking.decode()
+        asking.reply(description(self.config, self.backend.abilities, self.clock, self.drive.run))
+
+    def _recover(self, asking: PendingQuery) -> None:
+        asking.decode()
+        self.refuse_while_deferring()
+        fastest = max(map(abs, self.backend.observe().velocities.tolist()))
+        if fastest > AT_REST:
+            raise Refusal("busy", f"the arm moves ({fastest:.3f} rad/s); recover once it rests", goal_id=None)
+        self.backend.recover()
+        deadline = time.monotonic() + RECOVERY_S
+        self.deferred = DeferredReply(asking, self._is_ready, self._recovered, deadline)
+
+    def _is_ready(self) -> bool:
+        return self.backend.observe().condition == "ready"
+
+    def _recovered(self) -> m.Recovered:
+        """Begin a new run where the robot is ready, and say how it went."""
+        if self._is_ready():
+            self.backend.begin_run()
+            self.begin_run()
+            self.publish()
+        return m.Recovered(condition=self.backend.observe().condition, run=self.drive.run)

@@ -1,0 +1,45 @@
+"""The other end of the loop: whether there is a controller to wait for."""
+
+import time
+from collections.abc import Callable
+
+HANG_S = 2.0
+"""A controller that takes longer to answer a tick is no longer waited for."""
+
+
+class Partner:
+    """Whether there is a controller to wait for: from its liveliness token on until that is lost.
+
+    One that hangs is not waited for either, until its next command. `wake` is called, in Zenoh's thread, once the token
+    appears or is lost.
+    """
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._wake = wake
+        self._alive = False
+        self._hangs = False
+        self._since = time.monotonic()
+
+    def see(self, _: str, alive: bool) -> None:
+        """Note that the token is there, or is lost."""
+        self._alive, self._since = alive, time.monotonic()
+        self._wake()
+
+    def ask(self) -> None:
+        """Note that a state was published, which the controller has yet to answer."""
+        self._since = time.monotonic()
+
+    def hear(self) -> None:
+        """Note a command."""
+        self._hangs = False
+
+    def starts_to_hang(self) -> bool:
+        """Return True once, where the answer is overdue by now."""
+        begins = self.is_awaited and time.monotonic() > self._since + HANG_S
+        self._hangs |= begins
+        return begins
+
+    @property
+    def is_awaited(self) -> bool:
+        """Whether time must stand still until the controller has answered."""
+        return self._alive and not self._hangs

@@ -1,0 +1,62 @@
+"""The process around a robot's loop."""
+
+import logging
+from collections.abc import Callable
+
+from protocol.bus.bus import Bus
+from protocol.messages import Clock
+from protocol.topics import ROBOT_SIDE
+from robot.description import RobotConfig, load_robot
+from services.common import realtime
+from services.common.cli import Options
+from services.common.logs import start_logging
+from services.common.robot_side.backend import RobotFailed
+from services.common.robot_side.clocks import keep_time
+from services.common.robot_side.loop import RobotLoop
+from services.common.single_instance import service_bus
+
+PRIORITY = 40
+"""Of SCHED_FIFO; the controller's is higher, so that what floods the bus delays a step rather than an answer."""
+
+Build = Callable[[Bus, RobotConfig, logging.Logger], RobotLoop]
+
+
+def run_robot(name: str, options: Options, clock: Clock, build: Build, keep: Callable = keep_time) -> None:
+    """Be the robot side of the bus, which this process hosts unless told otherwise, until SIGTERM or Ctrl-C.
+
+    name: in the log. build: makes the loop, once the place on the bus is taken. keep: lets its time pass.
+
+    Raises:
+        SystemExit: as `service_bus` does, and 1 where the robot failed.
+    """
+    log = start_logging(name, options.log)
+    stopping = realtime.stop_on_signals()
+    config = load_robot(options.robot_config)
+    loops, others = realtime.split_cores(options.loop_core)
+    _ask_for_real_time(loops, clock, log)
+    with service_bus(ROBOT_SIDE, options, config.name, stopping, log, hosts=True) as bus:
+        loop = build(bus, config, log)
+        realtime.keep_to(others)  # what `open` starts: threads that take requests
+        loop.open()
+        realtime.keep_to(loops)
+        log.info("robot %s, %s clock", bus.robot, clock)
+        realtime.freeze_garbage()
+        try:
+            keep(loop, stopping)
+        except RobotFailed as failed:
+            log.error("%s", failed)
+            raise SystemExit(1) from None
+        finally:
+            loop.backend.close()
+
+
+def _ask_for_real_time(cores: set[int], clock: Clock, log: logging.Logger) -> None:
+    """Keep to `cores` and, where the wall clock matters, ask for real-time scheduling; log what is missing."""
+    missing = realtime.keep_to(cores)
+    if clock != "stepped":
+        missing += realtime.become_real_time(PRIORITY)
+    for sentence in missing:
+        if clock == "realtime":
+            log.warning("without %s: ticks may come late", sentence)
+        else:
+            log.info("without %s: robot time may run slower than the wall clock", sentence)
