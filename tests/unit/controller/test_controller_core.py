@@ -13,6 +13,7 @@ from robot.description import load_robot
 from services.controller.checks import check_trajectory
 from services.controller.core import Controller
 from services.controller.modes import Mode
+from tests.golden.examples import EXAMPLES
 
 ROBOT = load_robot()
 JOINTS, TICK = ROBOT.joint_count, ROBOT.tick
@@ -339,3 +340,72 @@ def test_the_status_tells_the_error(arm: PerfectArm):
     assert status.time_from_start == pytest.approx(0.030)
     assert status.error.positions == pytest.approx([0.001] * JOINTS, abs=1e-6)
     assert status.mode == "tracking"
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_a_command_tells_the_reference_at_the_end_of_its_tick(arm: PerfectArm, delay: int):
+    """Of the tick in which the arm applies it; `accelerations` adds the feedback of eq. 11, here none."""
+    description = msgspec.structs.replace(EXAMPLES["Description"], clock="realtime", delay_ticks=delay)
+    arm.controller.meet(description)
+    message = trajectory(arm.controller, 30)
+    execute(arm, message)
+    arm.turn(100)
+    positions = matrix(message.positions, message.count, JOINTS, "positions")
+    velocities = matrix(message.velocities, message.count, JOINTS, "velocities")
+    for command in arm.commands[30:]:
+        k = command.tick - 30 + delay
+        assert command.next == m.Point(positions=positions[k + 1].tolist(), velocities=velocities[k + 1].tolist())
+        assert command.feedforward == pytest.approx((velocities[k + 1] - velocities[k]) / TICK, abs=1e-12)
+        if not delay:
+            assert command.accelerations == pytest.approx(command.feedforward, abs=2e-3)
+
+
+def test_a_delay_that_is_known_is_no_lateness(arm: PerfectArm):
+    """A command that answers tick k may be applied by tick k + delay."""
+    arm.controller.meet(msgspec.structs.replace(EXAMPLES["Description"], clock="realtime", delay_ticks=1))
+    missed = arm.controller.status().cycle.missed
+    for lag, more in ((1, 0), (2, 0), (3, 1)):
+        assert arm.controller.answer(arm.state(applied_tick=arm.tick - lag), 0) is not None
+        arm.tick += 1
+        assert arm.controller.status().cycle.missed == missed + more
+
+
+@pytest.mark.parametrize(
+    ("condition", "words"),
+    [
+        ("braking", "the arm braked by itself"),
+        ("reflex", "the arm stopped itself in a reflex"),
+        ("user_stopped", "the arm was stopped by its user"),
+        ("guiding", "the arm is guided by hand"),
+        ("not_ready", "the arm is not ready"),
+    ],
+)
+def test_an_arm_that_follows_no_commands_is_a_fault(arm: PerfectArm, condition: m.Condition, words: str):
+    """Its reason is quoted; goals are refused with it, after a reset too, until the arm is ready again."""
+    execute(arm, trajectory(arm.controller, 30))
+    arm.turn(50)
+    assert arm.controller.answer(arm.state(condition=condition, reason="joint_2 says so"), 0) is not None
+    assert arm.controller.fault == f"{words}: joint_2 says so"
+    assert arm.controller.ledger.result("goal").outcome == "aborted"
+    arm.tick += 1
+    arm.velocities[:] = 0.0
+    assert arm.controller.answer(arm.state(condition=condition, reason="joint_2 says so"), 0) is not None
+    if condition == "braking":
+        assert arm.controller.reset().mode == "holding"
+    else:
+        with pytest.raises(Refusal) as caught:
+            arm.controller.reset()
+        assert caught.value.code == "fault"
+        assert "`recover`" in caught.value.message
+    refusal = refused(arm, trajectory(arm.controller, 200, "another"))
+    assert (refusal.code, refusal.detail["fault"]) == ("fault", f"{words}: joint_2 says so")
+    arm.run, arm.tick = 2, 0
+    arm.turn(10)
+    execute(arm, trajectory(arm.controller, 30, "after"))
+
+
+def test_an_older_robot_side_only_says_that_it_brakes(arm: PerfectArm):
+    """Which is the condition "braking", without a reason."""
+    arm.brake = True
+    arm.turn(1)
+    assert arm.controller.fault == "the arm braked by itself"

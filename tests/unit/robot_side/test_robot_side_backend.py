@@ -1,0 +1,87 @@
+"""What every backend promises the loop of the robot side."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from backends import BACKENDS
+from setpoints import accelerating
+
+from robot.description import load_robot
+from services.common.robot_side.backend import Backend
+
+ROBOT = load_robot()
+PUSH = np.array([2.0, -1.0, 1.0, 0.5, 0.0, -0.5])
+
+
+@pytest.fixture(params=BACKENDS)
+def backend(request: pytest.FixtureRequest) -> Iterator[Backend]:
+    """Each backend, at the start of its first run."""
+    backend = BACKENDS[request.param](ROBOT)
+    yield backend
+    backend.close()
+
+
+def test_it_begins_ready_at_rest_at_home(backend: Backend):
+    now = backend.observe()
+    assert (now.tick, now.time, now.condition, now.reason) == (0, 0.0, "ready", "")
+    assert now.positions == pytest.approx(ROBOT.home)
+    assert now.velocities == pytest.approx(np.zeros(6))
+
+
+def test_vectors_have_one_entry_for_each_joint(backend: Backend):
+    backend.step(accelerating(PUSH))
+    now = backend.observe()
+    for vector in (now.positions, now.velocities, now.torques):
+        assert (vector.shape, vector.dtype) == ((6,), np.float64)
+    assert (now.saturated.shape, now.saturated.dtype) == ((6,), np.bool_)
+
+
+def test_ticks_are_counted_and_time_is_tick_over_rate(backend: Backend):
+    for tick in range(1, 31):
+        backend.step(accelerating(np.zeros(6)))
+        assert (backend.observe().tick, backend.observe().time) == (tick, tick / ROBOT.rate_hz)
+
+
+def test_an_observation_stays_as_it_was(backend: Backend):
+    """The loop may hold it while the next tick passes."""
+    before = backend.observe()
+    assert backend.observe() is before
+    positions = before.positions.copy()
+    backend.step(accelerating(PUSH))
+    assert backend.observe() is not before
+    np.testing.assert_array_equal(before.positions, positions)
+
+
+def test_an_acceleration_is_held_for_the_tick(backend: Backend):
+    """After n ticks of a: v = a·n·dt and x = x₀ + a·(n·dt)²/2, each joint by itself."""
+    for _ in range(100):
+        backend.step(accelerating(PUSH))
+    now, passed = backend.observe(), 100 * ROBOT.tick
+    assert now.velocities == pytest.approx(PUSH * passed, abs=2e-3)
+    assert now.positions == pytest.approx(ROBOT.home + PUSH * passed**2 / 2, abs=1e-4)
+
+
+def test_a_run_begins_where_the_arm_stands(backend: Backend):
+    for sign in (1.0, -1.0):
+        for _ in range(50):
+            backend.step(accelerating(sign * PUSH))
+    stands = backend.observe().positions
+    backend.begin_run()
+    now = backend.observe()
+    assert (now.tick, now.time) == (0, 0.0)
+    assert now.positions == pytest.approx(stands)
+    assert not np.array_equal(now.positions, ROBOT.home)
+
+
+def test_what_is_ready_recovers_at_once(backend: Backend):
+    backend.recover()
+    assert backend.observe().condition == "ready"
+
+
+def test_its_abilities_are_among_those_of_the_contract(backend: Backend):
+    abilities = backend.abilities
+    assert abilities.delay_ticks >= 0
+    assert set(abilities.modes) <= {"torque", "position", "teach"}
+    assert abilities.modes
+    assert abilities.torques_are in ("commanded", "measured")

@@ -1,0 +1,210 @@
+"""The loop of the robot side on a bus that nobody hears: what it hands on, says and answers."""
+
+import dataclasses
+import logging
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from examples.stand_in_driver import StandIn
+from protocol import messages as m
+from protocol import topics
+from protocol.codec import encode
+from protocol.errors import Refusal
+from robot.description import load_robot
+from services.common.robot_side.backend import Abilities, Observation
+from services.common.robot_side.loop import RobotLoop
+from services.common.robot_side.partner import HANG_S, Partner
+
+ROBOT = load_robot()
+HOME, STILL = ROBOT.home.tolist(), [0.0] * ROBOT.joint_count
+
+
+class Deaf:
+    """A bus on which nobody hears."""
+
+    def publisher(self, *_: object, **__: object) -> SimpleNamespace:
+        """Let what is published go nowhere."""
+        return SimpleNamespace(put=lambda _: None)
+
+    def take_puts(self) -> list[str]:
+        """Nothing was put."""
+        return []
+
+
+class Asked:
+    """A request, and what came back."""
+
+    def __init__(self, topic: topics.Query) -> None:
+        self.topic, self.replies = topic, []
+
+    def decode(self) -> m.Empty:
+        """Return the request."""
+        return m.Empty()
+
+    def reply(self, answer: Any) -> None:
+        """Keep the reply."""
+        self.replies.append(answer)
+
+    refuse = reply
+
+
+class Reflexive(StandIn):
+    """Applies commands a tick late, and is in a reflex until a few ticks after a recovery began."""
+
+    abilities = Abilities(delay_ticks=1, modes=("position",), torques_are="measured")
+    ready_at: int | None = None
+    ready = False
+
+    def observe(self) -> Observation:
+        """Return the arm, in its reflex or out of it."""
+        now = super().observe()
+        self.ready |= self.ready_at is not None and now.tick >= self.ready_at
+        if self.ready:
+            return now
+        return dataclasses.replace(now, condition="reflex", reason="joint_2 met more force than it may")
+
+    def recover(self) -> None:
+        """Be ready in three ticks."""
+        self.ready_at = super().observe().tick + 3
+
+
+def loop_of(backend: StandIn) -> RobotLoop:
+    """A loop with a backend, on the clock paced."""
+    return RobotLoop(Deaf(), ROBOT, backend, "paced", logging.getLogger("test"), run=7)  # type: ignore[arg-type]
+
+
+def ask(loop: RobotLoop, topic: topics.Query) -> Asked:
+    """Send a request, and return it with what came back so far."""
+    asked = Asked(topic)
+    assert loop.requests.offer(asked)  # type: ignore[arg-type]
+    loop.attend()
+    return asked
+
+
+def tick(loop: RobotLoop, command: m.Command | None = None) -> m.State:
+    """Let a tick pass, and return the state after it."""
+    if command is not None:
+        loop.hear(encode(command))
+    loop.step()
+    loop.attend()
+    return loop.state_message()
+
+
+def command(tick: int, **fields: Any) -> m.Command:
+    """A command that answers `tick` of run 7."""
+    still = {"accelerations": STILL, "positions": HOME, "velocities": STILL, "goal_id": None}
+    return m.Command(**{"run": 7, "tick": tick, "source": "test", **still, **fields})
+
+
+@pytest.mark.parametrize("body", [b"\xc1", encode(command(0, run=8))])
+def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(body: bytes, caplog: pytest.LogCaptureFixture):
+    """Whether a command does not decode, or is none for this run."""
+    loop_of(StandIn(ROBOT)).hear(body)
+    assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
+
+
+def test_the_newest_command_applied_is_told_with_the_delay():
+    for backend, delay in ((StandIn(ROBOT), 0), (Reflexive(ROBOT), 1)):
+        loop = loop_of(backend)
+        told = [tick(loop, command(k)).applied_tick for k in range(4)]
+        assert told == [max(k - delay, -1) for k in range(4)]
+
+
+def test_the_description_tells_the_abilities():
+    (description,) = ask(loop_of(Reflexive(ROBOT)), topics.DESCRIPTION).replies
+    assert (description.delay_ticks, description.modes, description.torques_are) == (1, ["position"], "measured")
+
+
+def test_a_condition_is_told_with_its_reason():
+    state = loop_of(Reflexive(ROBOT)).state_message()
+    assert (state.condition, state.reason) == ("reflex", "joint_2 met more force than it may")
+    assert state.brake is False
+
+
+def test_the_brake_is_a_condition():
+    loop = loop_of(StandIn(ROBOT))
+    tick(loop, command(0))
+    states = [tick(loop) for _ in range(ROBOT.silence_ticks)]
+    conditions = [state.condition for state in states]
+    assert conditions == ["ready"] * (ROBOT.silence_ticks - 1) + ["braking"]
+    assert states[-1].reason == "no command for 20 ticks"
+
+
+def test_a_recovery_is_answered_once_the_arm_is_ready_in_its_new_run():
+    loop = loop_of(Reflexive(ROBOT))
+    asked = ask(loop, topics.RECOVER)
+    assert ask(loop, topics.RECOVER).replies[0].code == "busy"
+    while loop.state_message().tick < 2:
+        tick(loop)
+        assert asked.replies == []
+    tick(loop)
+    (recovered,) = asked.replies
+    assert recovered.condition == "ready"
+    assert recovered.run > 7
+    state = loop.state_message()
+    assert (state.run, state.tick) == (recovered.run, 0)
+
+
+def test_an_arm_that_moves_does_not_recover():
+    loop = loop_of(StandIn(ROBOT))
+    for k in range(20):
+        tick(loop, command(k, accelerations=[10.0, *STILL[1:]]))
+    (refusal,) = ask(loop, topics.RECOVER).replies
+    assert isinstance(refusal, Refusal)
+    assert refusal.code == "busy"
+    assert "0.200 rad/s" in refusal.message
+
+
+class Recording(StandIn):
+    """Keeps its setpoints."""
+
+    def step(self, setpoint: Any) -> None:
+        """Keep one more."""
+        self.setpoints = [*getattr(self, "setpoints", []), setpoint]
+        super().step(setpoint)
+
+
+def test_a_setpoint_says_where_the_reference_goes():
+    """As the command says or, where an older controller does not, as its accelerations lead."""
+    ahead = m.Point(positions=[0.5] * 6, velocities=[0.25] * 6)
+    loop = loop_of(backend := Recording(ROBOT))
+    tick(loop, command(0, next=ahead, feedforward=[2.0] * 6))
+    tick(loop)
+    tick(loop, command(2, accelerations=[4.0] * 6, velocities=[1.0] * 6))
+    told, repeated, older = backend.setpoints
+    assert (told.positions.tolist(), told.velocities.tolist()) == (ahead.positions, ahead.velocities)
+    assert repeated.velocities == pytest.approx(np.full(6, 0.25 + 2.0 * ROBOT.tick))
+    assert repeated.positions == pytest.approx(np.full(6, 0.5 + 0.25 * ROBOT.tick + 1e-6))
+    assert older.velocities == pytest.approx(np.full(6, 1.0 + 4.0 * ROBOT.tick))
+    assert older.positions == pytest.approx(ROBOT.home + ROBOT.tick + 2e-6)
+
+
+@pytest.mark.parametrize("field", ["feedforward", "next"])
+def test_a_command_whose_reference_has_another_length_leads_nobody(field: str):
+    loop = loop_of(StandIn(ROBOT))
+    loop.hear(encode(command(0, **{field: [] if field == "feedforward" else m.Point(positions=[], velocities=[])})))
+    assert loop.drive.answered_tick == -1
+
+
+def test_a_controller_is_waited_for_while_it_lives_and_answers(monkeypatch: pytest.MonkeyPatch):
+    now, woken = [100.0], []
+    monkeypatch.setattr("services.common.robot_side.partner.time.monotonic", lambda: now[0])
+    controller = Partner(wake=lambda: woken.append(True))
+    assert not controller.is_awaited
+    controller.see("", True)
+    assert (controller.is_awaited, woken) == (True, [True])
+    now[0] += HANG_S
+    assert not controller.starts_to_hang()
+    now[0] += 0.1
+    assert [controller.starts_to_hang() for _ in range(2)] == [True, False]
+    assert not controller.is_awaited
+    controller.hear()
+    controller.ask()
+    assert controller.is_awaited
+    controller.see("", False)
+    assert not controller.is_awaited
+    controller.hear()
+    assert not controller.is_awaited

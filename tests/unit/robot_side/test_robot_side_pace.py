@@ -1,0 +1,39 @@
+"""What is said of a machine that is too slow."""
+
+import logging
+
+import pytest
+
+from services.common.robot_side import pace
+from services.common.robot_side.pace import REPORT_S, Pace
+
+
+@pytest.mark.parametrize(("tick_s", "said"), [(0.001, []), (0.00104, []), (0.00125, ["0.80"]), (0.01, ["0.10"])])
+def test_a_slow_machine_is_told_of_once_in_five_seconds(
+    tick_s: float, said: list[str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+):
+    """With the ratio of robot time to the wall clock, where that is below 0.95."""
+    now = [0.0]
+    monkeypatch.setattr(pace.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(pace.Deadlines, "wait", lambda _: None)
+    paced = Pace(1000.0, logging.getLogger("sim"))
+    while now[0] < 1.5 * REPORT_S:
+        now[0] += tick_s
+        paced.wait()
+    expected = [f"robot time runs at {ratio} of the wall clock: this machine is slow" for ratio in said]
+    assert [record.getMessage() for record in caplog.records] == expected
+
+
+def test_a_wait_for_a_controller_that_hangs_is_not_the_machines_fault(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+):
+    now = [0.0]
+    monkeypatch.setattr(pace.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(pace.Deadlines, "wait", lambda _: None)
+    paced = Pace(1000.0, logging.getLogger("sim"))
+    now[0] += 2.0
+    paced.restart()
+    while now[0] < 2.0 * REPORT_S:
+        now[0] += 0.001
+        paced.wait()
+    assert caplog.records == []
