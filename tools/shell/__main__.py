@@ -34,6 +34,7 @@ COMMANDS: dict[str, Callable[..., int | None]] = {
     "description": arm.description,
     "disturb": arm.disturb,
     "step": arm.step,
+    "recover": arm.recover,
     "reset-sim": arm.reset_sim,
 }
 

@@ -6,7 +6,7 @@ from typing import Literal
 from tyro.conf import Positional
 
 from protocol import messages as m
-from protocol.topics import DESCRIPTION, SIM_DISTURB, SIM_RESET, SIM_STEP, STATE_QUERY
+from protocol.topics import DESCRIPTION, RECOVER, SIM_DISTURB, SIM_RESET, SIM_STEP, STATE_QUERY
 from tools.shell import joints
 from tools.shell.shell import Shared, UsageError, reach
 
@@ -24,6 +24,12 @@ def description(*, shell: Shared) -> None:
     """Print what the arm is: joints, home, limits, clock."""
     with reach(shell) as link:
         link.exchange(DESCRIPTION, m.Empty())
+
+
+def recover(*, shell: Shared) -> None:
+    """Make the arm ready again after a reflex, a stop or its own brake: a new run begins where it stands."""
+    with reach(shell) as link:
+        link.exchange(RECOVER, m.Empty())
 
 
 def step(ticks: Positional[int] = 1, *, shell: Shared) -> None:

@@ -267,6 +267,11 @@ def _(reply: m.Canceled, names: Sequence[str]) -> RenderableType:
 
 
 @show.register
+def _(reply: m.Recovered, names: Sequence[str]) -> RenderableType:
+    return sentence(f"the arm is {reply.condition.replace('_', ' ')}", f"run {reply.run}")
+
+
+@show.register
 def _(reply: m.ModeReply, names: Sequence[str]) -> RenderableType:
     return sentence(f"the controller is {reply.mode}")
 

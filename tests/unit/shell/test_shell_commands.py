@@ -109,6 +109,7 @@ PUSH = ["100", "0", "0", "0", "0", "0"]
         (["state"], "state", m.Empty(), "tick 4500 of run"),
         (["description"], "description", None, "stepped clock"),
         (["step", "250"], "sim/step", m.Step(ticks=250), "tick 4750"),
+        (["recover"], "recover", m.Empty(), "the arm is ready"),
         (["reset-sim", "--seed", "7"], "sim/reset", m.Reset(seed=7), "run 7 begins"),
         (
             ["reset-sim", "--positions", *WORDS, "--ball", "1", "0", "1.5", "--ball-velocity", "-3", "0", "0"],
