@@ -342,11 +342,17 @@ def test_the_status_tells_the_error(arm: PerfectArm):
     assert status.mode == "tracking"
 
 
+def described(delay: int) -> m.Description:
+    """An arm in real time that applies commands `delay` ticks late."""
+    description = EXAMPLES["Description"]
+    assert isinstance(description, m.Description)
+    return msgspec.structs.replace(description, clock="realtime", delay_ticks=delay)
+
+
 @pytest.mark.parametrize("delay", [0, 1, 3])
 def test_a_command_tells_the_reference_at_the_end_of_its_tick(arm: PerfectArm, delay: int):
     """Of the tick in which the arm applies it; `accelerations` adds the feedback of eq. 11, here none."""
-    description = msgspec.structs.replace(EXAMPLES["Description"], clock="realtime", delay_ticks=delay)
-    arm.controller.meet(description)
+    arm.controller.meet(described(delay))
     message = trajectory(arm.controller, 30)
     execute(arm, message)
     arm.turn(100)
@@ -362,7 +368,7 @@ def test_a_command_tells_the_reference_at_the_end_of_its_tick(arm: PerfectArm, d
 
 def test_a_delay_that_is_known_is_no_lateness(arm: PerfectArm):
     """A command that answers tick k may be applied by tick k + delay."""
-    arm.controller.meet(msgspec.structs.replace(EXAMPLES["Description"], clock="realtime", delay_ticks=1))
+    arm.controller.meet(described(1))
     missed = arm.controller.status().cycle.missed
     for lag, more in ((1, 0), (2, 0), (3, 1)):
         assert arm.controller.answer(arm.state(applied_tick=arm.tick - lag), 0) is not None
