@@ -57,8 +57,8 @@ class SimLoop(RobotLoop):
             self._disturbance.put(m.Disturbance(time=now.time, active=acting))
 
     def begin_run(self, run: int | None = None) -> None:
-        """Begin a run without lost messages."""
-        super().begin_run(run)
+        """Begin a run without lost messages; in stepped time its name does not depend on the time of day."""
+        super().begin_run(self.drive.run + 1 if run is None and self.clock == "stepped" else run)
         self._loss.clear()
         self.target = 0
 

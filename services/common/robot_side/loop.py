@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.bus import Bus, PendingQuery, Publisher
 from protocol.bus.queues import Inbox, Stream
 from protocol.codec import decode
 from protocol.errors import Refusal
@@ -63,14 +63,15 @@ class RobotLoop:
         self._state = self.publisher(topics.STATE)
         self.begin_run(run)
 
-    def publisher(self, topic: topics.Publication[topics.MessageT]):
+    def publisher(self, topic: topics.Publication[topics.MessageT]) -> Publisher[topics.MessageT]:
         """Return a publisher, which waits for a slow link except in real time."""
         return self._bus.publisher(topic, blocking=self.clock != "realtime")
 
     def open(self) -> None:
         """Declare everything on the bus and publish the first tick."""
         self._bus.stream(topics.COMMAND, self.commands)
-        self._bus.watch_alive(topics.alive_key("controller"), self.controller.see)
+        if self.clock == "paced":
+            self._bus.watch_alive(topics.alive_key("controller"), self.controller.see)
         for query in topics.QUERIES:
             if query.key in self.handlers:
                 self._bus.serve(query, self.requests)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import logging
+import threading
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,7 +15,8 @@ from protocol import topics
 from protocol.codec import encode
 from protocol.errors import Refusal
 from robot.description import load_robot
-from services.common.robot_side.backend import Abilities, Observation
+from services.common.robot_side.backend import Abilities, Observation, Setpoint
+from services.common.robot_side.clocks import keep_time
 from services.common.robot_side.loop import RobotLoop
 from services.common.robot_side.partner import HANG_S, Partner
 
@@ -161,7 +163,7 @@ def test_an_arm_that_moves_does_not_recover():
 class Recording(StandIn):
     """Keeps its setpoints."""
 
-    def step(self, setpoint: Any) -> None:
+    def step(self, setpoint: Setpoint) -> None:
         """Keep one more."""
         self.setpoints = [*getattr(self, "setpoints", []), setpoint]
         super().step(setpoint)
@@ -208,3 +210,30 @@ def test_a_controller_is_waited_for_while_it_lives_and_answers(monkeypatch: pyte
     assert not controller.is_awaited
     controller.hear()
     assert not controller.is_awaited
+
+
+class Clock(StandIn):
+    """A robot that is the clock: three ticks, of which the second is lost, then the end."""
+
+    abilities = Abilities(own_clock=True)
+
+    def __init__(self, ended: threading.Event) -> None:
+        super().__init__(ROBOT)
+        self._ended, self._left = ended, [1, 2, 1]
+
+    def step(self, setpoint: Setpoint) -> None:
+        """Wait for the next tick, and count those that were lost."""
+        for _ in range(self._left.pop()):
+            super().step(setpoint)
+        if not self._left:
+            self._ended.set()
+
+
+def test_a_robot_that_is_the_clock_sets_the_pace():
+    """The loop waits for nothing else, and what the robot lost is a jump of the tick."""
+    ended = threading.Event()
+    loop = loop_of(Clock(ended))
+    published: list[int] = []
+    loop.publish = lambda: published.append(loop.state_message().tick)  # type: ignore[method-assign]
+    keep_time(loop, ended)
+    assert published == [1, 3, 4]
