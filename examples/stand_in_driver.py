@@ -1,4 +1,4 @@
-"""A driver in sixty lines: an arm that does exactly as told, in the place of the simulated one.
+"""A driver in sixty lines: an arm that does exactly as commanded, in the place of the simulated one.
 
     python examples/stand_in_driver.py
 
@@ -52,7 +52,7 @@ class StandIn(Backend):
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Be an arm that does exactly as told, and host the bus."""
+    """Be an arm that does exactly as commanded, and host the bus."""
 
     common: Common = field(default_factory=Options)
     clock: Literal["paced", "realtime"] = "paced"

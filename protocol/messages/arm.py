@@ -31,7 +31,7 @@ class State(Message, kw_only=True):
         velocities: measured
         torques: applied over the tick before
         saturated: where the torque was clipped
-        brake: the arm stops itself for want of commands
+        brake: the arm stops itself because commands stopped
         applied_tick: of the state that the newest applied command answered, −1 before the first
         truth: free of sensor noise, null on a real arm
         condition: whether the arm follows commands; what keeps it from it: its own brake, a reflex, its user's stop, a
@@ -164,8 +164,8 @@ class Disturb(Request, kw_only=True):
         values: of `acceleration` (rad/s²) or `torque` (N·m) on each joint
         start_time: of `acceleration` or `torque`, null: now
         duration: of `acceleration`, `torque` or `loss`
-        position_std: of `sensor_noise`: standard deviation of measured positions, rad, until told otherwise
-        velocity_std: of `sensor_noise`: standard deviation of measured velocities, rad/s, until told otherwise
+        position_std: of `sensor_noise`: standard deviation of measured positions, rad, until the next such request
+        velocity_std: of `sensor_noise`: standard deviation of measured velocities, rad/s, until the next such request
         stream: of `loss`: whose messages are lost
     """
 
@@ -217,7 +217,7 @@ class ActiveDisturbance(Struct, kw_only=True):
         position_std: rad
         velocity_std: rad/s
         stream: whose messages are lost
-        end_time: null where it lasts until told otherwise
+        end_time: null where it lasts until the next such request
     """
 
     kind: str

@@ -1,4 +1,4 @@
-"""`python -m services.sim`: the simulated arm, which hosts the bus unless told otherwise."""
+"""`python -m services.sim`: the simulated arm, which hosts the bus unless --connect is given."""
 
 from dataclasses import dataclass, field
 from typing import Annotated

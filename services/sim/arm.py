@@ -44,7 +44,7 @@ class SimulatedArm(Backend):
         then.
         """
         if seed < 0:
-            raise Refusal("bad_message", f"seed is {seed}; it has to be 0 or more", field="seed")
+            raise Refusal("bad_message", f"seed is {seed}; it must be 0 or more", field="seed")
         pose = self.config.home if positions is None else self._checked_pose(positions)
         self._check_ball(ball)
         scene = self._scene
@@ -76,7 +76,7 @@ class SimulatedArm(Backend):
         mujoco.mj_step1(model, data)
         demanded = self._dynamics.torques(accelerations)
         if not math.isfinite(demanded.sum()):
-            raise ValueError(f"accelerations: {accelerations} cannot be turned into torques; they have to be finite")
+            raise ValueError(f"accelerations: {accelerations} cannot be turned into torques; they must be finite")
         limits = self.config.torques
         self._torques = np.minimum(np.maximum(demanded, -limits), limits)  # np.clip takes three times as long
         self._saturated = self._torques != demanded
@@ -174,7 +174,7 @@ class SimulatedArm(Backend):
             raise Refusal("bad_message", message, field="positions")
         for name, value, (low, high) in zip(config.joint_names, positions, config.limits.positions, strict=True):
             if not np.isfinite(value):
-                raise Refusal("bad_message", f"positions: {name} is {value}; it has to be finite", field="positions")
+                raise Refusal("bad_message", f"positions: {name} is {value}; it must be finite", field="positions")
             if not low <= value <= high:
                 message = f"positions: {name} at {value:.6g} rad lies outside its range {low:.6g} to {high:.6g}"
                 bound = float(low if value < low else high)
@@ -187,7 +187,7 @@ class SimulatedArm(Backend):
         if self._scene.ball is None:
             raise Refusal("bad_message", "ball: this robot's scene has none; leave it null", field="ball")
         if not np.all(np.abs([*ball.position, *ball.velocity]) <= BALL_REACH):
-            message = f"ball: position and velocity have to lie within {BALL_REACH:g} (m, m/s) of 0 on each axis"
+            message = f"ball: position and velocity must lie within {BALL_REACH:g} (m, m/s) of 0 on each axis"
             raise Refusal("bad_message", message, field="ball")
 
     def _place_ball(self, ball: Ball) -> None:

@@ -59,13 +59,13 @@ class Disturbances:
         self.set_sensor_noise(0.0, 0.0)
 
     def set_sensor_noise(self, position_std: float, velocity_std: float) -> None:
-        """Standard deviations (rad, rad/s) of what is measured, until told otherwise.
+        """Standard deviations (rad, rad/s) of what is measured, until the next such request.
 
         Raises Refusal `bad_message` for one that is negative or absurd.
         """
         for field, value in (("position_std", position_std), ("velocity_std", velocity_std)):
             if not 0 <= value <= MAX_NOISE:
-                raise Refusal("bad_message", f"{field} is {value}; it has to lie in 0 to {MAX_NOISE}", field=field)
+                raise Refusal("bad_message", f"{field} is {value}; it must lie in 0 to {MAX_NOISE}", field=field)
         self.position_std = position_std
         self.velocity_std = velocity_std
 
@@ -110,10 +110,10 @@ class Disturbances:
             raise Refusal("bad_message", message, field="values")
         for name, value, bound in zip(joints, values, largest, strict=True):
             if not abs(value) <= bound:
-                message = f"values: {name} is {value}; it has to lie within {bound:g} of 0"
+                message = f"values: {name} is {value}; it must lie within {bound:g} of 0"
                 raise Refusal("bad_message", message, field="values")
         if not 0 < duration <= MAX_SPAN_S:
-            message = f"duration is {duration} s; it has to be greater than 0 and at most {MAX_SPAN_S} s"
+            message = f"duration is {duration} s; it must be greater than 0 and at most {MAX_SPAN_S} s"
             raise Refusal("bad_message", message, field="duration")
         if not now <= start <= now + MAX_SPAN_S:
             message = f"start_time is {start} s, now is {now:.3f} s; name one of the next {MAX_SPAN_S:g} s, or null"

@@ -18,5 +18,5 @@ def run_stepped(loop: SimLoop, stopping: threading.Event) -> None:
             loop.publish()
             loop.deferred.deadline = time.monotonic() + HANG_S
         elif (taken := loop.commands.take(IDLE_S if waits else 0.0)) is not None:
-            loop.hear(taken)
+            loop.receive(taken)
         loop.attend(0.0 if waits else IDLE_S)

@@ -52,8 +52,8 @@ class Observation:
     """What the robot says at a tick; arrays (J,), rad, rad/s, N·m.
 
     positions, velocities: measured. torques: of the tick before, as `Abilities.torques_are` says; saturated where they
-    were clipped. true_positions, true_velocities: without noise, None where nobody knows. condition: "ready" where the
-    robot follows setpoints, else what keeps it from it, with the reason in a sentence.
+    were clipped. true_positions, true_velocities: without noise, None where unknown. condition: "ready" where the robot
+    follows setpoints, else what keeps it from that, with the reason in a sentence.
     """
 
     tick: int

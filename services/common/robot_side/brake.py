@@ -1,4 +1,4 @@
-"""The arm's own stop, for when nobody commands it."""
+"""The arm's own stop, for when commands stop."""
 
 import math
 

@@ -27,7 +27,7 @@ def keep_time(loop: RobotLoop, stopping: threading.Event) -> None:
 def _follow_robot(loop: RobotLoop, stopping: threading.Event) -> None:
     """The robot is the clock: its `step` returns at its next tick."""
     while not stopping.is_set():
-        loop.hear_all()
+        loop.receive_all()
         loop.step()
         loop.publish()
         loop.attend()
@@ -44,7 +44,7 @@ def _run_realtime(loop: RobotLoop, stopping: threading.Event) -> None:
     while not stopping.is_set():
         stalls = deadlines.stalls
         deadlines.near(HEAD_START_NS)
-        loop.hear_all()
+        loop.receive_all()
         ahead = loop.drive.answered_tick == loop.backend.observe().tick
         if ahead:
             loop.step()
@@ -52,7 +52,7 @@ def _run_realtime(loop: RobotLoop, stopping: threading.Event) -> None:
         if deadlines.stalls > stalls:
             stalled.warn(f"the machine stalled; robot time lags by {deadlines.lag_ns * 1e-9:.3f} s in all")
         if not ahead:
-            loop.hear_all()
+            loop.receive_all()
             loop.step()
         loop.publish()
         loop.attend()
@@ -65,11 +65,11 @@ def _run_paced(loop: RobotLoop, stopping: threading.Event) -> None:
         tick = loop.backend.observe().tick
         if loop.is_answered(tick) or not loop.controller.is_awaited:
             pace.wait()
-            loop.hear_all()
+            loop.receive_all()
             loop.step()
             loop.publish()
         elif (taken := loop.commands.take(IDLE_S)) is not None:
-            loop.hear(taken)
+            loop.receive(taken)
         elif loop.controller.starts_to_hang():
             loop.log.warning("the controller has not answered tick %d for %g s; time goes on", tick, HANG_S)
             pace.restart()

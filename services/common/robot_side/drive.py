@@ -10,7 +10,7 @@ from services.common.robot_side.brake import Brake
 
 NEVER = -1
 MAX_ACCELERATION = 1e6
-"""rad/s²; a command beyond it is none that a controller meant."""
+"""rad/s²; commands beyond it are refused."""
 
 
 class Drive:
@@ -40,7 +40,7 @@ class Drive:
     def take(self, command: m.Command, tick: int) -> None:
         """Keep `command` for the coming tick.
 
-        What answers a tick `silence_ticks` ago is no sign of life: an arm that is led so far behind has to brake.
+        What answers a tick `silence_ticks` ago is no sign of life: an arm that is led so far behind must brake.
 
         Raises:
             Refusal: `bad_message` where it is no news, of another run, of wrong length, or beyond any arm.
@@ -84,12 +84,12 @@ class Drive:
         if command is None:
             self._miss(positions, velocities)
         else:
-            self._hear(command)
+            self._apply(command)
         if self.brake or self.applied_tick == NEVER:
             self._setpoint = self._brake.setpoint(positions, velocities)
         return self._setpoint
 
-    def _hear(self, command: m.Command) -> None:
+    def _apply(self, command: m.Command) -> None:
         self._silent = 0
         self.applied_tick = command.tick
         if self.brake and self._brake.releases(np.array(command.positions), np.array(command.velocities)):

@@ -86,7 +86,7 @@ class RobotLoop:
 
     # --- the verbs ------------------------------------------------------------------------------------
 
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Take a command in, unless it is malformed, old, or lost by request."""
         try:
             command = decode(data, m.Command)
@@ -94,14 +94,14 @@ class RobotLoop:
         except Refusal as refusal:
             self._refusals.warn(f"a command was refused: {refusal}", refusal.code)
             return
-        self.controller.hear()
+        self.controller.note_command()
         if self.loses("command", command.tick):
             self.drive.lose()
 
-    def hear_all(self) -> None:
+    def receive_all(self) -> None:
         """Take in every command that waits."""
         while (taken := self.commands.take()) is not None:
-            self.hear(taken)
+            self.receive(taken)
 
     def step(self) -> None:
         """Let a tick pass under the command, the one before, or the brake."""
@@ -115,7 +115,7 @@ class RobotLoop:
         now = self.backend.observe()
         if not self.loses("state", now.tick):
             self._state.put(self.state_message())
-        self.controller.ask()
+        self.controller.note_state()
 
     def attend(self, wait_s: float = 0.0) -> None:
         """Answer a request, after waiting up to `wait_s` s for one, and the deferred one if it can be answered."""

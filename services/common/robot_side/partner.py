@@ -25,11 +25,11 @@ class Partner:
         self._alive, self._since = alive, time.monotonic()
         self._wake()
 
-    def ask(self) -> None:
+    def note_state(self) -> None:
         """Note that a state was published, which the controller has yet to answer."""
         self._since = time.monotonic()
 
-    def hear(self) -> None:
+    def note_command(self) -> None:
         """Note a command."""
         self._hangs = False
 

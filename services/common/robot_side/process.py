@@ -22,7 +22,7 @@ Build = Callable[[Bus, RobotConfig, logging.Logger], RobotLoop]
 
 
 def run_robot(name: str, options: Options, clock: Clock, build: Build, keep: Callable = keep_time) -> None:
-    """Be the robot side of the bus, which this process hosts unless told otherwise, until SIGTERM or Ctrl-C.
+    """Be the robot side of the bus, which this process hosts unless --connect is given, until SIGTERM or Ctrl-C.
 
     name: in the log. build: makes the loop, once the place on the bus is taken. keep: lets its time pass.
 

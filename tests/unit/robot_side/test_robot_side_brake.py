@@ -17,7 +17,7 @@ REST = np.zeros(6)
 
 
 def glide(brake: Brake, positions: np.ndarray, velocities: np.ndarray, ticks: int) -> np.ndarray:
-    """An arm that does exactly as told; returns positions, velocities, accelerations (3, ticks, J)."""
+    """An arm that does exactly as commanded; returns positions, velocities, accelerations (3, ticks, J)."""
     path = []
     for _ in range(ticks):
         command = brake.setpoint(positions, velocities).accelerations

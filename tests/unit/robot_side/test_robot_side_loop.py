@@ -89,7 +89,7 @@ def ask(loop: RobotLoop, topic: topics.Query) -> Asked:
 def tick(loop: RobotLoop, command: m.Command | None = None) -> m.State:
     """Let a tick pass, and return the state after it."""
     if command is not None:
-        loop.hear(encode(command))
+        loop.receive(encode(command))
     loop.step()
     loop.attend()
     return loop.state_message()
@@ -104,7 +104,7 @@ def command(tick: int, **fields: Any) -> m.Command:
 @pytest.mark.parametrize("body", [b"\xc1", encode(command(0, run=8))])
 def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(body: bytes, caplog: pytest.LogCaptureFixture):
     """Whether a command does not decode, or is none for this run."""
-    loop_of(StandIn(ROBOT)).hear(body)
+    loop_of(StandIn(ROBOT)).receive(body)
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
 
 
@@ -187,7 +187,7 @@ def test_a_setpoint_says_where_the_reference_goes():
 @pytest.mark.parametrize("field", ["feedforward", "next"])
 def test_a_command_whose_reference_has_another_length_leads_nobody(field: str):
     loop = loop_of(StandIn(ROBOT))
-    loop.hear(encode(command(0, **{field: [] if field == "feedforward" else m.Point(positions=[], velocities=[])})))
+    loop.receive(encode(command(0, **{field: [] if field == "feedforward" else m.Point(positions=[], velocities=[])})))
     assert loop.drive.answered_tick == -1
 
 
@@ -203,12 +203,12 @@ def test_a_controller_is_waited_for_while_it_lives_and_answers(monkeypatch: pyte
     now[0] += 0.1
     assert [controller.starts_to_hang() for _ in range(2)] == [True, False]
     assert not controller.is_awaited
-    controller.hear()
-    controller.ask()
+    controller.note_command()
+    controller.note_state()
     assert controller.is_awaited
     controller.see("", False)
     assert not controller.is_awaited
-    controller.hear()
+    controller.note_command()
     assert not controller.is_awaited
 
 

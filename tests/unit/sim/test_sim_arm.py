@@ -87,7 +87,7 @@ def test_a_command_that_is_not_finite_moves_nothing(value: float):
     before = arm.observe()
     command = np.zeros(6)
     command[3] = value
-    with pytest.raises(ValueError, match="have to be finite"):
+    with pytest.raises(ValueError, match="must be finite"):
         arm.step(accelerating(command))
     assert arm.observe() is before
     arm.step(accelerating(np.zeros(6)))
@@ -210,7 +210,7 @@ def test_joint_limits_are_hard_stops():
         ([0.0] * 5, None, "bad_message", "positions has 5 numbers; the arm has 6 joints"),
         ([0.0, 0, 0, np.nan, 0, 0], None, "bad_message", "joint_4 is nan"),
         ([2.5, 0.0, 0, 0, 0, 0], None, "limit", "joint_1 at 2.5 rad lies outside its range -2.2 to 2.2"),
-        (None, Ball(position=(0.0, np.inf, 0.0)), "bad_message", "ball: position and velocity have to lie within 100"),
+        (None, Ball(position=(0.0, np.inf, 0.0)), "bad_message", "ball: position and velocity must lie within 100"),
     ],
 )
 def test_a_refused_reset_changes_nothing(positions: list[float] | None, ball: Ball | None, code: str, sentence: str):
