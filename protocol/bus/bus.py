@@ -1,4 +1,4 @@
-"""The topic table put to work on a Zenoh session."""
+"""The topics of one robot on a Zenoh session: publish, subscribe, serve, ask, and see who is alive."""
 
 import contextlib
 import threading
@@ -30,13 +30,13 @@ Item = TypeVar("Item")
 
 PUBLISHED = frozenset(topic.key for topic in PUBLICATIONS)
 LIVELINESS_S = 5.0
-"""How long to wait for what the hub says of liveliness: at once, unless it is stalled."""
-CLAIM_PATIENCE_S, CLAIM_PERIOD_S = 2.0, 0.05
+"""Timeout of a liveliness query, which the router answers at once unless it is stalled."""
+CLAIM_TIMEOUT_S, CLAIM_PERIOD_S = 2.0, 0.05
 """How long a claim waits for another to give way, and how often it looks."""
 
 
 class PendingQuery(Generic[RequestT, ReplyT]):
-    """One request on its way to an answer, exactly one: `reply` or `refuse`. `arrival_ns` is Unix time."""
+    """A request that awaits its one answer, from `reply` or `refuse`. `arrival_ns`: Unix time."""
 
     def __init__(self, topic: Query[RequestT, ReplyT], key: str, query: zenoh.Query) -> None:
         self.topic = topic
@@ -48,12 +48,12 @@ class PendingQuery(Generic[RequestT, ReplyT]):
         """Return the request.
 
         Raises:
-            Refusal: `bad_message`.
+            Refusal: `bad_message`, where the payload is malformed or too large.
         """
         payload = self._query.payload
         if not payload:
             return decode(b"\x80", self.topic.request)
-        check_request_size(self.topic, len(payload))  # before it is copied: a loop may be waiting
+        check_request_size(self.topic, len(payload))  # before the copy, which would delay a loop
         return decode(payload.to_bytes(), self.topic.request, self.topic.max_bytes)
 
     def reply(self, answer: ReplyT) -> None:
@@ -100,10 +100,10 @@ class Bus:
         return f"volley/{self.robot}/{name}"
 
     def publisher(self, topic: Publication[MessageT], blocking: bool = False) -> Publisher[MessageT]:
-        """Declare a publisher, which drops what it cannot send at once unless `blocking`.
+        """Declare a publisher; it drops what cannot be sent at once or, if `blocking`, waits.
 
-        The hub passes on what blocks as it came: where one subscriber's link is dead, all that its publisher says to
-        anybody waits for seconds.
+        The router forwards blocking samples as blocking: one subscriber whose link is dead delays all samples of the
+        publisher, to every subscriber, for seconds.
         """
         return Publisher(
             self.session.declare_publisher(
@@ -116,47 +116,50 @@ class Bus:
         )
 
     def listen(self, topic: Publication, callback: Callable[[bytes], object]) -> None:
-        """Hand the body of every sample to `callback`, which runs in a thread of its own: queue it, do not work.
+        """Pass the body of every sample to `callback`, in a thread of its own: queue it there, and return.
 
-        Zenoh's own thread does not wait for Python, or a slow listener would hold up whoever publishes: 1 kHz streams
-        beside a flood of goals silenced the arm.
+        Zenoh's receiving thread never waits for Python here. If it did, a slow callback would block the publishers:
+        1 kHz streams beside a flood of goals silenced the arm.
         """
         self._keep(
             self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
         )
 
     def stream(self, topic: Publication, stream: Stream) -> None:
-        """Queue the samples of a topic in `stream`, for a loop that answers each at once."""
+        """Queue the samples of a topic in `stream`, for a loop that answers each of them."""
         self._keep(self.session.declare_subscriber(self.key(topic.key), stream.callback))
 
     def collect(self, topic: Publication, length: int) -> Collector:
-        """Collect the samples of a topic, at most `length`, to be taken in batches; a publisher never waits for it."""
+        """Keep the newest `length` samples of a topic, to be taken in batches; its publisher never waits."""
         channel = zenoh.handlers.RingChannel(length)
         return Collector(self._keep(self.session.declare_subscriber(self.key(topic.key), channel)))
 
     def serve(self, topic: Query[RequestT, ReplyT], inbox: Inbox[PendingQuery]) -> None:
-        """Answer requests on `topic` through `inbox`; wildcards that would write, and a full inbox, are refused."""
+        """Queue requests on `topic` in `inbox`.
+
+        Refused are wildcards in a request that writes (`bad_message`), and what a full inbox cannot take (`busy`).
+        """
         key = self.key(topic.key)
 
         def receive(query: zenoh.Query) -> None:
-            asking = PendingQuery(topic, key, query)
+            pending = PendingQuery(topic, key, query)
             if not topic.reads and "*" in str(query.key_expr):
-                asking.refuse(bad_message("key", f"{query.key_expr} has a wildcard; send this request to {key}"))
-            elif not inbox.offer(asking):
+                pending.refuse(bad_message("key", f"{query.key_expr} has a wildcard; send this request to {key}"))
+            elif not inbox.offer(pending):
                 sentence = f"{topic.owner} has {QUEUE_LENGTH} requests waiting; send this one again later"
-                asking.refuse(Refusal("busy", sentence, goal_id=None))
+                pending.refuse(Refusal("busy", sentence, goal_id=None))
 
         self._keep(self.session.declare_queryable(key, receive, complete=True))
         if topic.key not in PUBLISHED:
-            channel = zenoh.handlers.RingChannel(1)  # runs no Python, however much comes
+            channel = zenoh.handlers.RingChannel(1)  # runs no Python, however many samples arrive
             self._puts[key] = Collector(self._keep(self.session.declare_subscriber(key, channel)))
 
     def take_puts(self) -> list[str]:
-        """Return the keys of the served topics on which something was put since the last call: nobody answers that."""
+        """Return the keys of the served topics on which something was put, not asked, since the last call."""
         return [key for key, puts in self._puts.items() if puts.drop()]
 
-    def ask_later(self, topic: Query[RequestT, ReplyT], request: RequestT, callback: Callable[[bytes], None]) -> None:
-        """Send `request` without waiting; the body of a reply goes to `callback` in Zenoh's thread."""
+    def ask_later(self, topic: Query[RequestT, ReplyT], request: RequestT, callback: Callable[[bytes], object]) -> None:
+        """Send `request` and return at once; the body of a reply goes to `callback`, in Zenoh's thread."""
 
         def receive(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
@@ -178,7 +181,7 @@ class Bus:
     def send(
         self, topic: Query[RequestT, ReplyT], request: RequestT, timeout: float | None = None
     ) -> Callable[[], ReplyT]:
-        """Send `request` as `ask` does, and return what waits for the reply and returns it, or raises."""
+        """Send `request`, and return a function that waits for the reply and returns or raises as `ask` does."""
         wait = timeout if timeout is not None else topic.timeout_s
         replies = self.session.get(self.key(topic.key), payload=encode(request), encoding=ENCODING, timeout=wait)
 
@@ -196,53 +199,53 @@ class Bus:
         """Hold the liveliness token of `service` while the session lives: it is ready for requests."""
         self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
 
-    def claim(self, service: str, patience: float = CLAIM_PATIENCE_S) -> bool:
-        """Claim the place of `service` while the session lives, and return whether it is this session's alone.
+    def claim(self, service: str, timeout: float = CLAIM_TIMEOUT_S) -> bool:
+        """Claim the place of `service` while the session lives, and return whether no other session has a claim.
 
-        Each claims before it looks, so of two that come at once at least one sees the other: the one with the larger
-        id gives way at once, the other waits up to `patience` s for that and gives way to whoever stays.
+        Every session declares its claim before it looks for others, so of two that start at once at least one sees the
+        other. The one with the larger id gives way at once; the other waits up to `timeout` s for that, then gives way.
 
         Raises:
-            NoAnswer: the hub is silent.
+            NoAnswer: the router is silent.
         """
         own = self._own_claim(service)
         token = self._keep(self.session.liveliness().declare_token(own))
-        patient_until = time.monotonic() + patience
+        deadline = time.monotonic() + timeout
         while others := self.rivals(service):
-            if min(others) < own or time.monotonic() > patient_until:
-                token.undeclare()  # the other need not wait for this process to end
+            if min(others) < own or time.monotonic() > deadline:
+                token.undeclare()  # so that the other does not wait for this process to end
                 return False
             time.sleep(CLAIM_PERIOD_S)
         return True
 
     def rivals(self, service: str) -> set[str]:
-        """Return the full keys of the claims that other sessions have on the place of `service`: none without a hub.
+        """Return the full keys of the claims of other sessions on the place of `service`; none without a router.
 
         Raises:
-            NoAnswer: the hub is silent.
+            NoAnswer: the router is silent.
         """
         return self._alive(claim_key(service, "*")) - {self._own_claim(service)}
 
     def on_return(self, callback: Callable[[], object]) -> None:
-        """Call `callback`, in a thread of its own, whenever the session has a hub again after it had lost it."""
+        """Call `callback`, in a thread of its own, whenever the session has lost its router and reconnected."""
 
-        def heard(event: zenoh.TransportEvent) -> None:
+        def receive(event: zenoh.TransportEvent) -> None:
             if event.kind == zenoh.SampleKind.PUT and event.transport.whatami == zenoh.WhatAmI.ROUTER:
                 threading.Thread(target=callback, daemon=True).start()
 
-        self._keep(self.session.info.declare_transport_events_listener(heard))
+        self._keep(self.session.info.declare_transport_events_listener(receive))
 
     def is_alive(self, service: str, timeout: float = LIVELINESS_S) -> bool:
-        """Return whether somebody on the bus holds the token of `service`; False where the hub is silent.
+        """Return whether the token of `service` is held on the bus; False if the router is silent.
 
-        Not for a session that watches the same tokens: Zenoh answers it from what the watch has brought so far.
+        Do not use it in a session that watches the same token: Zenoh then answers from what the watch has received.
         """
         with contextlib.suppress(NoAnswer):
             return bool(self._alive(alive_key(service), timeout))
         return False
 
     def watch_alive(self, key: str, callback: Callable[[str, bool], object]) -> None:
-        """Tell `callback` the key of every token on `key` that appears (True) or is lost (False), now and later."""
+        """Call `callback` with the key of every token on `key` that exists or appears (True) or disappears (False)."""
         self._keep(
             self.session.liveliness().declare_subscriber(
                 self.key(key),
@@ -255,11 +258,11 @@ class Bus:
         return self.key(claim_key(service, str(self.session.zid())))
 
     def _alive(self, key: str, timeout: float = LIVELINESS_S) -> set[str]:
-        """The full keys of the tokens that are held on `key`."""
+        """Return the full keys of the tokens that are held on `key`."""
         found = set()
         for reply in self.session.liveliness().get(self.key(key), timeout=timeout):
             if reply.ok is None:
-                raise NoAnswer("the hub", self.key(key))
+                raise NoAnswer("router", self.key(key))
             found.add(str(reply.ok.key_expr))
         return found
 

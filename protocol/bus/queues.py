@@ -1,4 +1,4 @@
-"""Queues between Zenoh's threads and the loop that owns a process's state."""
+"""Bounded queues between Zenoh's threads and the loop that owns a process's state."""
 
 import time
 from collections.abc import Callable
@@ -13,9 +13,9 @@ Item = TypeVar("Item")
 
 
 class Inbox(Generic[Item]):
-    """A bounded queue between Zenoh's threads and the loop that owns the state.
+    """A bounded first-in, first-out queue.
 
-    `wake` is called after an item has come into an empty queue, for a loop that waits for something else.
+    `wake` is called after an item has entered the empty queue, to wake a loop that waits for something else.
     """
 
     def __init__(self, length: int = QUEUE_LENGTH, wake: Callable[[], object] | None = None) -> None:
@@ -24,7 +24,7 @@ class Inbox(Generic[Item]):
         self._wake = wake
 
     def offer(self, item: Item) -> bool:
-        """Append `item`, or return False where the queue is full."""
+        """Append `item`, or return False if the queue is full."""
         if self._queue.qsize() >= self._length:
             return False
         self._queue.put(item)
@@ -33,7 +33,7 @@ class Inbox(Generic[Item]):
         return True
 
     def take(self, timeout: float | None = 0.0) -> Item | None:
-        """Return the oldest item, after waiting up to `timeout` s for one (None: for ever), or None."""
+        """Return the oldest item, waiting up to `timeout` s for one (None: without limit), or None."""
         if timeout == 0.0 and self._queue.empty():
             return None
         try:
@@ -43,10 +43,10 @@ class Inbox(Generic[Item]):
 
 
 class Stream:
-    """The newest bodies of a stream, to be waited for; of more than `length` the oldest are dropped first.
+    """The newest `length` bodies of a stream; older ones are dropped.
 
-    Zenoh's own thread puts each sample into the queue without running any Python of ours, since a second thread that
-    computes delays the loop that waits.
+    Zenoh's thread puts each sample into the queue without running any Python code of this project: a second thread
+    that computes would delay the loop.
     """
 
     def __init__(self, length: int = QUEUE_LENGTH) -> None:
@@ -55,11 +55,11 @@ class Stream:
         self.callback = zenoh.handlers.Callback(self._queue.put, indirect=False)
 
     def wake(self) -> None:
-        """Let a `take` that waits return at once."""
+        """Make a waiting `take` return None at once."""
         self._queue.put(None)
 
     def take(self, timeout: float = 0.0) -> bytes | None:
-        """Return the oldest body, after waiting up to `timeout` s for one, or None, also where `wake` was called."""
+        """Return the oldest body, waiting up to `timeout` s for one, or None, also when `wake` ended the wait."""
         if timeout <= 0.0 and self._queue.empty():
             return None
         try:
@@ -71,17 +71,17 @@ class Stream:
         if sample is None:
             return None
         payload = sample.payload
-        return payload.to_bytes() if len(payload) <= SMALL else b""  # too large to be copied in a tick, and refused
+        return payload.to_bytes() if len(payload) <= SMALL else b""  # too large to copy within a tick: refused as empty
 
 
 class Collector:
-    """The newest samples of a topic, kept by Zenoh itself until they are taken; the oldest are dropped first."""
+    """The newest samples of a topic, kept by Zenoh until they are taken; older ones are dropped."""
 
     def __init__(self, subscriber: zenoh.Subscriber) -> None:
         self._subscriber = subscriber
 
     def take(self) -> tuple[bytes, int] | None:
-        """Return the oldest body and when the hub had it (Unix ns; now, where the hub stamps nothing), or None."""
+        """Return the oldest body and the time at the router (Unix ns; now, if the router adds none), or None."""
         sample = self._subscriber.try_recv()
         if sample is None:
             return None
@@ -90,5 +90,5 @@ class Collector:
         return sample.payload.to_bytes(), received_ns
 
     def drop(self) -> bool:
-        """Drop the oldest sample without copying its body, and return whether there was one."""
+        """Drop the oldest sample without copying its body; return whether there was one."""
         return self._subscriber.try_recv() is not None

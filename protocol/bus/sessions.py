@@ -1,4 +1,4 @@
-"""Zenoh sessions with the project's defaults."""
+"""Zenoh sessions with the project's settings."""
 
 import json
 import socket
@@ -10,22 +10,22 @@ import zenoh
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 MAX_MESSAGE_BYTES = 32 << 20
-"""Where Zenoh itself drops a message: twice the largest request, so that what is merely too large gets an answer."""
+"""Size above which Zenoh drops a message: twice the largest request, so that one a little too large is answered."""
 STREAM_QUEUE = 16
-"""Messages of a stream that wait for a socket, the most Zenoh allows: with its own 2, a stall of 3 ms loses one at
+"""Samples of a stream queued for a socket, the most Zenoh allows: with its default of 2, a stall of 3 ms loses one at
 1 kHz."""
-NO_HUB = "Unable to connect"
-"""What Zenoh's error says where no endpoint to connect to answers."""
+NO_ROUTER = "Unable to connect"
+"""Part of Zenoh's error if no endpoint to connect to answers."""
 
 
 @dataclass(frozen=True, slots=True)
 class SessionTimeouts:
-    """How a process that is stopped or cut off is treated (one that ends is missed at once).
+    """Timeouts for a peer that is suspended or unreachable; a peer that exits is detected at once.
 
     Attributes:
-        lease_ms: After so much silence its session counts as lost.
-        backlog_bytes: Receive buffer, which keeps what is said meanwhile; where 0, or more than the kernel grants,
-            the kernel's own.
+        lease_ms: Silence after which its session counts as lost.
+        backlog_bytes: Receive buffer, which keeps what arrives meanwhile; the kernel's default if 0 or more than the
+            kernel grants.
     """
 
     lease_ms: int
@@ -33,9 +33,9 @@ class SessionTimeouts:
 
     @property
     def is_granted(self) -> bool:
-        """Whether the kernel lets a socket hold the backlog, of which it counts twice the bytes.
+        """Whether the kernel grants the backlog, for which it counts twice the bytes.
 
-        To ask for more than it grants would end its own tuning.
+        Asking for more than it grants would switch off its own tuning of the buffer.
         """
         if not self.backlog_bytes:
             return False
@@ -45,12 +45,11 @@ class SessionTimeouts:
 
 
 CLIENT = SessionTimeouts(lease_ms=2000)
-"""A client may hold the arm, so it is missed soon."""
+"""A client may hold the arm, so its loss is detected soon."""
 SERVICE = SessionTimeouts(lease_ms=20_000)
-"""A service that is stopped is missed long before, by its silence, and goes on where it was when it is continued."""
+"""A suspended service is detected long before, by its silence; it goes on when it is continued."""
 RECORDER = replace(SERVICE, backlog_bytes=4 << 20)
-"""A trace shall have no gap because the recorder was stopped: with what the host of the bus keeps, this lasts for 12 s
-of 600 kB each."""
+"""A suspended recorder leaves no gap in the trace: with the router's own queue this lasts for 12 s of 600 kB each."""
 
 
 def open_session(
@@ -58,27 +57,27 @@ def open_session(
     listen: Sequence[str] = (),
     config_file: Path | None = None,
     give_up: Callable[[], bool] = lambda: False,
-    patience: SessionTimeouts = CLIENT,
+    timeouts: SessionTimeouts = CLIENT,
 ) -> zenoh.Session:
     """Open a session: the router of the bus where `listen` is given, otherwise a client of `connect`.
 
-    A client waits and retries while no hub is there, asking `give_up` twice a second, and comes back by itself after
-    one restarts. `config_file` (json5) is laid under the project's settings; `patience` goes to the other end.
+    A client retries until there is a router, calling `give_up` twice a second, and reconnects by itself when the router
+    restarts. The project's settings override those of `config_file` (json5); `timeouts` are applied by the other end.
 
     Raises:
-        zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
+        zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` returned True.
     """
-    config = session_config(connect, listen, config_file, patience)
+    config = session_config(connect, listen, config_file, timeouts)
     while True:
         try:
             return zenoh.open(config)
         except zenoh.ZError as error:
-            if listen or NO_HUB not in str(error) or give_up():
+            if listen or NO_ROUTER not in str(error) or give_up():
                 raise
 
 
 def session_config(
-    connect: Sequence[str], listen: Sequence[str], config_file: Path | None, patience: SessionTimeouts = CLIENT
+    connect: Sequence[str], listen: Sequence[str], config_file: Path | None, timeouts: SessionTimeouts = CLIENT
 ) -> zenoh.Config:
     """Return the configuration of such a session: no multicast scouting, no shared memory, bounded messages.
 
@@ -87,17 +86,17 @@ def session_config(
     """
     config = zenoh.Config.from_file(config_file) if config_file else zenoh.Config()
     config.insert_json5("scouting/multicast/enabled", "false")
-    config.insert_json5("scouting/delay", "0")  # a router that scouts for nobody need not wait for who answers
+    config.insert_json5("scouting/delay", "0")  # nobody is scouted for, so there is nothing to wait for
     config.insert_json5("transport/shared_memory/enabled", "false")
     config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
-    config.insert_json5("transport/link/tx/lease", str(patience.lease_ms))
+    config.insert_json5("transport/link/tx/lease", str(timeouts.lease_ms))
     config.insert_json5("transport/link/tx/queue/size/real_time", str(STREAM_QUEUE))
-    if patience.is_granted:
+    if timeouts.is_granted:
         for link in ("tcp", "tls"):
-            config.insert_json5(f"transport/link/{link}/so_rcvbuf", str(patience.backlog_bytes))
+            config.insert_json5(f"transport/link/{link}/so_rcvbuf", str(timeouts.backlog_bytes))
     retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
     config.insert_json5("connect/retry", json.dumps(retry))
-    attempt_ms = -1 if listen else 500  # a client's own wait for ever would ignore signals
+    attempt_ms = -1 if listen else 500  # a client that retried without end would ignore signals
     config.insert_json5("connect/timeout_ms", str(attempt_ms))
     config.insert_json5("connect/exit_on_failure", "false")
     if listen:

@@ -66,12 +66,12 @@ def open_bus(
     robot: str,
     hosts_by_default: bool = False,
     give_up: Callable[[], bool] = lambda: False,
-    patience: SessionTimeouts = CLIENT,
+    timeouts: SessionTimeouts = CLIENT,
 ) -> Bus:
     """Open the bus of `robot` as `options` say; without endpoints the service hosts or joins the default one.
 
-    While the hub to join is not there, `give_up` is asked twice a second. `patience` is what the other end has
-    with this process when it is silent.
+    While there is no router to join, `give_up` is called twice a second. The other end applies `timeouts` to this
+    process.
 
     Raises:
         zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
@@ -81,7 +81,7 @@ def open_bus(
     if not listen and not connect and not options.zenoh_config:
         listen, connect = ((DEFAULT_ENDPOINT,), ()) if hosts_by_default else ((), (DEFAULT_ENDPOINT,))
     refuse_exposure(options, connect, listen)
-    return Bus(open_session(connect, listen, options.zenoh_config, give_up, patience), options.robot or robot)
+    return Bus(open_session(connect, listen, options.zenoh_config, give_up, timeouts), options.robot or robot)
 
 
 def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[str]) -> None:

@@ -11,7 +11,7 @@ from services.common.cli import Options, free_endpoint, open_bus
 
 
 @pytest.fixture
-def hub() -> str:
+def router() -> str:
     """An endpoint that nobody has taken yet."""
     return free_endpoint()
 
@@ -38,16 +38,16 @@ def test_endpoints_are_free():
         open_session(listen=[endpoint]).close()
 
 
-def test_the_robot_config_names_the_robot_unless_a_flag_does(hub: str):
+def test_the_robot_config_names_the_robot_unless_a_flag_does(router: str):
     """The second part of every key."""
     for flag, name in ((None, "arm"), ("left", "left")):
-        with open_bus(Options(robot=flag, listen=(hub,)), "arm") as bus:
+        with open_bus(Options(robot=flag, listen=(router,)), "arm") as bus:
             assert bus.key("goal") == f"volley/{name}/goal"
 
 
-def test_a_bad_zenoh_config_is_told(tmp_path: Path, hub: str):
-    """By Zenoh's own error, without waiting for a hub."""
+def test_a_bad_zenoh_config_is_an_error(tmp_path: Path, router: str):
+    """By Zenoh's own error, without waiting for a router."""
     path = tmp_path / "bad.json5"
     path.write_text('{ "mode": "captain" }')
     with pytest.raises(zenoh.ZError):
-        open_bus(Options(connect=(hub,), zenoh_config=path), "arm")
+        open_bus(Options(connect=(router,), zenoh_config=path), "arm")

@@ -1,4 +1,4 @@
-"""The bus on real Zenoh sessions: a hub and a client on a free loopback port."""
+"""The bus on real Zenoh sessions: a router and a client on a free loopback port."""
 
 import socket
 import threading
@@ -29,13 +29,13 @@ def endpoint() -> str:
 
 
 @pytest.fixture
-def hub(endpoint: str) -> Iterator[Bus]:
+def router(endpoint: str) -> Iterator[Bus]:
     with Bus(open_session(listen=[endpoint])) as bus:
         yield bus
 
 
 @pytest.fixture
-def client(hub: Bus, endpoint: str) -> Iterator[Bus]:
+def client(router: Bus, endpoint: str) -> Iterator[Bus]:
     with Bus(open_session(connect=[endpoint])) as bus:
         yield bus
 
@@ -49,33 +49,33 @@ def answering(inbox: Inbox[PendingQuery], answer: Callable[[PendingQuery], None]
     """A thread that answers the next request of `inbox`."""
 
     def serve() -> None:
-        asking = inbox.take(PATIENCE_S)
-        assert asking is not None
-        answer(asking)
+        pending = inbox.take(PATIENCE_S)
+        assert pending is not None
+        answer(pending)
 
     thread = threading.Thread(target=serve)
     thread.start()
     return thread
 
 
-def refuse_by_code(asking: PendingQuery) -> None:
-    asking.refuse(Refusal("unknown_goal", "no goal is called wipe-3; ask for one of forehand-7", goal_id="wipe-3"))
+def refuse_by_code(pending: PendingQuery) -> None:
+    pending.refuse(Refusal("unknown_goal", "no goal is called wipe-3; ask for one of forehand-7", goal_id="wipe-3"))
 
 
-def test_request_and_reply(hub, client, inbox):
-    hub.serve(STATUS_QUERY, inbox)
-    thread = answering(inbox, lambda asking: asking.reply(STATUS))
+def test_request_and_reply(router, client, inbox):
+    router.serve(STATUS_QUERY, inbox)
+    thread = answering(inbox, lambda pending: pending.reply(STATUS))
     assert client.ask(STATUS_QUERY, m.Empty()) == STATUS
     thread.join()
 
 
-def test_request_arrives_as_it_was_sent(hub, client, inbox):
-    hub.serve(CANCEL, inbox)
+def test_request_arrives_as_it_was_sent(router, client, inbox):
+    router.serve(CANCEL, inbox)
     seen = []
 
-    def answer(asking: PendingQuery) -> None:
-        seen.append(asking.decode())
-        asking.reply(m.Canceled(goal_id="forehand-7", stop_time=1.0))
+    def answer(pending: PendingQuery) -> None:
+        seen.append(pending.decode())
+        pending.reply(m.Canceled(goal_id="forehand-7", stop_time=1.0))
 
     thread = answering(inbox, answer)
     client.ask(CANCEL, m.Cancel(goal_id="forehand-7"))
@@ -83,8 +83,8 @@ def test_request_arrives_as_it_was_sent(hub, client, inbox):
     assert seen == [m.Cancel(goal_id="forehand-7")]
 
 
-def test_refusal_reaches_the_client_whole(hub, client, inbox):
-    hub.serve(CANCEL, inbox)
+def test_refusal_reaches_the_client_whole(router, client, inbox):
+    router.serve(CANCEL, inbox)
     thread = answering(inbox, refuse_by_code)
     with pytest.raises(Refusal, match="ask for one of forehand-7") as refused:
         client.ask(CANCEL, m.Cancel(goal_id="wipe-3"))
@@ -92,24 +92,28 @@ def test_refusal_reaches_the_client_whole(hub, client, inbox):
     assert (refused.value.code, refused.value.detail) == ("unknown_goal", {"goal_id": "wipe-3"})
 
 
-def test_bare_clients_are_understood(hub, client, inbox):
+def test_bare_clients_are_understood(router, client, inbox):
     """A request without payload and encoding, as zenoh-cli sends it; the answer says that it is msgpack."""
-    hub.serve(CANCEL, inbox)
-    thread = answering(inbox, lambda asking: asking.reply(m.Canceled(goal_id=asking.decode().goal_id, stop_time=0.5)))
+    router.serve(CANCEL, inbox)
+
+    def answer(pending: PendingQuery) -> None:
+        pending.reply(m.Canceled(goal_id=pending.decode().goal_id, stop_time=0.5))
+
+    thread = answering(inbox, answer)
     (reply,) = client.session.get("volley/arm/cancel", timeout=PATIENCE_S)
     thread.join()
     assert str(reply.ok.encoding) == ENCODING
     assert msgpack.unpackb(reply.ok.payload.to_bytes()) == {"version": 1, "goal_id": None, "stop_time": 0.5}
 
 
-def test_malformed_request_is_refused_when_decoded(hub, client, inbox):
-    hub.serve(CANCEL, inbox)
+def test_malformed_request_is_refused_when_decoded(router, client, inbox):
+    router.serve(CANCEL, inbox)
 
-    def answer(asking: PendingQuery) -> None:
+    def answer(pending: PendingQuery) -> None:
         try:
-            asking.decode()
+            pending.decode()
         except Refusal as refusal:
-            asking.refuse(refusal)
+            pending.refuse(refusal)
 
     thread = answering(inbox, answer)
     (reply,) = client.session.get("volley/arm/cancel", payload=b"{", timeout=PATIENCE_S)
@@ -119,42 +123,42 @@ def test_malformed_request_is_refused_when_decoded(hub, client, inbox):
     assert "int 123" in body["message"]
 
 
-def test_wildcards_may_read_but_not_write(hub, client, inbox):
-    hub.serve(CANCEL, inbox)
+def test_wildcards_may_read_but_not_write(router, client, inbox):
+    router.serve(CANCEL, inbox)
     (reply,) = client.session.get("volley/*/cancel", timeout=PATIENCE_S)
     body = msgpack.unpackb(reply.err.payload.to_bytes())
     assert (body["code"], body["detail"]) == ("bad_message", {"field": "key"})
     assert "send this request to volley/arm/cancel" in body["message"]
     assert inbox.take() is None
 
-    hub.serve(STATUS_QUERY, inbox)
-    thread = answering(inbox, lambda asking: asking.reply(STATUS))
+    router.serve(STATUS_QUERY, inbox)
+    thread = answering(inbox, lambda pending: pending.reply(STATUS))
     replies = client.session.get("volley/*/status", timeout=PATIENCE_S)
     assert [str(reply.ok.key_expr) for reply in replies] == ["volley/arm/status"]
     thread.join()
 
 
-def test_requests_that_are_put_are_noticed(hub, client, inbox):
-    """Nobody answers them; what is published under a request's key as well is none."""
+def test_requests_that_are_put_are_noticed(router, client, inbox):
+    """They get no answer; a publication under a request's key is no request."""
     for query in (CANCEL, PRIMITIVES, STATUS_QUERY):
-        hub.serve(query, inbox)
-    assert hub.take_puts() == []
+        router.serve(query, inbox)
+    assert router.take_puts() == []
     for key in ("cancel", "cancel", "status", "goal"):
         client.session.put(client.key(key), b"\x80", congestion_control=zenoh.CongestionControl.BLOCK)
     noticed: list[str] = []
-    eventually(lambda: noticed.extend(hub.take_puts()) or noticed)
+    eventually(lambda: noticed.extend(router.take_puts()) or noticed)
     assert set(noticed) == {"volley/arm/cancel"}
     assert inbox.take() is None
 
 
-def test_robots_do_not_hear_each_other(hub, endpoint, inbox):
-    hub.serve(STATUS_QUERY, inbox)
+def test_robots_do_not_receive_each_others_requests(router, endpoint, inbox):
+    router.serve(STATUS_QUERY, inbox)
     with Bus(open_session(connect=[endpoint]), "leg") as other, pytest.raises(NoAnswer, match="volley/leg/status"):
         other.ask(STATUS_QUERY, m.Empty())
     assert inbox.take() is None
 
 
-def test_full_inbox_is_refused_at_once(hub, client):
+def test_full_inbox_is_refused_at_once(router, client):
     taken: list[bool] = []
 
     class Counted(Inbox[PendingQuery]):
@@ -162,7 +166,7 @@ def test_full_inbox_is_refused_at_once(hub, client):
             taken.append(super().offer(item))
             return taken[-1]
 
-    hub.serve(PRIMITIVES, Counted())
+    router.serve(PRIMITIVES, Counted())
     for _ in range(QUEUE_LENGTH):
         client.ask_later(PRIMITIVES, m.Empty(), lambda body: None)
     assert eventually(lambda: taken == [True] * QUEUE_LENGTH)
@@ -177,29 +181,29 @@ def test_no_owner_is_no_answer(client):
     assert unanswered.value.service == "controller"
 
 
-def test_silent_owner_is_no_answer(hub, client, inbox):
-    hub.serve(STATUS_QUERY, inbox)
+def test_silent_owner_is_no_answer(router, client, inbox):
+    router.serve(STATUS_QUERY, inbox)
     with pytest.raises(NoAnswer):
         client.ask(STATUS_QUERY, m.Empty(), timeout=0.2)
     assert inbox.take() is not None
 
 
-def test_ask_later_hands_the_body_over(hub, client, inbox):
-    hub.serve(STATUS_QUERY, inbox)
+def test_ask_later_hands_the_body_over(router, client, inbox):
+    router.serve(STATUS_QUERY, inbox)
     bodies = []
     client.ask_later(STATUS_QUERY, m.Empty(), bodies.append)
-    asking = inbox.take(PATIENCE_S)
-    assert asking is not None
-    asking.reply(STATUS)
+    pending = inbox.take(PATIENCE_S)
+    assert pending is not None
+    pending.reply(STATUS)
     assert eventually(lambda: bodies)
     assert msgpack.unpackb(bodies[0])["mode"] == "tracking"
 
 
 @pytest.mark.parametrize(("topic", "message"), [(STATE, EXAMPLES["State"]), (CONTACT, EXAMPLES["Contact"])])
-def test_publications_arrive(hub, client, topic, message):
+def test_publications_arrive(router, client, topic, message):
     stream = Stream()
     client.stream(topic, stream)
-    publisher = hub.publisher(topic, blocking=True)
+    publisher = router.publisher(topic, blocking=True)
     received = []
 
     def arrived() -> bool:
@@ -211,11 +215,11 @@ def test_publications_arrive(hub, client, topic, message):
     assert received[-1] == encode(message)
 
 
-def test_liveliness(hub, client, endpoint):
+def test_liveliness(router, client, endpoint):
     seen = []
-    hub.watch_alive(alive_key("client/shell"), lambda key, alive: seen.append((key, alive)))
+    router.watch_alive(alive_key("client/shell"), lambda key, alive: seen.append((key, alive)))
     assert not client.is_alive("sim")
-    hub.announce("sim")
+    router.announce("sim")
     assert eventually(lambda: client.is_alive("sim"))
     with Bus(open_session(connect=[endpoint])) as other:
         other.announce("client/shell")
@@ -223,8 +227,8 @@ def test_liveliness(hub, client, endpoint):
     assert eventually(lambda: [alive for _, alive in seen] == [True, False])
 
 
-def test_of_two_that_claim_a_place_at_once_one_gets_it(hub, endpoint):
-    """The other leaves, as a service does; nobody who comes later gets it either."""
+def test_of_two_that_claim_a_place_at_once_one_gets_it(router, endpoint):
+    """The other leaves, as a service does; a later one does not get it either."""
     with ThreadPoolExecutor(2) as pool:
         for k in range(20):
             together = threading.Barrier(2)
@@ -232,17 +236,17 @@ def test_of_two_that_claim_a_place_at_once_one_gets_it(hub, endpoint):
             def claim(service: str, together: threading.Barrier = together) -> Bus | None:
                 bus = Bus(open_session(connect=[endpoint]))
                 together.wait()
-                if bus.claim(service, patience=0.5):
+                if bus.claim(service, timeout=0.5):
                     return bus
                 bus.session.close()
                 return None
 
             [winner] = filter(None, pool.map(claim, [f"service-{k}"] * 2))
             with winner, Bus(open_session(connect=[endpoint])) as late:
-                assert not late.claim(f"service-{k}", patience=0.1)
+                assert not late.claim(f"service-{k}", timeout=0.1)
 
 
-def test_client_waits_for_a_hub_and_outlives_one(endpoint, inbox):
+def test_client_waits_for_a_router_and_outlives_one(endpoint, inbox):
     patience = iter(range(3))
     with pytest.raises(zenoh.ZError, match="Unable to connect"):
         open_session(connect=[endpoint], give_up=lambda: next(patience) == 1)
@@ -250,21 +254,21 @@ def test_client_waits_for_a_hub_and_outlives_one(endpoint, inbox):
 
     with Bus(open_session(listen=[endpoint])):
         client = Bus(open_session(connect=[endpoint]))
-    with client, Bus(open_session(listen=[endpoint])) as hub:
-        hub.serve(STATUS_QUERY, inbox)
+    with client, Bus(open_session(listen=[endpoint])) as router:
+        router.serve(STATUS_QUERY, inbox)
         answers: list[m.Status] = []
 
         def asked() -> bool:
             client.ask_later(STATUS_QUERY, m.Empty(), lambda body: answers.append(msgpack.unpackb(body)))
-            asking = inbox.take(0.1)
-            if asking is not None:
-                asking.reply(STATUS)
-            return asking is not None
+            pending = inbox.take(0.1)
+            if pending is not None:
+                pending.reply(STATUS)
+            return pending is not None
 
         assert eventually(asked)
         assert eventually(lambda: answers)
 
 
-def test_taken_endpoint_is_an_error(hub, endpoint):
+def test_taken_endpoint_is_an_error(router, endpoint):
     with pytest.raises(zenoh.ZError):
         open_session(listen=[endpoint])

@@ -106,12 +106,12 @@ def test_any_plan_fits_execute_as_pieces():
         breaks=np.linspace(0, 60, count + 1).tolist(),
         coefficients=bytes(8 * count * m.MAX_JOINTS * m.COEFFICIENTS),
     )
-    said = m.Trajectory(
+    message = m.Trajectory(
         goal_id="g" * 128, client_id="c" * 128, epoch=1 << 40, joint_names=["j" * 64] * m.MAX_JOINTS,
         start_time=1e6 / 3, dt=0.001, count=60_001, hit_index=59_000, pieces=pieces,
     )  # fmt: skip
-    assert len(encode(said)) < EXECUTE.max_bytes
-    assert decode(encode(said), m.Trajectory, EXECUTE.max_bytes).pieces == pieces
+    assert len(encode(message)) < EXECUTE.max_bytes
+    assert decode(encode(message), m.Trajectory, EXECUTE.max_bytes).pieces == pieces
 
 
 def test_text_is_not_taken_for_a_matrix():

@@ -32,16 +32,18 @@ def test_what_the_first_clients_say_and_hear_still_decodes(path):
     """To the same values: what came later has a default."""
     data = path.read_bytes()
     kind = type(EXAMPLES[path.stem])
-    said = msgpack.unpackb(data)
+    stored = msgpack.unpackb(data)
     again = msgpack.unpackb(encode(decode(data, kind)))
-    assert {name: again[name] for name in said} == {name: _with_defaults(again[name], said[name]) for name in said}
+    assert {name: again[name] for name in stored} == {
+        name: _with_defaults(again[name], stored[name]) for name in stored
+    }
 
 
-def _with_defaults(now: Any, said: Any) -> Any:
-    """`said` with the fields that only `now` has: those of maps inside maps."""
-    if isinstance(now, dict) and isinstance(said, dict):
-        return now | {name: _with_defaults(now.get(name), value) for name, value in said.items()}
-    return said
+def _with_defaults(now: Any, stored: Any) -> Any:
+    """`stored` with the fields that only `now` has: those of maps inside maps."""
+    if isinstance(now, dict) and isinstance(stored, dict):
+        return now | {name: _with_defaults(now.get(name), value) for name, value in stored.items()}
+    return stored
 
 
 @pytest.mark.parametrize("stem", ["Trajectory", "GoalReply"])

@@ -1,4 +1,4 @@
-"""What the kernel is told of connections."""
+"""The socket options of connections."""
 
 import socket
 import struct
@@ -13,7 +13,7 @@ BOTH_ENDS = [0, 0]
 
 
 def test_no_connection_lingers_at_either_end():
-    """Zenoh sets 10 s, in which its thread hears nobody; those that come back are guarded as well."""
+    """Zenoh sets 10 s, in which its thread receives nothing; later connections are guarded as well."""
     endpoint = free_endpoint()
     port = port_of(endpoint)
     with Bus(open_session(listen=[endpoint])):

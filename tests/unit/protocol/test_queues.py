@@ -12,7 +12,7 @@ def test_inbox_is_bounded_and_in_order():
 
 
 def test_an_inbox_wakes_a_loop_that_waits_for_something_else():
-    """Once for what comes into it while it is empty: a flood wakes nobody up again and again."""
+    """Once for the item that enters the empty queue: a flood does not wake it again and again."""
     woken: list[str] = []
     inbox = Inbox[int](length=2, wake=lambda: woken.append("up"))
     assert [inbox.offer(item) for item in (1, 2, 3)] == [True, True, False]

@@ -1,4 +1,4 @@
-"""What others put up with of a process that is stopped."""
+"""Timeouts and queues for a process that is suspended."""
 
 import signal
 import socket
@@ -16,22 +16,22 @@ from tests.waiting import eventually
 LISTENER = """
 import sys, time, zenoh
 from protocol.bus.sessions import RECORDER, open_session
-with open_session([sys.argv[1]], patience=RECORDER) as session:
-    heard = session.declare_subscriber("stream", zenoh.handlers.RingChannel(1 << 14))
+with open_session([sys.argv[1]], timeouts=RECORDER) as session:
+    received = session.declare_subscriber("stream", zenoh.handlers.RingChannel(1 << 14))
     session.put("ready", b"")
     sys.stdin.readline()
     count, end = 0, time.monotonic() + 5.0
     while count < int(sys.argv[2]) and time.monotonic() < end:
-        count += heard.try_recv() is not None
+        count += received.try_recv() is not None
     print(count, flush=True)
 """
 COUNT, BODY = 2000, bytes(3000)
 
 
 def test_the_kernel_keeps_a_backlog():
-    patience = SessionTimeouts(lease_ms=2000, backlog_bytes=100_000)
+    timeouts = SessionTimeouts(lease_ms=2000, backlog_bytes=100_000)
     endpoint = free_endpoint()
-    with open_session(listen=[endpoint]), open_session([endpoint], patience=patience):
+    with open_session(listen=[endpoint]), open_session([endpoint], timeouts=timeouts):
         kept = [each.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) for each in connections(port_of(endpoint))]
     assert 200_000 in kept  # the kernel counts twice what is asked for
 
@@ -39,13 +39,13 @@ def test_the_kernel_keeps_a_backlog():
 def test_what_the_kernel_does_not_grant_is_not_asked_for():
     too_much = SessionTimeouts(lease_ms=2000, backlog_bytes=1 << 30)
     assert not too_much.is_granted
-    for patience in (too_much, CLIENT):
-        assert session_config((), (), None, patience).get_json("transport/link/tcp/so_rcvbuf") == "null"
+    for timeouts in (too_much, CLIENT):
+        assert session_config((), (), None, timeouts).get_json("transport/link/tcp/so_rcvbuf") == "null"
 
 
 @pytest.mark.skipif(not RECORDER.is_granted, reason="net.core.rmem_max is too small for a recorder's backlog")
-def test_what_a_stopped_recorder_is_told_waits_for_it():
-    """Six megabytes, as much as is said in ten seconds; a publisher that had to wait would end the connection."""
+def test_what_is_sent_to_a_suspended_recorder_waits_for_it():
+    """Six megabytes, as much as is published in ten seconds; a publisher that waited would end the connection."""
     endpoint = free_endpoint()
     with open_session(listen=[endpoint]) as session:
         ready = session.declare_subscriber("ready", zenoh.handlers.FifoChannel(1))
@@ -62,13 +62,13 @@ def test_what_a_stopped_recorder_is_told_waits_for_it():
             for _ in range(COUNT):
                 stream.put(BODY)
             listener.send_signal(signal.SIGCONT)
-            heard, _ = listener.communicate("\n", timeout=30.0)
+            count, _ = listener.communicate("\n", timeout=30.0)
         finally:
             listener.kill()
             listener.communicate()
-    assert int(heard) == COUNT
+    assert int(count) == COUNT
 
 
 def test_a_stream_may_fall_behind_by_more_than_a_tick():
-    """Zenoh's own queue holds two; what that loses, the drill's row of a stopped recorder shows."""
+    """Zenoh's default is two; what that loses, the drill's row of a suspended recorder shows."""
     assert session_config((), (), None).get_json("transport/link/tx/queue/size/real_time") == "16"
