@@ -61,4 +61,4 @@ class Flags:
 if __name__ == "__main__":
     flags = tyro.cli(Flags)
     build = lambda bus, config, log: RobotLoop(bus, config, StandIn(config), flags.clock, log)  # noqa: E731
-    run_robot("stand-in", flags.common, flags.clock, build)
+    raise SystemExit(run_robot("stand-in", flags.common, flags.clock, build))

@@ -1,9 +1,12 @@
-"""How a service takes its place on the bus, which only one process at a time may have, and keeps it."""
+"""The one instance of a service: it claims the service's place on the bus, serves, and ends where another has it."""
 
 import contextlib
 import logging
+import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from enum import IntEnum
+from hashlib import sha256
 
 import zenoh
 
@@ -12,129 +15,150 @@ from protocol.bus.sessions import DEFAULT_ENDPOINT, SERVICE, SessionTimeouts, se
 from protocol.errors import NoAnswer
 from services.common.cli import Options, open_bus
 from services.common.realtime import EXIT_TAKEN
-from services.common.tls_check import ANY_ADDRESS, listening
+from services.common.tls_check import listening
 
-LOOKS_S = 0.0, 0.1, 1.0, 5.0
-"""Waits before each look of a service whose session is back."""
-TAKEN = "another %s serves robot %s on this bus"
+RETURN_WAITS_S = 0.0, 0.1, 1.0, 5.0
+"""Waits before each look for a rival after the session is back: the first answers of a router may lack tokens."""
+
+
+class Outcome(IntEnum):
+    """How an instance ended, as the exit status of its process.
+
+    ENDED: it served until it was stopped, or was stopped before there was a router to join. FAILED: the bus cannot be
+    opened, is silent, or would let in machines without a certificate. TAKEN: another instance has the place.
+    """
+
+    ENDED = 0
+    FAILED = 1
+    TAKEN = EXIT_TAKEN
+
+
+class SingleInstance:
+    """A service of which only one process at a time may run on the bus of a robot."""
+
+    def __init__(
+        self,
+        service: str,
+        options: Options,
+        robot: str,
+        log: logging.Logger,
+        *,
+        hosts: bool = False,
+        timeouts: SessionTimeouts = SERVICE,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            service: Its name on the bus.
+            options: Where the bus is.
+            robot: Name of the robot, where the options have none.
+            log: Where it says why it ended before its time.
+            hosts: Whether it hosts the bus where the options name no endpoint to join.
+            timeouts: When the other end of its session takes it for lost.
+        """
+        self._service = service
+        self._options = options
+        self._robot = options.robot or robot
+        self._log = log
+        self._hosts = hosts
+        self._timeouts = timeouts
+
+    def run(self, serve: Callable[[Bus], object], stopping: threading.Event) -> Outcome:
+        """Open the bus, claim the place, `serve` until that returns, and close the bus.
+
+        While there is no router to join, wait for one until `stopping` is set. If the session expires and another
+        instance takes over, this one sets `stopping` after one or two liveliness queries; until then both are heard.
+        """
+        with _machine_lock(self._hosted_names()) as is_first:
+            if not is_first:
+                return self._taken()
+            bus = self._open(stopping)
+            if isinstance(bus, Outcome):
+                return bus
+            with bus:
+                return self._serve(bus, serve, stopping)
+
+    def _serve(self, bus: Bus, serve: Callable[[Bus], object], stopping: threading.Event) -> Outcome:
+        displaced = threading.Event()
+
+        def look_for_rival() -> None:
+            if self._is_displaced(bus, stopping):
+                displaced.set()
+                stopping.set()
+
+        bus.on_return(look_for_rival)
+        try:
+            if bus.is_alive(self._service) or not bus.claim(self._service):
+                return self._taken()
+        except NoAnswer as silence:
+            self._log.error("%s; start again", silence)
+            return Outcome.FAILED
+        serve(bus)
+        return self._taken("; this one had lost its session, and ends") if displaced.is_set() else Outcome.ENDED
+
+    def _open(self, stopping: threading.Event) -> Bus | Outcome:
+        """Open the bus, or say why not in the log."""
+        where = " ".join(self._options.connect) or self._options.zenoh_config or DEFAULT_ENDPOINT
+        waiting = threading.Event()
+
+        def give_up() -> bool:
+            if not waiting.is_set():
+                waiting.set()
+                self._log.info("nobody hosts the bus at %s yet; waiting", where)
+            return stopping.is_set()
+
+        try:
+            return open_bus(self._options, self._robot, self._hosts, give_up, self._timeouts)
+        except SystemExit as exposed:
+            self._log.error("%s", exposed)
+        except zenoh.ZError as error:
+            if stopping.is_set():
+                return Outcome.ENDED
+            self._log.error("cannot open the bus: %s", error)
+        return Outcome.FAILED
+
+    def _taken(self, consequence: str = "") -> Outcome:
+        self._log.error("another %s serves robot %s on this bus%s", self._service, self._robot, consequence)
+        return Outcome.TAKEN
+
+    def _is_displaced(self, bus: Bus, stopping: threading.Event) -> bool:
+        """Whether another process has the place, now that this one's session is back.
+
+        An instance that starts may give way within moments, so a rival counts where it is seen twice.
+        """
+        for wait_s in RETURN_WAITS_S:
+            if stopping.wait(wait_s):
+                return False
+            with contextlib.suppress(NoAnswer, zenoh.ZError):  # lost once more, stalled, or closed
+                if bus.rivals(self._service) and not stopping.wait(CLAIM_PERIOD_S) and bus.rivals(self._service):
+                    return True
+        return False
+
+    def _hosted_names(self) -> list[str]:
+        """Name what this process alone may be on this machine: this service at each endpoint on which it hosts."""
+        options = self._options
+        if not self._hosts or options.connect:
+            return []
+        configured: list[str] = []
+        with contextlib.suppress(zenoh.ZError):  # invalid; the log says so once the bus is to be opened
+            configured = listening(session_config((), (), options.zenoh_config))
+        endpoints = options.listen or configured or (DEFAULT_ENDPOINT,)
+        return [f"{self._service} of {self._robot} at {endpoint}" for endpoint in endpoints]
 
 
 @contextlib.contextmanager
-def service_bus(
-    service: str,
-    options: Options,
-    robot: str,
-    stopping: threading.Event,
-    log: logging.Logger,
-    hosts: bool = False,
-    patience: SessionTimeouts = SERVICE,
-) -> Iterator[Bus]:
-    """Open the bus as `service`, which only one process at a time may be; the bus is closed at the end.
+def _machine_lock(names: Iterable[str]) -> Iterator[bool]:
+    """Hold locks of these names, and yield whether no other process of this machine has any of them.
 
-    The service announces itself once it is ready. One whose session was lost, and who comes back to find another in
-    its place, is told to stop within a question to the hub or two: until then, what both say to the arm is heard.
-
-    Raises:
-        SystemExit: 3 where another process is `service` already, or has become it; 1 where the bus is silent, cannot
-            be hosted or would let in machines without a certificate; 0 where `stopping` was set before there was a
-            hub to join.
+    A second host finds its port taken but cannot tell by whom. A lock is an abstract Unix socket: it lives in the same
+    network namespace as the port, and the kernel removes it with the process, however that ends.
     """
-    bus = _join(service, options, robot, stopping, log, hosts, patience)
-    displaced = threading.Event()
-
-    def look_again() -> None:
-        if _is_displaced(bus, service, stopping):
-            log.error("%s; this one had lost its session, and ends", TAKEN % (service, bus.robot))
-            displaced.set()
-            stopping.set()
-
-    with bus:
-        bus.on_return(look_again)
-        _take_place(bus, service, log)
-        yield bus
-    if displaced.is_set():
-        raise SystemExit(EXIT_TAKEN)
-
-
-def _join(
-    service: str,
-    options: Options,
-    robot: str,
-    stopping: threading.Event,
-    log: logging.Logger,
-    hosts: bool,
-    patience: SessionTimeouts,
-) -> Bus:
-    """Open the bus.
-
-    Raises:
-        SystemExit: 3, 1 or 0, as above, once the log says why.
-    """
-
-    def give_up() -> bool:
-        if not told:
-            where = " ".join(options.connect) or options.zenoh_config or DEFAULT_ENDPOINT
-            log.info("nobody hosts the bus at %s yet; waiting", where)
-            told.append(True)
-        return stopping.is_set()
-
-    told: list[bool] = []
-    try:
-        return open_bus(options, robot, hosts, give_up, patience)
-    except SystemExit as exposed:
-        log.error("%s", exposed)
-        raise SystemExit(1) from None
-    except zenoh.ZError as error:
-        if stopping.is_set():
-            raise SystemExit(0) from None
-        if hosts and _is_served(service, options, robot):
-            log.error(TAKEN, service, options.robot or robot)
-            raise SystemExit(EXIT_TAKEN) from None
-        log.error("cannot open the bus: %s", error)
-        raise SystemExit(1) from None
-
-
-def _take_place(bus: Bus, service: str, log: logging.Logger) -> None:
-    """Make sure that nobody else is `service`, nor becomes it at the same time.
-
-    Raises:
-        SystemExit: 3 where somebody is, 1 where the hub is silent, once the log says so.
-    """
-    try:
-        alone = not bus.is_alive(service) and bus.claim(service)
-    except NoAnswer as silence:
-        log.error("%s; start again", silence)
-        raise SystemExit(1) from None
-    if not alone:
-        log.error(TAKEN, service, bus.robot)
-        raise SystemExit(EXIT_TAKEN)
-
-
-def _is_displaced(bus: Bus, service: str, stopping: threading.Event) -> bool:
-    """Whether another process is `service` now that this one's session is back.
-
-    The hub's first answers may lack what others hold, and one that starts gives way in a moment: so several looks, and
-    a rival has to be there twice.
-    """
-    for wait_s in LOOKS_S:
-        if stopping.wait(wait_s):
-            return False
-        with contextlib.suppress(NoAnswer, zenoh.ZError):  # lost once more, stalled, or closed
-            if bus.rivals(service) and not stopping.wait(CLAIM_PERIOD_S) and bus.rivals(service):
-                return True
-    return False
-
-
-def _is_served(service: str, options: Options, robot: str) -> bool:
-    """Whether `service` lives on the bus that could not be hosted because somebody hosts it already."""
-    endpoints = options.listen or listening(session_config((), (), options.zenoh_config)) or (DEFAULT_ENDPOINT,)
-    here = [endpoint.replace(ANY_ADDRESS, "127.0.0.1") for endpoint in endpoints]
-    config = session_config(here, (), options.zenoh_config)
-    config.insert_json5("transport/link/tls/verify_name_on_connect", "false")  # it is this machine, by no name
-    for what in ("certificate", "private_key"):
-        config.insert_json5(f"transport/link/tls/connect_{what}", config.get_json(f"transport/link/tls/listen_{what}"))
-    try:
-        with Bus(zenoh.open(config), options.robot or robot) as bus:
-            return bus.is_alive(service)
-    except zenoh.ZError:
-        return False
+    with contextlib.ExitStack() as held:
+        try:
+            for name in names:
+                lock = held.enter_context(socket.socket(socket.AF_UNIX))
+                lock.bind(f"\0volley {sha256(name.encode()).hexdigest()}")
+            free = True
+        except OSError:
+            free = False
+        yield free

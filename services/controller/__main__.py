@@ -4,12 +4,14 @@ from dataclasses import dataclass, field
 
 import tyro
 
+from protocol.bus.bus import Bus
 from robot.description import load_robot
 from services.common import realtime
 from services.common.cli import Common, Options
 from services.common.logs import start_logging
-from services.common.single_instance import service_bus
-from services.controller.loop import ControllerLoop, WrongRobot
+from services.common.single_instance import Outcome, SingleInstance
+from services.controller.handshake import WrongRobot
+from services.controller.loop import ControllerLoop
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +22,11 @@ class Flags:
 
 
 def main() -> None:
-    """Run until SIGTERM or Ctrl-C."""
+    """Run until SIGTERM or Ctrl-C.
+
+    Raises:
+        SystemExit: with the `Outcome` of the instance, or 1 where the arm is not the one in the robot config.
+    """
     flags = tyro.cli(Flags)
     log = start_logging("controller", flags.common.log)
     stopping = realtime.stop_on_signals()
@@ -28,9 +34,10 @@ def main() -> None:
     loops, others = realtime.split_cores(flags.common.loop_core)
     for missing in realtime.keep_to(loops) + realtime.become_real_time(priority=50):
         log.warning("without %s: ticks may come late", missing)
-    with service_bus("controller", flags.common, config.name, stopping, log) as bus:
+
+    def serve(bus: Bus) -> None:
         loop = ControllerLoop(bus, config, log)
-        realtime.keep_to(others)  # what `open` starts: threads that take requests and check trajectories
+        realtime.keep_to(others)  # for the threads that `open` starts: they take requests and check trajectories
         loop.open()
         realtime.keep_to(loops)
         realtime.freeze_garbage()
@@ -38,9 +45,11 @@ def main() -> None:
             loop.run(stopping)
         except WrongRobot as error:
             log.error("%s", error)
-            raise SystemExit(1) from None
+            raise SystemExit(Outcome.FAILED) from None
         finally:
             loop.close()
+
+    raise SystemExit(SingleInstance("controller", flags.common, config.name, log).run(serve, stopping))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What a trajectory must satisfy before the loop sees it."""
+"""The checks that a trajectory must pass before the loop splices it."""
 
 from dataclasses import dataclass
 
@@ -39,7 +39,7 @@ def check_trajectory(trajectory: m.Trajectory, config: RobotConfig) -> Checked:
 
 
 def _check_form(trajectory: m.Trajectory) -> m.Pieces | None:
-    """Return the pieces, or None where the three matrices are there in their place."""
+    """Return the pieces, or None where the three matrices are given instead."""
     given = [name for name in MATRICES if getattr(trajectory, name) is not None]
     missing = [name for name in MATRICES if name not in given]
     pieces = trajectory.pieces or None
@@ -103,7 +103,7 @@ def _check_range(
 
 
 def _check_smooth(samples: Samples, config: RobotConfig) -> None:
-    """Positions, velocities and accelerations belong together: a trapezium a tick, within what the limits can bend."""
+    """Check that each column is the integral of the next by the trapezoidal rule, as exactly as the limits imply."""
     dt, limits = config.tick, config.limits
     for name, values, rates, bend in (
         (
@@ -130,7 +130,7 @@ def _check_smooth(samples: Samples, config: RobotConfig) -> None:
 
 
 def check_continuity(reference: tuple[np.ndarray, ...], segment: Segment, config: RobotConfig) -> None:
-    """Compare the first sample with the `reference` (positions, velocities, accelerations) it is to continue.
+    """Compare the first sample with the `reference` (positions, velocities, accelerations) that it continues.
 
     Raises:
         Refusal: `invalid_goal`, naming the joint that would jump.

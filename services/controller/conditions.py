@@ -1,4 +1,4 @@
-"""The conditions in which an arm does not follow commands."""
+"""The condition of the arm, and the faults that follow from it."""
 
 from protocol import messages as m
 
@@ -11,11 +11,36 @@ _WORDS: dict[m.Condition, str] = {
 }
 
 
-def condition_of(state: m.State) -> m.Condition:
-    """Return the condition that `state` tells; an older robot side only says that it brakes."""
-    return "braking" if state.brake and state.condition == "ready" else state.condition
+class ArmCondition:
+    """Whether the arm follows commands.
 
+    Attributes:
+        now: As the newest state of the run has it.
+        sentence: A condition other than "ready" in words, with the reason that the arm gives.
+    """
 
-def described(condition: m.Condition, reason: str) -> str:
-    """Return a condition other than "ready" in words, with the reason that the arm gives."""
-    return f"{_WORDS[condition]}: {reason}" if reason else _WORDS[condition]
+    def __init__(self) -> None:
+        self.now: m.Condition = "ready"
+        self.sentence = ""
+        self._release_by = 0
+
+    def update(self, state: m.State, in_fault: bool) -> str | None:
+        """Take the condition of `state`; return why it is a fault of the controller, or None.
+
+        A fault is a condition that sets in, and a brake that is still applied once it should have been released.
+        """
+        before, self.now = self.now, state.condition
+        if self.now == "ready":
+            if not state.brake:
+                return None
+            self.now = "braking"  # an older robot side says no more than that
+        self.sentence = f"{_WORDS[self.now]}: {state.reason}" if state.reason else _WORDS[self.now]
+        if self.now != before:
+            return self.sentence
+        if self.now == "braking" and not in_fault and state.tick > self._release_by:
+            return "the arm still brakes, held too far from where it is measured; send `reset`"
+        return None
+
+    def expect_release(self, tick: int) -> None:
+        """Expect the arm to have released its brake by `tick`."""
+        self._release_by = tick

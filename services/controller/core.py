@@ -1,6 +1,7 @@
-"""The controller without its bus: states in, commands out, requests between two ticks."""
+"""The controller without its bus: a command for each state, and requests between two ticks."""
 
 import math
+from collections.abc import Container
 
 import numpy as np
 
@@ -11,27 +12,29 @@ from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
 from services.controller.checks import Checked, check_continuity
-from services.controller.conditions import condition_of, described
+from services.controller.conditions import ArmCondition
 from services.controller.ledger import ActiveGoal, Ledger, error_of
-from services.controller.loop_statistics import CycleStatistics
+from services.controller.loop_statistics import LoopStatistics
 from services.controller.modes import Event, Mode, next_mode
 from services.controller.ranges import TIGHT
+from services.controller.states import States
 from services.controller.timeline import Timeline
 
 AT_REST = 0.05
-"""Measured speed (rad/s) below which the arm counts as resting."""
+"""Measured speed (rad/s) below which the arm counts as at rest."""
 
 
 class Controller:
-    """Tracks a timeline by eq. 11 and keeps the books of the goals on it.
+    """Tracks the reference trajectory by eq. 11, and keeps the goals that it is made of.
 
-    Time is the tick of the newest state; Unix times are passed in as `now_ns`. `source` names this controller's
-    life in its commands. In `stepped` time a run may begin anew under its own number, which there is the seed.
+    Time is the tick of the newest state; Unix times are passed in as `now_ns`. `source` names this controller in its
+    commands.
     """
 
     def __init__(self, config: RobotConfig, source: str = "controller") -> None:
         self.config = config
-        self.cycle = CycleStatistics()
+        self.states = States(config.joint_count)
+        self.statistics = LoopStatistics()
         self.ledger = Ledger()
         self.mode = Mode.HOLDING
         self.epoch = 0
@@ -39,46 +42,35 @@ class Controller:
         self.fault: str | None = None
         self.changed = False
         self._source = source
-        self._state: m.State | None = None
         self._timeline = Timeline(config.home)
-        self._condition: m.Condition = "ready"
-        self._release_by = 0
-        self.stepped = False
+        self._condition = ArmCondition()
         self._delay_ticks = 0
-        self._clients: set[str] = set()
         self._acceleration = np.zeros(config.joint_count)
 
     def meet(self, arm: m.Description) -> None:
         """Learn from the arm's description how its time passes."""
-        self.stepped, self._delay_ticks = arm.clock == "stepped", arm.delay_ticks
-
-    @property
-    def awake(self) -> bool:
-        """Whether the arm has been heard of."""
-        return self._state is not None
+        self.states.stepped, self._delay_ticks = arm.clock == "stepped", arm.delay_ticks
 
     @property
     def resting(self) -> bool:
         """Whether the reference is at rest for good."""
-        return self._state is None or self._state.tick >= self._timeline.end
-
-    def has_seen(self, run: int, tick: int) -> bool:
-        """Return whether the state of `tick` in `run`, or a later one, was answered."""
-        return self._state is not None and self._state.run == run and tick <= self._state.tick
+        state = self.states.newest
+        return state is None or state.tick >= self._timeline.end
 
     # --- every tick -----------------------------------------------------------------------------------
 
     def answer(self, state: m.State, now_ns: int) -> m.Command | None:
         """Return the command that answers `state`, or None where the state is old, doubled or malformed."""
-        if not self._fits(state):
-            self.cycle.refused += 1
+        if not self.states.admits(state):
             return None
-        if self._opens_run(state):
+        if self.states.opens_run(state):
             self._begin_run(state)
         else:
-            self.cycle.note_state(state.tick, state.applied_tick + self._delay_ticks)
-        self._state = state
-        self._note_condition(state)
+            self.statistics.note_state(state.tick, state.applied_tick + self._delay_ticks)
+        self.states.newest = state
+        broken = self._condition.update(state, in_fault=self.fault is not None)
+        if broken:
+            self.raise_fault(broken, hold=True)
         self._timeline.forget_before(state.tick)
         positions, reference = np.array(state.positions), self._timeline.at(state.tick)
         self._follow_goals(state, positions, reference, now_ns)
@@ -101,20 +93,20 @@ class Controller:
         )
 
     def raise_fault(self, reason: str, hold: bool = False) -> None:
-        """Latch a fault: stop under control, or where `hold` stay at the measured pose, and end all goals."""
+        """Latch a fault and end all goals; stop under control or, if `hold`, stay at the measured pose."""
         self._switch(Event.FAULT)
         self._break_epoch()
         self.fault = reason
         self.ledger.close_all("aborted", reason)
-        if hold and self._state is not None:
-            self._timeline.hold(np.array(self._state.positions), self._state.tick)
+        if hold and (state := self.states.newest) is not None:
+            self._timeline.hold(np.array(state.positions), state.tick)
         else:
             self._stop_soon()
 
     # --- requests -------------------------------------------------------------------------------------
 
-    def execute(self, checked: Checked, now_ns: int) -> m.Accepted:
-        """Splice a checked trajectory in.
+    def execute(self, checked: Checked, clients: Container[str], now_ns: int) -> m.Accepted:
+        """Splice in a checked trajectory; `clients` are those that hold their liveliness tokens.
 
         Raises:
             Refusal: `unavailable`, `fault`, `duplicate`, `not_holder`, `busy`, `superseded`, `late`, or `invalid_goal`
@@ -122,14 +114,14 @@ class Controller:
         """
         trajectory, segment = checked.message, checked.segment
         goal_id = trajectory.goal_id
-        state = self._require_state()
+        state = self.states.require()
         if self.fault is not None:
             sentence = f"the controller is in fault: {self.fault}; send `reset` once the arm is at rest"
             raise Refusal("fault", sentence, fault=self.fault)
-        if self._condition != "ready":
-            why = described(self._condition, state.reason)
+        if self._condition.now != "ready":
+            why = self._condition.sentence
             raise Refusal("fault", f"{why}; send this goal once the arm's condition is ready", fault=why)
-        self.ledger.admit(trajectory, self._clients)
+        self.ledger.admit(trajectory, clients)
         if trajectory.epoch != self.epoch:
             sentence = f"goal {goal_id} was planned in epoch {trajectory.epoch}, it is {self.epoch} now; plan again"
             cause = "plan" if self._broken_epoch <= trajectory.epoch < self.epoch else "break"
@@ -156,12 +148,12 @@ class Controller:
         return m.Accepted(goal_id=goal_id, start_time=segment.start * self.config.tick)
 
     def reference(self, request: m.ReferenceRequest) -> m.Reference:
-        """Return where everything accepted so far will have the arm.
+        """Return a point of the reference trajectory, with all motions accepted so far.
 
         Raises:
             Refusal: `unavailable` before the first state; `bad_message` for a lead outside 0 … 60 s.
         """
-        state = self._require_state()
+        state = self.states.require()
         if not 0.0 <= request.lead <= MAX_PLAN_S:
             raise bad_message("lead", f"lead is {request.lead} s; it must lie between 0 and {MAX_PLAN_S} s")
         tick = state.tick + max(1, math.ceil(request.lead * self.config.rate_hz - TIGHT))
@@ -181,11 +173,11 @@ class Controller:
         Raises:
             Refusal: `unavailable` before the first state; `unknown_goal`.
         """
-        state = self._require_state()
+        state = self.states.require()
         newest = self.ledger.active[-1] if self.ledger.active else None
         if request.goal_id is not None and (newest is None or request.goal_id != newest.result.goal_id):
             if not self.ledger.knows(request.goal_id):
-                self._break_epoch()  # its plan may be in flight, and must not move the arm any more
+                self._break_epoch()  # its plan may be on its way, and must not move the arm any more
             self.ledger.result(request.goal_id)
             return m.Canceled(goal_id=None, stop_time=state.time)
         self._break_epoch()
@@ -202,9 +194,9 @@ class Controller:
             Refusal: `unavailable` before the first state; `fault` for an arm that must `recover` first; `busy` while
                 the arm or its reference moves.
         """
-        state = self._require_state()
-        if self._condition not in ("ready", "braking"):
-            why = described(self._condition, state.reason)
+        state = self.states.require()
+        if self._condition.now not in ("ready", "braking"):
+            why = self._condition.sentence
             raise Refusal("fault", f"{why}; send `recover` to the arm first", fault=why)
         fastest = max(abs(velocity) for velocity in (state.truth or state).velocities)
         if state.tick < self._timeline.end or (self.fault is not None and fastest > AT_REST):
@@ -213,35 +205,25 @@ class Controller:
             raise Refusal("busy", sentence, goal_id=goal.result.goal_id if goal else None)
         if self.fault is not None:
             self._timeline.hold(np.array(state.positions), state.tick)
-            self._release_by = state.tick + self.config.silence_ticks
+            self._condition.expect_release(state.tick + self.config.silence_ticks)
             self.fault = None
         self._break_epoch()
         self._switch(Event.RESET)
         return m.ModeReply(mode=self.mode.value)
 
-    def see_client(self, client_id: str) -> None:
-        """Note that `client_id` holds its token, and may therefore have a lease."""
-        self._clients.add(client_id)
-
-    def lose_client(self, client_id: str) -> None:
-        """Cancel the motion whose lease `client_id` held."""
-        self._clients.discard(client_id)
+    def end_lease(self, client_id: str) -> None:
+        """Cancel the motion whose lease `client_id` held, if there is one."""
         if any(goal.lease and goal.client_id == client_id for goal in self.ledger.active):
             self._break_epoch()
             self._halt(f"client {client_id} lost its lease")
 
-    def lose_all_clients(self) -> None:
-        """Treat every token as lost, where it is not known any more who holds one."""
-        for client_id in tuple(self._clients):
-            self.lose_client(client_id)
-
     def status(self) -> m.Status:
-        """Return the controller at a glance.
+        """Return the status.
 
         Raises:
             Refusal: `unavailable` before the first state.
         """
-        state = self._require_state()
+        state = self.states.require()
         reference = self._timeline.at(state.tick)
         goal = self.ledger.current(state.tick)
         return m.Status(
@@ -253,47 +235,26 @@ class Controller:
             reference=m.Point(positions=reference[0].tolist(), velocities=reference[1].tolist()),
             feedback=m.Point(positions=state.positions, velocities=state.velocities),
             error=error_of(state, reference),
-            cycle=self.cycle.message(),
+            cycle=self.statistics.message(),
             fault=self.fault,
         )
 
     # --- inside ---------------------------------------------------------------------------------------
 
-    def _fits(self, state: m.State) -> bool:
-        joints, truth = self.config.joint_count, state.truth or state
-        lengths = len(state.positions), len(state.velocities), len(truth.positions), len(truth.velocities)
-        if lengths != (joints, joints, joints, joints):
-            return False
-        again = self.stepped and state.tick == 0
-        old = self._state is not None and state.run == self._state.run and state.tick <= self._state.tick
-        return state.tick >= 0 and (again or not old)
-
-    def _opens_run(self, state: m.State) -> bool:
-        return self._state is None or state.run != self._state.run or state.tick <= self._state.tick
-
     def _begin_run(self, state: m.State) -> None:
-        """A new life of the arm: what was under way is over, the reference is where the arm is."""
+        """Start a run of the arm: end all goals, and hold the pose at which it is."""
         self.ledger.close_all("aborted", "the arm began a new run")
         self._timeline.hold(np.array(state.positions), state.tick)
-        self.cycle.begin(state.tick)
+        self.statistics.begin(state.tick)
         self._break_epoch()
         self.fault = None
-        self._condition = "ready"
+        self._condition = ArmCondition()
         self._switch(Event.RUN)
-
-    def _note_condition(self, state: m.State) -> None:
-        """Fault where the arm no longer follows commands, or still brakes after it should have been released."""
-        condition = condition_of(state)
-        if condition not in ("ready", self._condition):
-            self.raise_fault(described(condition, state.reason), hold=True)
-        elif condition == "braking" and self.fault is None and state.tick > self._release_by:
-            self.raise_fault("the arm still brakes, held too far from where it is measured; send `reset`", hold=True)
-        self._condition = condition
 
     def _follow_goals(
         self, state: m.State, positions: np.ndarray, reference: tuple[np.ndarray, ...], now_ns: int
     ) -> None:
-        """Note the tracking error, first command and hit of the goal under way, and what is over."""
+        """Update the goal under way, end those that are over, and fault where the arm is too far from its reference."""
         errors = np.abs(positions - reference[0])
         worst = int(errors.argmax())
         goal = self.ledger.current(state.tick)
@@ -309,7 +270,7 @@ class Controller:
             )
 
     def _halt(self, reason: str) -> int:
-        """Cancel what moves, and return the tick at which the arm rests."""
+        """Cancel the motion; return the tick at which the arm rests."""
         self._switch(Event.CANCEL)
         leaves, rests = self._stop_soon()
         self.ledger.close_later(leaves, rests, "canceled", reason)
@@ -317,17 +278,12 @@ class Controller:
 
     def _stop_soon(self) -> tuple[int, int]:
         """Splice in the earliest stop; return the ticks at which the plan is left and at which the arm rests."""
-        return self._timeline.stop(self._require_state().tick + 1, self.config.limits, self.config.tick)
+        return self._timeline.stop(self.states.require().tick + 1, self.config.limits, self.config.tick)
 
     def _break_epoch(self) -> None:
-        """Make every plan in flight obsolete, and not for another plan's sake."""
+        """Supersede every plan that was made before, without another plan in its place."""
         self.epoch += 1
         self._broken_epoch = self.epoch
-
-    def _require_state(self) -> m.State:
-        if self._state is None:
-            raise Refusal("unavailable", "the arm has not said anything yet; start the sim", service="sim")
-        return self._state
 
     def _switch(self, event: Event) -> None:
         mode = next_mode(self.mode, event)

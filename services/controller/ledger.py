@@ -1,4 +1,4 @@
-"""The goals the controller has taken on, and how each went."""
+"""The goals that the controller accepted, and the result of each."""
 
 from collections import OrderedDict
 from collections.abc import Container
@@ -14,9 +14,12 @@ KEPT = 1000
 
 @dataclass(slots=True)
 class ActiveGoal:
-    """A goal under way: its ticks, and how it will have ended if nothing else comes (`closing`).
+    """A goal under way.
 
-    `hit` is None where a stop keeps the arm from reaching it.
+    Attributes:
+        start: Tick at which its motion starts.
+        hit: Tick of its hit; None where a stop keeps the arm from reaching it.
+        end: Tick at which the goal ends with the outcome `closing`, for `reason`, unless something else ends it first.
     """
 
     result: m.Result
@@ -29,7 +32,7 @@ class ActiveGoal:
     reason: str = ""
 
     def follow(self, state: m.State, reference: tuple[np.ndarray, ...], error: float, now_ns: int) -> None:
-        """Note what `state` says beside its `reference` (positions, velocities, …), the worst joint `error` rad off."""
+        """Update the result from `state` and its `reference` (positions, velocities, …); `error`: the largest, rad."""
         result, stamps = self.result, self.result.stamps
         result.peak_tracking_error = max(result.peak_tracking_error, error)
         if stamps.first_command is None:
@@ -45,7 +48,7 @@ class ActiveGoal:
 
 
 def error_of(point: m.State | m.Point, reference: tuple[np.ndarray, ...]) -> m.Point:
-    """Return how far `point` is from its `reference` (positions, velocities, …)."""
+    """Return `point` minus its `reference` (positions, velocities, …), rad and rad/s."""
     return m.Point(
         positions=(np.array(point.positions) - reference[0]).tolist(),
         velocities=(np.array(point.velocities) - reference[1]).tolist(),
@@ -54,14 +57,14 @@ def error_of(point: m.State | m.Point, reference: tuple[np.ndarray, ...]) -> m.P
 
 @dataclass(slots=True)
 class Ledger:
-    """Goals in the order they were accepted; the last 1000 results are kept."""
+    """Goals in the order of their acceptance; the last 1000 results are kept."""
 
     active: list[ActiveGoal] = field(default_factory=list)
     ended: list[m.Result] = field(default_factory=list)
     _results: OrderedDict[str, m.Result] = field(default_factory=OrderedDict)
 
     def admit(self, trajectory: m.Trajectory, clients: Container[str]) -> None:
-        """Check that `trajectory` may take over; `clients` are those that hold their tokens.
+        """Check that `trajectory` may take over; `clients` are those that hold their liveliness tokens.
 
         Raises:
             Refusal: `duplicate`, `not_holder` or `busy`.
@@ -81,14 +84,14 @@ class Ledger:
             raise Refusal("busy", f"goal {running} is under way and preempt is false; wait for it", goal_id=running)
 
     def open(self, goal: ActiveGoal) -> None:
-        """Take on `goal`, which will replace the others from its start on."""
+        """Add `goal`, which replaces the others from its start on."""
         self.active.append(goal)
         self._results[goal.result.goal_id] = goal.result
         while len(self._results) > KEPT:
             self._results.popitem(last=False)
 
     def close_due(self, tick: int) -> bool:
-        """End every goal that is over at `tick`: replaced by its successor, or played to its end."""
+        """End every goal that is over at `tick`, replaced or played to its end; return whether there was one."""
         still = []
         for index, goal in enumerate(self.active):
             successor = min(self.active[index + 1 :], key=lambda later: later.start, default=None)
@@ -111,7 +114,7 @@ class Ledger:
         self.active = []
 
     def close_later(self, leaves: int, tick: int, outcome: m.Outcome, reason: str) -> None:
-        """Let every goal end with `outcome` at `tick`, its plan left at `leaves`, unless it was closing otherwise."""
+        """Let every goal end with `outcome` at `tick`, its plan left at `leaves`, unless it already ends early."""
         for goal in self.active:
             if goal.closing == "succeeded":
                 goal.closing, goal.reason, goal.end = outcome, reason, tick
@@ -124,12 +127,12 @@ class Ledger:
         return begun[-1] if begun else None
 
     def played_at(self, tick: int) -> str | None:
-        """Return the goal whose motion `tick` belongs to; None at rest, or once that motion is stopping."""
+        """Return the id of the goal whose motion `tick` is part of; None at rest, and while that motion is stopped."""
         goal = self.current(tick)
         return goal.result.goal_id if goal and tick < goal.end and goal.closing == "succeeded" else None
 
     def result(self, goal_id: str) -> m.Result:
-        """Return how `goal_id` went so far.
+        """Return the result of `goal_id` so far.
 
         Raises:
             Refusal: `unknown_goal`.

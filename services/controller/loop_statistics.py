@@ -1,4 +1,4 @@
-"""How well the loop keeps its time."""
+"""How well the loop keeps time."""
 
 import numpy as np
 
@@ -7,8 +7,13 @@ from protocol import messages as m
 WINDOW = 1000
 
 
-class CycleStatistics:
-    """Counts the ticks of a run and those whose command came too late, and keeps the last 1000 response times."""
+class LoopStatistics:
+    """Counts the ticks of a run, the missed ones among them, and keeps the last 1000 response times.
+
+    Attributes:
+        count: States answered in this run.
+        refused: States that were old, doubled or malformed, in all runs.
+    """
 
     def __init__(self) -> None:
         self.count = 0
@@ -19,15 +24,15 @@ class CycleStatistics:
         self._response_us = np.zeros(WINDOW)
 
     def begin(self, tick: int) -> None:
-        """Start counting anew with the state of `tick`, which no command can have answered in time."""
+        """Start a run with the state of `tick`, to which no command can have been applied yet."""
         self._first_tick = self._last_tick = tick
         self._missed = 0
         self.count = 1
 
     def note_state(self, tick: int, applied_tick: int) -> None:
-        """Note the state of `tick`, which tells what was applied up to it.
+        """Count the state of `tick`; `applied_tick` is the tick whose command the arm applied last.
 
-        Missed are the ticks never seen, and the last one seen where its command was not the one applied to it.
+        Missed are the ticks whose state never came, and the last one that came if its command was not applied in time.
         """
         lost = tick - self._last_tick - 1
         self._missed += lost + (applied_tick < self._last_tick)
@@ -35,7 +40,7 @@ class CycleStatistics:
         self.count += 1
 
     def note_response(self, nanoseconds: int) -> None:
-        """Note how long the answer to the newest state took."""
+        """Keep how long the answer to the newest state took."""
         self._response_us[(self.count - 1) % WINDOW] = nanoseconds * 1e-3
 
     def message(self) -> m.Cycle:

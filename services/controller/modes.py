@@ -1,4 +1,4 @@
-"""The modes of the controller and what leads from one to the next."""
+"""The mode machine of the controller."""
 
 from enum import StrEnum
 
@@ -13,14 +13,14 @@ class Mode(StrEnum):
 
 
 class Event(StrEnum):
-    """What can happen to it."""
+    """What changes the mode."""
 
-    ACCEPT = "accept"  # a trajectory was taken on
+    ACCEPT = "accept"  # a trajectory was accepted
     CANCEL = "cancel"  # a motion is to end early
     REST = "rest"  # the reference came to rest
-    FAULT = "fault"  # something broke
-    RESET = "reset"  # somebody cleared the fault
-    RUN = "run"  # a new life of the arm began
+    FAULT = "fault"  # the arm or the motion failed
+    RESET = "reset"  # a client cleared the fault
+    RUN = "run"  # the arm began a new run
 
 
 _MOVING = {Event.ACCEPT: Mode.TRACKING, Event.CANCEL: Mode.STOPPING, Event.REST: Mode.HOLDING}
@@ -32,7 +32,7 @@ TRANSITIONS: dict[Mode, dict[Event, Mode]] = {
     Mode.STOPPING: {**_MOVING, **_ALWAYS},
     Mode.FAULT: {Event.RESET: Mode.HOLDING, **_ALWAYS},
 }
-"""What is not listed changes nothing: above all, a latched fault accepts nothing but `reset` and a new run."""
+"""An event that is not listed changes nothing: only `reset` and a new run end a latched fault."""
 
 
 def next_mode(mode: Mode, event: Event) -> Mode:

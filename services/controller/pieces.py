@@ -1,4 +1,4 @@
-"""Trajectories of polynomials: checked exactly, for all times, and then sampled for the loop."""
+"""Polynomial trajectories: checked exactly, for all times, then sampled for the loop."""
 
 from dataclasses import dataclass
 
@@ -13,13 +13,13 @@ from robot.description import RobotConfig
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
 
 JUMPS = ("positions", 1e-8), ("velocities", 1e-6), ("accelerations", 1e-4)
-"""By how much (rad, rad/s, rad/s²) two pieces may differ where they meet: rounding."""
+"""Rounding: the largest difference (rad, rad/s, rad/s²) between two pieces where they meet."""
 
 ROUNDING = 1e-9
-"""Of a duration, in ticks."""
+"""Rounding of a duration, ticks."""
 
 NUMBERS_AT_ONCE = 1 << 16
-"""Coefficients handled by one call of numpy: a short call never delays the 1 kHz loop of the same process."""
+"""Coefficients a numpy call handles at most: a longer call would delay the 1 kHz loop of the same process."""
 
 
 def check_pieces(trajectory: m.Trajectory, pieces: m.Pieces, config: RobotConfig) -> Samples:
@@ -68,7 +68,7 @@ def _check_end(motion: Trajectory) -> None:
 
 
 def _check_joints(motion: Trajectory, config: RobotConfig) -> None:
-    """Where two pieces meet, positions, velocities and accelerations go on."""
+    """Check that positions, velocities and accelerations are continuous where two pieces meet."""
     before, after = motion.coefficients[:-1], motion.coefficients[1:]
     lengths = np.diff(motion.breaks)[:-1, None]
     for name, tolerance in JUMPS:
@@ -86,7 +86,7 @@ def _check_joints(motion: Trajectory, config: RobotConfig) -> None:
 
 
 def _check_limits(motion: Trajectory, hit_index: int, config: RobotConfig) -> None:
-    """All four quantities lie inside the limits at all times."""
+    """Check that all four quantities are inside the limits at all times."""
     begins, ends = motion.breaks[:-1], motion.breaks[1:]
     position, *others = zip(QUANTITIES, config.limits.ranges.transpose(1, 2, 0), strict=True)
     first, (low, high) = motion.coefficients[0, :, 0], position[1]
@@ -105,7 +105,7 @@ def _check_limits(motion: Trajectory, hit_index: int, config: RobotConfig) -> No
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Span:
-    """Which pieces (m,) are checked, and from when to when (m,), s from the start of the motion."""
+    """Which pieces (m,) are checked, and the begin and end of each check (m,), s from the start of the motion."""
 
     pieces: np.ndarray
     begins: np.ndarray
@@ -134,7 +134,7 @@ def _check_range(
 
 
 def _sample(motion: Trajectory, count: int, config: RobotConfig) -> Samples:
-    """The motion at every tick; the last sample lies at rest, even where the last break comes a rounding later."""
+    """Sample the motion at every tick; the last sample is at rest, even where rounding puts the last break after it."""
     times = np.arange(count) * config.tick
     times[-1] = max(times[-1], motion.duration)
     size = max(1, NUMBERS_AT_ONCE // motion.coefficients[0].size)

@@ -1,4 +1,4 @@
-"""What checks of sampled and of polynomial trajectories share: the ranges, and the refusal of what leaves them."""
+"""Ranges for the checks of sampled and of polynomial trajectories, and the refusal of a value outside."""
 
 import math
 
@@ -9,17 +9,17 @@ from protocol.errors import Refusal
 from robot.description import RobotConfig
 
 TIGHT = 1e-6
-"""Part of a range by which a value may lie outside: rounding."""
+"""Rounding: the fraction of a range by which a value may lie outside."""
 
 
 def slack(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """How far outside low … high (J,) a value may lie; 0 where there is no range."""
+    """Return how far outside low … high (J,) a value may lie; 0 where the range is infinite."""
     width = high - low
     return np.where(np.isfinite(width), TIGHT * width, 0.0)
 
 
 def led_back_ranges(first: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest positions (J,) on the first part of a motion that begins at `first` (J,).
+    """Return the lowest and highest positions (J,) on the first part of a motion that begins at `first` (J,).
 
     A joint that was pushed a little beyond its limit may begin there, but go no farther.
     """
@@ -29,7 +29,7 @@ def led_back_ranges(first: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.n
 
 
 def led_back_ticks(hit_index: int) -> int:
-    """From which tick on a motion with its goal at `hit_index` must be inside the position limits."""
+    """Return the tick from which on a motion with its hit at `hit_index` must be inside the position limits."""
     return math.ceil(LED_BACK_BY * hit_index) + 1
 
 

@@ -1,4 +1,4 @@
-"""Where the arm shall be at every tick to come."""
+"""The reference trajectory: spliced segments, one sample a tick."""
 
 import math
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from motion.limits import Limits
 from motion.trajectory import Samples
 
 WINDOW = 64
-"""Ticks looked at first for a stop: nearly always it is close, and the loop has a tick's time."""
+"""Ticks searched first for a stop: it is nearly always close, and the loop has only a tick's time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segment:
-    """Samples (count, J), one a tick, the first at tick `start`; after the last the arm stays there."""
+    """Samples (count, J), one a tick, the first at tick `start`; after the last the reference stays there."""
 
     start: int
     samples: Samples
@@ -27,14 +27,14 @@ class Segment:
 
 
 class Timeline:
-    """Segments in time, each replacing all that came before from its start on."""
+    """Segments in order of time; each replaces the ones before it from its start on."""
 
     def __init__(self, positions: np.ndarray, tick: int = 0) -> None:
         self._segments: list[Segment] = []
         self.hold(positions, tick)
 
     def hold(self, positions: np.ndarray, tick: int) -> None:
-        """Forget everything and stay at `positions` (J,) from `tick` on."""
+        """Drop all segments and stay at `positions` (J,) from `tick` on."""
         still = np.zeros((1, len(positions)))
         here = np.array(positions, dtype=float)[None, :]
         self._segments = [Segment(tick, Samples(here, still, still))]
@@ -44,7 +44,7 @@ class Timeline:
         self._segments = [kept for kept in self._segments if kept.start < segment.start] + [segment]
 
     def at(self, tick: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return position, velocity and acceleration (J,) at `tick`; views, not to be written."""
+        """Return position, velocity and acceleration (J,) at `tick`: views, not to be written."""
         segment = self._segments[0]
         for later in self._segments[1:]:
             if later.start > tick:
@@ -57,8 +57,8 @@ class Timeline:
     def stop(self, tick: int, limits: Limits, length: float) -> tuple[int, int]:
         """Splice in the earliest jerk-limited stop, from `tick` on, that stays inside `limits`.
 
-        `length`: of a tick, s. Returns the ticks at which the reference leaves what was planned and at which it rests;
-        where no stop comes earlier, that is the plan's own end. An arm that rests at `tick` stays there, even outside.
+        `length`: of a tick, s. Returns the ticks at which the reference leaves the plan and at which it rests; where no
+        stop ends earlier, both are the plan's own end. An arm that rests at `tick` stays there, even outside `limits`.
         """
         _, velocities, accelerations = self.at(tick)
         if not (velocities.any() or accelerations.any()):
@@ -93,7 +93,7 @@ class Timeline:
         return Samples(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
     def forget_before(self, tick: int) -> None:
-        """Drop the segments that `tick` has left behind."""
+        """Drop the segments that are over at `tick`."""
         while len(self._segments) > 1 and self._segments[1].start <= tick:
             del self._segments[0]
 

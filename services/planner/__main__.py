@@ -7,12 +7,13 @@ from typing import Annotated
 import tyro
 
 from motion.errors import InvalidMotion
+from protocol.bus.bus import Bus
 from robot.description import RobotConfig, load_robot
 from robot.shipped import DEMONSTRATIONS
 from services.common import realtime
 from services.common.cli import Common, Options, PlannerFlags
 from services.common.logs import start_logging
-from services.common.single_instance import service_bus
+from services.common.single_instance import SingleInstance
 from services.planner.core import Planner
 from services.planner.lead import Lead
 from services.planner.learning import learn_from_csv
@@ -29,7 +30,11 @@ class Flags:
 
 
 def main() -> None:
-    """Run until SIGTERM or Ctrl-C."""
+    """Run until SIGTERM or Ctrl-C.
+
+    Raises:
+        SystemExit: with the `Outcome` of the instance.
+    """
     flags = tyro.cli(Flags)
     log = start_logging("planner", flags.common.log)
     stopping = realtime.stop_on_signals()
@@ -40,12 +45,15 @@ def main() -> None:
     if library.is_new:
         learn_shipped(library, config, log)
     lead = Lead(config.tick, flags.own.lead)
-    with service_bus("planner", flags.common, config.name, stopping, log) as bus:
+
+    def serve(bus: Bus) -> None:
         realtime.become_polite()
         planner = Planner(bus, config, library, lead, log)
         planner.warm_up()
         realtime.freeze_garbage()
         Loop(bus, planner, library, config, lead, log).serve(stopping)
+
+    raise SystemExit(SingleInstance("planner", flags.common, config.name, log).run(serve, stopping))
 
 
 def learn_shipped(library: Library, config: RobotConfig, log: logging.Logger) -> None:

@@ -8,12 +8,13 @@ from typing import Annotated
 
 import tyro
 
+from protocol.bus.bus import Bus
 from protocol.bus.sessions import RECORDER
 from robot.description import RobotConfig, load_robot
 from services.common import realtime
 from services.common.cli import Common, Options, RecorderFlags
 from services.common.logs import start_logging
-from services.common.single_instance import service_bus
+from services.common.single_instance import SingleInstance
 from services.recorder.blueprint import build_blueprint
 from services.recorder.recorder import Recorder
 from services.recorder.validation import listen
@@ -29,7 +30,11 @@ class Flags:
 
 
 def main() -> None:
-    """Run until SIGTERM or Ctrl-C."""
+    """Run until SIGTERM or Ctrl-C.
+
+    Raises:
+        SystemExit: with the `Outcome` of the instance.
+    """
     flags = tyro.cli(Flags)
     log = start_logging("recorder", flags.common.log)
     stopping = realtime.stop_on_signals()
@@ -37,7 +42,9 @@ def main() -> None:
     realtime.keep_to(others)
     realtime.become_polite()
     config = load_robot(flags.common.robot_config)
-    with service_bus("recorder", flags.common, config.name, stopping, log, patience=RECORDER) as bus:
+    instance = SingleInstance("recorder", flags.common, config.name, log, timeouts=RECORDER)
+
+    def serve(bus: Bus) -> None:
         trace = open_trace(flags.own, config, log)
         try:
             recorder = Recorder(config, trace, listen(bus), log)
@@ -45,6 +52,8 @@ def main() -> None:
             recorder.run(stopping)
         finally:
             trace.close()
+
+    raise SystemExit(instance.run(serve, stopping))
 
 
 def open_trace(flags: RecorderFlags, config: RobotConfig, log: logging.Logger) -> TraceWriter:

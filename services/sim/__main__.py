@@ -21,16 +21,21 @@ class Flags:
 
 
 def main() -> None:
-    """Run until SIGTERM or Ctrl-C."""
+    """Run until SIGTERM or Ctrl-C.
+
+    Raises:
+        SystemExit: with the `Outcome` of the instance.
+    """
     flags = tyro.cli(Flags)
     clock, seed = flags.own.clock, flags.own.seed
-    run_robot(
+    outcome = run_robot(
         "sim",
         flags.common,
         clock,
         lambda bus, config, log: SimLoop(bus, config, clock, seed, log),
         run_stepped if clock == "stepped" else keep_time,
     )
+    raise SystemExit(outcome)
 
 
 if __name__ == "__main__":

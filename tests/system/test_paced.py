@@ -108,6 +108,20 @@ def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
     assert stack.finish(stack.strike()).outcome == "succeeded"
 
 
+def test_a_killed_sim_aborts_the_motion(stack: Stack):
+    """The controller is in fault as soon as the token is gone; the next sim is served as the first one was."""
+    reply = stack.under_way()
+    stack.signal("sim", signal.SIGKILL)
+    wait_for(lambda: "in fault: the arm is gone" in stack.log("controller"), "the controller in fault")
+    stack.restart("sim")
+    stack.services.wait_ready(stack.bus)
+    wait_for(lambda: stack.mode() == "holding", "the controller to serve the next run")
+    result = stack.result(reply.goal_id)
+    assert result.outcome == "aborted"
+    assert "the arm is gone" in result.reason
+    assert stack.finish(stack.strike()).outcome == "succeeded"
+
+
 def test_a_controller_that_hangs_is_waited_for_two_seconds(stack: Stack):
     """Then the arm brakes; once it answers again, every tick waits for it as before."""
     stack.under_way()

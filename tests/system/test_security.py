@@ -27,8 +27,7 @@ from protocol.bus.bus import Bus
 from protocol.bus.sessions import open_session
 from protocol.errors import NoAnswer
 from services.common.cli import Options
-from services.common.realtime import EXIT_TAKEN
-from services.common.single_instance import service_bus
+from services.common.single_instance import Outcome, SingleInstance
 from services.common.supervisor import Supervisor, command_lines
 
 LOG = logging.getLogger("test")
@@ -405,12 +404,14 @@ def test_a_second_host_is_told_who_hosts(tmp_path: Path, caplog: pytest.LogCaptu
     """Also over TLS, with nothing but the configuration of the first; the bus has the port that it names."""
     cell = SecureCell(tmp_path)
     options = Options(zenoh_config=cell.file("router"))
-    never = threading.Event()
-    with service_bus("sim", options, "arm", never, LOG, hosts=True) as first:
-        first.announce("sim")
+    stopping = threading.Event()
+
+    def look_from_outside(bus: Bus) -> None:
+        bus.announce("sim")
         with cell.join("viewer") as viewer:
             assert viewer.is_alive("sim")
-        with pytest.raises(SystemExit) as caught, service_bus("sim", options, "arm", never, LOG, hosts=True):
-            pass
-    assert caught.value.code == EXIT_TAKEN
+        second = SingleInstance("sim", options, "arm", LOG, hosts=True)
+        assert second.run(lambda _: pytest.fail(), stopping) is Outcome.TAKEN
+
+    assert SingleInstance("sim", options, "arm", LOG, hosts=True).run(look_from_outside, stopping) is Outcome.ENDED
     assert "another sim serves robot arm on this bus" in caplog.text

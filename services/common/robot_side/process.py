@@ -13,7 +13,7 @@ from services.common.logs import start_logging
 from services.common.robot_side.backend import RobotFailed
 from services.common.robot_side.clocks import keep_time
 from services.common.robot_side.loop import RobotLoop
-from services.common.single_instance import service_bus
+from services.common.single_instance import Outcome, SingleInstance
 
 PRIORITY = 40
 """Of SCHED_FIFO; the controller's is higher, so that what floods the bus delays a step rather than an answer."""
@@ -21,20 +21,18 @@ PRIORITY = 40
 Build = Callable[[Bus, RobotConfig, logging.Logger], RobotLoop]
 
 
-def run_robot(name: str, options: Options, clock: Clock, build: Build, keep: Callable = keep_time) -> None:
+def run_robot(name: str, options: Options, clock: Clock, build: Build, keep: Callable = keep_time) -> Outcome:
     """Be the robot side of the bus, which this process hosts unless --connect is given, until SIGTERM or Ctrl-C.
 
     name: in the log. build: makes the loop, once the place on the bus is taken. keep: lets its time pass.
-
-    Raises:
-        SystemExit: as `service_bus` does, and 1 where the robot failed.
     """
     log = start_logging(name, options.log)
     stopping = realtime.stop_on_signals()
     config = load_robot(options.robot_config)
     loops, others = realtime.split_cores(options.loop_core)
     _ask_for_real_time(loops, clock, log)
-    with service_bus(ROBOT_SIDE, options, config.name, stopping, log, hosts=True) as bus:
+
+    def serve(bus: Bus) -> None:
         loop = build(bus, config, log)
         realtime.keep_to(others)  # what `open` starts: threads that take requests
         loop.open()
@@ -43,11 +41,14 @@ def run_robot(name: str, options: Options, clock: Clock, build: Build, keep: Cal
         realtime.freeze_garbage()
         try:
             keep(loop, stopping)
-        except RobotFailed as failed:
-            log.error("%s", failed)
-            raise SystemExit(1) from None
         finally:
             loop.backend.close()
+
+    try:
+        return SingleInstance(ROBOT_SIDE, options, config.name, log, hosts=True).run(serve, stopping)
+    except RobotFailed as failed:
+        log.error("%s", failed)
+        return Outcome.FAILED
 
 
 def _ask_for_real_time(cores: set[int], clock: Clock, log: logging.Logger) -> None:

@@ -11,96 +11,121 @@ from protocol.bus.bus import Bus
 from protocol.bus.sessions import open_session
 from protocol.topics import claim_key
 from services.common.cli import Options, free_endpoint
-from services.common.realtime import EXIT_TAKEN
-from services.common.single_instance import service_bus
+from services.common.single_instance import Outcome, SingleInstance
 from tests.connections import connections, port_of
 from tests.waiting import eventually
 
 LOG = logging.getLogger("test")
 
 
+class Service:
+    """An instance at work in a thread, which announces itself and serves until it is stopped."""
+
+    def __init__(self, name: str, options: Options, hosts: bool = False) -> None:
+        self.stopping = threading.Event()
+        self.outcome: Outcome | None = None
+        self.robot = ""
+        self._name = name
+        self._instance = SingleInstance(name, options, "arm", LOG, hosts=hosts)
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        self.outcome = self._instance.run(self._serve, self.stopping)
+
+    def _serve(self, bus: Bus) -> None:
+        bus.announce(self._name)
+        self.robot = bus.robot
+        self.stopping.wait()
+
+    def __enter__(self) -> "Service":
+        """Wait until it serves."""
+        assert eventually(lambda: self.robot)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
+
+    def end(self) -> Outcome | None:
+        """Stop it and return how it ended."""
+        self.stopping.set()
+        self._thread.join()
+        return self.outcome
+
+
+def outcome_of(name: str, options: Options, hosts: bool = False) -> Outcome:
+    """Run an instance that must not come to serve."""
+    return SingleInstance(name, options, "arm", LOG, hosts=hosts).run(lambda _: pytest.fail(), threading.Event())
+
+
 @pytest.fixture
-def hub() -> str:
+def router() -> str:
     """An endpoint that nobody has taken yet."""
     return free_endpoint()
 
 
-def test_waiting_for_a_hub_can_be_given_up(hub: str, caplog: pytest.LogCaptureFixture):
+def test_an_instance_that_is_stopped_has_served(router: str):
+    """Status 0; the bus is closed, and the place free for the next."""
+    for _ in range(2):
+        with Service("sim", Options(listen=(router,)), hosts=True) as service:
+            assert service.end() is Outcome.ENDED
+
+
+def test_waiting_for_a_router_can_be_given_up(router: str, caplog: pytest.LogCaptureFixture):
     """Without an error, as a signal would have it; meanwhile the log says what is waited for."""
     caplog.set_level(logging.INFO)
-    stopping = threading.Event()
-    stopping.set()
-    with pytest.raises(SystemExit) as caught, service_bus("planner", Options(connect=(hub,)), "arm", stopping, LOG):
-        pass
-    assert caught.value.code == 0
-    assert f"nobody hosts the bus at {hub} yet" in caplog.text
+    service = Service("planner", Options(connect=(router,)))
+    assert eventually(lambda: f"nobody hosts the bus at {router} yet" in caplog.text)
+    assert service.end() is Outcome.ENDED
+    assert not service.robot
 
 
 def test_a_service_that_would_let_anybody_in_logs_why_not(caplog: pytest.LogCaptureFixture):
-    """And ends with status 1."""
-    options = Options(listen=("tcp/0.0.0.0:0",))
-    with pytest.raises(SystemExit) as caught, service_bus("sim", options, "arm", threading.Event(), LOG, hosts=True):
-        pass
-    assert caught.value.code == 1
+    """And has failed."""
+    assert outcome_of("sim", Options(listen=("tcp/0.0.0.0:0",)), hosts=True) is Outcome.FAILED
     assert "will not listen on tcp/0.0.0.0:0" in caplog.text
 
 
-def test_a_place_that_is_taken_is_left_alone(hub: str, caplog: pytest.LogCaptureFixture):
-    """Status 3 and a sentence, both for who joins the bus and for who would host it; others find room."""
-    with Bus(open_session(listen=[hub])) as first:
-        first.announce("sim")
-        for options, hosts in ((Options(connect=(hub,)), False), (Options(listen=(hub,)), True)):
-            caplog.clear()
-            with pytest.raises(SystemExit) as caught, service_bus("sim", options, "arm", threading.Event(), LOG, hosts):
-                pass
-            assert caught.value.code == EXIT_TAKEN
-            assert "another sim serves robot arm on this bus" in caplog.text
-        with service_bus("planner", Options(connect=(hub,)), "arm", threading.Event(), LOG) as bus:
-            assert bus.robot == "arm"
-        with service_bus("sim", Options("left", connect=(hub,)), "arm", threading.Event(), LOG) as bus:
-            assert bus.robot == "left"
+@pytest.mark.parametrize("hosts", [False, True])
+def test_a_place_that_is_taken_is_left_alone(router: str, hosts: bool, caplog: pytest.LogCaptureFixture):
+    """With a sentence, both for who joins the bus and for who would host it; others find room."""
+    joining = Options(connect=(router,))
+    with Service("sim", Options(listen=(router,)), hosts=True):
+        assert outcome_of("sim", Options(listen=(router,)) if hosts else joining, hosts) is Outcome.TAKEN
+        assert "another sim serves robot arm on this bus" in caplog.text
+        with Service("planner", joining) as planner, Service("sim", Options("left", connect=(router,))) as left:
+            assert (planner.robot, left.robot) == ("arm", "left")
 
 
-def test_a_bus_that_cannot_be_hosted_is_status_1(hub: str, caplog: pytest.LogCaptureFixture):
-    """The port is taken, but by nobody who is the sim."""
+def test_arms_of_one_machine_are_hosted_side_by_side(router: str):
+    """On buses of their own, be their names the same or not."""
     with (
-        Bus(open_session(listen=[hub])),
-        pytest.raises(SystemExit) as caught,
-        service_bus("sim", Options(listen=(hub,)), "arm", threading.Event(), LOG, hosts=True),
+        Service("sim", Options(listen=(router,)), hosts=True),
+        Service("sim", Options(listen=(free_endpoint(),)), hosts=True) as second,
+        Service("sim", Options("left", listen=(free_endpoint(),)), hosts=True) as third,
     ):
-        pass
-    assert caught.value.code == 1
+        assert (second.robot, third.robot) == ("arm", "left")
+
+
+def test_a_bus_that_cannot_be_hosted_is_a_failure(router: str, caplog: pytest.LogCaptureFixture):
+    """The port is taken, but not by the sim."""
+    with Bus(open_session(listen=[router])):
+        assert outcome_of("sim", Options(listen=(router,)), hosts=True) is Outcome.FAILED
     assert "cannot open the bus" in caplog.text
 
 
 @pytest.mark.parametrize("rival", [True, False])
-def test_who_comes_back_and_finds_another_in_his_place_ends(hub: str, rival: bool, caplog: pytest.LogCaptureFixture):
-    """As after 20 s of SIGSTOP in which another was started: two who command one arm would both be heard."""
-    stopping, statuses = threading.Event(), []
-
-    def serve() -> None:
-        try:
-            with service_bus("controller", Options(connect=(hub,)), "arm", stopping, LOG) as bus:
-                bus.announce("controller")
-                stopping.wait()
-        except SystemExit as end:
-            statuses.append(end.code)
-
-    service = threading.Thread(target=serve)
-    with Bus(open_session(listen=[hub])) as host:
-        service.start()
+def test_an_instance_that_was_replaced_ends(router: str, rival: bool, caplog: pytest.LogCaptureFixture):
+    """As after 20 s of SIGSTOP in which another was started: two that command one arm would both be obeyed."""
+    with Bus(open_session(listen=[router])) as host, Service("controller", Options(connect=(router,))) as service:
         assert eventually(lambda: host.is_alive("controller"), 10.0)
         place = claim_key("controller" if rival else "planner", "rival")
         token = host.session.liveliness().declare_token(host.key(place))
-        try:
-            for connection in connections(port_of(hub)):
-                with contextlib.suppress(OSError):  # the other end was first
-                    connection.shutdown(socket.SHUT_RDWR)
-            assert stopping.wait(10.0 if rival else 2.0) is rival
-            assert eventually(lambda: host.is_alive("controller") is not rival, 10.0)
-        finally:
-            stopping.set()
-            service.join()
-            token.undeclare()
-    assert statuses == ([EXIT_TAKEN] if rival else [])
+        for connection in connections(port_of(router)):
+            with contextlib.suppress(OSError):  # the other end was first
+                connection.shutdown(socket.SHUT_RDWR)
+        assert service.stopping.wait(10.0 if rival else 2.0) is rival
+        assert eventually(lambda: host.is_alive("controller") is not rival, 10.0)
+        assert service.end() is (Outcome.TAKEN if rival else Outcome.ENDED)
+        token.undeclare()
     assert ("another controller serves robot arm" in caplog.text) is rival

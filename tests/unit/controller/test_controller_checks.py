@@ -30,11 +30,11 @@ def arrays() -> Arrays:
 
 def message(values: Arrays, **fields: object) -> m.Trajectory:
     """Return `values` as a trajectory, with some fields changed."""
-    said: dict[str, object] = {
+    body: dict[str, object] = {
         "goal_id": "goal", "epoch": 0, "joint_names": list(ROBOT.joint_names), "start_time": 0.1, "dt": 0.001,
         "count": len(values["positions"]), "hit_index": 0, **{n: matrix_bytes(v) for n, v in values.items()},
     }  # fmt: skip
-    return m.Trajectory(**{**said, **fields})  # type: ignore[arg-type]
+    return m.Trajectory(**{**body, **fields})  # type: ignore[arg-type]
 
 
 def refusal(values: Arrays, **fields: object) -> Refusal:

@@ -1,4 +1,4 @@
-"""The controller without its bus, against an arm that does exactly what it is told."""
+"""The controller without its bus, against an arm that follows every command exactly."""
 
 import msgspec
 import numpy as np
@@ -27,17 +27,18 @@ class PerfectArm:
         self.tick = 0
         self.run = 1
         self.brake = False
+        self.clients: set[str] = set()
         self.positions, self.velocities = ROBOT.home.copy(), np.zeros(JOINTS)
         self.commands: list[m.Command] = []
 
     def state(self, **changes: object) -> m.State:
-        """Return what the arm says now."""
-        said = m.State(
+        """Return the state of the arm."""
+        state = m.State(
             run=self.run, tick=self.tick, time=self.tick * TICK, positions=self.positions.tolist(),
             velocities=self.velocities.tolist(), torques=[0.0] * JOINTS, saturated=[False] * JOINTS,
             brake=self.brake, applied_tick=self.tick - 1,
         )  # fmt: skip
-        return msgspec.structs.replace(said, **changes)
+        return msgspec.structs.replace(state, **changes)
 
     def turn(self, ticks: int) -> None:
         """Answer and move, tick by tick."""
@@ -87,7 +88,7 @@ def trajectory(controller: Controller, start: int, goal_id: str = "goal", **fiel
 
 def execute(arm: PerfectArm, message: m.Trajectory) -> m.Accepted:
     """Check a trajectory and have it spliced."""
-    return arm.controller.execute(check_trajectory(message, ROBOT), now_ns=3)
+    return arm.controller.execute(check_trajectory(message, ROBOT), arm.clients, now_ns=3)
 
 
 def refused(arm: PerfectArm, message: m.Trajectory) -> Refusal:
@@ -100,7 +101,7 @@ def refused(arm: PerfectArm, message: m.Trajectory) -> Refusal:
 
 
 def test_a_trajectory_is_played_to_rest(arm: PerfectArm):
-    """The reference is its samples, the hit is noted at its tick, and the stamps tell the story."""
+    """The reference is its samples, the hit is noted at its tick, and each stamp is set."""
     accepted = execute(arm, trajectory(arm.controller, 30))
     assert accepted == m.Accepted(goal_id="goal", start_time=0.03)
     assert arm.controller.mode is Mode.TRACKING
@@ -119,17 +120,16 @@ def test_a_trajectory_is_played_to_rest(arm: PerfectArm):
 
 
 def test_a_state_that_is_old_doubled_or_malformed_gets_no_answer(arm: PerfectArm):
-    """And is counted."""
+    """The loop counts it."""
     answer = arm.controller.answer
     for state in (arm.state(tick=9), arm.state(tick=3), arm.state(positions=[0.0]), arm.state(velocities=[0.0] * 7)):
         assert answer(state, 0) is None
-    assert arm.controller.cycle.refused == 4
     assert answer(arm.state(), 0) is not None
 
 
 def test_tick_0_of_the_same_run_opens_a_new_life(arm: PerfectArm):
     """In stepped time the seed names the run, and the same seed may come twice."""
-    arm.controller.stepped = True
+    arm.controller.states.stepped = True
     execute(arm, trajectory(arm.controller, 30))
     arm.turn(100)
     pose = (ROBOT.home + 0.1).tolist()
@@ -154,7 +154,6 @@ def test_a_truth_that_does_not_fit_the_arm_is_refused(arm: PerfectArm):
     for positions, velocities in (([], []), ([0.0] * JOINTS, [0.0])):
         truth = m.Point(positions=positions, velocities=velocities)
         assert arm.controller.answer(arm.state(truth=truth), 0) is None
-    assert arm.controller.cycle.refused == 2
 
 
 def test_a_brake_that_does_not_let_go_is_a_fault_again(arm: PerfectArm):
@@ -173,7 +172,7 @@ def test_a_brake_that_does_not_let_go_is_a_fault_again(arm: PerfectArm):
 def test_before_the_first_state_nothing_can_be_asked():
     """Everything is unavailable, naming the sim."""
     controller = Controller(ROBOT)
-    assert not controller.awake
+    assert controller.states.newest is None
     for ask in (
         lambda: controller.cancel(m.Cancel()),
         lambda: controller.reference(m.ReferenceRequest(lead=0.0)),
@@ -246,14 +245,15 @@ def test_leases(arm: PerfectArm):
     controller = arm.controller
     leased = trajectory(controller, 30, client_id="alice", lease=True)
     assert refused(arm, leased).code == "not_holder"
-    controller.see_client("alice")
+    arm.clients.add("alice")
     execute(arm, leased)
     arm.turn(50)
     refusal = refused(arm, trajectory(controller, arm.tick + 5, "b", client_id="bob"))
     assert (refusal.code, refusal.detail["client_id"]) == ("not_holder", "alice")
-    controller.lose_client("bob")
+    controller.end_lease("bob")
     assert controller.mode is Mode.TRACKING
-    controller.lose_client("alice")
+    arm.clients.discard("alice")
+    controller.end_lease("alice")
     assert controller.mode is Mode.STOPPING
     arm.turn(300)
     assert controller.ledger.result("goal").outcome == "canceled"
@@ -264,11 +264,12 @@ def test_leases(arm: PerfectArm):
 def test_a_lease_counts_until_its_goal_is_over(arm: PerfectArm):
     """Also where the same client's next goal, which asks for none, waits to take over."""
     controller = arm.controller
-    controller.see_client("alice")
+    arm.clients.add("alice")
     execute(arm, trajectory(controller, 30, client_id="alice", lease=True))
     arm.turn(10)
     execute(arm, trajectory(controller, 30, "follow-up", client_id="alice"))
-    controller.lose_client("alice")
+    arm.clients.discard("alice")
+    controller.end_lease("alice")
     assert controller.mode is Mode.STOPPING
     arm.turn(300)
     assert [controller.ledger.result(name).outcome for name in ("goal", "follow-up")] == ["canceled", "canceled"]

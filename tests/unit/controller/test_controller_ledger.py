@@ -24,7 +24,7 @@ def hit() -> m.Hit:
 
 
 def test_a_goal_succeeds_at_its_end():
-    """Not a tick earlier, and it is told once."""
+    """Not a tick earlier, and it is reported once."""
     ledger = Ledger()
     ledger.open(running("a", 10))
     assert not ledger.close_due(149)
@@ -106,7 +106,7 @@ def test_the_goal_that_is_played():
 
 
 def test_whose_motion_a_tick_is_a_part_of():
-    """Nobody's at rest, nor once it is stopping; there another may take over."""
+    """None's at rest, nor once it is stopping, when another may take over."""
     ledger = Ledger()
     ledger.open(running("a", 10))
     end = ledger.active[0].end
@@ -118,7 +118,7 @@ def test_whose_motion_a_tick_is_a_part_of():
 
 
 def test_the_last_thousand_results_are_kept():
-    """Older ones are unknown, in a sentence that says how many are kept."""
+    """Older ones are unknown, and the sentence names how many are kept."""
     ledger = Ledger()
     for k in range(KEPT + 1):
         ledger.open(running(str(k), k))

@@ -40,12 +40,12 @@ def there_and_back(way: float = 0.3, seconds: float = 0.5, rest: float = 0.0) ->
 
 def message(motion: Trajectory, **fields: object) -> m.Trajectory:
     """Return a motion as a request, with some fields changed."""
-    said: dict[str, Any] = {
+    body: dict[str, Any] = {
         "goal_id": "goal", "epoch": 0, "joint_names": list(ROBOT.joint_names), "start_time": 0.1, "dt": 0.001,
         "count": int(np.ceil(motion.duration * 1000 - 1e-6)) + 1, "hit_index": 0,
         "pieces": m.Pieces(breaks=motion.breaks.tolist(), coefficients=matrix_bytes(motion.coefficients)),
     }  # fmt: skip
-    return m.Trajectory(**{**said, **fields})
+    return m.Trajectory(**{**body, **fields})
 
 
 def checked(motion: Trajectory, config: RobotConfig = ROBOT, **fields: object) -> Segment:

@@ -1,0 +1,61 @@
+"""Checks trajectories in a thread beside the loop, which then only splices them."""
+
+import threading
+from collections.abc import Callable
+
+from protocol.bus.bus import PendingQuery
+from protocol.bus.queues import Inbox
+from protocol.errors import Refusal
+from protocol.topics import QUEUE_LENGTH
+from robot.description import RobotConfig
+from services.common.puts import PutWatch
+from services.controller.checks import Checked, check_trajectory
+
+POLL_S = 0.2
+"""Longest wait for a request, after which the thread looks whether it is to end, and for requests that were put."""
+
+
+class TrajectoryChecker:
+    """Decodes and checks the bodies of `execute`: refuses the bad ones itself, and queues the good ones.
+
+    Attributes:
+        requests: Where the bus puts the requests.
+    """
+
+    def __init__(self, config: RobotConfig, puts: PutWatch, wake: Callable[[], object]) -> None:
+        """Prepare; `wake` is called once a checked trajectory can be taken."""
+        self.requests: Inbox[PendingQuery] = Inbox()
+        self._config = config
+        self._puts = puts
+        self._checked: Inbox[tuple[PendingQuery, Checked]] = Inbox(wake=wake)
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="checker", daemon=True)
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread, after the check that is under way."""
+        self._closed.set()
+        self._thread.join(1.0)
+
+    def take(self) -> tuple[PendingQuery, Checked] | None:
+        """Return the oldest request whose trajectory is good, or None."""
+        return self._checked.take()
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            query = self.requests.take(POLL_S)
+            self._puts.look()
+            if query is not None:
+                try:
+                    self._check(query)
+                except Refusal as refusal:
+                    query.refuse(refusal)
+
+    def _check(self, query: PendingQuery) -> None:
+        checked = check_trajectory(query.decode(), self._config)
+        if not self._checked.offer((query, checked)):
+            sentence = f"controller has {QUEUE_LENGTH} trajectories waiting; send this one again later"
+            raise Refusal("busy", sentence, goal_id=checked.message.goal_id)

@@ -1,0 +1,92 @@
+"""The handshake with the arm: what it is, where it is, and whether it is still there."""
+
+import logging
+import time
+from collections.abc import Callable
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
+from protocol.bus.queues import Inbox
+from protocol.codec import decode
+from protocol.errors import Refusal
+from robot.description import RobotConfig
+from services.common.logs import ThrottledLog
+
+GREETING_PERIOD_NS = 500_000_000
+"""An arm that is busy, or a bus that is, may lose a question or its answer: it is asked again."""
+NEVER_NS = 1 << 62
+
+
+class Departed:
+    """The arm's liveliness token disappeared."""
+
+
+class WrongRobot(Exception):
+    """The arm on the bus is not the one in the robot config."""
+
+
+class ArmHandshake:
+    """Asks an arm that appears for its description, then for its state, until it has answered both.
+
+    What the arm published before this process subscribed is lost, and in stepped time nothing follows by itself.
+
+    Attributes:
+        present: Whether the arm holds its liveliness token.
+    """
+
+    def __init__(
+        self, bus: Bus, config: RobotConfig, log: logging.Logger, clock: Callable[[], int] = time.perf_counter_ns
+    ) -> None:
+        """Prepare; `clock` returns monotonic time, ns."""
+        self.present = False
+        self._bus = bus
+        self._config = config
+        self._clock = clock
+        self._refusals = ThrottledLog(log)
+        self._sightings: Inbox[bool] = Inbox()
+        self._replies: Inbox[tuple[type[m.Description | m.State], bytes]] = Inbox()
+        self._next_greeting_ns = NEVER_NS
+
+    def open(self) -> None:
+        """Watch the arm's liveliness token from now on."""
+        self._bus.watch_alive(topics.alive_key("sim"), self._receive)
+
+    def step(self) -> m.Description | m.State | Departed | None:
+        """Ask what is due to be asked; return the arm's next answer, or that it left, or None.
+
+        Raises:
+            WrongRobot: the arm is another one than the robot config describes.
+        """
+        if (appeared := self._sightings.take()) is not None:
+            if not appeared:
+                return Departed()
+            self._next_greeting_ns = 0
+        if self._next_greeting_ns != NEVER_NS and (now_ns := self._clock()) >= self._next_greeting_ns:
+            self._next_greeting_ns = now_ns + GREETING_PERIOD_NS
+            self._ask(topics.DESCRIPTION)
+        reply = self._replies.take()
+        return self._read(*reply) if reply is not None else None
+
+    def _ask(self, topic: topics.Query) -> None:
+        self._bus.ask_later(topic, m.Empty(), lambda body: self._replies.offer((topic.reply, body)))
+
+    def _read(self, kind: type[m.Description | m.State], body: bytes) -> m.Description | m.State | None:
+        """Decode a reply and go on to what follows it; on an open bus anyone may reply, with anything."""
+        try:
+            arm = decode(body, kind)
+        except Refusal as refusal:
+            self._refusals.warn(f"a reply of the arm was refused: {refusal}", refusal.code)
+            return None
+        if isinstance(arm, m.State):
+            self._next_greeting_ns = NEVER_NS
+            return arm
+        ours = list(self._config.joint_names), self._config.rate_hz
+        if (arm.joint_names, arm.rate_hz) != ours:
+            raise WrongRobot(f"the arm has joints {arm.joint_names} at {arm.rate_hz} Hz, the robot config {ours}")
+        self._ask(topics.STATE_QUERY)
+        return arm
+
+    def _receive(self, _: str, alive: bool) -> None:
+        self.present = alive
+        self._sightings.offer(alive)

@@ -1,0 +1,44 @@
+"""Which states of the arm the controller answers."""
+
+from protocol import messages as m
+from protocol.errors import Refusal
+
+
+class States:
+    """The newest state of the arm, and what may follow it.
+
+    Attributes:
+        newest: None before the first.
+        stepped: Whether time is stepped. A run may then begin again under its own number, which is the seed.
+    """
+
+    def __init__(self, joint_count: int) -> None:
+        self.newest: m.State | None = None
+        self.stepped = False
+        self._lengths = (joint_count,) * 4
+
+    def admits(self, state: m.State) -> bool:
+        """Return whether `state` fits the arm and is newer than the newest one."""
+        truth = state.truth or state
+        if self._lengths != (len(state.positions), len(state.velocities), len(truth.positions), len(truth.velocities)):
+            return False
+        again = self.stepped and state.tick == 0
+        return state.tick >= 0 and (again or not self.has_seen(state.run, state.tick))
+
+    def opens_run(self, state: m.State) -> bool:
+        """Return whether `state`, which was admitted, is the first of a run."""
+        return self.newest is None or state.run != self.newest.run or state.tick <= self.newest.tick
+
+    def has_seen(self, run: int, tick: int) -> bool:
+        """Return whether the newest state is the one of `tick` in `run`, or a later one."""
+        return self.newest is not None and self.newest.run == run and tick <= self.newest.tick
+
+    def require(self) -> m.State:
+        """Return the newest state.
+
+        Raises:
+            Refusal: `unavailable` before the first.
+        """
+        if self.newest is None:
+            raise Refusal("unavailable", "the arm has not published a state yet; start the sim", service="sim")
+        return self.newest

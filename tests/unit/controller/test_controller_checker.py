@@ -1,0 +1,79 @@
+"""The thread that checks trajectories beside the loop."""
+
+import logging
+import threading
+from collections.abc import Iterator
+
+import pytest
+from msgspec import structs
+
+from protocol import topics
+from protocol.errors import Refusal
+from protocol.topics import QUEUE_LENGTH
+from services.common.puts import PutWatch
+from services.controller.checker import TrajectoryChecker
+from tests.unit.controller.stand_ins import CONFIG, FakeBus, Request, staying
+from tests.waiting import eventually
+
+
+class Desk:
+    """A checker at work, and how often it has woken its loop."""
+
+    def __init__(self) -> None:
+        self.bus, self.woken = FakeBus(), threading.Event()
+        puts = PutWatch(self.bus, logging.getLogger("controller"))  # type: ignore[arg-type]
+        self.checker = TrajectoryChecker(CONFIG, puts, self.woken.set)
+
+    def send(self, body: object) -> Request:
+        """Hand a request in."""
+        sent = Request(topics.EXECUTE, body)
+        assert eventually(lambda: self.checker.requests.offer(sent))  # type: ignore[arg-type]
+        return sent
+
+
+@pytest.fixture
+def desk() -> Iterator[Desk]:
+    desk = Desk()
+    desk.checker.start()
+    yield desk
+    desk.checker.close()
+
+
+def test_a_good_trajectory_is_handed_on(desk: Desk):
+    """Ready to be spliced, and unanswered: that is up to the loop, which is woken."""
+    sent = desk.send(staying(30, 1))
+    assert desk.woken.wait(10.0)
+    taken = desk.checker.take()
+    assert taken is not None
+    assert taken[0] is sent  # type: ignore[comparison-overlap]
+    assert (taken[1].segment.start, taken[1].segment.end) == (30, 34)
+    assert sent.answer is None
+    assert desk.checker.take() is None
+
+
+@pytest.mark.parametrize(
+    "body", [structs.replace(staying(30, 1), count=0), Refusal("bad_message", "no msgpack", field="")]
+)
+def test_a_bad_trajectory_is_refused_at_once(desk: Desk, body: object):
+    """Whether its body cannot be decoded or its motion not be played; the thread goes on."""
+    sent = desk.send(body)
+    assert eventually(lambda: sent.answer is not None)
+    assert sent.answer.code == "bad_message"
+    assert desk.checker.take() is None
+    assert not desk.woken.is_set()
+    desk.send(staying(30, 1))
+    assert desk.woken.wait(10.0)
+
+
+def test_more_trajectories_than_the_queue_holds_are_refused(desk: Desk):
+    """One that the loop cannot take in is answered, with its goal."""
+    for k in range(QUEUE_LENGTH):
+        desk.send(staying(30, 1, f"goal-{k}"))
+    sent = desk.send(staying(30, 1, "too many"))
+    assert eventually(lambda: sent.answer is not None)
+    assert (sent.answer.code, sent.answer.detail) == ("busy", {"goal_id": "too many"})
+
+
+def test_requests_that_were_put_are_logged(desk: Desk, caplog: pytest.LogCaptureFixture):
+    desk.bus.puts = ["volley/arm/execute"]
+    assert eventually(lambda: "something was put on volley/arm/execute" in caplog.text)

@@ -1,0 +1,59 @@
+"""Who holds a token, as the controller learns it from the bus."""
+
+import logging
+
+import pytest
+
+from services.controller.core import Controller
+from services.controller.leases import MAX_EVENTS, ClientLeases
+from tests.unit.controller.stand_ins import CONFIG, FakeBus
+
+
+class Desk:
+    """The leases of a controller on a fake bus."""
+
+    def __init__(self) -> None:
+        self.core, self.bus = Controller(CONFIG), FakeBus()
+        self.leases = ClientLeases(self.core, logging.getLogger("controller"))
+        self.leases.open(self.bus)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def desk() -> Desk:
+    return Desk()
+
+
+def test_one_event_is_applied_a_step(desk: Desk):
+    desk.bus.see_client("alice")
+    desk.bus.see_client("bob")
+    desk.bus.see_client("alice", alive=False)
+    seen = []
+    for _ in range(4):
+        desk.leases.step()
+        seen.append(set(desk.leases.clients))
+    assert seen == [{"alice"}, {"alice", "bob"}, {"bob"}, {"bob"}]
+
+
+def test_an_overflow_costs_every_lease(desk: Desk):
+    """The queue is bounded; what it has lost might be that the holder of the arm has gone."""
+    desk.bus.see_client("alice")
+    desk.leases.step()
+    assert desk.leases.clients == {"alice"}
+    desk.bus.see_client("bob")
+    for k in range(MAX_EVENTS - 1):
+        desk.bus.see_client(f"flood-{k}")
+    desk.bus.see_client("bob", alive=False)  # this one is lost
+    for _ in range(MAX_EVENTS + 1):
+        desk.leases.step()
+    assert desk.leases.clients == set()
+    desk.bus.see_client("carol")
+    desk.leases.step()
+    assert desk.leases.clients == {"carol"}
+
+
+def test_a_flood_that_goes_on_is_logged_once_a_second(desk: Desk, caplog: pytest.LogCaptureFixture):
+    for _ in range(20):
+        for k in range(MAX_EVENTS + 2):
+            desk.bus.see_client(f"flood-{k}")
+        desk.leases.step()
+    assert len(caplog.records) == 1

@@ -1,0 +1,101 @@
+"""In which order the controller answers requests."""
+
+import logging
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from protocol import messages as m
+from protocol import topics
+from services.common.puts import PutWatch
+from services.controller.checker import TrajectoryChecker
+from services.controller.core import Controller
+from services.controller.leases import ClientLeases
+from services.controller.requests import Requests
+from tests.unit.controller.stand_ins import CONFIG, FakeBus, state, staying
+
+
+class Desk:
+    """The requests to a controller that has answered one state."""
+
+    def __init__(self) -> None:
+        self.core, self.bus = Controller(CONFIG), FakeBus()
+        self.core.answer(state(0), 0)
+        self.woken = threading.Event()
+        self.checked = threading.Event()
+        puts = PutWatch(self.bus, logging.getLogger("controller"))  # type: ignore[arg-type]
+        self.checker = TrajectoryChecker(CONFIG, puts, self.checked.set)
+        leases = ClientLeases(self.core, logging.getLogger("controller"))
+        self.requests = Requests(self.core, leases, self.checker, self.woken.set)
+        self.requests.open(self.bus)  # type: ignore[arg-type]
+        self.checker.start()
+
+
+@pytest.fixture
+def desk() -> Iterator[Desk]:
+    desk = Desk()
+    yield desk
+    desk.checker.close()
+
+
+def test_a_stop_goes_before_a_motion_and_a_motion_before_a_question(desk: Desk):
+    """Whatever came first."""
+    answered: list[str] = []
+    status = desk.bus.request(topics.STATUS_QUERY, m.Empty())
+    play = desk.bus.request(topics.EXECUTE, staying(30, desk.core.epoch))
+    assert desk.checked.wait(10.0)
+    stop = desk.bus.request(topics.CANCEL, m.Cancel())
+    for sent in (status, play, stop):
+        sent.answered = answered
+    assert [desk.requests.answer_one() for _ in range(4)] == [True, True, True, False]
+    assert answered == ["cancel", "execute", "status"]
+
+
+def test_of_questions_the_first_goes_first(desk: Desk):
+    answered: list[str] = []
+    for topic, request in (
+        (topics.RESULT, m.ResultRequest(goal_id="a")),
+        (topics.STATUS_QUERY, m.Empty()),
+        (topics.CANCEL, m.Cancel()),
+    ):
+        desk.bus.request(topic, request).answered = answered
+    for _ in range(3):
+        desk.requests.answer_one()
+    assert answered == ["cancel", "result", "status"]
+
+
+def test_each_request_is_answered_by_the_controller(desk: Desk):
+    """What the bus serves is what the topic table says is the controller's."""
+    assert set(desk.bus.inboxes) == {topic.key for topic in topics.QUERIES if topic.owner == "controller"}
+    play = desk.bus.request(topics.EXECUTE, staying(30, desk.core.epoch))
+    assert desk.checked.wait(10.0)
+    assert desk.requests.answer_one()
+    assert play.answer == m.Accepted(goal_id="goal", start_time=0.03)
+    for topic, request, answer in (
+        (topics.REFERENCE, m.ReferenceRequest(lead=0.0), m.Reference),
+        (topics.RESULT, m.ResultRequest(goal_id="goal"), m.Result),
+        (topics.STATUS_QUERY, m.Empty(), m.Status),
+        (topics.CANCEL, m.Cancel(), m.Canceled),
+    ):
+        sent = desk.bus.request(topic, request)
+        assert desk.requests.answer_one()
+        assert isinstance(sent.answer, answer)
+    reset = desk.bus.request(topics.RESET, m.Empty())
+    assert desk.requests.answer_one()
+    assert reset.answer.code == "busy"
+
+
+def test_a_refusal_is_an_answer(desk: Desk):
+    sent = desk.bus.request(topics.RESULT, m.ResultRequest(goal_id="nobody's"))
+    assert desk.requests.answer_one()
+    assert sent.answer.code == "unknown_goal"
+
+
+@pytest.mark.parametrize(
+    ("topic", "request_body"), [(topics.CANCEL, m.Cancel()), (topics.STATUS_QUERY, m.Empty())], ids=["stop", "question"]
+)
+def test_a_request_wakes_the_loop(desk: Desk, topic: topics.Query, request_body: object):
+    """One that waits for a state would otherwise answer up to a tick later."""
+    desk.bus.request(topic, request_body)
+    assert desk.woken.is_set()
