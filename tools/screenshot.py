@@ -1,7 +1,7 @@
-"""`python -m tools.screenshot TRACE.rrd OUT.png`: a picture of a trace, without a screen.
+"""`python -m tools.screenshot TRACE.rrd OUT.png`: a screenshot of a trace in the viewer, without a screen.
 
-Needs a graphics driver; on a machine without one Mesa's software rasterizer serves (Debian: mesa-vulkan-drivers).
-The viewer is that of the Rerun package. It gets a home directory of its own, in which its analytics are off.
+It needs a graphics driver; Mesa's software rasterizer is one (Debian: mesa-vulkan-drivers). The viewer is that of the
+Rerun package. It runs with a temporary home directory, in which its analytics are off.
 """
 
 import os
@@ -21,31 +21,31 @@ from services.common.cli import free_endpoint
 
 PATIENCE_S = 60.0
 SETTLE_S = 2.0
-"""Frames that the viewer needs, once everything is loaded, to lay the views out and fill them."""
+"""Time for the viewer to lay out and fill the views once everything is loaded."""
 
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Take a picture of a trace.
+    """Take a screenshot of a trace.
 
     Attributes:
         trace: The trace, a .rrd file.
-        picture: The .png file to write.
-        at: Seconds on the trace's `sim_time` to show, by default its end.
+        image: The .png file to write.
+        at: Position of the time cursor on `sim_time`, s; by default the end.
         size: Width and height in pixels.
     """
 
     trace: Annotated[Path, tyro.conf.Positional]
-    picture: Annotated[Path, tyro.conf.Positional]
+    image: Annotated[Path, tyro.conf.Positional]
     at: float | None = None
     size: tuple[int, int] = (1600, 1000)
 
 
-def take_picture(flags: Flags) -> None:
-    """Start a viewer, wait until it has loaded the trace, and save what it shows.
+def take_screenshot(flags: Flags) -> None:
+    """Start a viewer, wait until it has loaded the trace, and save a screenshot.
 
     Raises:
-        RuntimeError: the viewer did not start or did not load the trace; the sentence has its last words.
+        RuntimeError: the viewer did not start or did not load the trace; the sentence ends with its last output.
     """
     viewer = Path(rerun_cli.__file__).parent / "rerun"
     port = free_endpoint().rpartition(":")[2]
@@ -54,24 +54,24 @@ def take_picture(flags: Flags) -> None:
         subprocess.run([viewer, "analytics", "disable"], env=environment, check=True, capture_output=True)
         size = "x".join(str(pixels) for pixels in flags.size)
         options = ["--headless", "--bind", "127.0.0.1", "--port", port, "--window-size", size]
-        with (Path(home) / "log").open("w+") as words:
-            process = subprocess.Popen([viewer, *options, flags.trace], env=environment, stdout=words, stderr=words)
+        with (Path(home) / "log").open("w+") as output:
+            process = subprocess.Popen([viewer, *options, flags.trace], env=environment, stdout=output, stderr=output)
             try:
                 client = _wait_for_trace(process, f"rerun+http://127.0.0.1:{port}/proxy")
                 if flags.at is not None:
                     client.set_time("sim_time", duration=flags.at, play_state="paused")
                 time.sleep(SETTLE_S)
-                client.save_screenshot(str(flags.picture.resolve()))
+                client.save_screenshot(str(flags.image.resolve()))
             except TimeoutError as late:
-                words.seek(0)
-                raise RuntimeError(f"{late}; its last words: {words.read()[-400:]}") from None
+                output.seek(0)
+                raise RuntimeError(f"{late}; its last output: {output.read()[-400:]}") from None
             finally:
                 process.terminate()
                 process.wait(10)
 
 
 def _wait_for_trace(process: subprocess.Popen, url: str) -> ViewerClient:
-    """Connect to the viewer and wait until it has loaded something whole."""
+    """Connect to the viewer and wait until it has loaded a recording."""
     deadline = time.monotonic() + PATIENCE_S
     while process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.5)
@@ -87,6 +87,6 @@ def _wait_for_trace(process: subprocess.Popen, url: str) -> ViewerClient:
 
 if __name__ == "__main__":
     try:
-        take_picture(tyro.cli(Flags))
+        take_screenshot(tyro.cli(Flags))
     except RuntimeError as error:
-        sys.exit(f"picture: {error}")
+        sys.exit(f"screenshot: {error}")

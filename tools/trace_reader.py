@@ -1,4 +1,4 @@
-"""Reading a trace back: entity by entity, into arrays."""
+"""Read a trace into arrays, entity by entity; docs/trace.md lists the entities."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,22 +14,22 @@ TIMELINES = ("sim_time", "tick", "wall")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Column:
-    """One component of one entity. N rows, in the order of writing.
+    """One component of one entity: N rows, in the order of writing.
 
-    times: per timeline the rows' (N,) int64 times: ns, ticks, Unix ns. values: N lists, one for each row.
+    times: by timeline (N,) int64: ns, ticks of the trace, Unix ns. values: N lists.
     """
 
     times: dict[str, np.ndarray]
     values: list[list[Any]]
 
     def array(self) -> np.ndarray:
-        """The rows with values as float64: (N,) for single values, (N, K) for K of them. Rows without are left out."""
+        """Return the rows that have values as float64: (N,) for single values, (N, K) for K of them."""
         rows = [row for row in self.values if row]
         array = np.array(rows, dtype=np.float64)
         return array[:, 0] if array.ndim == 2 and array.shape[1] == 1 else array
 
     def ticks(self) -> np.ndarray:
-        """The laid ticks of the rows that `array` has."""
+        """Return the ticks of the rows that `array` returns."""
         return np.array([t for t, row in zip(self.times["tick"].tolist(), self.values, strict=True) if row])
 
 
@@ -41,23 +41,27 @@ class Trace:
 
     @property
     def entities(self) -> list[str]:
-        """All entities that have data on timelines."""
+        """All entities that have data on timelines, sorted."""
         return sorted({entity for entity, _ in self._columns})
 
+    def components(self, entity: str) -> list[str]:
+        """Return the names of an entity's components, sorted."""
+        return sorted(component for known, component in self._columns if known == entity)
+
     def column(self, entity: str, component: str = SCALARS) -> Column:
-        """One component of an entity. Raises KeyError naming what there is."""
+        """Return one component of an entity. Raises KeyError, which lists those that there are."""
         try:
             return self._columns[entity, component]
         except KeyError:
-            held = sorted(f"{e} {c}" for e, c in self._columns if e == entity) or self.entities
-            raise KeyError(f"{entity} {component} is not in the trace; there are {', '.join(held)}") from None
+            known = self.components(entity) or self.entities
+            raise KeyError(f"{entity} {component} is not in the trace; there are {', '.join(known)}") from None
 
     def scalars(self, entity: str) -> np.ndarray:
-        """The scalars of an entity, (N,) or (N, K), exactly as written."""
+        """Return the scalars of an entity, (N,) or (N, K), exactly as written."""
         return self.column(entity).array()
 
     def texts(self, entity: str) -> list[str]:
-        """The sentences of an entity of events."""
+        """Return the sentences of an entity of events."""
         return [text for row in self.column(entity, "TextLog:text").values for text in row]
 
 

@@ -1,4 +1,4 @@
-"""`python -m services.recorder`: write everything that happens into a trace, show it live, or both."""
+"""`python -m services.recorder`: write everything that is published into a trace, show it live, or both."""
 
 import logging
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ from services.recorder.writer import Live, TraceWriter
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Write everything said on the bus into a Rerun trace."""
+    """Write everything that is published on the bus into a Rerun trace."""
 
     common: Common = field(default_factory=Options)
     own: Annotated[RecorderFlags, tyro.conf.arg(name="")] = field(default_factory=RecorderFlags)
@@ -57,7 +57,7 @@ def main() -> None:
 
 
 def open_trace(flags: RecorderFlags, config: RobotConfig, log: logging.Logger) -> TraceWriter:
-    """Open the trace that the flags ask for and say where it is."""
+    """Open the trace that the flags ask for, and log where it is."""
     file = flags.record
     if file is None and not flags.live:
         file = Path(f"volley-{datetime.now():%Y%m%d-%H%M%S}.rrd")
@@ -68,7 +68,7 @@ def open_trace(flags: RecorderFlags, config: RobotConfig, log: logging.Logger) -
     if file:
         log.info("writes %s; open it with: rerun %s", file, file)
     if live:
-        log.info("shows it live; watch it with: rerun %s", live.uri)
+        log.info("serves a live view; open it with: rerun %s", live.uri)
         log.info("or in a browser: rerun --web-viewer --bind 127.0.0.1 %s", live.uri)
     return trace
 

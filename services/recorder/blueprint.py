@@ -1,10 +1,11 @@
-"""How the viewer shows a trace at first sight."""
+"""The default layout of a trace in the viewer, and the style of its curves."""
 
 from collections.abc import Sequence
 
 import rerun as rr
 import rerun.blueprint as rrb
 
+from services.recorder import entities
 from services.recorder.writer import TraceWriter
 
 MEASURED, REFERENCE, PLANNED = (38, 139, 210), (245, 158, 66), (110, 190, 110)
@@ -12,13 +13,13 @@ DEMONSTRATED, LIMITS, PUSH, ERROR = (150, 150, 160), (200, 60, 60), (220, 38, 12
 MODES = {"holding": (122, 134, 154), "tracking": (63, 160, 90), "stopping": (227, 155, 45), "fault": (212, 60, 60)}
 LIVE_WINDOW_S = 10.0
 EYE, TARGET = (1.45, -1.85, 1.2), (0.1, -0.35, 0.7)
-"""Where the viewer's eye stands, beside the arm and a little above, and where it looks, m."""
+"""Position and target of the camera, m: beside the arm and a little above."""
 
 
 def build_blueprint(names: Sequence[str], live: bool) -> rrb.Blueprint:
-    """The scene, lanes and events on the left; curves of all joints, of each joint, and the loop's timing on the right.
+    """Return the layout: scene, lanes and events on the left; on the right the curves and the loop's timing.
 
-    `live`: curves show the last ten seconds and the cursor follows, instead of the whole trace.
+    `live`: the curves show the last ten seconds and the cursor follows, instead of the whole trace.
     """
     window = _window() if live else None
     left = rrb.Vertical(_scene(), _lanes(window), _events(), row_shares=[5, 2, 2])
@@ -32,35 +33,45 @@ def build_blueprint(names: Sequence[str], live: bool) -> rrb.Blueprint:
 
 
 def style(trace: TraceWriter, names: Sequence[str]) -> None:
-    """Give the curves their colours and their names in the legends."""
+    """Write colours of the curves and their names in the legends."""
     for name in names:
-        joint = f"/joints/{name}"
-        for quantity in ("position", "velocity"):
-            _line(trace, f"{joint}/{quantity}/measured", "measured", MEASURED, 3.0)
-            _line(trace, f"{joint}/{quantity}/reference", "reference", REFERENCE, 0.8)
-        _line(trace, f"{joint}/acceleration/commanded", "commanded", MEASURED, 1.0)
-        for quantity in ("position", "velocity", "acceleration"):
-            _line(trace, f"{joint}/{quantity}/planned", "planned", PLANNED, 1.5)
-            ends = ["lower limit", "upper limit"]
-            bounds = rr.SeriesLines(colors=[LIMITS] * 2, names=ends, widths=1.0, interpolation_mode="StepAfter")
-            trace.static(f"{joint}/{quantity}/limits", bounds)
-        _line(trace, f"{joint}/position/demonstrated", "demonstrated", DEMONSTRATED, 1.5)
-        _line(trace, f"{joint}/error", "measured - reference", ERROR, 1.0)
-        for kind, unit in (("acceleration", "rad/s²"), ("torque", "N·m")):
-            _line(trace, f"{joint}/disturbance/{kind}", f"push, {unit}", PUSH, 1.5)
-        target = rr.SeriesPoints(colors=[REFERENCE], names=["goal, waypoints"], markers="Diamond", marker_sizes=5.0)
-        trace.static(f"{joint}/position/target", target)
-        corrected = rr.SeriesPoints(colors=[PLANNED], names=["corrected"], markers="Circle", marker_sizes=3.0)
-        trace.static(f"{joint}/position/corrected", corrected)
-    for path in ("/arm/torques", "/timing/error/position", "/timing/error/velocity"):
-        trace.static(path, rr.SeriesLines(names=list(names)))
-    trace.static("/timing/late_us", rr.SeriesLines(names=["p50", "p99", "max"]))
+        _style_streams(trace, name)
+        _style_plans(trace, name)
+        for entity in entities.PUSHES.values():
+            trace.static(entity.at(name), _line(f"push, {entity.unit}", PUSH, 1.5))
+    for entity in (entities.TORQUES, entities.POSITION_ERROR, entities.VELOCITY_ERROR):
+        trace.static(entity.path, rr.SeriesLines(names=list(names)))
+    trace.static(entities.LATE.path, rr.SeriesLines(names=["p50", "p99", "max"]))
     modes = rr.StateConfiguration(values=list(MODES), colors=list(MODES.values()))
-    trace.static("/lanes/mode", modes)
+    trace.static(entities.MODE_LANE.path, modes)
 
 
-def _line(trace: TraceWriter, path: str, name: str, colour: tuple[int, int, int], width: float) -> None:
-    trace.static(path, rr.SeriesLines(colors=colour, names=name, widths=width))
+def _style_streams(trace: TraceWriter, name: str) -> None:
+    for measured, reference in (
+        (entities.MEASURED_POSITION, entities.REFERENCE_POSITION),
+        (entities.MEASURED_VELOCITY, entities.REFERENCE_VELOCITY),
+    ):
+        trace.static(measured.at(name), _line("measured", MEASURED, 3.0))
+        trace.static(reference.at(name), _line("reference", REFERENCE, 0.8))
+    trace.static(entities.COMMANDED.at(name), _line("commanded", MEASURED, 1.0))
+    trace.static(entities.ERROR.at(name), _line("measured - reference", ERROR, 1.0))
+
+
+def _style_plans(trace: TraceWriter, name: str) -> None:
+    ends = ["lower limit", "upper limit"]
+    bounds = rr.SeriesLines(colors=[LIMITS] * 2, names=ends, widths=1.0, interpolation_mode="StepAfter")
+    for quantity, planned in entities.PLANNED.items():
+        trace.static(planned.at(name), _line("planned", PLANNED, 1.5))
+        trace.static(entities.LIMITS[quantity].at(name), bounds)
+    trace.static(entities.DEMONSTRATED.at(name), _line("demonstrated", DEMONSTRATED, 1.5))
+    target = rr.SeriesPoints(colors=[REFERENCE], names=["goal, waypoints"], markers="Diamond", marker_sizes=5.0)
+    trace.static(entities.TARGET.at(name), target)
+    corrected = rr.SeriesPoints(colors=[PLANNED], names=["corrected"], markers="Circle", marker_sizes=3.0)
+    trace.static(entities.CORRECTED.at(name), corrected)
+
+
+def _line(name: str, colour: tuple[int, int, int], width: float) -> rr.SeriesLines:
+    return rr.SeriesLines(colors=colour, names=name, widths=width)
 
 
 def _window() -> rrb.VisibleTimeRange:
@@ -103,7 +114,7 @@ def _plot(
 
 
 def _overview(names: Sequence[str], window: rrb.VisibleTimeRange | None) -> rrb.Grid:
-    """Positions of all joints; the legend in the last plot serves all."""
+    """Positions of all joints; the last plot has the legend of all."""
     plots = [
         _plot(f"{name}, rad", [f"/joints/{name}/position/**"], window, legend=index == len(names) - 1)
         for index, name in enumerate(names)
@@ -117,7 +128,7 @@ def _joint(name: str, window: rrb.VisibleTimeRange | None) -> rrb.Vertical:
         _plot("Position, rad", [f"{joint}/position/**"], window),
         _plot("Velocity, rad/s", [f"{joint}/velocity/**"], window),
         _plot("Acceleration, rad/s²", [f"{joint}/acceleration/**"], window),
-        _plot("Tracking error, rad", [f"{joint}/error"], window),
+        _plot("Tracking error, rad", [entities.ERROR.at(name)], window),
         _plot("Disturbance", [f"{joint}/disturbance/**"], window),
         row_shares=[3, 2, 2, 2, 1],
         name=name,
@@ -125,10 +136,11 @@ def _joint(name: str, window: rrb.VisibleTimeRange | None) -> rrb.Vertical:
 
 
 def _loop(window: rrb.VisibleTimeRange | None) -> rrb.Vertical:
+    lost = [entities.LOOP["missed"].path, entities.LOOP["refused"].path, "/recorder/**"]
     return rrb.Vertical(
-        _plot("State to command, µs", ["/timing/late_us"], window),
-        _plot("Ticks answered in time, share", ["/timing/on_time_ratio"], window),
-        _plot("Ticks missed, messages refused or lost", ["/timing/missed", "/timing/refused", "/recorder/**"], window),
-        _plot("Torque, N·m", ["/arm/torques"], window),
+        _plot("State to command, µs", [entities.LATE.path], window),
+        _plot("Ticks answered in time, share", [entities.LOOP["on_time_ratio"].path], window),
+        _plot("Ticks missed, messages refused or lost", lost, window),
+        _plot("Torque, N·m", [entities.TORQUES.path], window),
         name="Loop",
     )

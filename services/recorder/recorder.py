@@ -1,4 +1,4 @@
-"""The recorder itself: every topic's drawer, fed in batches."""
+"""The recorder itself: a writer for each topic, fed in batches."""
 
 import logging
 import threading
@@ -8,92 +8,89 @@ from collections.abc import Mapping
 from protocol import topics
 from protocol.topics import Publication
 from robot.description import RobotConfig
+from services.recorder import entities
 from services.recorder.blueprint import style
-from services.recorder.context import Canvas, Drawer
-from services.recorder.events import (
-    BallDrawer,
-    ContactDrawer,
-    DisturbanceDrawer,
-    EndedDrawer,
-    RefusedDrawer,
-    StatusDrawer,
-)
-from services.recorder.plans import PlanDrawer
-from services.recorder.streams import CommandDrawer, StateDrawer
-from services.recorder.validation import Intake, Source
+from services.recorder.context import Context, TopicWriter
+from services.recorder.entities import Entity
+from services.recorder.events import BallWriter, ContactWriter, RefusalWriter, ResultWriter, StatusWriter
+from services.recorder.plans import PlanWriter
+from services.recorder.pushes import DisturbanceWriter
+from services.recorder.streams import CommandWriter, StateWriter
+from services.recorder.validation import Receiver, Source
 from services.recorder.writer import TraceWriter
 
 BATCH_S = 0.5
-"""Each batch costs the same some hundred calls of Rerun, however much is in it."""
+"""Each batch costs the same few hundred calls of Rerun, however much is in it."""
 
 MAX_COMPLAINTS = 20
-"""Malformed messages told of in the log; all are counted."""
+"""Malformed messages that are logged; all are counted."""
 
 
-def build_drawers(canvas: Canvas) -> dict[Publication, Drawer]:
-    """One drawer for each recorded topic, in the order in which a batch is drawn: states first, they carry the time."""
-    plans = PlanDrawer(canvas)
+def topic_writers(context: Context) -> dict[Publication, TopicWriter]:
+    """Return a writer for each recorded topic, in the order of writing: states first, they carry the time."""
+    plans = PlanWriter(context)
     return {
-        topics.STATE: StateDrawer(canvas),
-        topics.COMMAND: CommandDrawer(canvas),
+        topics.STATE: StateWriter(context),
+        topics.COMMAND: CommandWriter(context),
         topics.PLAN: plans,
-        topics.REFUSED: RefusedDrawer(canvas),
-        topics.STATUS: StatusDrawer(canvas),
-        topics.ENDED: EndedDrawer(canvas, plans.cut),
-        topics.CONTACT: ContactDrawer(canvas),
-        topics.BALL: BallDrawer(canvas),
-        topics.DISTURBANCE: DisturbanceDrawer(canvas),
+        topics.REFUSED: RefusalWriter(context),
+        topics.STATUS: StatusWriter(context),
+        topics.ENDED: ResultWriter(context, plans.end),
+        topics.CONTACT: ContactWriter(context),
+        topics.BALL: BallWriter(context),
+        topics.DISTURBANCE: DisturbanceWriter(context),
     }
 
 
 class Recorder:
-    """Takes what came in since the last batch and has it drawn."""
+    """Writes what has arrived since the last batch."""
 
     def __init__(
         self, config: RobotConfig, trace: TraceWriter, sources: Mapping[Publication, Source], log: logging.Logger
     ) -> None:
         self._log = log
         self._complaints = 0
-        self._counts: dict[str, int] = {}
-        self._canvas = Canvas(trace, config)
-        self._intake = Intake(sources, config.joint_count, self._complain)
-        self._drawers = build_drawers(self._canvas)
-        self._canvas.scene.draw(trace)
+        self._counts: dict[Entity, int] = {}
+        self._context = Context(trace, config)
+        self._receiver = Receiver(sources, config.joint_count, self._complain)
+        self._writers = topic_writers(self._context)
+        self._context.scene.write_geometry(trace)
         style(trace, config.joint_names)
 
     def run(self, stopping: threading.Event) -> None:
-        """Draw a batch twice a second until `stopping` is set, then what is left."""
+        """Write a batch twice a second until `stopping` is set, then what is left."""
         while not stopping.wait(BATCH_S):
-            self.draw()
-        self.draw()
+            self.write_batch()
+        self.write_batch()
         if sum(self._counts.values()):
-            self._log.warning("not in the trace: %s", ", ".join(f"{n} {what}" for what, n in self._counts.items()))
+            counts = ", ".join(f"{count} {_words(entity)}" for entity, count in self._counts.items())
+            self._log.warning("not in the trace: %s", counts)
 
     @property
     def newest(self) -> int:
         """The newest tick in the trace, −1 before the first."""
-        return self._canvas.lives.newest
+        return self._context.runs.newest
 
-    def draw(self) -> None:
-        """Draw what has come in."""
-        taken = self._intake.take()
-        for topic, drawer in self._drawers.items():
-            drawer.draw(taken[topic])
-        lives = self._canvas.lives
-        self._count("states missing", lives.missing_states)
-        self._count("commands missing", lives.missing_commands)
-        self._count("messages malformed", self._intake.malformed)
+    def write_batch(self) -> None:
+        """Write what has arrived."""
+        batch = self._receiver.take()
+        for topic, writer in self._writers.items():
+            writer.write(batch[topic])
+        self._count(entities.STATES_MISSING, self._context.runs.missing_states)
+        self._count(entities.COMMANDS_MISSING, self._context.runs.missing_commands)
+        self._count(entities.MALFORMED, self._receiver.malformed)
 
-    def _count(self, what: str, number: int) -> None:
-        """Show in the trace, and the first time in the log, what is not in it."""
-        before = self._counts.get(what)
+    def _count(self, entity: Entity, number: int) -> None:
+        """Write a count of what is not in the trace where it has changed, and log it the first time."""
+        before = self._counts.get(entity)
         if number == before:
             return
-        self._counts[what] = number
-        row = self._canvas.now(time.time_ns())
-        self._canvas.trace.scalars(f"/recorder/{what.replace(' ', '_')}", row, [number])
+        self._counts[entity] = number
+        what, row = _words(entity), self._context.row_at(time.time_ns())
+        self._context.trace.scalars(entity.path, row, [number])
         if number:
-            self._canvas.event("recorder", row, f"{number - (before or 0)} more {what}, {number} in all", "WARN")
+            sentence = f"{number - (before or 0)} more {what}, {number} in all"
+            self._context.event(entities.RECORDER_EVENT, row, sentence, "WARN")
         if number and not before:
             self._log.warning("%d %s; the trace counts them", number, what)
 
@@ -101,3 +98,8 @@ class Recorder:
         self._complaints += 1
         if self._complaints <= MAX_COMPLAINTS:
             self._log.warning("%s", sentence, extra={"code": code})
+
+
+def _words(entity: Entity) -> str:
+    """What an entity counts: `states missing`."""
+    return entity.path.rpartition("/")[2].replace("_", " ")

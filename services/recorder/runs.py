@@ -1,79 +1,89 @@
-"""Where the messages of one life of the arm after another lie in the trace."""
+"""Maps (run, tick) of the messages to one tick of the trace, which never goes back."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 STRAY_S = 1.0
-"""What happened further than this ahead of the newest state happened in the life before."""
+"""What happened further than this ahead of the newest state happened in the run before."""
 
 
 @dataclass(slots=True)
 class Run:
-    """One run of the arm: its tick t lies at `offset` + t. `newest` and `answered`: the last ones of both streams."""
+    """A run of the arm whose tick t is tick `offset` + t of the trace.
+
+    newest: its newest state's tick. answered: its newest command's tick, −1 before the first.
+    """
 
     run: int
     offset: int
     newest: int
-    answered: int
+    answered: int = -1
 
 
-class Lives:
-    """Lays each run behind the one before. `begun` is told of every new one.
+class Runs:
+    """Places each run behind the one before.
 
-    Ticks are contiguous: those left out since the first one of a run are counted as missing.
+    Ticks within a run are contiguous: those left out since its first one are counted as missing.
+
+    Attributes:
+        count: Runs so far.
+        missing_states: Gaps among the states, ticks.
+        missing_commands: Gaps among the commands, ticks.
     """
 
-    def __init__(self, rate_hz: float, begun: Callable[[Run], None]) -> None:
-        self.rate_hz = rate_hz
-        self._begun = begun
-        self._lives: list[Run] = []
+    def __init__(self, rate_hz: float) -> None:
+        self.count = 0
         self.missing_states = 0
         self.missing_commands = 0
+        self._rate_hz = rate_hz
+        self._last_two: list[Run] = []
 
     @property
     def newest(self) -> int:
-        """The newest tick laid, −1 before the first."""
-        return max((life.offset + life.newest for life in self._lives[-2:]), default=-1)
+        """The newest state's tick of the trace, −1 before the first."""
+        return max((run.offset + run.newest for run in self._last_two), default=-1)
+
+    @property
+    def present(self) -> Run:
+        """The newest run. Raises IndexError before the first."""
+        return self._last_two[-1]
 
     @property
     def offset(self) -> int:
-        """Where tick 0 of the present life lies."""
-        return self._lives[-1].offset if self._lives else 0
+        """The trace tick of the present run's tick 0, 0 before the first run."""
+        return self.present.offset if self._last_two else 0
 
-    def lay_state(self, run: int, tick: int) -> int:
-        """Return where the state of `tick` lies; another run, or a tick that went back, begins a life."""
-        if not self._lives or self._lives[-1].run != run or tick <= self._lives[-1].newest:
+    def add_state(self, run: int, tick: int) -> int:
+        """Return the trace tick of a state; another run, or a tick that went back, begins a run."""
+        if not self._last_two or self.present.run != run or tick <= self.present.newest:
             self._begin(run, tick)
-        life = self._lives[-1]
-        self.missing_states += max(0, tick - life.newest - 1)
-        life.newest = tick
-        return life.offset + tick
+        present = self.present
+        self.missing_states += max(0, tick - present.newest - 1)
+        present.newest = tick
+        return present.offset + tick
 
-    def lay_command(self, run: int, tick: int) -> int:
-        """Return where the command that answers `tick` lies: in the newest life of its run."""
-        life = next((life for life in reversed(self._lives[-2:]) if life.run == run), None)
-        if life is None:
+    def add_command(self, run: int, tick: int) -> int:
+        """Return the trace tick of the command that answers `tick`, in the newest run of that number."""
+        if all(known.run != run for known in self._last_two):
             self._begin(run, tick)
-            life = self._lives[-1]
-        if life.answered >= 0:
-            self.missing_commands += max(0, tick - life.answered - 1)
-        life.answered = max(life.answered, tick)
-        return life.offset + tick
+        own = next(known for known in reversed(self._last_two) if known.run == run)
+        if own.answered >= 0:
+            self.missing_commands += max(0, tick - own.answered - 1)
+        own.answered = max(own.answered, tick)
+        return own.offset + tick
 
-    def lay_time(self, time: float) -> int:
-        """Return where something lies that happened at `time` (s) of the arm's clock."""
-        tick = round(time * self.rate_hz)
-        if len(self._lives) > 1 and tick > self._lives[-1].newest + STRAY_S * self.rate_hz:
-            before = self._lives[-2]
+    def tick_at(self, time: float) -> int:
+        """Return the trace tick of something that happened at `time` (s) of the arm's clock."""
+        tick = round(time * self._rate_hz)
+        if len(self._last_two) > 1 and tick > self.present.newest + STRAY_S * self._rate_hz:
+            before = self._last_two[0]
             if tick <= before.newest:
                 return before.offset + tick
-        return self.lay_ahead(time)
+        return self.tick_ahead(time)
 
-    def lay_ahead(self, time: float) -> int:
-        """Return where something lies that will happen at `time` (s) of the present life."""
-        return self.offset + round(time * self.rate_hz)
+    def tick_ahead(self, time: float) -> int:
+        """Return the trace tick of something that will happen at `time` (s) of the present run."""
+        return self.offset + round(time * self._rate_hz)
 
     def _begin(self, run: int, tick: int) -> None:
-        life = Run(run, self.newest + 1, newest=tick - 1, answered=-1)
-        self._lives = [*self._lives[-1:], life]
-        self._begun(life)
+        self._last_two = [*self._last_two[-1:], Run(run, self.newest + 1, newest=tick - 1)]
+        self.count += 1

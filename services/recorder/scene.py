@@ -7,6 +7,7 @@ import numpy as np
 import rerun as rr
 
 from robot.description import RobotConfig, joint_ids
+from services.recorder import entities
 from services.recorder.writer import TraceWriter
 
 HIDDEN_GROUP = 3
@@ -15,11 +16,6 @@ HIDDEN_GROUP = 3
 FLOOR_HALF_SIZE = 1.6
 BALL = "ball"
 TEE = "tee"
-
-
-def path_of(body: str) -> str:
-    """Return the entity of a body; the world's own geometry lies at /world."""
-    return "/world" if body == "world" else f"/world/{body}"
 
 
 class Scene:
@@ -36,16 +32,16 @@ class Scene:
         self.arm = [b for b in range(1, self.model.nbody) if self.model.body_rootid[b] in roots]
 
     def radius_of(self, body: str) -> float:
-        """Radius (m) of a body's first geom; 0 without one."""
+        """Return the radius (m) of a body's first geom, 0 without one."""
         if body not in self.body_names:
             return 0.0
         geom = self.model.body_geomadr[self.body_names.index(body)]
         return float(self.model.geom_size[geom, 0]) if geom >= 0 else 0.0
 
     def body_poses(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Poses at N joint positions (N, J).
+        """Return the poses of the arm's B bodies at joint positions (N, J), rad.
 
-        Returns the arm's bodies' positions (N, B, 3), m, their quaternions (N, B, 4), x first, and the tool (N, 3).
+        Their positions (N, B, 3), m, their quaternions (N, B, 4), x first, and the tool's positions (N, 3), m.
         """
         places = np.empty((len(positions), len(self.arm), 3))
         turns = np.empty((len(positions), len(self.arm), 4))
@@ -58,11 +54,11 @@ class Scene:
         return places, np.roll(turns, -1, axis=2), tools  # MuJoCo has w first, Rerun last
 
     def tool_path(self, positions: np.ndarray) -> np.ndarray:
-        """The tool's positions (N, 3), m, at joint positions (N, J)."""
+        """Return the tool's positions (N, 3), m, at joint positions (N, J), rad."""
         return self.body_poses(positions)[2]
 
     def push_arrow(self, joint: int, positions: np.ndarray) -> tuple[str, np.ndarray, np.ndarray]:
-        """How a positive push on a joint moves the tool: the body it moves, a point and a unit direction in its frame.
+        """Return how a positive push on a joint moves the tool: its body, a point and a unit direction in its frame.
 
         Where the tool lies on the joint's axis the direction is the axis itself.
         """
@@ -76,33 +72,36 @@ class Scene:
         to_body = data.xmat[body].reshape(3, 3).T
         return self.body_names[body], to_body @ (tool - data.xpos[body]), to_body @ direction
 
-    def draw(self, trace: TraceWriter) -> None:
-        """Write the geometry of everything but ball and tee, which are drawn where a ball is heard of."""
-        trace.static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    def write_geometry(self, trace: TraceWriter) -> None:
+        """Write the geometry of everything but ball and tee, which are written once a ball is published."""
+        trace.static(entities.WORLD.path, rr.ViewCoordinates.RIGHT_HAND_Z_UP)
         mujoco.mj_kinematics(self.model, self._data)
         for body, name in enumerate(self.body_names):
             if name not in (BALL, TEE):
-                self.draw_body(trace, name)
+                self.write_body(trace, name)
                 if body and body not in self.arm:
                     turn = rr.Quaternion(xyzw=np.roll(self._data.xquat[body], -1))
-                    trace.static(path_of(name), rr.Transform3D(translation=self._data.xpos[body], quaternion=turn))
+                    pose = rr.Transform3D(translation=self._data.xpos[body], quaternion=turn)
+                    trace.static(entities.FIXED_BODY.at(name), pose)
 
-    def draw_body(self, trace: TraceWriter, name: str) -> None:
+    def write_body(self, trace: TraceWriter, name: str) -> None:
         """Write the geometry of one body, nothing where there is no such body."""
         if name in self.body_names:
-            for part, shape in self.shapes(self.body_names.index(name)):
-                trace.static(f"{path_of(name)}/{part}", *shape)
+            body = self.body_names.index(name)
+            for part, shape in self.shapes(body):
+                path = entities.SHAPE.at(name, part) if body else entities.WORLD_SHAPE.at(part)
+                trace.static(path, *shape)
 
     def shapes(self, body: int) -> Iterator[tuple[str, list[rr.AsComponents]]]:
-        """The visible geometry of a body, one named part for each kind of shape, one for each mesh."""
+        """Yield the visible geometry of a body: a named part for each kind of shape, and one for each mesh."""
         model = self.model
         start = model.body_geomadr[body]
         geoms = [g for g in range(start, start + model.body_geomnum[body]) if self._is_visible(g)]
-        for kind, draw in _PRIMITIVES.items():
+        for kind, make in _PRIMITIVES.items():
             chosen = [g for g in geoms if model.geom_type[g] == int(kind)]
             if chosen:
                 part = kind.name.removeprefix("mjGEOM_").lower()
-                yield part, [draw(model, chosen, [_colour(model, g) for g in chosen])]
+                yield part, [make(model, chosen, [_colour(model, g) for g in chosen])]
         for geom in geoms:
             if model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_MESH):
                 yield f"mesh_{geom}", _mesh(model, geom)
@@ -137,7 +136,7 @@ def _boxes(model: mujoco.MjModel, geoms: list[int], colours: list[tuple[int, ...
 
 
 def _planes(model: mujoco.MjModel, geoms: list[int], colours: list[tuple[int, ...]]) -> rr.AsComponents:
-    """A thin slab around the arm, whatever the size of the plane: it is there to stand on."""
+    """A thin slab around the arm, whatever the size of the plane, which may be infinite."""
     half_sizes = [[FLOOR_HALF_SIZE, FLOOR_HALF_SIZE, 0.002]] * len(geoms)
     places = model.geom_pos[geoms] - [0.0, 0.0, 0.003]
     return rr.Boxes3D(half_sizes=half_sizes, centers=places, colors=colours, fill_mode="solid")

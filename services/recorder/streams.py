@@ -1,4 +1,4 @@
-"""The two 1 kHz streams: what the arm measures and what it is told."""
+"""The two streams at 1 kHz: states and commands."""
 
 from collections import deque
 
@@ -6,8 +6,8 @@ import numpy as np
 import rerun as rr
 
 from protocol import messages as m
-from services.recorder.context import Canvas
-from services.recorder.scene import path_of
+from services.recorder import entities
+from services.recorder.context import Context
 from services.recorder.validation import Received
 from services.recorder.writer import Rows
 
@@ -17,122 +17,131 @@ TRAIL_EVERY = 5  # poses
 TRAIL_COLOUR = (245, 158, 66)
 
 
-class StateDrawer:
-    """Measured curves, and the arm's poses and the racket's trail at 100 Hz."""
+class StateWriter:
+    """Measured curves, the brake, and the poses of the arm's bodies at 100 Hz."""
 
-    def __init__(self, canvas: Canvas) -> None:
-        self._canvas = canvas
-        self._stride = max(1, round(canvas.rate_hz / POSES_HZ))
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._stride = max(1, round(context.rate_hz / POSES_HZ))
         self._brake: bool | None = None
-        self._trail: deque[np.ndarray] = deque(maxlen=TRAIL_LENGTH)
-        self._lives_seen = 0
-        fading = [(*TRAIL_COLOUR, round(255 * (k + 1) / TRAIL_LENGTH)) for k in range(TRAIL_LENGTH)]
-        canvas.trace.static("/world/trail", rr.LineStrips3D.from_fields(colors=fading, radii=0.006))
+        self._trail = Trail(context, self._stride)
 
-    def draw(self, received: list[Received[m.State]]) -> None:
+    def write(self, received: list[Received[m.State]]) -> None:
         """Write every state."""
         if not received:
             return
-        canvas, trace = self._canvas, self._canvas.trace
-        ticks = [canvas.lay_state(one) for one in received]
-        canvas.hear(received, ticks)
+        context, trace = self._context, self._context.trace
+        ticks = [context.place_state(one) for one in received]
+        context.arrivals.add_batch([one.wall_ns for one in received], ticks)
         states = [one.message for one in received]
-        for tick, state in zip(ticks, states, strict=True):
-            canvas.remember(tick, state.positions)
-        canvas.pose = np.array(states[-1].positions)
-        rows = canvas.rows(ticks, received)
-        trace.joints("/joints/{}/position/measured", canvas.names, rows, [s.positions for s in states])
-        trace.joints("/joints/{}/velocity/measured", canvas.names, rows, [s.velocities for s in states])
-        trace.scalars("/arm/torques", rows, np.array([s.torques for s in states]))
-        trace.scalars("/arm/saturated", rows, np.array([s.saturated for s in states]))
-        trace.scalars("/arm/applied_tick", rows, [s.applied_tick for s in states])
-        self._draw_truth(ticks, received)
-        self._draw_brake(ticks, received)
-        self._draw_poses(ticks, received)
+        context.measured.update((tick, state.positions) for tick, state in zip(ticks, states, strict=True))
+        context.pose = np.array(states[-1].positions)
+        rows = context.rows(ticks, received)
+        trace.joints(entities.MEASURED_POSITION, context.names, rows, [state.positions for state in states])
+        trace.joints(entities.MEASURED_VELOCITY, context.names, rows, [state.velocities for state in states])
+        trace.scalars(entities.TORQUES.path, rows, np.array([state.torques for state in states]))
+        trace.scalars(entities.SATURATED.path, rows, np.array([state.saturated for state in states]))
+        trace.scalars(entities.APPLIED_TICK.path, rows, [state.applied_tick for state in states])
+        self._write_truth(ticks, received)
+        self._write_brake(ticks, received)
+        self._write_poses(ticks, received)
 
-    def _draw_truth(self, ticks: list[int], received: list[Received[m.State]]) -> None:
-        """What no sensor noise has touched, where the arm knows it."""
+    def _write_truth(self, ticks: list[int], received: list[Received[m.State]]) -> None:
+        """Positions and velocities without sensor noise, where the arm knows them."""
         known = [(tick, one, one.message.truth) for tick, one in zip(ticks, received, strict=True) if one.message.truth]
         if known:
-            rows = self._canvas.rows([tick for tick, _, _ in known], [one for _, one, _ in known])
-            trace = self._canvas.trace
-            trace.scalars("/arm/true_position", rows, np.array([truth.positions for _, _, truth in known]))
-            trace.scalars("/arm/true_velocity", rows, np.array([truth.velocities for _, _, truth in known]))
+            rows = self._context.rows([tick for tick, _, _ in known], [one for _, one, _ in known])
+            trace = self._context.trace
+            trace.scalars(entities.TRUE_POSITION.path, rows, np.array([truth.positions for _, _, truth in known]))
+            trace.scalars(entities.TRUE_VELOCITY.path, rows, np.array([truth.velocities for _, _, truth in known]))
 
-    def _draw_brake(self, ticks: list[int], received: list[Received[m.State]]) -> None:
+    def _write_brake(self, ticks: list[int], received: list[Received[m.State]]) -> None:
+        context = self._context
         for tick, one in zip(ticks, received, strict=True):
             if one.message.brake != self._brake:
-                row = self._canvas.row(tick, one.wall_ns)
-                self._canvas.trace.states("/lanes/brake", row, ["braking" if one.message.brake else None])
+                row = context.row(tick, one.wall_ns)
+                context.trace.states(entities.BRAKE_LANE.path, row, ["braking" if one.message.brake else None])
                 if one.message.brake:
-                    self._canvas.event("controller", row, "the arm brakes: it hears no commands", "WARN")
+                    context.event(entities.CONTROLLER_EVENT, row, "the arm brakes: it gets no commands", "WARN")
                 self._brake = one.message.brake
 
-    def _draw_poses(self, ticks: list[int], received: list[Received[m.State]]) -> None:
-        """Every body's pose, and the trail behind the racket."""
-        canvas = self._canvas
+    def _write_poses(self, ticks: list[int], received: list[Received[m.State]]) -> None:
+        """The pose of every body of the arm, and the tool's trail."""
+        context = self._context
         chosen = [k for k, tick in enumerate(ticks) if tick % self._stride == 0]
         if not chosen:
             return
-        rows = canvas.rows([ticks[k] for k in chosen], [received[k] for k in chosen])
-        places, turns, tools = canvas.scene.body_poses(np.array([received[k].message.positions for k in chosen]))
-        for index, body in enumerate(canvas.scene.arm):
+        rows = context.rows([ticks[k] for k in chosen], [received[k] for k in chosen])
+        positions = np.array([received[k].message.positions for k in chosen])
+        places, turns, tools = context.scene.body_poses(positions)
+        for index, body in enumerate(context.scene.arm):
             poses = rr.Transform3D.columns(translation=places[:, index], quaternion=turns[:, index])
-            canvas.trace.send(path_of(canvas.scene.body_names[body]), rows, poses)
-        self._draw_trail(rows, tools)
+            context.trace.send(entities.BODY.at(context.scene.body_names[body]), rows, poses)
+        self._trail.write(rows, tools)
 
-    def _draw_trail(self, rows: Rows, tools: np.ndarray) -> None:
-        """The racket's last third of a second as a line that fades; a new run starts a new one."""
-        canvas = self._canvas
-        if self._lives_seen != canvas.begun:
-            self._trail.clear()
-            self._lives_seen = canvas.begun
+
+class Trail:
+    """The last third of a second of the tool's path, as a line that fades; a new run starts a new one."""
+
+    def __init__(self, context: Context, stride: int) -> None:
+        self._context = context
+        self._stride = stride
+        self._run = 0
+        self._points: deque[np.ndarray] = deque(maxlen=TRAIL_LENGTH)
+        fading = [(*TRAIL_COLOUR, round(255 * (k + 1) / TRAIL_LENGTH)) for k in range(TRAIL_LENGTH)]
+        context.trace.static(entities.TRAIL.path, rr.LineStrips3D.from_fields(colors=fading, radii=0.006))
+
+    def write(self, rows: Rows, tools: np.ndarray) -> None:
+        """Write the trail that ends at each fifth of the tool's positions (N, 3), m."""
+        if self._run != self._context.runs.count:
+            self._points.clear()
+            self._run = self._context.runs.count
         at, strips = [], []
         for index, tool in enumerate(tools):
             if rows.ticks[index] % (2 * self._stride) == 0:
-                self._trail.append(tool)
+                self._points.append(tool)
             if rows.ticks[index] % (TRAIL_EVERY * self._stride) == 0:
-                known = [*self._trail, tool]
+                known = [*self._points, tool]
                 line = np.array([known[0]] * (TRAIL_LENGTH + 1 - len(known)) + known)
                 at.append(index)
                 strips.extend(np.stack([line[:-1], line[1:]], axis=1))
         if at:
             columns = rr.LineStrips3D.columns(strips=strips).partition([TRAIL_LENGTH] * len(at))
-            canvas.trace.send("/world/trail", rows.only(at), columns)
+            self._context.trace.send(entities.TRAIL.path, rows.only(at), columns)
 
 
-class CommandDrawer:
-    """Reference curves, commanded accelerations, the tracking error, and which goal they serve."""
+class CommandWriter:
+    """Reference curves, commanded accelerations, the tracking error, and the goal that the reference serves."""
 
-    def __init__(self, canvas: Canvas) -> None:
-        self._canvas = canvas
+    def __init__(self, context: Context) -> None:
+        self._context = context
         self._goal: str | None = None
 
-    def draw(self, received: list[Received[m.Command]]) -> None:
+    def write(self, received: list[Received[m.Command]]) -> None:
         """Write every command."""
         if received:
-            self._draw(received)
-        self._canvas.forget()
+            self._write(received)
+        self._context.forget_old()
 
-    def _draw(self, received: list[Received[m.Command]]) -> None:
-        canvas, trace = self._canvas, self._canvas.trace
-        ticks = [canvas.lay_command(one) for one in received]
+    def _write(self, received: list[Received[m.Command]]) -> None:
+        context, trace = self._context, self._context.trace
+        ticks = [context.place_command(one) for one in received]
         commands = [one.message for one in received]
-        rows = canvas.rows(ticks, received)
-        trace.joints("/joints/{}/position/reference", canvas.names, rows, [c.positions for c in commands])
-        trace.joints("/joints/{}/velocity/reference", canvas.names, rows, [c.velocities for c in commands])
-        trace.joints("/joints/{}/acceleration/commanded", canvas.names, rows, [c.accelerations for c in commands])
-        self._draw_error(rows, commands)
+        rows = context.rows(ticks, received)
+        trace.joints(entities.REFERENCE_POSITION, context.names, rows, [command.positions for command in commands])
+        trace.joints(entities.REFERENCE_VELOCITY, context.names, rows, [command.velocities for command in commands])
+        trace.joints(entities.COMMANDED, context.names, rows, [command.accelerations for command in commands])
+        self._write_error(rows, commands)
         for tick, one in zip(ticks, received, strict=True):
             if one.message.goal_id != self._goal:
                 self._goal = one.message.goal_id
-                trace.states("/lanes/goal", canvas.row(tick, one.wall_ns), [self._goal])
+                trace.states(entities.GOAL_LANE.path, context.row(tick, one.wall_ns), [self._goal])
 
-    def _draw_error(self, rows: Rows, commands: list[m.Command]) -> None:
-        """Measured less reference, where the state answered is known."""
-        measured = self._canvas.measured
+    def _write_error(self, rows: Rows, commands: list[m.Command]) -> None:
+        """Measured less reference, where the state that is answered is known."""
+        measured = self._context.measured
         known = [k for k, tick in enumerate(rows.ticks.tolist()) if tick in measured]
         if known:
             errors = np.array([measured[int(rows.ticks[k])] for k in known]) - [commands[k].positions for k in known]
             at = rows if len(known) == len(rows) else rows.only(known)
-            self._canvas.trace.joints("/joints/{}/error", self._canvas.names, at, errors)
+            self._context.trace.joints(entities.ERROR, self._context.names, at, errors)

@@ -1,4 +1,4 @@
-"""From the bus to checked messages, in batches."""
+"""Bodies from the bus, decoded and validated in batches."""
 
 from collections.abc import Callable, Mapping
 from itertools import islice
@@ -16,7 +16,7 @@ from protocol.topics import MIB, Publication
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
 
 MAX_WAITING_STREAM = 1 << 14
-"""Messages of a stream that wait: 16 s at 1 kHz. Beyond, the oldest are lost, which the gap in their ticks shows."""
+"""Capacity of a stream's queue: 16 s at 1 kHz. Beyond it the oldest are lost, which the gap in their ticks shows."""
 
 MAX_WAITING = 1 << 8
 MAX_BODY_BYTES = 16 * MIB
@@ -25,18 +25,18 @@ MAX_NS = 1 << 63
 MAX_TIME_S = 1e9
 MIN_DT_S = 1e-6
 MAX_IN_SPACE = 1e6
-"""m or m/s."""
+"""Largest coordinate of a ball, m or m/s."""
 
 
 class Received(NamedTuple, Generic[MessageT]):
-    """A message and when the hub had it, Unix ns."""
+    """A message and when the router had it, Unix ns."""
 
     wall_ns: int
     message: MessageT
 
 
 class Source(Protocol):
-    """Where bodies wait: a `protocol.bus.queues.Collector`."""
+    """A queue of bodies: a `protocol.bus.queues.Collector`."""
 
     def take(self) -> tuple[bytes, int] | None:
         """Return the oldest body and when it came, Unix ns, or None."""
@@ -44,7 +44,7 @@ class Source(Protocol):
 
 
 def listen(bus: Bus) -> dict[Publication, Source]:
-    """Subscribe to everything the topic table says is recorded."""
+    """Subscribe to every topic that the topic table marks as recorded."""
     return {
         topic: bus.collect(topic, MAX_WAITING_STREAM if topic.stream else MAX_WAITING)
         for topic in topics.PUBLICATIONS
@@ -52,10 +52,10 @@ def listen(bus: Bus) -> dict[Publication, Source]:
     }
 
 
-class Intake:
-    """Takes what waits on every recorded topic.
+class Receiver:
+    """Takes and validates what waits on every recorded topic.
 
-    `malformed` counts what could not be read; `complain` is told of each, a sentence and the refusal's code.
+    `malformed` counts the bodies that could not be read; `complain` gets a sentence and the refusal's code for each.
     """
 
     def __init__(
@@ -67,11 +67,11 @@ class Intake:
         self._complain = complain
 
     def take(self) -> dict[Publication, list[Received[Any]]]:
-        """Return what has come since the last call, by topic, each in order of arrival.
+        """Return what has arrived since the last call, by topic, each in order of arrival.
 
-        The table begins with the states; they are taken last, so that no batch lacks the state behind a message. All is
-        taken before any of it is read, which takes longer than a plan has until it begins: no batch has states of a
-        plan that is not in it.
+        The table begins with the states. They are taken last, so that a batch has the state behind each of its
+        messages. All bodies are taken before the first is decoded, because decoding takes longer than the lead of a
+        plan: a batch with states of a plan has the plan too.
         """
         waiting = {topic: self._drain(topic) for topic in reversed(list(self._sources))}
         return {topic: self._read(topic, bodies) for topic, bodies in waiting.items()}
@@ -92,7 +92,7 @@ class Intake:
 
 
 def read(topic: Publication[MessageT], body: bytes, joint_count: int) -> MessageT:
-    """Return the message in `body`, checked to be drawable for an arm of `joint_count` joints.
+    """Return the message in `body`, validated so that it can be written for an arm of `joint_count` joints.
 
     Raises:
         Refusal: `bad_message`, naming the field.
@@ -192,7 +192,7 @@ def _check_in_space(field: str, vector: list[float]) -> None:
     if len(vector) != 3:
         raise bad_message(field, f"{field} has {len(vector)} entries; space has 3")
     if max(map(abs, vector)) > MAX_IN_SPACE:
-        raise bad_message(field, f"{field} is {vector}; more than {MAX_IN_SPACE:g} cannot be drawn")
+        raise bad_message(field, f"{field} is {vector}; at most {MAX_IN_SPACE:g} can be shown")
 
 
 def _check_range(field: str, value: float, bound: float) -> None:

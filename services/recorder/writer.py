@@ -1,4 +1,4 @@
-"""Writing a trace: rows on the timelines, scalars, events and lanes, into a file, a live viewer or both."""
+"""Write a trace: rows on the timelines, scalars, events and lanes, into a file, a live viewer or both."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -10,12 +10,14 @@ import pyarrow as pa
 import rerun as rr
 import rerun.blueprint as rrb
 
+from services.recorder.entities import Entity
+
 Numbers = Sequence[Any] | np.ndarray
 
 APPLICATION = "volley"
 SCALARS = rr.Scalars.descriptor_scalars()
 LIVE_MEMORY = "1GiB"
-"""What the viewer server keeps for viewers that come late; the oldest goes first."""
+"""What the viewer server keeps for viewers that connect later; the oldest is dropped first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,14 +28,14 @@ class Live:
 
     @property
     def uri(self) -> str:
-        """What `rerun` is told to connect to."""
+        """The address for `rerun` to connect to."""
         return f"rerun+http://127.0.0.1:{self.port}/proxy"
 
 
 class Rows:
-    """N rows of the trace: where they lie on the timelines.
+    """N rows of the trace: their times on the timelines.
 
-    ticks: (N,) laid ticks. wall_ns: (N,) Unix ns, None for what has no wall time.
+    ticks: (N,) of the trace. wall_ns: (N,) Unix ns, None for what has no wall time.
     """
 
     def __init__(self, ticks: Numbers, rate_hz: float, wall_ns: Numbers | None = None) -> None:
@@ -52,12 +54,15 @@ class Rows:
         return len(self.ticks)
 
     def only(self, indices: Sequence[int]) -> "Rows":
-        """Some of the rows."""
+        """Return some of the rows."""
         return Rows(self.ticks[indices], self._rate_hz, None if self._wall_ns is None else self._wall_ns[indices])
 
 
 class _ScalarColumn(rr.ComponentColumn):
-    """What `rr.Scalars.columns` makes of (N,) or (N, K) float64, in half the time; most of the time goes here."""
+    """The column that `rr.Scalars.columns` makes of (N,) or (N, K) float64, in half its time.
+
+    The recorder spends most of its time here.
+    """
 
     def __init__(self, values: np.ndarray) -> None:
         self.descriptor = SCALARS
@@ -87,7 +92,7 @@ class TraceWriter:
         self.recording.disconnect()
 
     def static(self, path: str, *what: rr.AsComponents) -> None:
-        """Say something that holds at all times."""
+        """Write components that hold at all times."""
         self.recording.log(path, *what, static=True)
 
     def send(self, path: str, rows: Rows, *columns: Iterable[rr.ComponentColumn]) -> None:
@@ -98,18 +103,18 @@ class TraceWriter:
         """Write (N,) or (N, K) numbers as float64."""
         self.recording.send_columns(path, rows.columns, [_ScalarColumn(np.asarray(values, dtype=np.float64))])
 
-    def joints(self, path: str, names: Sequence[str], rows: Rows, values: Numbers) -> None:
-        """Write (N, J) numbers, one entity for each joint; `path` has a `{}` for its name."""
+    def joints(self, entity: Entity, names: Sequence[str], rows: Rows, values: Numbers) -> None:
+        """Write (N, J) numbers of an entity that there is for each joint."""
         array = np.asarray(values, dtype=np.float64)
         for name, column in zip(names, np.ascontiguousarray(array.T), strict=True):
-            self.scalars(path.format(name), rows, column)
+            self.scalars(entity.at(name), rows, column)
 
     def texts(self, path: str, rows: Rows, texts: Sequence[str], level: str = "INFO") -> None:
         """Write sentences for the log of events."""
         self.send(path, rows, rr.TextLog.columns(text=texts, level=[level] * len(rows)))
 
     def states(self, path: str, rows: Rows, states: Sequence[str | None]) -> None:
-        """Write where the state shown by a lane changes; None is a gap."""
+        """Write changes of a lane's state; None is a gap."""
         self.send(path, rows, rr.StateChange.columns(state=[state or "" for state in states]))
 
     def values(self, path: str, rows: Rows, **values: Any) -> None:

@@ -1,5 +1,6 @@
 """The .rrd that the recorder leaves behind, read back and held against what was said on the bus."""
 
+from collections.abc import Container
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +13,15 @@ from protocol import topics
 from protocol.codec import matrix
 from robot.conversions import samples_of
 from robot.description import load_robot
+from services.recorder import entities
+from services.recorder.entities import ENTITIES, Entity, Event
+from services.recorder.scene import Scene
 from tools.demo.strikes import goal
 from tools.trace_reader import Trace, read_trace
 
 NAMES = load_robot().joint_names
+PLAYED: set[Event] = {"", "known truth", "a ball", "a plan", "a goal", "a result", "a hit"}
+"""What occurs in a run with a goal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +134,37 @@ def test_a_refused_goal_is_on_the_timeline_with_its_code(recorded: tuple[list[To
     assert not late.any()
 
 
+# --- the table of entities ---------------------------------------------------------------------------------
+
+
+def paths(entity: Entity) -> set[str]:
+    """Return the paths of an entity: of every joint, of every body of the arm, or of the link that is pushed."""
+    scene, home = Scene(load_robot()), load_robot().home
+    if entity is entities.PUSH_ARROW:
+        return {entity.at(scene.push_arrow(0, home)[0])}
+    if "JOINT" in entity.path:
+        return {entity.at(name) for name in NAMES}
+    return {entity.at(scene.body_names[body]) for body in scene.arm} if "BODY" in entity.path else {entity.path}
+
+
+def check_table(trace: Trace, occurred: Container[Event]) -> None:
+    """The trace has exactly the entities of the table, each with components of its archetype."""
+    written = {entity for entity in ENTITIES if not entity.static and entity.needs in occurred}
+    assert set(trace.entities) == set().union(*map(paths, written))
+    for entity in written:
+        for path in paths(entity):
+            components = trace.components(path)
+            if entity.archetype == entities.VALUES:
+                assert set(components) <= set(entity.shows.replace(",", "").split("`")), path
+            else:
+                assert {component.partition(":")[0] for component in components} == {entity.archetype}, path
+
+
+def test_a_trace_of_strikes_has_the_entities_of_the_table(recorded: tuple[list[Told], Trace]):
+    """With contacts, pushes and refusals, none more and none fewer."""
+    check_table(recorded[1], PLAYED | {"a contact", "a disturbance", "a push", "a refusal"})
+
+
 # --- a corrected swing ------------------------------------------------------------------------------------
 
 PARTS = 0.4, 0.7, 0.85
@@ -178,7 +215,12 @@ def test_where_a_correction_begins_the_curves_before_end(corrected: Corrected):
             assert [drawn[tick] for tick in ticks] == positions[: len(ticks)].tolist(), (name, index)
         gaps = [begin - 1 for begin in begins[1:]]
         assert not set(gaps) & set(drawn)
-        assert set(gaps) <= set(column.times["tick"].tolist())  # the pen is lifted there
+        assert set(gaps) <= set(column.times["tick"].tolist())  # the curves are broken there
+
+
+def test_a_trace_of_corrections_has_the_entities_of_the_table(corrected: Corrected):
+    """None more and none fewer."""
+    check_table(corrected.trace, PLAYED | {"a correction"})
 
 
 def test_the_point_where_a_correction_begins_is_marked(corrected: Corrected):

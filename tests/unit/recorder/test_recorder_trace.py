@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 import rerun as rr
+from rerun.chunk import RrdReader
 
 from protocol import messages as m
 from protocol.bus.bus import Bus
@@ -31,9 +32,11 @@ from protocol.topics import (
 from robot.description import load_robot
 from robot.kinematics import Kinematics
 from services.common.cli import free_endpoint
+from services.recorder import entities
 from services.recorder.blueprint import build_blueprint
-from services.recorder.context import Canvas
-from services.recorder.recorder import Recorder, build_drawers
+from services.recorder.context import Context
+from services.recorder.recorder import Recorder, topic_writers
+from services.recorder.scene import Scene
 from services.recorder.validation import listen
 from services.recorder.writer import Rows, TraceWriter
 from tests.unit.recorder.recorder_messages import (
@@ -54,6 +57,7 @@ from tools.drill.harness.mutations import mutate
 from tools.trace_reader import Trace, read_trace
 
 CONFIG = load_robot()
+PLAIN = [entity for entity in entities.ENTITIES if "BODY" not in entity.path and "PART" not in entity.path]
 PATIENCE_S = 30.0
 LOG = logging.getLogger("test")
 
@@ -83,13 +87,13 @@ class Desk:
         """Publish what is no message."""
         self._sources[topic].append((body, 1))
 
-    def draw(self) -> None:
+    def end_batch(self) -> None:
         """End a batch."""
-        self._recorder.draw()
+        self._recorder.write_batch()
 
     def read(self) -> Trace:
         """End the last batch and the trace, and read it back."""
-        self.draw()
+        self.end_batch()
         self._writer.close()
         return read_trace(self._file)
 
@@ -104,12 +108,12 @@ def _joints(trace: Trace, path: str) -> np.ndarray:
     return np.stack([trace.scalars(path.format(name)) for name in JOINTS], axis=1)
 
 
-def test_every_recorded_topic_has_a_drawer(tmp_path: Path) -> None:
-    """A topic added to the table without a drawer would be lost without a sound."""
+def test_every_recorded_topic_has_a_writer(tmp_path: Path) -> None:
+    """A topic added to the table without a writer would be lost silently."""
     writer = TraceWriter(build_blueprint(JOINTS, live=False), tmp_path / "trace.rrd", None)
-    drawers = build_drawers(Canvas(writer, CONFIG))
-    assert set(drawers) == {topic for topic in PUBLICATIONS if topic.recorded}
-    assert next(iter(drawers)) == STATE
+    writers = topic_writers(Context(writer, CONFIG))
+    assert set(writers) == {topic for topic in PUBLICATIONS if topic.recorded}
+    assert next(iter(writers)) == STATE
 
 
 @pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
@@ -120,7 +124,7 @@ def test_what_is_let_in_can_be_drawn(desk: Desk, topic: Publication) -> None:
     for _ in range(100):
         for _ in range(50):
             desk.say_noise(topic, mutate(body, rng))
-        desk.draw()
+        desk.end_batch()
 
 
 @pytest.mark.filterwarnings("ignore:RRD file has no footer")
@@ -142,7 +146,7 @@ def test_states_read_back_to_the_last_bit(desk: Desk) -> None:
     states = [state(tick, brake=tick > 320) for tick in range(350)]
     for some in (states[:7], states[7:200], states[200:]):
         desk.say(STATE, *some, at=1_700_000_000_000_000_123)
-        desk.draw()
+        desk.end_batch()
     trace = desk.read()
     assert np.array_equal(_joints(trace, "/joints/{}/position/measured"), [s.positions for s in states])
     assert np.array_equal(_joints(trace, "/joints/{}/velocity/measured"), [s.velocities for s in states])
@@ -168,12 +172,28 @@ def test_states_of_an_arm_that_does_not_know_its_truth(desk: Desk) -> None:
     assert "/arm/true_position" not in desk.read().entities
 
 
+def test_static_data_is_of_the_table_and_of_the_model(tmp_path: Path) -> None:
+    """Styles lie on entities of the table; the geometry is that of every body."""
+    desk = Desk(tmp_path / "trace.rrd")
+    desk.say(STATE, state(0))
+    desk.say(BALL, MESSAGES[BALL])
+    desk.read()
+    scene = Scene(CONFIG)
+    bodies = {name: [part for part, _ in scene.shapes(body)] for body, name in enumerate(scene.body_names)}
+    geometry = {entities.SHAPE.at(name, part) for name, parts in bodies.items() if name != "world" for part in parts}
+    geometry |= {entities.WORLD_SHAPE.at(part) for part in bodies["world"]}
+    styled = {entity.at(*([name] if "JOINT" in entity.path else [])) for entity in PLAIN for name in JOINTS}
+    static = {chunk.entity_path for chunk in RrdReader(tmp_path / "trace.rrd").stream() if chunk.is_static}
+    assert geometry <= static
+    assert static - geometry - styled == {"/__properties"}
+
+
 def test_commands_and_the_error_against_the_state_they_answer(desk: Desk) -> None:
     states = [state(tick) for tick in range(300)]
     commands = [command(tick, goal_id="g1" if tick >= 100 else None) for tick in range(300)]
     desk.say(STATE, *states[:150])
     desk.say(COMMAND, *commands[:140])
-    desk.draw()
+    desk.end_batch()
     desk.say(STATE, *states[150:])
     desk.say(COMMAND, *commands[140:])
     trace = desk.read()
@@ -203,7 +223,7 @@ def test_error_of_a_batch_longer_than_the_memory(desk: Desk) -> None:
 
 def test_further_run_lies_behind_the_first(desk: Desk) -> None:
     desk.say(STATE, *(state(tick) for tick in range(100)))
-    desk.draw()
+    desk.end_batch()
     desk.say(STATE, *(state(tick, run=RUN + 1, seed=1) for tick in range(50)))
     desk.say(BALL, m.BallState(time=0.01, position=[1.0, 2.0, 3.0], velocity=[0.0] * 3))
     trace = desk.read()
@@ -214,14 +234,14 @@ def test_further_run_lies_behind_the_first(desk: Desk) -> None:
     assert trace.column("/runs", "run").values == [[RUN], [RUN + 1]]
     assert trace.column("/runs", "tick_offset").values == [[0], [100]]
     assert trace.column("/runs", "time_offset").values == [[0.0], [0.1]]
-    assert "tick 0 lies at tick 100" in trace.texts("/events/run")[1]
+    assert "tick 0 is tick 100 of the trace" in trace.texts("/events/run")[1]
 
 
 def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:
     said = plan(0.010, count=40)
     desk.say(STATE, *(state(tick) for tick in range(20)))
     desk.say(PLAN, said)
-    desk.draw()
+    desk.end_batch()
     desk.say(STATE, *(state(tick) for tick in range(20, 90)))
     trace = desk.read()
     positions = np.frombuffer(said.positions).reshape(40, 6)
@@ -232,14 +252,14 @@ def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:
     assert np.array_equal(_joints(trace, "/joints/{}/position/demonstrated"), positions[:39] / 2)
     planned = trace.column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), range(10, 50))
-    assert planned.times["tick"][-1] == 50  # the pen is lifted
+    assert planned.times["tick"][-1] == 50  # the curve is broken
     target = trace.column("/joints/joint_3/position/target")
     assert (target.ticks().tolist(), target.array().tolist()) == ([48], [positions[38, 2]])
 
 
 def test_limits_in_force_are_the_plan_s_while_it_lasts(desk: Desk) -> None:
     desk.say(STATE, *(state(tick) for tick in range(5)))
-    desk.draw()
+    desk.end_batch()
     desk.say(PLAN, plan(0.010, count=40))
     desk.say(STATE, *(state(tick) for tick in range(5, 90)))
     trace = desk.read()
@@ -250,10 +270,28 @@ def test_limits_in_force_are_the_plan_s_while_it_lasts(desk: Desk) -> None:
     assert trace.column("/joints/joint_2/velocity/limits").values[1] == [-4.0, 4.0]
 
 
+def test_limits_that_do_not_change_are_repeated_every_second(desk: Desk) -> None:
+    """So that a view of the last seconds shows them."""
+    for first in range(0, 2400, 400):
+        desk.say(STATE, *(state(tick) for tick in range(first, first + 400)))
+        desk.end_batch()
+    assert desk.read().column("/joints/joint_1/velocity/limits").ticks().tolist() == [0, 1199, 2399]
+
+
+def test_a_free_limit_of_a_plan_is_left_out(desk: Desk) -> None:
+    """The plan of this test limits the position of joint_1 alone, and no acceleration."""
+    desk.say(STATE, *(state(tick) for tick in range(90)))
+    desk.say(PLAN, plan(0.010, count=40))
+    trace = desk.read()
+    assert trace.column("/joints/joint_1/position/limits").ticks().tolist() == [10, 50]
+    for path in ("/joints/joint_2/position/limits", "/joints/joint_1/acceleration/limits"):
+        assert trace.column(path).ticks().tolist() == [50], path
+
+
 def test_replaced_plan_ends_where_the_next_begins(desk: Desk) -> None:
     desk.say(STATE, *(state(tick) for tick in range(30)))
     desk.say(PLAN, plan(0.010, count=60))
-    desk.draw()
+    desk.end_batch()
     after = plan(0.040, count=30, goal_id="g2")
     desk.say(PLAN, after)
     desk.say(STATE, *(state(tick) for tick in range(30, 100)))
@@ -267,14 +305,14 @@ def test_a_correction_is_told_and_parts_the_curves(desk: Desk) -> None:
     """The old curve ends one tick before the new one begins, which a point marks; the event has the phase."""
     desk.say(STATE, *(state(tick) for tick in range(30)))
     desk.say(PLAN, plan(0.010, count=60))
-    desk.draw()
+    desk.end_batch()
     after = plan(0.040, count=30, goal_id="g2", revises="g1", phase=0.625)
     desk.say(PLAN, after)
     desk.say(STATE, *(state(tick) for tick in range(30, 100)))
     trace = desk.read()
     planned = trace.column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), [*range(10, 39), *range(40, 70)])
-    assert 39 in planned.times["tick"]  # the pen is lifted
+    assert 39 in planned.times["tick"]  # the curve is broken
     positions = np.frombuffer(after.positions).reshape(30, 6)
     assert _joints(trace, "/joints/{}/position/corrected").tolist() == [positions[0].tolist()]
     assert trace.column("/joints/joint_1/position/corrected").ticks().tolist() == [40]
@@ -286,7 +324,7 @@ def test_plan_given_up_is_drawn_no_further(desk: Desk) -> None:
     desk.say(STATE, *(state(tick) for tick in range(30)))
     desk.say(PLAN, plan(0.010, count=60))
     desk.say(ENDED, result("canceled"))
-    desk.draw()
+    desk.end_batch()
     desk.say(STATE, *(state(tick) for tick in range(30, 100)))
     planned = desk.read().column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), range(10, 30))
@@ -296,7 +334,7 @@ def test_plan_given_up_is_drawn_no_further(desk: Desk) -> None:
 def test_plan_of_a_run_that_is_over_is_drawn_no_further(desk: Desk) -> None:
     desk.say(STATE, *(state(tick) for tick in range(30)))
     desk.say(PLAN, plan(0.010, count=60))
-    desk.draw()
+    desk.end_batch()
     desk.say(STATE, *(state(tick, run=RUN + 1) for tick in range(60)))
     assert np.array_equal(desk.read().column("/joints/joint_1/position/planned").ticks(), range(10, 30))
 
@@ -304,20 +342,36 @@ def test_plan_of_a_run_that_is_over_is_drawn_no_further(desk: Desk) -> None:
 def test_plan_is_drawn_to_its_end_where_the_next_run_begins_in_the_same_batch(desk: Desk) -> None:
     desk.say(STATE, *(state(tick) for tick in range(30)))
     desk.say(PLAN, plan(0.010, count=40))
-    desk.draw()
+    desk.end_batch()
     desk.say(STATE, *(state(tick) for tick in range(30, 90)), *(state(tick, run=RUN + 1) for tick in range(60)))
     planned = desk.read().column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), range(10, 50))
-    assert planned.times["tick"][-1] == 50  # the pen is lifted
+    assert planned.times["tick"][-1] == 50  # the curve is broken
+
+
+def test_curves_of_two_plans_with_a_pause_between_are_not_joined(desk: Desk) -> None:
+    """Though both are over when the batch is written; in the pause the robot's own limits are in force."""
+    desk.say(STATE, *(state(tick) for tick in range(5)))
+    desk.say(PLAN, plan(0.010, count=20), plan(0.050, count=20, goal_id="g2"))
+    desk.end_batch()
+    desk.say(STATE, *(state(tick) for tick in range(5, 90)))
+    trace = desk.read()
+    planned = trace.column("/joints/joint_1/position/planned")
+    assert np.array_equal(planned.ticks(), [*range(10, 30), *range(50, 70)])
+    assert [tick for tick, row in zip(planned.times["tick"].tolist(), planned.values, strict=True) if not row] == [
+        30,
+        70,
+    ]
+    assert trace.column("/joints/joint_1/position/limits").ticks().tolist() == [0, 10, 30, 50, 70]
 
 
 def test_a_plan_that_comes_after_its_cancel_is_drawn_no_further(desk: Desk) -> None:
     """The planner publishes it once it has answered, and whoever has the answer may cancel at once."""
     desk.say(STATE, *(state(tick) for tick in range(5)))
     desk.say(ENDED, result("canceled"))
-    desk.draw()
+    desk.end_batch()
     desk.say(PLAN, plan(0.002, count=40))
-    desk.draw()
+    desk.end_batch()
     desk.say(STATE, *(state(tick) for tick in range(5, 90)))
     planned = desk.read().column("/joints/joint_1/position/planned")
     assert max(planned.ticks()) <= 5
@@ -385,7 +439,7 @@ def test_what_comes_a_batch_late_lies_where_it_happened(desk: Desk) -> None:
     """Its topic is looked at before the states: those behind it are then in the batch before."""
     for tick in range(30):
         desk.say(STATE, state(tick), at=100 + tick)
-    desk.draw()
+    desk.end_batch()
     desk.say(REFUSED, refused(), at=104)
     desk.say(STATE, state(30), at=130)
     assert desk.read().column("/goals/refused", "code").times["tick"].tolist() == [4]
@@ -470,12 +524,12 @@ def test_from_a_real_bus_nothing_is_lost(tmp_path: Path) -> None:
                 for publisher, topic in others:
                     publisher.put(MESSAGES[topic])
             if tick % 300 == 0:
-                recorder.draw()
+                recorder.write_batch()
         deadline = time.monotonic() + PATIENCE_S
         while recorder.newest < 999 and time.monotonic() < deadline:
             time.sleep(0.05)
-            recorder.draw()
-        recorder.draw()
+            recorder.write_batch()
+        recorder.write_batch()
     writer.close()
     trace = read_trace(file)
     expected = [state(tick).positions for tick in range(1000)]

@@ -9,7 +9,7 @@ import pytest
 from protocol.codec import encode
 from protocol.errors import Refusal
 from protocol.topics import BALL, COMMAND, DISTURBANCE, ENDED, PLAN, PUBLICATIONS, REFUSED, STATE, STATUS, Publication
-from services.recorder.validation import Intake, read
+from services.recorder.validation import Receiver, read
 from tests.unit.recorder.recorder_messages import MESSAGES, Waiting
 
 INF, NAN = float("inf"), float("nan")
@@ -88,12 +88,12 @@ def test_limits_of_a_plan_are_checked(quantity: str) -> None:
 def test_noise_is_counted_and_the_rest_goes_on(topic: Publication, body: bytes) -> None:
     said: list[tuple[str, str]] = []
     sources = {each: Waiting() for each in PUBLICATIONS}
-    intake = Intake(sources, 6, lambda sentence, code: said.append((sentence, code)))
+    receiver = Receiver(sources, 6, lambda sentence, code: said.append((sentence, code)))
     for each in (body, encode(MESSAGES[topic])):
         sources[topic].append((each, 5))
-    taken = intake.take()[topic]
+    taken = receiver.take()[topic]
     assert [one.message for one in taken] == [MESSAGES[topic]]
-    assert intake.malformed == 1
+    assert receiver.malformed == 1
     ((sentence, code),) = said
     assert topic.key in sentence
     assert code == "bad_message"
@@ -112,5 +112,5 @@ def test_the_states_behind_a_command_are_never_in_a_later_batch() -> None:
             order.append(self._topic.key)
             return super().take()
 
-    Intake({topic: Noting(topic) for topic in PUBLICATIONS}, 6, lambda *_: None).take()
+    Receiver({topic: Noting(topic) for topic in PUBLICATIONS}, 6, lambda *_: None).take()
     assert order[-2:] == ["command", "state"]

@@ -1,0 +1,228 @@
+"""The table of every entity of a trace. Writers, styles and the page `docs/trace.md` take their paths from it."""
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from protocol import topics
+from protocol.topics import Publication
+
+Event = Literal[
+    "", "a ball", "a plan", "a correction", "a goal", "a result", "a hit", "a refusal", "a contact", "a disturbance",
+    "a push", "known truth", "something missing",
+]  # fmt: skip
+"""What must occur for an entity to be in a trace; empty: every trace of a sim and a controller has it."""
+
+NAME = re.compile("[A-Z]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Entity:
+    """One entity, or one for each joint, body or part of a body.
+
+    Attributes:
+        path: JOINT, BODY and PART stand for names.
+        archetype: Rerun's; `AnyValues` has columns of its own.
+        source: Publications whose messages it shows; empty: the recorder's own, or the robot's model.
+        shows: One line of the page.
+        unit: Of its numbers.
+        needs: What must occur for it to be in a trace.
+        static: Holds at all times; it is on no timeline.
+    """
+
+    path: str
+    archetype: str
+    source: tuple[Publication, ...]
+    shows: str
+    unit: str = ""
+    needs: Event = ""
+    static: bool = False
+
+    def at(self, *names: str) -> str:
+        """Return the path with names in place of JOINT, BODY and PART, in their order."""
+        path = self.path
+        for word, name in zip(NAME.findall(self.path), names, strict=True):
+            path = path.replace(word, name, 1)
+        return path
+
+
+STATE, COMMAND, STATUS = (topics.STATE,), (topics.COMMAND,), (topics.STATUS,)
+PLAN, ENDED, REFUSED = (topics.PLAN,), (topics.ENDED,), (topics.REFUSED,)
+BALL, CONTACT, DISTURBANCE = (topics.BALL,), (topics.CONTACT,), (topics.DISTURBANCE,)
+GOAL = (*PLAN, *ENDED, *REFUSED)
+OWN: tuple[Publication, ...] = ()
+
+SCALARS, LANE, EVENT, VALUES = "Scalars", "StateChange", "TextLog", "AnyValues"
+POSE, LINES, POINTS, ARROWS, SHAPES = "Transform3D", "LineStrips3D", "Points3D", "Arrows3D", "Boxes3D, Mesh3D, …"
+
+# --- joints -----------------------------------------------------------------------------------------------
+
+MEASURED_POSITION = Entity("/joints/JOINT/position/measured", SCALARS, STATE, "measured position", "rad")
+MEASURED_VELOCITY = Entity("/joints/JOINT/velocity/measured", SCALARS, STATE, "measured velocity", "rad/s")
+REFERENCE_POSITION = Entity("/joints/JOINT/position/reference", SCALARS, COMMAND, "reference position", "rad")
+REFERENCE_VELOCITY = Entity("/joints/JOINT/velocity/reference", SCALARS, COMMAND, "reference velocity", "rad/s")
+COMMANDED = Entity("/joints/JOINT/acceleration/commanded", SCALARS, COMMAND, "commanded acceleration", "rad/s²")
+ERROR = Entity("/joints/JOINT/error", SCALARS, (*STATE, *COMMAND), "measured less reference of the same tick", "rad")
+PLANNED = {
+    quantity: Entity(f"/joints/JOINT/{quantity}/planned", SCALARS, PLAN, f"planned {quantity}", unit, "a plan")
+    for quantity, unit in (("position", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s²"))
+}
+DEMONSTRATED = Entity(
+    "/joints/JOINT/position/demonstrated", SCALARS, PLAN, "the demonstration, warped to the duration", "rad", "a plan"
+)
+TARGET = Entity("/joints/JOINT/position/target", SCALARS, PLAN, "goal and waypoints", "rad", "a plan")
+CORRECTED = Entity(
+    "/joints/JOINT/position/corrected",
+    SCALARS,
+    PLAN,
+    "where a correction takes over from the plan that it corrects",
+    "rad",
+    "a correction",
+)
+LIMITS = {
+    quantity: Entity(
+        f"/joints/JOINT/{quantity}/limits", SCALARS, PLAN, "[lowest, highest] in force: the plan's or the robot's", unit
+    )
+    for quantity, unit in (("position", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s²"))
+}
+PUSHES = {
+    kind: Entity(
+        f"/joints/JOINT/disturbance/{kind}", SCALARS, DISTURBANCE, "sum of the active pushes", unit, "a disturbance"
+    )
+    for kind, unit in (("acceleration", "rad/s²"), ("torque", "N·m"))
+}
+
+# --- the arm ----------------------------------------------------------------------------------------------
+
+TORQUES = Entity("/arm/torques", SCALARS, STATE, "torque of each joint", "N·m")
+SATURATED = Entity("/arm/saturated", SCALARS, STATE, "whether each joint's torque is at its limit, 0 or 1")
+APPLIED_TICK = Entity("/arm/applied_tick", SCALARS, STATE, "tick of the command that was applied, as in the message")
+TRUE_POSITION = Entity("/arm/true_position", SCALARS, STATE, "positions without sensor noise", "rad", "known truth")
+TRUE_VELOCITY = Entity("/arm/true_velocity", SCALARS, STATE, "velocities without sensor noise", "rad/s", "known truth")
+
+# --- goals ------------------------------------------------------------------------------------------------
+
+RUNS = Entity("/runs", VALUES, (*STATE, *COMMAND), "`run`, `tick_offset`, `time_offset` (s) of each run")
+PLANS = Entity(
+    "/plans",
+    VALUES,
+    PLAN,
+    "`goal_id`, `primitive`, `start_time` as in the message, `epoch`, `revises` (empty: none), `phase`",
+    needs="a plan",
+)
+GOALS = Entity(
+    "/goals",
+    VALUES,
+    ENDED,
+    "`goal_id`, `outcome`, `reason`, `peak_tracking_error` (rad); `requested`, `planned`, `accepted`, `first_command` "
+    "(Unix ns, 0: never)",
+    needs="a result",
+)
+HIT_POSITION_ERROR = Entity(
+    "/goals/position_error", SCALARS, ENDED, "error of each joint at the hit, at its time", "rad", "a hit"
+)
+HIT_VELOCITY_ERROR = Entity(
+    "/goals/velocity_error", SCALARS, ENDED, "error of each joint at the hit, at its time", "rad/s", "a hit"
+)
+REFUSALS = Entity(
+    "/goals/refused",
+    VALUES,
+    REFUSED,
+    "`goal_id` (empty: none), `client_id`, `primitive`, `code`, `requested` (Unix ns)",
+    needs="a refusal",
+)
+
+# --- events and lanes -------------------------------------------------------------------------------------
+
+RUN_EVENT = Entity("/events/run", EVENT, (*STATE, *COMMAND), "a run begins")
+GOAL_EVENT = Entity("/events/goal", EVENT, GOAL, "a goal is planned, refused or ended", needs="a goal")
+CONTACT_EVENT = Entity("/events/contact", EVENT, CONTACT, "two bodies touched", needs="a contact")
+CONTROLLER_EVENT = Entity("/events/controller", EVENT, (*STATUS, *STATE), "modes, faults, late ticks, a braking arm")
+DISTURBANCE_EVENT = Entity("/events/disturbance", EVENT, DISTURBANCE, "disturbances change", needs="a disturbance")
+RECORDER_EVENT = Entity("/events/recorder", EVENT, OWN, "what is missing in the trace", needs="something missing")
+MODE_LANE = Entity("/lanes/mode", LANE, STATUS, "the controller's mode")
+GOAL_LANE = Entity("/lanes/goal", LANE, COMMAND, "the goal that the reference serves", needs="a plan")
+BRAKE_LANE = Entity("/lanes/brake", LANE, STATE, "`braking` while the arm brakes by itself")
+DISTURBANCE_LANE = Entity("/lanes/disturbance", LANE, DISTURBANCE, "kinds that are active", needs="a disturbance")
+
+# --- timing -----------------------------------------------------------------------------------------------
+
+LATE = Entity("/timing/late_us", SCALARS, STATUS, "p50, p99 and maximum from state to command", "µs")
+LOOP = {
+    "on_time_ratio": Entity("/timing/on_time_ratio", SCALARS, STATUS, "share of ticks answered in time"),
+    "missed": Entity("/timing/missed", SCALARS, STATUS, "ticks without an answer in time, in all"),
+    "count": Entity("/timing/count", SCALARS, STATUS, "ticks in all"),
+    "refused": Entity("/timing/refused", SCALARS, STATUS, "malformed messages that the controller refused, in all"),
+}
+POSITION_ERROR = Entity(
+    "/timing/error/position", SCALARS, STATUS, "tracking error of each joint as the controller has it", "rad"
+)
+VELOCITY_ERROR = Entity(
+    "/timing/error/velocity", SCALARS, STATUS, "tracking error of each joint as the controller has it", "rad/s"
+)
+STATES_MISSING = Entity("/recorder/states_missing", SCALARS, OWN, "gaps among the states, ticks in all")
+COMMANDS_MISSING = Entity("/recorder/commands_missing", SCALARS, OWN, "gaps among the commands, ticks in all")
+MALFORMED = Entity("/recorder/messages_malformed", SCALARS, OWN, "messages that could not be read, in all")
+
+# --- the world --------------------------------------------------------------------------------------------
+
+WORLD = Entity("/world", "ViewCoordinates", OWN, "x forward, y left, z up", "m", static=True)
+WORLD_SHAPE = Entity("/world/PART", SHAPES, OWN, "geometry that belongs to no body", "m", static=True)
+SHAPE = Entity("/world/BODY/PART", SHAPES, OWN, "geometry of a body, in its frame", "m", static=True)
+FIXED_BODY = Entity("/world/BODY", POSE, OWN, "pose of a body that the arm does not move", "m", static=True)
+BODY = Entity("/world/BODY", POSE, STATE, "pose of each body of the arm, 100 Hz", "m")
+TRAIL = Entity("/world/trail", LINES, STATE, "the last third of a second of the tool's path", "m")
+BALL_BODY = Entity("/world/ball", POSE, BALL, "the ball", "m", "a ball")
+TEE = Entity("/world/tee", POSE, BALL, "the tee below the place where the ball first rests", "m", "a ball")
+BALL_POSITION = Entity("/ball/position", SCALARS, BALL, "x, y, z of the ball", "m", "a ball")
+BALL_VELOCITY = Entity("/ball/velocity", SCALARS, BALL, "x, y, z of the ball's velocity", "m/s", "a ball")
+CONTACTS = Entity("/contacts", SCALARS, CONTACT, "impulse of each contact", "N·s", "a contact")
+PLANNED_PATH = Entity("/world/plan/path", LINES, PLAN, "the tool's planned path", "m", "a plan")
+DEMONSTRATED_PATH = Entity("/world/plan/demonstration", LINES, PLAN, "the tool's demonstrated path", "m", "a plan")
+PLANNED_HIT = Entity("/world/plan/hit", POINTS, PLAN, "where the tool is at the hit", "m", "a plan")
+PUSH_ARROW = Entity(
+    "/world/BODY/push", ARROWS, DISTURBANCE, "how the push on the body's joint moves the tool", "m", "a push"
+)
+
+SECTIONS: dict[str, tuple[Entity, ...]] = {
+    "Joints": (
+        MEASURED_POSITION,
+        MEASURED_VELOCITY,
+        REFERENCE_POSITION,
+        REFERENCE_VELOCITY,
+        COMMANDED,
+        ERROR,
+        *PLANNED.values(),
+        DEMONSTRATED,
+        TARGET,
+        CORRECTED,
+        *LIMITS.values(),
+        *PUSHES.values(),
+    ),
+    "Arm": (TORQUES, SATURATED, APPLIED_TICK, TRUE_POSITION, TRUE_VELOCITY),
+    "Runs and goals": (RUNS, PLANS, GOALS, HIT_POSITION_ERROR, HIT_VELOCITY_ERROR, REFUSALS),
+    "Events": (RUN_EVENT, GOAL_EVENT, CONTACT_EVENT, CONTROLLER_EVENT, DISTURBANCE_EVENT, RECORDER_EVENT),
+    "Lanes": (MODE_LANE, GOAL_LANE, BRAKE_LANE, DISTURBANCE_LANE),
+    "Timing": (LATE, *LOOP.values(), POSITION_ERROR, VELOCITY_ERROR),
+    "Recorder": (STATES_MISSING, COMMANDS_MISSING, MALFORMED),
+    "World": (
+        WORLD,
+        WORLD_SHAPE,
+        SHAPE,
+        FIXED_BODY,
+        BODY,
+        PUSH_ARROW,
+        TRAIL,
+        PLANNED_PATH,
+        DEMONSTRATED_PATH,
+        PLANNED_HIT,
+        BALL_BODY,
+        TEE,
+        BALL_POSITION,
+        BALL_VELOCITY,
+        CONTACTS,
+    ),
+}
+"""The table, in the order of the page."""
+
+ENTITIES: tuple[Entity, ...] = tuple(entity for entities in SECTIONS.values() for entity in entities)

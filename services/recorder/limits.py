@@ -1,0 +1,77 @@
+"""The limits in force: a plan's while it is played, the robot's own otherwise."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from protocol import messages as m
+from robot.description import RobotConfig
+from services.recorder.context import Context
+from services.recorder.entities import LIMITS
+from services.recorder.writer import Rows
+
+Limits = dict[str, np.ndarray]
+"""By quantity (J, 2): lowest and highest, NaN where there is none."""
+
+REPEAT_S = 1.0
+"""So often limits are written that do not change, so that a view of a few seconds shows them."""
+
+
+class LimitsInForce:
+    """Writes limits where they change, and once a second in between."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._robot = robot_limits(context.config)
+        self._limits: Limits | None = None
+        self._tick = -1
+
+    def change(self, tick: int, limits: Limits | None) -> None:
+        """Write the limits that hold from `tick` on; None: the robot's own."""
+        self._write(tick, self._robot if limits is None else limits)
+
+    def write_until(self, newest: int) -> None:
+        """Write the robot's own where none are in force yet, and those in force if a second has passed."""
+        if self._limits is None:
+            oldest = self._context.arrivals.oldest
+            self.change(newest if oldest is None else oldest, None)
+        elif newest - self._tick >= REPEAT_S * self._context.rate_hz:
+            self._write(newest, self._limits)
+
+    def _write(self, tick: int, limits: Limits) -> None:
+        self._limits, self._tick = limits, tick
+        row = Rows([tick], self._context.rate_hz)
+        for quantity, bounds in limits.items():
+            for name, pair in zip(self._context.names, bounds, strict=True):
+                if np.isfinite(pair).all():
+                    self._context.trace.scalars(LIMITS[quantity].at(name), row, pair[None])
+
+
+def plan_limits(limits: m.PlanLimits) -> Limits:
+    """Return the limits of a plan."""
+    return {
+        "position": _rows(limits.positions),
+        "velocity": _rows(limits.velocities),
+        "acceleration": _rows(limits.accelerations),
+    }
+
+
+def robot_limits(config: RobotConfig) -> Limits:
+    """Return the robot's own limits."""
+    limits = config.limits
+    return {
+        "position": np.asarray(limits.positions, dtype=float),
+        "velocity": np.stack([-limits.velocities, limits.velocities], axis=1),
+        "acceleration": np.stack([-limits.accelerations, limits.accelerations], axis=1),
+    }
+
+
+def _rows(bounds: Sequence[m.Range | float | None]) -> np.ndarray:
+    """Return (J, 2) of pairs, symmetric bounds, or none (NaN)."""
+    return np.array([_pair(bound) for bound in bounds], dtype=float)
+
+
+def _pair(bound: m.Range | float | None) -> tuple[float, float]:
+    if bound is None:
+        return np.nan, np.nan
+    return (-bound, bound) if isinstance(bound, int | float) else (bound[0], bound[1])

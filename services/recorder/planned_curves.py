@@ -1,0 +1,164 @@
+"""Curves of accepted plans, written as time passes over them: what a later plan replaces is never written."""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+import rerun as rr
+
+from protocol import messages as m
+from protocol.codec import matrix
+from services.recorder import entities
+from services.recorder.context import Context
+from services.recorder.limits import Limits, plan_limits
+from services.recorder.writer import Rows
+
+FIELDS = {"position": "positions", "velocity": "velocities", "acceleration": "accelerations"}
+STOPPED_GOALS = 64
+"""Goals that were stopped and whose plan has not come, as many as are remembered."""
+
+
+@dataclass(slots=True, eq=False)
+class PlannedMotion:
+    """A plan of N samples on its way into the trace.
+
+    Attributes:
+        goal_id: Whose motion it is.
+        corrects: It goes on with the motion of another goal; a gap of one tick is left between their curves.
+        ticks: (N,), of the trace.
+        curves: By quantity (N, J).
+        demonstration: (M, J), M ≤ N, rad.
+        target_ticks: (K,), of the trace.
+        targets: (K, J), goal and waypoints, rad, NaN where a joint is free.
+        limits: The plan's own.
+        end: Nothing is written from this tick on.
+        written: Everything is written up to this tick.
+    """
+
+    goal_id: str
+    corrects: bool
+    ticks: np.ndarray
+    curves: dict[str, np.ndarray]
+    demonstration: np.ndarray
+    target_ticks: np.ndarray
+    targets: np.ndarray
+    limits: Limits
+    end: int
+    written: int = -1
+
+    @property
+    def begin(self) -> int:
+        """The tick of its first sample."""
+        return int(self.ticks[0])
+
+
+def planned_motion(plan: m.Plan, context: Context) -> PlannedMotion:
+    """Place a plan in the present run."""
+    joints, first = len(context.names), context.runs.tick_ahead(plan.start_time)
+    curves = {q: matrix(getattr(plan, field), plan.count, joints, field) for q, field in FIELDS.items()}
+    demonstrated = plan.hit_index + 1 if plan.demonstration else 0
+    ticks = first + np.rint(np.arange(plan.count) * plan.dt * context.rate_hz).astype(np.int64)
+    points = [(w.time_from_start, w.positions) for w in plan.waypoints if w.positions is not None]
+    points.append((plan.hit_index * plan.dt, curves["position"][plan.hit_index].tolist()))
+    return PlannedMotion(
+        goal_id=plan.goal_id,
+        corrects=plan.revises is not None,
+        ticks=ticks,
+        curves=curves,
+        demonstration=matrix(plan.demonstration, demonstrated, joints, "demonstration"),
+        target_ticks=first + np.rint([time * context.rate_hz for time, _ in points]).astype(np.int64),
+        targets=np.array([values for _, values in points], dtype=float),  # a free joint's null becomes NaN
+        limits=plan_limits(plan.limits),
+        end=int(ticks[-1]) + 1,
+    )
+
+
+class PlannedCurves:
+    """The motions that are not over, and what of their curves is written."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._motions: list[PlannedMotion] = []
+        self._stopped: deque[str] = deque(maxlen=STOPPED_GOALS)
+
+    def add(self, motion: PlannedMotion) -> None:
+        """Take in a motion; the curves of all before end where it begins."""
+        gap = motion.begin - 1 if motion.corrects else motion.begin
+        for before in self._motions:
+            before.end = min(before.end, gap)
+        if motion.corrects:
+            self._break_curves(gap)
+            row = Rows(motion.ticks[:1], self._context.rate_hz)
+            first = motion.curves["position"][:1]
+            self._context.trace.joints(entities.CORRECTED, self._context.names, row, first)
+        self._motions.append(motion)
+        if motion.goal_id in self._stopped:
+            self._stopped.remove(motion.goal_id)
+            self.end(motion.goal_id)
+
+    def end_before(self, tick: int) -> None:
+        """End the motions that begin before `tick` there."""
+        for motion in self._motions:
+            if motion.begin < tick:
+                motion.end = min(motion.end, tick)
+
+    def end(self, goal_id: str) -> None:
+        """End a motion now, or once its plan comes."""
+        stopped = [motion for motion in self._motions if motion.goal_id == goal_id]
+        for motion in stopped:
+            motion.end = min(motion.end, self._context.runs.newest + 1)
+        if not stopped:
+            self._stopped.append(goal_id)
+
+    def write_until(self, newest: int) -> list[tuple[int, Limits | None]]:
+        """Write all curves up to the tick `newest`. Return the ticks where other limits come into force, and those.
+
+        None stands for the robot's own, where a motion ends and none goes on.
+        """
+        changes: list[tuple[int, Limits | None]] = []
+        for motion, following in zip(self._motions, [*self._motions[1:], None], strict=False):
+            until = min(newest, motion.end - 1)
+            if motion.written < 0 and motion.begin <= until:
+                changes.append((motion.begin, motion.limits))
+            self._write(motion, until)
+            if motion.written >= 0 and motion.end <= newest and not _goes_on(motion, following):
+                self._break_curves(motion.end)
+                changes.append((motion.end, None))
+        self._motions = [motion for motion in self._motions if motion.end > newest]
+        return changes
+
+    def _write(self, motion: PlannedMotion, until: int) -> None:
+        """Write what is not written of a motion, up to `until`."""
+        chosen = np.flatnonzero((motion.ticks > motion.written) & (motion.ticks <= until))
+        if not len(chosen):
+            return
+        context, trace = self._context, self._context.trace
+        rows = Rows(motion.ticks[chosen], context.rate_hz)
+        for quantity, values in motion.curves.items():
+            trace.joints(entities.PLANNED[quantity], context.names, rows, values[chosen])
+        shown = chosen[chosen < len(motion.demonstration)]
+        if len(shown):
+            at = Rows(motion.ticks[shown], context.rate_hz)
+            trace.joints(entities.DEMONSTRATED, context.names, at, motion.demonstration[shown])
+        self._write_targets(motion, until)
+        motion.written = until
+
+    def _write_targets(self, motion: PlannedMotion, until: int) -> None:
+        for tick, values in zip(motion.target_ticks.tolist(), motion.targets, strict=True):
+            if motion.written < tick <= until:
+                row = Rows([tick], self._context.rate_hz)
+                for name, value in zip(self._context.names, values.tolist(), strict=True):
+                    if np.isfinite(value):
+                        self._context.trace.scalars(entities.TARGET.at(name), row, [value])
+
+    def _break_curves(self, tick: int) -> None:
+        """Write an empty value at `tick`, so that no line joins a plan's curves to the next one's."""
+        row, nothing = Rows([tick], self._context.rate_hz), rr.Scalars.columns(scalars=[]).partition([0])
+        for name in self._context.names:
+            for entity in (*entities.PLANNED.values(), entities.DEMONSTRATED):
+                self._context.trace.send(entity.at(name), row, nothing)
+
+
+def _goes_on(motion: PlannedMotion, following: PlannedMotion | None) -> bool:
+    """Whether the next motion takes over where one ends, or a tick later where it corrects it."""
+    return following is not None and following.begin <= motion.end + 1
