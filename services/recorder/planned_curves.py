@@ -8,12 +8,12 @@ import rerun as rr
 
 from protocol import messages as m
 from protocol.codec import matrix
+from robot.conversions import samples_of
 from services.recorder import entities
 from services.recorder.context import Context
 from services.recorder.limits import Limits, plan_limits
 from services.recorder.writer import Rows
 
-FIELDS = {"position": "positions", "velocity": "velocities", "acceleration": "accelerations"}
 STOPPED_GOALS = 64
 """Goals that were stopped and whose plan has not come, as many as are remembered."""
 
@@ -55,16 +55,16 @@ class PlannedMotion:
 def planned_motion(plan: m.Plan, context: Context) -> PlannedMotion:
     """Place a plan in the present run."""
     joints, first = len(context.names), context.runs.tick_ahead(plan.start_time)
-    curves = {q: matrix(getattr(plan, field), plan.count, joints, field) for q, field in FIELDS.items()}
+    motion = samples_of(plan)
     demonstrated = plan.hit_index + 1 if plan.demonstration else 0
     ticks = first + np.rint(np.arange(plan.count) * plan.dt * context.rate_hz).astype(np.int64)
     points = [(w.time_from_start, w.positions) for w in plan.waypoints if w.positions is not None]
-    points.append((plan.hit_index * plan.dt, curves["position"][plan.hit_index].tolist()))
+    points.append((plan.hit_index * plan.dt, motion.positions[plan.hit_index].tolist()))
     return PlannedMotion(
         goal_id=plan.goal_id,
         corrects=plan.revises is not None,
         ticks=ticks,
-        curves=curves,
+        curves={"position": motion.positions, "velocity": motion.velocities, "acceleration": motion.accelerations},
         demonstration=matrix(plan.demonstration, demonstrated, joints, "demonstration"),
         target_ticks=first + np.rint([time * context.rate_hz for time, _ in points]).astype(np.int64),
         targets=np.array([values for _, values in points], dtype=float),  # a free joint's null becomes NaN

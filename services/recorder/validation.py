@@ -12,6 +12,7 @@ from protocol.bus.bus import Bus
 from protocol.codec import bad_message, check_lengths, decode, matrix
 from protocol.errors import Refusal
 from protocol.topics import MIB, Publication
+from robot.conversions import samples_of
 
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
 
@@ -177,8 +178,7 @@ def _check_plan(plan: m.Plan, joint_count: int) -> None:
     check_lengths(joint_count, joint_names=plan.joint_names, **limits)
     if not 0 <= plan.hit_index < plan.count or not MIN_DT_S <= plan.dt < MAX_TIME_S:
         raise bad_message("count", f"count {plan.count}, hit_index {plan.hit_index}, dt {plan.dt} are no trajectory")
-    for field in ("positions", "velocities", "accelerations"):
-        matrix(getattr(plan, field), plan.count, joint_count, field)
+    samples_of(plan)
     if plan.demonstration:
         matrix(plan.demonstration, plan.hit_index + 1, joint_count, "demonstration")
     for waypoint in plan.waypoints:

@@ -19,9 +19,10 @@ from robot.description import load_robot
 from services.common.cli import Options
 from services.common.logs import LogForm
 from tools.drill.harness import commanded
-from tools.drill.harness.cell import PATIENCE_S, Cell, wait_for
+from tools.drill.harness.cell import Cell
 from tools.drill.harness.start import ARM as SERVICES
 from tools.drill.harness.start import Plan, started
+from tools.drill.harness.waiting import PATIENCE_S, wait_for
 
 ROBOT = load_robot()
 
@@ -73,7 +74,7 @@ def wait_for_controller(stack: Stack) -> None:
     wait_for(stack.mode, "the controller to hear of the arm")
 
 
-class Reference(commanded.Reference):
+class Reference(commanded.CommandedMotion):
     """What the controller commanded over a run, tick by tick."""
 
     def __init__(self, commands: list[m.Command]) -> None:

@@ -35,8 +35,8 @@ def test_exact(lab: Lab, scenario: Scenario):
 @pytest.mark.filterwarnings("default::pytest.PytestWarning")
 @pytest.mark.parametrize("scenario", chosen("short"), ids=lambda scenario: scenario.name)
 def test_in_real_time(lab: Lab, scenario: Scenario):
-    """Every bound holds; a warning tells of tries before, where the host of the machine withheld a core."""
+    """Every bound holds; a warning shows earlier attempts, where a core was stolen."""
     outcome = carry_out(scenario, lab)
-    for try_before in outcome.before:
-        warnings.warn(pytest.PytestWarning(f"tried again: {try_before}"), stacklevel=1)
+    for attempt in outcome.before:
+        warnings.warn(pytest.PytestWarning(f"repeated: {attempt}"), stacklevel=1)
     assert outcome.held, outcome

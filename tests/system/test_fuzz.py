@@ -1,4 +1,4 @@
-"""Thousands of mutated messages: nothing ends, nothing moves, every refusal has a code."""
+"""Thousands of mutated messages: no process ends, nothing moves, every refusal has a code."""
 
 import random
 from pathlib import Path
@@ -14,7 +14,7 @@ from tools.drill.table import SCENARIOS
 
 def test_mutations_are_the_same_for_the_same_seed():
     """And reach every kind, an empty body's too."""
-    body = {"name": "nod", "positions": [1.0, 2.0], "data": b"123"}
+    body = {"name": "short_demo", "positions": [1.0, 2.0], "data": b"123"}
     for wrong in (body, {}):
         once, again = ([mutate(wrong, rng) for _ in range(500)] for rng in (random.Random(1), random.Random(1)))
         assert once == again

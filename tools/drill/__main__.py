@@ -1,4 +1,4 @@
-"""`python -m tools.drill`: cause every fault, measure the reaction, say which bounds held."""
+"""`python -m tools.drill`: cause every fault, measure the reaction, print which bounds held."""
 
 import sys
 import tempfile
@@ -17,7 +17,7 @@ from services.common.cli import Options
 from tools.drill.harness.lab import Lab
 from tools.drill.report import listing, save, table, write_markdown
 from tools.drill.run import carry_out
-from tools.drill.scenario import Outcome, Scenario
+from tools.drill.scenario import Scenario, ScenarioOutcome
 from tools.drill.table import chosen
 
 
@@ -29,14 +29,14 @@ class Flags:
 
     Attributes:
         robot: Name of the robot on the bus; by default the one in the robot config.
-        robot_config: TOML file beside an MJCF file that describes a robot that knows the forehand.
+        robot_config: TOML file beside an MJCF file; the robot must know the forehand.
         loop_core: Core that sim and controller share; by default the last one.
-        only: Scenario to drill, repeatable; by default all.
-        list: Print the scenarios and their bounds, and do nothing.
-        long: An hour's soak and 100,000 fuzzed messages, instead of ten minutes and 5,000.
-        logs: Directory to keep what the services log; by default it is gone at the end.
-        json: File for the measurements; what it holds of other scenarios stays.
-        markdown: Page whose table is made anew from the JSON file.
+        only: Scenario to carry out, repeatable; by default all.
+        list: Print the scenarios and their bounds, and exit.
+        long: Soak for an hour and fuzz with 100,000 messages, instead of ten minutes and 5,000.
+        logs: Directory that keeps the logs of the services; by default they are deleted at the end.
+        json: File for the measurements; those of other scenarios stay in it.
+        markdown: Page whose table is made from the JSON file.
     """
 
     robot: str | None = None
@@ -78,11 +78,11 @@ def main() -> int:
     return 1 if short else 0
 
 
-def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> list[Outcome]:
-    """Carry out the scenarios, showing what goes on."""
+def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> list[ScenarioOutcome]:
+    """Carry out the scenarios, with a progress bar."""
     columns = SpinnerColumn(), BarColumn(20), TextColumn("{task.description}"), TimeElapsedColumn()
     options = Options(flags.robot, flags.robot_config, loop_core=flags.loop_core)
-    outcomes: list[Outcome] = []
+    outcomes: list[ScenarioOutcome] = []
     with (
         nullcontext(flags.logs) if flags.logs else tempfile.TemporaryDirectory(prefix="volley-drill-") as folder,
         Progress(*columns, console=console, transient=True) as progress,
@@ -91,7 +91,7 @@ def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> list[Out
         task = progress.add_task("", total=len(scenarios))
         for scenario in scenarios:
             progress.update(task, description=f"{scenario.name}: {scenario.fault}")
-            lab.say = lambda doing, name=scenario.name: progress.update(task, description=f"{name}: {doing}")
+            lab.progress = lambda doing, name=scenario.name: progress.update(task, description=f"{name}: {doing}")
             outcomes.append(carry_out(scenario, lab))
             progress.advance(task)
     return outcomes

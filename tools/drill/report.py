@@ -11,14 +11,14 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from tools.drill.scenario import Bound, Outcome, Scenario, Value, judge
+from tools.drill.scenario import Bound, Scenario, ScenarioOutcome, Value, judge
 from tools.drill.table import FAMILIES
 
 BEGIN, END = "<!-- begin: python -m tools.drill -->", "<!-- end: python -m tools.drill -->"
 
 
 def number(value: Value | None, unit: str = "") -> str:
-    """Return a measurement as it is shown: whole numbers as they are, others to three digits."""
+    """Return a measurement as text: whole numbers as they are, others to three digits."""
     if value is None:
         return "not measured"
     shown = value if isinstance(value, str) else f"{value:d}" if isinstance(value, int) else f"{value:.3g}"
@@ -26,31 +26,31 @@ def number(value: Value | None, unit: str = "") -> str:
 
 
 def bound_text(bound: Bound) -> str:
-    """Return a bound as it is shown."""
-    if bound.relation == "told":
+    """Return a bound as text, empty where there is none."""
+    if bound.relation == "reported":
         return ""
     exact = bound.value if isinstance(bound.value, str) else f"{bound.value:.7g}"
     value = f"{exact} {bound.unit}".strip()
     return value if bound.relation == "=" else f"{bound.relation} {value}"
 
 
-def shortfall(outcome: Outcome) -> str:
-    """Return what broke off or fell short, in words."""
+def shortfall(outcome: ScenarioOutcome) -> str:
+    """Return what fell short, or the error, in words."""
     short = [reaction for reaction in outcome.reactions if not reaction.held]
     words = ", ".join(f"{each.bound.reaction}: {number(each.measured, each.bound.unit)}" for each in short)
-    return outcome.broken or words
+    return outcome.error or words
 
 
-def table(outcomes: Sequence[Outcome]) -> Table:
-    """Return a line for each reaction."""
+def table(outcomes: Sequence[ScenarioOutcome]) -> Table:
+    """Return a table with a line for each reaction."""
     shown = Table(title="The drill", box=SIMPLE_HEAD, padding=(0, 1))
     for heading in ("fault", "reaction", "measured", "bound", ""):
         shown.add_column(heading, overflow="fold")
     for outcome in outcomes:
         fault = f"{outcome.scenario.name}: {outcome.scenario.fault}"
-        fault += "".join(f"\ntried again: {try_before}" for try_before in outcome.before)
-        if outcome.broken:
-            shown.add_row(fault, outcome.broken, "", "", Text("broke off", "bold red"))
+        fault += "".join(f"\nrepeated: {attempt}" for attempt in outcome.before)
+        if outcome.error:
+            shown.add_row(fault, outcome.error, "", "", Text("error", "bold red"))
             continue
         for reaction in outcome.reactions:
             held = Text("held", "green") if reaction.held else Text("fell short", "bold red")
@@ -62,12 +62,12 @@ def table(outcomes: Sequence[Outcome]) -> Table:
 
 
 def listing(scenarios: Iterable[Scenario]) -> Table:
-    """Return what there is to be drilled."""
+    """Return a table of scenarios and their bounds."""
     shown = Table(box=SIMPLE_HEAD, padding=(0, 1))
     for heading in ("name", "clock", "fault", "bounds"):
         shown.add_column(heading, overflow="fold")
     for scenario in scenarios:
-        bounds = "\n".join(f"{bound.reaction}: {bound_text(bound) or 'told'}" for bound in scenario.bounds)
+        bounds = "\n".join(f"{bound.reaction}: {bound_text(bound) or 'reported'}" for bound in scenario.bounds)
         shown.add_row(scenario.name, scenario.clock, scenario.fault, bounds)
     return shown
 
@@ -86,8 +86,8 @@ def machine() -> dict[str, str]:
     }
 
 
-def save(path: Path, outcomes: Iterable[Outcome]) -> dict[str, Any]:
-    """Write what was measured into a JSON file, beside the scenarios measured before; return all of it."""
+def save(path: Path, outcomes: Iterable[ScenarioOutcome]) -> dict[str, Any]:
+    """Write outcomes into a JSON file, beside those of other scenarios; return all of it."""
     rows = json.loads(path.read_text())["rows"] if path.exists() else {}
     rows.update((outcome.scenario.name, _row(outcome)) for outcome in outcomes)
     document = {"machine": machine(), "rows": rows}
@@ -103,7 +103,7 @@ def write_markdown(path: Path, document: dict[str, Any]) -> None:
 
 
 def markdown(document: dict[str, Any]) -> str:
-    """Return the machine and the table of everything measured, by family."""
+    """Return the machine and the table of all measurements, by family."""
     described = ", ".join(f"{name} {value}" for name, value in document["machine"].items())
     lines = [f"Measured on: {described}.", ""]
     for family, scenarios in FAMILIES.items():
@@ -114,26 +114,26 @@ def markdown(document: dict[str, Any]) -> str:
 
 
 def _line(scenario: Scenario, row: dict[str, Any] | None) -> str:
-    """Return a scenario's line of the table; `row` is None where it was not drilled."""
-    bounds = "<br>".join(bound_text(bound) or "told" for bound in scenario.bounds)
+    """Return a scenario's line of the table; `row` is None where it was not measured."""
+    bounds = "<br>".join(bound_text(bound) or "reported" for bound in scenario.bounds)
     if row is None:
         measured, held = "not measured", ""
     else:
-        # Judged anew: a bound may have changed since.
-        taken = {r["reaction"]: r["measured"] for r in row["reactions"] if r["measured"] is not None}
-        outcome = judge(scenario, taken, row["seconds"], row["broken"])
-        told = "<br>".join(f"{r.bound.reaction}: {number(r.measured, r.bound.unit)}" for r in outcome.reactions)
-        again = "".join(f"<br>tried again: {try_before}" for try_before in row.get("before", ()))
-        measured, held = (outcome.broken or told) + again, "held" if outcome.held else "**fell short**"
+        # Judged again: a bound may have changed since.
+        measurements = {r["reaction"]: r["measured"] for r in row["reactions"] if r["measured"] is not None}
+        outcome = judge(scenario, measurements, row["seconds"], row["error"])
+        words = "<br>".join(f"{r.bound.reaction}: {number(r.measured, r.bound.unit)}" for r in outcome.reactions)
+        again = "".join(f"<br>repeated: {attempt}" for attempt in row.get("before", ()))
+        measured, held = (outcome.error or words) + again, "held" if outcome.held else "**fell short**"
     return f"| `{scenario.name}`: {scenario.fault} | {measured} | {bounds} | {held} |"
 
 
-def _row(outcome: Outcome) -> dict[str, Any]:
+def _row(outcome: ScenarioOutcome) -> dict[str, Any]:
     return {
         "fault": outcome.scenario.fault,
         "clock": outcome.scenario.clock,
         "held": outcome.held,
-        "broken": outcome.broken,
+        "error": outcome.error,
         "seconds": round(outcome.seconds, 1),
         "before": list(outcome.before),
         "reactions": [
@@ -160,7 +160,7 @@ def _preemption() -> str:
 
 
 def _may_be_real_time() -> bool:
-    """Whether the services obtain what they ask of the scheduler."""
+    """Whether this process may use SCHED_FIFO, as the services do."""
     policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(40))

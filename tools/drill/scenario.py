@@ -1,4 +1,4 @@
-"""What a scenario is: a fault, bounds on the reaction, and a function that causes the one and measures the other."""
+"""A scenario: a fault, bounds on the reaction, and a function that causes the fault and measures the reaction."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -10,17 +10,21 @@ from tools.drill.harness.lab import Lab
 
 Value = float | str
 Measured = Mapping[str, Value]
-Relation = Literal["=", "≤", "≥", "told"]
+Relation = Literal["=", "≤", "≥", "reported"]
 Kind = Literal["exact", "short", "full"]
-"""exact: on the stepped clock, the same every time; short: in real time, for seconds; full: in the drill alone."""
+"""exact: on the stepped clock, the same every time; short: a few seconds in real time; full: only in the drill."""
 
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """What a reaction has to keep: `measured relation value`; what is only told has no value to keep.
+    """What a reaction must keep: `measured relation value`; a reaction that is only reported keeps any.
 
-    `reaction` says in words what is measured, and names it among a scenario's measurements. `timed`: a machine whose
-    host withholds a core may miss it for that alone.
+    Attributes:
+        reaction: What is measured, in words; its key among a scenario's measurements.
+        relation: Between the measurement and `value`.
+        value: The bound.
+        unit: Of both.
+        timed: CPU steal alone may make a machine miss it.
     """
 
     reaction: str
@@ -30,8 +34,8 @@ class Bound:
     timed: bool = False
 
     def holds(self, measured: Value) -> bool:
-        """Return whether `measured` keeps the bound; what is not a number keeps none."""
-        if self.relation == "told":
+        """Return whether `measured` keeps the bound; NaN keeps none."""
+        if self.relation == "reported":
             return True
         if isinstance(measured, str) or isinstance(self.value, str):
             return self.relation == "=" and measured == self.value
@@ -42,38 +46,38 @@ class Bound:
 
 
 def exactly(reaction: str, value: Value, unit: str = "") -> Bound:
-    """Return the bound of a reaction that has to be `value`."""
+    """Return the bound of a reaction that must be `value`."""
     return Bound(reaction, "=", value, unit)
 
 
 def none(reaction: str) -> Bound:
-    """Return the bound of a count that has to be 0."""
+    """Return the bound of a count that must be 0."""
     return Bound(reaction, "=", 0)
 
 
 def at_most(reaction: str, value: float, unit: str = "") -> Bound:
-    """Return the bound of a reaction that may not exceed `value`."""
+    """Return the bound of a reaction that must be at most `value`."""
     return Bound(reaction, "≤", value, unit)
 
 
 def at_least(reaction: str, value: float, unit: str = "") -> Bound:
-    """Return the bound of a reaction that may not stay below `value`."""
+    """Return the bound of a reaction that must be at least `value`."""
     return Bound(reaction, "≥", value, unit)
 
 
 def timed(bound: Bound) -> Bound:
-    """Return a bound that a machine whose host withholds a core may miss for that alone."""
+    """Return a bound that CPU steal alone may make a machine miss."""
     return replace(bound, timed=True)
 
 
-def told(reaction: str, unit: str = "") -> Bound:
-    """Return a reaction that is reported beside the others, without a bound."""
-    return Bound(reaction, "told", unit=unit)
+def reported(reaction: str, unit: str = "") -> Bound:
+    """Return a reaction without a bound, reported beside the others."""
+    return Bound(reaction, "reported", unit=unit)
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One row of the drill. `run` measures every reaction that `bounds` name."""
+    """One row of the drill. `run` causes the fault and measures every reaction that `bounds` name."""
 
     name: str
     fault: str
@@ -85,7 +89,7 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class Reaction:
-    """A bound, what was measured beside it (None: nothing), and whether it held."""
+    """A bound, its measurement (None: there is none), and whether it held."""
 
     bound: Bound
     measured: Value | None
@@ -93,30 +97,35 @@ class Reaction:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
-    """How a scenario went; `broken` says why it could not be carried through, if it could not.
+class ScenarioOutcome:
+    """How a scenario went.
 
-    `before`: of each try before, what the host of the machine had done and what fell short.
+    Attributes:
+        scenario: The scenario.
+        reactions: One for each of its bounds.
+        seconds: How long it took.
+        error: Why it could not be carried out, empty if it was.
+        before: For each earlier attempt: the steal, and what fell short.
     """
 
     scenario: Scenario
     reactions: tuple[Reaction, ...]
     seconds: float
-    broken: str = ""
+    error: str = ""
     before: tuple[str, ...] = ()
 
     @property
     def held(self) -> bool:
         """Whether every bound held."""
-        return not self.broken and all(reaction.held for reaction in self.reactions)
+        return not self.error and all(reaction.held for reaction in self.reactions)
 
 
-def judge(scenario: Scenario, measured: Measured, seconds: float, broken: str = "") -> Outcome:
-    """Hold what was measured against the scenario's bounds; a bound without a measurement does not hold."""
+def judge(scenario: Scenario, measured: Measured, seconds: float, error: str = "") -> ScenarioOutcome:
+    """Compare what was measured with the scenario's bounds; a bound without a measurement does not hold."""
     reactions = tuple(
         Reaction(
             bound, measured.get(bound.reaction), bound.reaction in measured and bound.holds(measured[bound.reaction])
         )
         for bound in scenario.bounds
     )
-    return Outcome(scenario, reactions, seconds, broken)
+    return ScenarioOutcome(scenario, reactions, seconds, error)

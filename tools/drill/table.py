@@ -40,13 +40,13 @@ SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for family in FAMILIES
 
 
 def chosen(names: Iterable[str]) -> list[Scenario]:
-    """Return the scenarios called, or all.
+    """Return the scenarios of these names, or all.
 
     Raises:
-        KeyError: there is none of that name; the sentence lists what there is.
+        KeyError: there is none of a name; the sentence lists all names.
     """
     wanted = list(names)
     unknown = [name for name in wanted if name not in SCENARIOS]
     if unknown:
-        raise KeyError(f"there is no scenario {' or '.join(unknown)}; there is {', '.join(SCENARIOS)}")
+        raise KeyError(f"there is no scenario {' or '.join(unknown)}; there are {', '.join(SCENARIOS)}")
     return [SCENARIOS[name] for name in wanted or SCENARIOS]

@@ -1,4 +1,4 @@
-"""What the drill counts under a flood."""
+"""Replies that the drill counts under a flood."""
 
 import sys
 import threading
@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tools.drill.scenarios.load import Flood
+from tools.drill.harness.flood import Flood
 
 THREADS = 8
 
@@ -21,7 +21,7 @@ def hasty():
 
 
 @pytest.mark.usefixtures("hasty")
-def test_answers_that_come_at_once_all_count():
+def test_replies_that_come_at_once_all_count():
     """Each in a thread of its own, as Zenoh delivers them; the first of a kind at once too."""
     floods = [Flood(None, "goal") for _ in range(1000)]  # type: ignore[arg-type]
     reply = SimpleNamespace(ok=SimpleNamespace(), err=None)
@@ -30,7 +30,7 @@ def test_answers_that_come_at_once_all_count():
     def deliver() -> None:
         for flood in floods:
             start.wait()
-            flood._hear(reply)  # type: ignore[arg-type]
+            flood.count(reply)  # type: ignore[arg-type]
 
     threads = [threading.Thread(target=deliver) for _ in range(THREADS)]
     for thread in threads:

@@ -39,12 +39,12 @@ def test_later_measurements_join_the_earlier(tmp_path: Path):
     assert text.count("not measured") == len(SCENARIOS) - 2
 
 
-def test_tries_before_are_told(tmp_path: Path):
+def test_earlier_attempts_are_shown(tmp_path: Path):
     """Beside what was measured in the last one, in the file and on the page."""
     before = "why the first was repeated", "why the second was"
     outcome = replace(judge(SCENARIOS["noise"], measured("noise", True), 1.0), before=before)
     text = markdown(save(tmp_path / "drill.json", [outcome]))
-    assert "<br>tried again: why the first was repeated<br>tried again: why the second was | " in text
+    assert "<br>repeated: why the first was repeated<br>repeated: why the second was | " in text
 
 
 def test_only_the_table_of_a_page_is_replaced(tmp_path: Path):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, exactly, judge, none, told
+from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, exactly, judge, none, reported
 
 
 @pytest.mark.parametrize(
@@ -29,8 +29,8 @@ def scenario(*bounds: Bound) -> Scenario:
 
 
 def test_every_bound_needs_its_measurement():
-    """What was not measured has not held, not even what is only told."""
-    row = scenario(none("jumps"), told("speed"))
+    """What was not measured has not held, not even what is only reported."""
+    row = scenario(none("jumps"), reported("speed"))
     assert judge(row, {"jumps": 0, "speed": 3.0}, 1.0).held
     assert not judge(row, {"jumps": 1, "speed": 3.0}, 1.0).held
     assert not judge(row, {"speed": 3.0}, 1.0).held

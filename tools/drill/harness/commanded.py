@@ -1,4 +1,4 @@
-"""What a run's commands say of the motion: smooth, inside the limits, the plan's own."""
+"""The motion that a run's commands make: whether it is smooth, inside the limits, and the plan's own."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from robot.description import RobotConfig
 
 
 def unlike_plan(commands: list[m.Command], plan: m.Plan, config: RobotConfig, lost: int = 0) -> int:
-    """Return how many commands of a plan's time differ in a bit from its samples, or are missing beyond `lost`."""
+    """Return how many commands during a plan differ in a bit from its samples, or are missing beyond `lost`."""
     samples, first = samples_of(plan), round(plan.start_time * config.rate_hz)
     during = [command for command in commands if first <= command.tick < first + plan.count]
     missing = max(0, plan.count - lost - len(during))
@@ -19,8 +19,14 @@ def unlike_plan(commands: list[m.Command], plan: m.Plan, config: RobotConfig, lo
     )
 
 
-class Reference:
-    """What the controller commanded over a run: positions and velocities (ticks, J), and their mean accelerations."""
+class CommandedMotion:
+    """The reference in a run's commands, tick by tick.
+
+    Attributes:
+        positions: (N, J), rad.
+        velocities: (N, J), rad/s.
+        accelerations: (N − 1, J), the mean of each tick, rad/s².
+    """
 
     def __init__(self, commands: list[m.Command], config: RobotConfig) -> None:
         self._config = config
@@ -33,7 +39,7 @@ class Reference:
         steps = np.abs(np.diff(self.accelerations, axis=0))
         return float((steps / (self._config.limits.jerks * self._config.tick)).max())
 
-    def unexplained(self) -> float:
+    def gap_used(self) -> float:
         """Return the largest step of position that velocity does not explain, as a share of what the jerk limit allows.
 
         The trapezoid of the velocities is off by half of J·dt³/6 where the jerk is at its limit J.

@@ -15,39 +15,42 @@ from tools.drill.harness.steal_monitor import StealMonitor
 
 
 class Lab:
-    """Cells for scenarios: one on the stepped clock that those share which break no process, and fresh ones.
+    """Cells for scenarios: a shared one on the stepped clock for those that break no process, and fresh ones.
 
     Attributes:
+        options: Common options of the services.
         config: The robot's description.
-        folder: For logs, libraries and traces; a folder in it for each cell.
-        long: Take the hour, not the minutes.
-        say: Told what goes on.
-        witness: Sees, while the lab is entered, what the host of this machine withholds.
+        folder: For logs, libraries and traces; each cell has a folder in it.
+        long: Soak for an hour and fuzz with 100,000 messages.
+        progress: Called with a few words on what a scenario does now.
+        steal_monitor: Runs while the lab is entered.
     """
 
-    def __init__(self, options: Options, folder: Path, long: bool = False, say: Callable[[str], object] = str) -> None:
-        self.options = replace(options, log="text")  # scenarios read in the logs when something was said
+    def __init__(
+        self, options: Options, folder: Path, long: bool = False, progress: Callable[[str], object] = str
+    ) -> None:
+        self.options = replace(options, log="text")  # scenarios read the times in the logs
         self.folder = folder
         self.config = load_robot(options.robot_config)
         self.long = long
-        self.say = say
-        self.witness = StealMonitor()
+        self.progress = progress
+        self.steal_monitor = StealMonitor()
         self._numbers = count(1)
         self._sharing = ExitStack()
         self._shared: Cell | None = None
 
     def __enter__(self) -> Self:
-        self.witness.__enter__()
+        self.steal_monitor.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
         try:
             self.end_shared()
         finally:
-            self.witness.__exit__()
+            self.steal_monitor.__exit__()
 
     def cell(self, plan: Plan) -> AbstractContextManager[Cell]:
-        """Return a cell of its own, ended with the block."""
+        """Return a fresh cell, ended with the block."""
         return started(plan, self.options, self.folder / f"cell-{next(self._numbers)}")
 
     def shared(self) -> Cell:
@@ -58,7 +61,7 @@ class Lab:
         return self._shared
 
     def end_shared(self) -> None:
-        """End the shared cell; the next scenario that asks for one finds a new one."""
+        """End the shared cell; the next scenario that asks for one gets a new one."""
         self._shared = None
         self._sharing.close()
         self._sharing = ExitStack()

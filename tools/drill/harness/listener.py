@@ -1,4 +1,4 @@
-"""`python -m tools.drill.harness.listener ENDPOINT ROBOT`: hear everything; a line is printed once this one listens."""
+"""`python -m tools.drill.harness.listener ENDPOINT ROBOT`: subscribe to every publication, print a line, wait."""
 
 import signal
 import sys
@@ -9,6 +9,6 @@ from protocol.bus.sessions import open_session
 
 if __name__ == "__main__":
     with Bus(open_session([sys.argv[1]]), sys.argv[2]) as bus:
-        heard = [bus.collect(topic, length=1) for topic in topics.PUBLICATIONS]
-        print("listens", flush=True)
+        collectors = [bus.collect(topic, length=1) for topic in topics.PUBLICATIONS]
+        print("subscribed", flush=True)
         signal.pause()

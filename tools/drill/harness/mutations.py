@@ -1,4 +1,4 @@
-"""Wrong messages made from good ones, the same for the same seed."""
+"""Wrong messages made from valid ones, the same for the same seed."""
 
 import random
 from collections.abc import Callable
@@ -30,7 +30,7 @@ WRONG: tuple[Any, ...] = (
 
 
 def mutate(body: dict[str, Any], rng: random.Random) -> bytes:
-    """Return the msgpack of `body`, wrong in a way drawn from `rng`; some are still good."""
+    """Return the msgpack of `body`, wrong in a way drawn from `rng`; some are still valid."""
     return rng.choice(MUTATIONS)(body, rng)
 
 
@@ -61,7 +61,7 @@ def _random(_: dict[str, Any], rng: random.Random) -> bytes:
 
 
 def _wrong_value(body: dict[str, Any], rng: random.Random) -> bytes:
-    """Put a wrong value in place of a field, or of something in it, at any depth."""
+    """Replace a field, or something in it at any depth, by a wrong value."""
     if not body:
         return pack({rng.choice(("version", "name")): rng.choice(WRONG)})
     name = rng.choice(list(body))
@@ -92,7 +92,7 @@ def _wrong_fields(body: dict[str, Any], rng: random.Random) -> bytes:
 
 
 def _double(body: dict[str, Any], rng: random.Random) -> bytes:
-    """Say a field twice, the second time wrong."""
+    """Send a field twice, the second time wrong."""
     items = list(body.items()) or [("version", 1)]
     name = rng.choice(items)[0]
     items.append((name, rng.choice(WRONG)))

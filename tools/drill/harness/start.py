@@ -12,7 +12,8 @@ from protocol.bus.sessions import open_session
 from robot.description import load_robot
 from services.common.cli import Options, free_endpoint
 from services.common.supervisor import Supervisor, command_lines
-from tools.drill.harness.cell import Cell, wait_for
+from tools.drill.harness.cell import Cell
+from tools.drill.harness.waiting import wait_for
 
 ARM = ("sim", "planner", "controller")
 

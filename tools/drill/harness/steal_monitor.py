@@ -1,4 +1,4 @@
-"""Whether the host of this machine, where it is a virtual one, withheld a core: then an arm may be right to brake."""
+"""CPU steal in a virtual machine: its host takes a core away, and an arm is right to brake."""
 
 import threading
 import time
@@ -9,13 +9,14 @@ from services.common.steal_time import stolen
 
 PERIOD_S = 0.05
 WINDOW_S = 1.5 * PERIOD_S
-"""Of two looks in a row: what is withheld in one piece may be counted at both."""
+"""Two samples in a row are summed: steal in one piece may be counted in both."""
 LONG = 2
-"""Steps of the kernel's count: 20 ms in one piece, after which an arm brakes, always show as so many, 10 ms never."""
+"""Steps of the kernel's count. Steal of 20 ms in one piece, after which an arm brakes, always shows as so many; 10 ms
+never does."""
 
 
 class StealMonitor:
-    """Looks twenty times a second, while entered, at what the kernel says was withheld of each core."""
+    """Samples the kernel's count of steal for each core, twenty times a second while entered."""
 
     def __init__(
         self, stolen: Callable[[], Mapping[int, int]] = stolen, clock: Callable[[], float] = time.monotonic
@@ -26,7 +27,7 @@ class StealMonitor:
         self._rises: list[tuple[float, int, int]] = []
         self._lock = threading.Lock()
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._watch, name="witness", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="steal monitor", daemon=True)
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -36,8 +37,8 @@ class StealMonitor:
         self._closed.set()
         self._thread.join()
 
-    def look(self) -> float:
-        """Note what has been withheld of each core since the last look; return the time, s."""
+    def sample(self) -> float:
+        """Note the steal of each core since the last sample; return the time, s."""
         with self._lock:
             now, seen = self._clock(), self._stolen()
             rises = ((core, steps - self._last.get(core, steps)) for core, steps in seen.items())
@@ -45,9 +46,9 @@ class StealMonitor:
             self._last = seen
             return now
 
-    def withheld(self, since: float) -> int:
-        """Return the most that was withheld of one core within two looks after the time `since`, in steps."""
-        self.look()
+    def most_stolen(self, since: float) -> int:
+        """Return the most steal of one core within two samples after the time `since`, in steps."""
+        self.sample()
         most, recent = 0, []
         for at, core, steps in self._rises:
             if at > since:
@@ -55,6 +56,6 @@ class StealMonitor:
                 most = max(most, sum(rise[2] for rise in recent if rise[1] == core))
         return most
 
-    def _watch(self) -> None:
+    def _run(self) -> None:
         while not self._closed.wait(PERIOD_S):
-            self.look()
+            self.sample()

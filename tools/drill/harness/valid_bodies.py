@@ -1,4 +1,4 @@
-"""Messages that are right, for a drill to make them wrong."""
+"""Valid messages, for scenarios to make them wrong."""
 
 from typing import Any
 
@@ -8,17 +8,17 @@ import numpy as np
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import matrix_bytes
+from tools.drill.harness import short_demo
 from tools.drill.harness.cell import Cell
 
 Body = dict[str, Any]
-TAUGHT = "nod"
 LEAD_S = 0.02
 
 
-def good_requests(cell: Cell) -> list[tuple[str, Body]]:
-    """Return, with their keys, requests that are taken in this order, each at the start of a run.
+def valid_requests(cell: Cell) -> list[tuple[str, Body]]:
+    """Return, with their keys, requests that are accepted in this order, each at the start of a run.
 
-    Between them they have every field, though not every combination. `execute` is taken once it is `renewed`.
+    Together they have every field, though not every combination. `execute` is accepted once it is `renewed`.
     """
     played = cell.strike()
     cell.finish(played)
@@ -30,7 +30,7 @@ def good_requests(cell: Cell) -> list[tuple[str, Body]]:
         *(("goal", goal) for goal in _goals(cell.home)),
         ("primitives", {}),
         *(("learn", demonstration) for demonstration in _demonstrations(cell.home)),
-        ("forget", {"name": TAUGHT}),
+        ("forget", {"name": short_demo.NAME}),
         ("reference", {"lead": 0.1}),
         ("cancel", {"goal_id": played.goal_id}),
         ("reset", {}),
@@ -58,7 +58,7 @@ def _pieces(trajectory: m.Trajectory | None, home: list[float]) -> Body:
 
 
 def renewed(cell: Cell, key: str, body: Body) -> Body:
-    """Return a request as it is taken now: a trajectory from rest at home with the present epoch, a little ahead."""
+    """Return a request as it is accepted now: a trajectory gets the present epoch and a start a little ahead."""
     if key != topics.EXECUTE.key:
         return body
     reference = cell.bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=LEAD_S))
@@ -66,8 +66,10 @@ def renewed(cell: Cell, key: str, body: Body) -> Body:
 
 
 def _goals(home: list[float]) -> list[Body]:
-    """The plain one, one shaped by waypoints and limits, one with its own start, one of each further method, one with
-    alternatives, the fastest. `revises` is null: at the start of a run there is nothing to correct."""
+    """Goals: plain, with waypoints and limits, from a given start, of each other method, with alternatives, fastest.
+
+    `revises` is null: at the start of a run there is nothing to correct.
+    """
     free, still = [None] * (len(home) - 1), [0.0] * len(home)
     swing = {"primitive": "forehand", "positions": _near(home), "velocities": [0.5, *still[1:]]}
     shaped = {
@@ -123,7 +125,7 @@ def _demonstrations(home: list[float]) -> list[Body]:
         "smoothing": {"window_s": 0.11, "order": 3},
     }
     as_arrays = {"positions": samples.tolist(), "rate": 100.0}
-    return [{"name": TAUGHT, "replace": True, **how} for how in (as_arrays, as_matrix)]
+    return [{"name": short_demo.NAME, "replace": True, **how} for how in (as_arrays, as_matrix)]
 
 
 def _disturbances(joints: int) -> list[Body]:
@@ -141,14 +143,14 @@ def _near(home: list[float]) -> list[float]:
     return [home[0] + 0.3, *home[1:]]
 
 
-def good_publications(cell: Cell) -> dict[topics.Publication, Body]:
+def valid_publications(cell: Cell) -> dict[topics.Publication, Body]:
     """Return a message of every topic."""
     reply = cell.strike()
     plan, vector = cell.plan_of(reply), [0.1, 0.2, 0.3]
     cell.finish(reply)
     late: dict[str, Any] = {"code": "late", "message": "too late", "detail": {"goal_id": "late"}}
     pushed = m.ActiveDisturbance(kind="acceleration", values=[0.1] * len(cell.home), end_time=0.2)
-    said = {
+    messages = {
         topics.STATE: cell.state(),
         topics.COMMAND: cell.commands()[-1],
         topics.PLAN: plan,
@@ -160,4 +162,4 @@ def good_publications(cell: Cell) -> dict[topics.Publication, Body]:
         topics.DISTURBANCE: m.Disturbance(time=0.1, active=[pushed]),
     }
     cell.reset()
-    return {topic: msgspec.to_builtins(message, builtin_types=(bytes,)) for topic, message in said.items()}
+    return {topic: msgspec.to_builtins(message, builtin_types=(bytes,)) for topic, message in messages.items()}

@@ -1,4 +1,4 @@
-"""Clients that die, with a lease and without, and two that want the same arm."""
+"""Clients that are killed, with a lease and without, and clients that compete for the arm."""
 
 import signal
 import subprocess
@@ -12,10 +12,11 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import CLIENT, open_session
 from protocol.errors import Refusal
-from tools.drill.harness.cell import Broken, Cell, wait_for
+from tools.drill.harness.cell import ACCEPTED, Cell
 from tools.drill.harness.commanded import unlike_plan
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.start import Plan
+from tools.drill.harness.waiting import ScenarioError, wait_for
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 
 GOAL_ID = "followed"
@@ -44,20 +45,20 @@ def kill_client(lab: Lab, lease: bool) -> Measured:
             wait_for(lambda: cell.mode() == "tracking", "the client's motion")
             time.sleep(0.7)
             if process.poll() is not None:
-                raise Broken("the client ended before it could be killed")
+                raise ScenarioError("the client ended before it could be killed")
             process.kill()
             killed = time.monotonic()
             if lease:
                 wait_for(lambda: cell.mode() == "stopping", "the stop", 5.0)
             stop_s = time.monotonic() - killed
-        wait_for(lambda: cell.result(GOAL_ID).outcome != "running", "the motion to end")
-        measured: Measured = {"the goal": cell.result(GOAL_ID).outcome, "the arm then": cell.mode()}
+        cell.wait_ended(GOAL_ID)
+        measured: Measured = {"the goal": cell.result(GOAL_ID).outcome, "the arm afterwards": cell.mode()}
         return {**measured, "the stop begins after": 1e3 * stop_s} if lease else measured
 
 
 @contextmanager
 def listeners(cell: Cell, count: int) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Processes that hear every publication."""
+    """Processes that subscribe to every publication."""
     line = [sys.executable, "-m", "tools.drill.harness.listener", cell.endpoint, cell.bus.robot]
     with ExitStack() as running:
         processes = []
@@ -66,23 +67,22 @@ def listeners(cell: Cell, count: int) -> Iterator[list[subprocess.Popen[bytes]]]
             running.callback(processes[-1].kill)
         for process in processes:
             if process.stdout is None or not process.stdout.readline():
-                raise Broken("a listener could not join the bus")
+                raise ScenarioError("a listener could not join the bus")
         yield processes
 
 
 def stop_listeners(lab: Lab) -> Measured:
-    """Stop processes that hear everything, for as long as a motion takes."""
+    """Stop processes that subscribe to everything, for as long as a motion takes."""
     with lab.cell(Plan(clock="realtime")) as cell, listeners(cell, LISTENERS) as stopped:
         cell.recover()
-        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=STOPPED_S)
+        reply = cell.move_aside(STOPPED_S)
         for process in stopped:
             process.send_signal(signal.SIGSTOP)
-        wait_for(lambda: cell.result(reply.goal_id).outcome != "running", "the motion to end")
-        return {"the goal": cell.result(reply.goal_id).outcome, "the arm then": cell.mode()}
+        return {"the goal": cell.finish(reply).outcome, "the arm afterwards": cell.mode()}
 
 
 def compete(lab: Lab) -> Measured:
-    """Two clients and an anonymous one want the arm that the first holds."""
+    """Three clients ask for the arm, of which the first holds a lease."""
     cell = lab.shared()
     with Bus(open_session([cell.endpoint]), cell.bus.robot) as alice:
         alice.announce("client/alice")
@@ -97,8 +97,8 @@ def compete(lab: Lab) -> Measured:
         canceled = cell.bus.ask(topics.CANCEL, m.Cancel())
         cell.step_to(cell.ticks(canceled.stop_time) + 2)
         return {
-            "goals of others taken": sum(code != "not_holder" for code, _ in refusals),
-            "others not told who holds": sum(holder != "alice" for _, holder in refusals),
+            "goals of others accepted": sum(code != "not_holder" for code, _ in refusals),
+            "refusals that do not name the holder": sum(holder != "alice" for _, holder in refusals),
             "commands unlike the plan's samples": unlike,
             "the holder's goal": cell.result(held.goal_id).outcome,
             "the holder's next, canceled by another": cell.result(again.goal_id).outcome,
@@ -107,21 +107,21 @@ def compete(lab: Lab) -> Measured:
 
 
 def refusal(cell: Cell, **fields: object) -> tuple[str, str]:
-    """Ask for a goal that must be refused, and return the code and who holds the arm."""
+    """Ask for a goal that must be refused; return the code and the holder that the refusal names."""
     try:
         cell.goal(**fields)
     except Refusal as refused:
         return refused.code, str(refused.detail.get("client_id"))
-    return "taken", ""
+    return ACCEPTED, ""
 
 
 PLAYS = timed(exactly("the goal", "succeeded"))
-ENDED_AT_REST = timed(exactly("the arm then", "holding"))
+ENDED_AT_REST = timed(exactly("the arm afterwards", "holding"))
 
 SCENARIOS = (
     Scenario(
         "client-killed-lease",
-        "client killed that holds a lease",
+        "client with a lease killed",
         "realtime",
         (
             timed(at_most("the stop begins after", 300.0, "ms")),
@@ -133,7 +133,7 @@ SCENARIOS = (
     ),
     Scenario(
         "client-killed",
-        "client killed that holds none",
+        "client without a lease killed",
         "realtime",
         (PLAYS, ENDED_AT_REST),
         lambda lab: kill_client(lab, lease=False),
@@ -141,7 +141,7 @@ SCENARIOS = (
     ),
     Scenario(
         "listeners-stopped",
-        "four listeners to everything stopped, for longer than their sessions last",
+        "four subscribers to everything stopped, for longer than their sessions' timeout",
         "realtime",
         (PLAYS, ENDED_AT_REST),
         stop_listeners,
@@ -149,11 +149,11 @@ SCENARIOS = (
     ),
     Scenario(
         "two-clients",
-        "three clients want the arm, one has a lease",
+        "three clients ask for the arm, one holds a lease",
         "stepped",
         (
-            none("goals of others taken"),
-            none("others not told who holds"),
+            none("goals of others accepted"),
+            none("refusals that do not name the holder"),
             none("commands unlike the plan's samples"),
             exactly("the holder's goal", "succeeded"),
             exactly("the holder's next, canceled by another", "canceled"),

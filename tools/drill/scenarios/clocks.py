@@ -12,33 +12,29 @@ from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.shims import shim
 from tools.drill.harness.start import ARM, Plan
-from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed, told
+from tools.drill.harness.states import differing, gaps
+from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported, timed
 
 STALL_S = 0.5
 ASKING_S = 0.05
-"""What asking for the newest state may take, and other stalls of a shared machine beside ours."""
+"""Tolerance for the delay of a request and for other stalls of a shared machine."""
 
 LAG = "robot time lags"
-"""What the sim logs after a stall."""
+"""Words that the sim logs after a stall."""
 
 WINDOW_NS = 50_000_000
 
 
 class Arrivals:
-    """Every state from now on, with when the sim sent it, Unix ns."""
+    """Every state from now on, with the time at which the sim sent it, Unix ns."""
 
     def __init__(self, cell: Cell) -> None:
         self._collector = cell.bus.collect(topics.STATE, 1 << 14)
 
     def read(self) -> tuple[np.ndarray, list[m.State]]:
         """Return when the states since the last call were sent (N,), ns, and the states."""
-        heard = list(iter(self._collector.take, None))
-        return np.array([at for _, at in heard]), [decode(body, m.State) for body, _ in heard]
-
-
-def gaps(states: list[m.State]) -> int:
-    """Return how many ticks are missing or doubled among the states."""
-    return int(np.sum(np.diff([state.tick for state in states]) != 1))
+        taken = list(iter(self._collector.take, None))
+        return np.array([at for _, at in taken]), [decode(body, m.State) for body, _ in taken]
 
 
 def ahead_of_robot(cell: Cell) -> float:
@@ -56,47 +52,42 @@ def stall(lab: Lab) -> Measured:
         reply = cell.under_way()
         began, ahead = time.time(), ahead_of_robot(cell)
         for name in ARM:
-            cell.signal(name, signal.SIGSTOP)
+            cell.processes.signal(name, signal.SIGSTOP)
         time.sleep(STALL_S)
         continued = time.time_ns()
         for name in ARM:
-            cell.signal(name, signal.SIGCONT)
+            cell.processes.signal(name, signal.SIGCONT)
         time.sleep(1.5)
-        result, said = cell.finish(reply), cell.said_at("sim", LAG, began)
+        result, logged = cell.finish(reply), cell.processes.logged_at("sim", LAG, began)
         lag = ahead_of_robot(cell) - ahead
         at, states = arrivals.read()
     fresh = at[at >= continued] - continued
     busiest = max(int(np.sum((fresh >= start) & (fresh < start + WINDOW_NS))) for start in fresh[:500])
     speeds = np.abs(np.diff([state.positions for state in states], axis=0)) * cell.config.rate_hz
     return {
-        "ticks missing or doubled": gaps(states),
+        "ticks missing or duplicated": gaps(states),
         "robot time lags by": lag,
         "most ticks in any 50 ms afterwards": busiest,
-        "fastest measured step beside the velocity limit": float((speeds / cell.config.limits.velocities).max()),
-        "the sim counts the lag": "no" if said is None else "yes",
+        "fastest measured step, share of the velocity limit": float((speeds / cell.config.limits.velocities).max()),
+        "the sim logs the lag": "no" if logged is None else "yes",
         "the goal": result.outcome,
     }
 
 
 def jumping(lab: Lab, clock: m.Clock) -> Plan:
-    """Return a plan in which the wall clock of every process jumps."""
+    """Return a cell in which the wall clock of every process jumps."""
     return Plan(clock=clock, shims={name: shim("jumping_clock", lab.folder) for name in ARM})
 
 
 def jumps_seen(plan: Plan, pids: dict[str, int]) -> dict[str, int]:
-    """Return how often each process, by now ended, saw its wall clock jump; those without such a clock are left out."""
+    """Return how often each ended process saw its wall clock jump; those without such a clock are left out."""
     marks = {name: plan.shims[name] / f"{pid}.jumps" for name, pid in pids.items()}
     return {name: int(mark.read_text()) for name, mark in marks.items() if mark.exists()}
 
 
 def seen(jumps: dict[str, int]) -> Measured:
-    """Return what is measured of the jumps; the controller reads its wall clock at every tick."""
+    """Return the measurements of the jumps; the controller reads its wall clock at every tick."""
     return {"processes whose clock jumps": len(jumps), "jumps that the controller sees": jumps.get("controller", 0)}
-
-
-def pids(cell: Cell) -> dict[str, int]:
-    """Return the ids of a cell's processes."""
-    return {name: process.pid for name, process in cell.services.running.items()}
 
 
 def jump(lab: Lab) -> Measured:
@@ -115,28 +106,23 @@ def strike_states(lab: Lab, plan: Plan) -> tuple[list[bytes], dict[str, int]]:
     with lab.cell(plan) as cell:
         cell.reset(seed=1)
         cell.finish(cell.strike(goal_id="the same"))
-        return cell.state_bodies(), pids(cell)
-
-
-def differing(one: list[bytes], other: list[bytes]) -> int:
-    """Return how many states differ in a bit; those that only one run has differ."""
-    return sum(a != b for a, b in zip(one, other, strict=False)) + abs(len(one) - len(other))
+        return cell.state_bodies(), cell.processes.pids()
 
 
 def jump_in_real_time(lab: Lab) -> Measured:
-    """Play a motion in real time while the wall clock jumps, and hold robot time against the monotonic clock."""
+    """Play a motion in real time while the wall clock jumps, and compare robot time with the monotonic clock."""
     plan = jumping(lab, "realtime")
     with lab.cell(plan) as cell:
         cell.recover()
         arrivals = Arrivals(cell)
         time.sleep(0.5)
-        result = cell.finish(cell.goal(positions=[0.5, *cell.home[1:]], duration=2.0))
+        result = cell.finish(cell.move_aside(2.0))
         at, states = arrivals.read()
-        processes = pids(cell)
+        processes = cell.processes.pids()
     passed = (at[-1] - at[0]) * 1e-9
     return {
         **seen(jumps_seen(plan, processes)),
-        "ticks missing or doubled": gaps(states),
+        "ticks missing or duplicated": gaps(states),
         "robot time off the monotonic clock": float(abs(states[-1].time - states[0].time - passed)),
         "ticks braked": sum(state.brake for state in states),
         "the goal": result.outcome,
@@ -160,12 +146,12 @@ SCENARIOS = (
     ),
     Scenario(
         "wall-clock",
-        "the same in real time",
+        "the wall clock jumps by two hours and back every 50 ms, in real time",
         "realtime",
         (
             JUMPS,
             at_least("jumps that the controller sees", 20),
-            none("ticks missing or doubled"),
+            none("ticks missing or duplicated"),
             timed(at_most("robot time off the monotonic clock", ASKING_S, "s")),
             timed(none("ticks braked")),
             timed(exactly("the goal", "succeeded")),
@@ -178,13 +164,13 @@ SCENARIOS = (
         "all processes stall together for 500 ms in a motion",
         "realtime",
         (
-            none("ticks missing or doubled"),
+            none("ticks missing or duplicated"),
             at_least("robot time lags by", STALL_S - ASKING_S, "s"),
             timed(at_most("robot time lags by", STALL_S + ASKING_S, "s")),
-            exactly("the sim counts the lag", "yes"),
+            exactly("the sim logs the lag", "yes"),
             timed(at_most("most ticks in any 50 ms afterwards", 52)),
-            at_most("fastest measured step beside the velocity limit", 1.0),
-            told("the goal"),
+            at_most("fastest measured step, share of the velocity limit", 1.0),
+            reported("the goal"),
         ),
         stall,
         "full",

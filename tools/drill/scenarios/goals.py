@@ -1,4 +1,4 @@
-"""Goals that cannot be: refused, and what runs goes on to the bit."""
+"""Goals that must be refused: the running motion is the same to the bit."""
 
 from collections.abc import Callable
 
@@ -10,12 +10,12 @@ from tools.drill.harness.cell import Cell, code_of
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.shims import shim
 from tools.drill.harness.start import Plan
-from tools.drill.scenario import Measured, Scenario, exactly, none, told
-from tools.drill.scenarios.clocks import differing
+from tools.drill.harness.states import differing
+from tools.drill.scenario import Measured, Scenario, exactly, none, reported
 
 Ask = Callable[[Cell, m.Trajectory], str]
 JERK = 100.0
-"""rad/s³; a motion of a second that knew no limits has more."""
+"""rad/s³; less than a motion of a second has without limits."""
 
 
 def refuse_at_every_tenth(cell: Cell, ask: Ask) -> Measured:
@@ -42,7 +42,7 @@ def refuse_at_every_tenth(cell: Cell, ask: Ask) -> Measured:
 
 
 def infeasible(cell: Cell, _: m.Trajectory) -> str:
-    """Ask for a strike much too soon."""
+    """Ask for a strike in much too short a time."""
     return code_of(lambda: cell.goal(positions=[-1.8, *cell.home[1:]], duration=0.05))
 
 
@@ -52,7 +52,7 @@ def outside(cell: Cell, _: m.Trajectory) -> str:
 
 
 def late(cell: Cell, trajectory: m.Trajectory) -> str:
-    """Send a plan whose instant has passed, as from a planner that was too slow."""
+    """Send a plan whose start has passed, as from a planner that was too slow."""
     epoch = cell.bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=0.0)).epoch
     stale = msgspec.structs.replace(trajectory, epoch=epoch, goal_id=f"late {cell.tick} {cell.run}")
     return code_of(lambda: cell.bus.ask(topics.EXECUTE, stale))
@@ -64,28 +64,28 @@ def unsolved(cell: Cell, _: m.Trajectory) -> str:
 
 
 def failing_solver(lab: Lab) -> Measured:
-    """The same with a planner whose solver fails on every program."""
+    """Ask a planner whose solver fails on every program."""
     with lab.cell(Plan(shims={"planner": shim("failing_solver", lab.folder)})) as cell:
         cell.reset()
         return refuse_at_every_tenth(cell, unsolved)
 
 
 def bounds(code: str) -> tuple:
-    """Return what every refusal has to keep."""
-    return exactly("refused as", code), told("states compared"), none("states that differ in a bit")
+    """Return the bounds of refusals with a code."""
+    return exactly("refused as", code), reported("states compared"), none("states that differ in a bit")
 
 
 SCENARIOS = (
     Scenario(
         "goal-infeasible",
-        "a goal that the limits forbid in its time, at every tenth of a motion",
+        "an infeasible goal, at every tenth of a motion",
         "stepped",
         bounds("infeasible"),
         lambda lab: refuse_at_every_tenth(lab.shared(), infeasible),
     ),
     Scenario(
         "goal-outside",
-        "a goal outside the joints' range, at every tenth of a motion",
+        "a goal outside the range of the joints, at every tenth of a motion",
         "stepped",
         bounds("limit"),
         lambda lab: refuse_at_every_tenth(lab.shared(), outside),

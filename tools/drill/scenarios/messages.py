@@ -1,36 +1,35 @@
-"""Messages that are malformed, old, doubled or out of order, on every key: refused, counted, no sign of life."""
+"""Messages that are malformed, old, duplicated or out of order, on every key: refused, counted, no sign of life."""
 
 import math
 import struct
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import msgpack
 import msgspec
 import numpy as np
-import zenoh
 
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import encode
-from tools.drill.harness.cell import Cell, wait_for
+from tools.drill.harness.cell import ACCEPTED
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.valid_bodies import Body, good_requests, renewed
+from tools.drill.harness.raw import AT_HOME, UNMOVED, answer, publish, unmoved
+from tools.drill.harness.valid_bodies import Body, renewed, valid_requests
+from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, exactly, none
 
 NOISE = "noise"
 NAN_BYTES = struct.pack("<d", math.nan)
-AT_HOME = 1e-6
-"""rad; further from home than this, something has moved the arm."""
 LOST = 100
-"""Ticks without states, more than an arm waits before it brakes."""
+"""Ticks without states, more than the silence timeout of the arm."""
 
 
 def spoiled(value: Any) -> Iterator[object]:
-    """Yield a value with one thing in it wrong, for one thing after another: a number, or the length of a vector.
+    """Yield copies of a value, each with one thing wrong: a number, or the length of a vector.
 
-    Of a list's items the first and the last are tried.
+    Of a list's items only the first and the last are made wrong.
     """
     if isinstance(value, float):
         yield from (math.nan, math.inf, -math.inf)
@@ -48,7 +47,7 @@ def spoiled(value: Any) -> Iterator[object]:
 
 
 def spoiled_bodies(body: Body) -> Iterator[object]:
-    """Yield a body of another version, with an unknown field, no map at all, and with one thing in it wrong."""
+    """Yield a body of another version, one with an unknown field, one that is no map, and `spoiled` ones."""
     yield {**body, "version": 2}
     yield {**body, "colour": "red"}
     yield [body]
@@ -56,56 +55,29 @@ def spoiled_bodies(body: Body) -> Iterator[object]:
 
 
 def bad_requests(lab: Lab) -> Measured:
-    """Send every request wrong in every way, look whether anything moved, and whether the right ones are taken."""
+    """Send every request wrong in every way; check that nothing moved, and that the valid ones are accepted."""
     cell = lab.shared()
     refused: Counter[str] = Counter()
-    requests = good_requests(cell)
+    requests = valid_requests(cell)
     for key, body in requests:
         refused.update(answer(cell, key, msgpack.packb(wrong) or b"") for wrong in spoiled_bodies(body))
     still = unmoved(cell)
-    right = 0
+    correct_refused = 0
     for key, body in requests:
         cell.reset()
-        right += answer(cell, key, msgpack.packb(renewed(cell, key, body)) or b"") != "taken"
+        correct_refused += answer(cell, key, msgpack.packb(renewed(cell, key, body)) or b"") != ACCEPTED
     cell.reset()
     return {
         "requests sent": refused.total(),
-        "requests taken": refused["taken"],
-        "refused, but not as bad_message": refused.total() - refused["taken"] - refused["bad_message"],
-        "the same requests unspoiled, but refused": right,
+        "requests accepted": refused[ACCEPTED],
+        "refused, but not as bad_message": refused.total() - refused[ACCEPTED] - refused["bad_message"],
+        "correct requests refused": correct_refused,
         **still,
     }
 
 
-def answer(cell: Cell, key: str, body: bytes) -> str:
-    """Send a body and return the code of the refusal, `taken`, or `silent`."""
-    for reply in cell.bus.session.get(cell.bus.key(key), payload=body, timeout=20.0):
-        if reply.ok is not None:
-            return "taken"
-        if reply.err is not None:
-            error = msgpack.unpackb(reply.err.payload.to_bytes())
-            return str(error.get("code")) if isinstance(error, dict) else "silent"
-    return "silent"
-
-
-def unmoved(cell: Cell) -> Measured:
-    """Let the arm hold its pose for 20 ticks; tell how far it is from home, and who still lives."""
-    cell.step(20)
-    far = max(abs(x - y) for state in cell.states() for x, y in zip(state.positions, cell.home, strict=True))
-    return {"positions away from home": int(far > AT_HOME), "processes ended": len(cell.services.ended())}
-
-
-def publish(cell: Cell, topic: topics.Publication, bodies: Iterable[bytes]) -> int:
-    """Publish bodies as a stranger would, in order and without dropping any; return how many."""
-    count = 0
-    for body in bodies:
-        cell.bus.session.put(cell.bus.key(topic.key), body, congestion_control=zenoh.CongestionControl.BLOCK)
-        count += 1
-    return count
-
-
 def bad_publications(message: m.State | m.Command, joints: int) -> list[bytes]:
-    """Return a stream's message as no loop may take it: not finite, old, doubled, of wrong length or version."""
+    """Return a stream's message made invalid in many ways: not finite, old, duplicated, of wrong length or version."""
     good: Body = msgspec.to_builtins(message)
     if isinstance(message, m.Command):
         good["source"] = NOISE
@@ -114,13 +86,13 @@ def bad_publications(message: m.State | m.Command, joints: int) -> list[bytes]:
     for name in vectors:
         changes += [{name: [wrong] * joints} for wrong in (math.nan, math.inf)] + [{name: [0.0] * (joints - 1)}]
     if isinstance(message, m.State):
-        changes.append({})  # Doubled.
+        changes.append({})  # duplicated
     packed = [msgpack.packb({**good, **change}) or b"" for change in changes]
     return [*packed, b"", b"{", b"\xc1" * 100, packed[-1] + b"\x00"]
 
 
 def bad_states(lab: Lab) -> Measured:
-    """Send the controller states that it may not take; look whether it counts them and commands the arm to stay."""
+    """Send the controller invalid states; check that it counts them and commands the arm to stay."""
     cell = lab.shared()
     cell.step(50)
     before = cell.status()
@@ -130,19 +102,19 @@ def bad_states(lab: Lab) -> Measured:
     cell.step(20)
     astray = sum(command.positions != cell.home or any(command.velocities) for command in cell.commands())
     far = float(np.abs(np.subtract(cell.state().positions, cell.home)).max())
-    cell.reset()  # What was sent stands among the states of this run.
+    cell.reset()  # the invalid states are among those of this run
     return {
         "states sent": sent,
-        "not counted": sent - counted,
+        "states not counted": sent - counted,
         "commands that do not hold the arm": astray + int(far > AT_HOME),
         **unmoved(cell),
     }
 
 
 def bad_commands(lab: Lab) -> Measured:
-    """While the controller hears no states, send the sim commands that it may not take: it must still brake.
+    """While the controller gets no states, send the sim invalid commands: it must still brake.
 
-    They are spoiled copies of what would answer the coming tick, and nothing else answers it.
+    They are spoiled copies of the command that would answer the coming tick, and nothing else answers it.
     """
     cell = lab.shared()
     reply = cell.strike()
@@ -158,32 +130,30 @@ def bad_commands(lab: Lab) -> Measured:
         bad = [*bad_publications(due, len(cell.home)), encode(far), encode(huge)]
         sent += publish(cell, topics.COMMAND, bad)
         for _ in bad:
-            cell.state()  # A sim at rest takes one command in between two requests.
+            cell.state()  # a sim at rest reads one command between two requests
         cell.step(1)
         state = cell.state()
         if state.brake:
             silent = state.tick - state.applied_tick - 1
             break
-    cell.step(LOST)  # By the next scenario states are heard of again.
+    cell.step(LOST)  # until the controller gets states again
     return {
         "commands sent": sent,
         "silent ticks until the arm brakes": silent,
-        "processes ended": len(cell.services.ended()),
+        "processes ended": cell.processes.ended(),
     }
 
 
 def wildcards(lab: Lab) -> Measured:
-    """Ask with a wildcard everything that changes something."""
+    """Send every request that changes something to a key with a wildcard."""
     cell = lab.shared()
     wrong = 0
     writing = {topic.key for topic in topics.QUERIES if not topic.reads}
-    for key, body in good_requests(cell):
+    for key, body in valid_requests(cell):
         if key in writing:
             wrong += answer(cell, key[:-1] + "$*", msgpack.packb(body) or b"") != "bad_message"
     return {"requests not refused": wrong, **unmoved(cell)}
 
-
-UNMOVED = (none("positions away from home"), none("processes ended"))
 
 SCENARIOS = (
     Scenario(
@@ -192,20 +162,20 @@ SCENARIOS = (
         "stepped",
         (
             at_least("requests sent", 250),
-            none("requests taken"),
+            none("requests accepted"),
             none("refused, but not as bad_message"),
-            none("the same requests unspoiled, but refused"),
+            none("correct requests refused"),
             *UNMOVED,
         ),
         bad_requests,
     ),
     Scenario(
         "bad-states",
-        "states not finite, old, doubled, of wrong length or version, and noise",
+        "states that are not finite, old, duplicated, of wrong length or version, and noise",
         "stepped",
         (
             at_least("states sent", 10),
-            none("not counted"),
+            none("states not counted"),
             none("commands that do not hold the arm"),
             *UNMOVED,
         ),
@@ -213,7 +183,7 @@ SCENARIOS = (
     ),
     Scenario(
         "bad-commands",
-        "the same among commands, while the controller sends none",
+        "commands that are not finite, old, of wrong length or version, and noise, while the controller sends none",
         "stepped",
         (at_least("commands sent", 300), exactly("silent ticks until the arm brakes", 20), none("processes ended")),
         bad_commands,

@@ -1,4 +1,4 @@
-"""Requests at the wrong moment, and services that come twice."""
+"""Requests at the wrong moment, and services that are started twice."""
 
 import signal
 import subprocess
@@ -12,12 +12,13 @@ from protocol.bus.sessions import SERVICE
 from services.common.cli import Options
 from services.common.realtime import EXIT_TAKEN
 from services.common.supervisor import command_lines
-from tools.drill.harness.cell import Cell, code_of, wait_for
+from tools.drill.harness import short_demo
+from tools.drill.harness.cell import Cell, code_of
 from tools.drill.harness.commanded import unlike_plan
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.start import ARM, Plan
+from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
-from tools.drill.scenarios.planners import library, nod
 
 AT_ONCE = 5
 
@@ -39,16 +40,17 @@ def reset_moving(lab: Lab) -> Measured:
 
 
 def learn_planning(lab: Lab) -> Measured:
-    """Send ten goals to be planned and, between them, requests to learn and to forget; then see what came of each."""
+    """Send goals to be planned and, between them, requests to learn; count the replies of each kind."""
     cell = lab.shared()
     answers: SimpleQueue[str] = SimpleQueue()
     for k in range(5):
         goal = m.Goal(primitive="forehand", positions=cell.home, plan_only=True, duration=1.0 + 0.1 * k)
         cell.bus.ask_later(topics.GOAL, goal, lambda _: answers.put("planned"))
-        cell.bus.ask_later(topics.LEARN, nod(200 if k % 2 else 300, cell.home), lambda _: answers.put("learned"))
+        learn = short_demo.learn_request(200 if k % 2 else 300, cell.home)
+        cell.bus.ask_later(topics.LEARN, learn, lambda _: answers.put("learned"))
     got = Counter(answers.get(timeout=20.0) for _ in range(10))
-    entries = [entry.samples for entry in library(cell) if entry.name == "nod"]
-    cell.bus.ask(topics.FORGET, m.Forget(name="nod"))
+    entries = [entry.samples for entry in cell.library() if entry.name == short_demo.NAME]
+    cell.bus.ask(topics.FORGET, m.Forget(name=short_demo.NAME))
     return {
         "goals not planned": 5 - got["planned"],
         "demonstrations not learned": 5 - got["learned"],
@@ -59,21 +61,21 @@ def learn_planning(lab: Lab) -> Measured:
 def forget_in_use(lab: Lab) -> Measured:
     """Forget the primitive of a running motion, then ask for it."""
     cell = lab.shared()
-    cell.bus.ask(topics.LEARN, nod(200, cell.home))
-    reply = cell.goal(primitive="nod")
+    cell.bus.ask(topics.LEARN, short_demo.learn_request(200, cell.home))
+    reply = cell.goal(primitive=short_demo.NAME)
     plan = cell.plan_of(reply)
     cell.step_to(cell.ticks(reply.start_time) + 500)
-    cell.bus.ask(topics.FORGET, m.Forget(name="nod"))
-    code = code_of(lambda: cell.goal(primitive="nod"))
+    cell.bus.ask(topics.FORGET, m.Forget(name=short_demo.NAME))
+    code = code_of(lambda: cell.goal(primitive=short_demo.NAME))
     outcome = cell.finish(reply).outcome
     return {
         "the goal": outcome,
         "commands unlike the plan's samples": unlike_plan(cell.commands(), plan, cell.config),
-        "asked for again": code,
+        "the next request for it": code,
     }
 
 
-def come_twice(lab: Lab) -> Measured:
+def start_twice(lab: Lab) -> Measured:
     """Start a second sim, planner and controller for the robot."""
     cell = lab.shared()
     lines = _lines(cell, lab)
@@ -85,49 +87,49 @@ def come_twice(lab: Lab) -> Measured:
     }
 
 
-def come_at_once(lab: Lab) -> Measured:
-    """Start two controllers at the same instant, again and again; one has to serve, the other to leave."""
+def start_at_once(lab: Lab) -> Measured:
+    """Start two controllers at the same instant, again and again; one must serve, the other must exit."""
     statuses: Counter[str] = Counter()
     with lab.cell(Plan(names=("sim",))) as cell:
         line = _lines(cell, lab)["controller"]
         for k in range(AT_ONCE):
-            lab.say(f"the {k + 1}. of {AT_ONCE} times")
+            lab.progress(f"{k + 1} of {AT_ONCE} times")
             both = [subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for _ in range(2)]
             try:
-                wait_for(lambda both=both: any(one.poll() is not None for one in both), "one of two to leave")
+                wait_for(lambda both=both: any(one.poll() is not None for one in both), "one of two to exit")
                 wait_for(cell.mode, "the other to serve")
-                statuses.update("stays" if one.poll() is None else str(one.poll()) for one in both)
+                statuses.update("serves" if one.poll() is None else str(one.poll()) for one in both)
             finally:
                 for one in both:
                     one.terminate()
                     one.wait(30.0)
     return {
-        "times that one stays": statuses["stays"],
-        f"times that the other leaves with {EXIT_TAKEN}": statuses[str(EXIT_TAKEN)],
+        "times that one serves": statuses["serves"],
+        f"times that the other exits with {EXIT_TAKEN}": statuses[str(EXIT_TAKEN)],
     }
 
 
-def come_back(lab: Lab) -> Measured:
-    """Stop a controller until its session is lost, let another take its place, and continue the first in a motion."""
+def replace_owner(lab: Lab) -> Measured:
+    """Stop a controller until its session expires, start another in its place, and continue the first in a motion."""
     with lab.cell(Plan(clock="realtime")) as cell:
         cell.recover()
         first = cell.services.running["controller"]
-        cell.signal("controller", signal.SIGSTOP)
+        cell.processes.signal("controller", signal.SIGSTOP)
         try:
-            lab.say("waits until the stopped controller's session is lost")
-            wait_for(lambda: not cell.bus.is_alive("controller"), "the session to be lost", 2e-3 * SERVICE.lease_ms)
-            cell.restart("controller")
+            lab.progress("waits until the session of the stopped controller expires")
+            wait_for(lambda: not cell.bus.is_alive("controller"), "the session to expire", 2e-3 * SERVICE.lease_ms)
+            cell.processes.start("controller")
             wait_for(lambda: cell.mode() == "fault", "another to take its place")
-            time.sleep(0.5)  # it answers old states first, and a reset at one of those does not last
+            time.sleep(0.5)  # it answers old states first; a reset at one of those does not last
             cell.recover()
             reply = cell.under_way()
             first.send_signal(signal.SIGCONT)
-            gone_after = wait_for(lambda: first.poll() is not None, "the first to leave")
+            exits_after = wait_for(lambda: first.poll() is not None, "the first to exit")
         finally:
             first.kill()
             status = first.wait()
         outcome = cell.finish(reply).outcome
-    return {"exit status of the first": status, "it leaves after": gone_after, "the goal": outcome}
+    return {"exit status of the first": status, "it exits after": exits_after, "the goal": outcome}
 
 
 def _lines(cell: Cell, lab: Lab) -> dict[str, list[str]]:
@@ -168,7 +170,7 @@ SCENARIOS = (
         "forget-in-use",
         "`forget` of the primitive that is played",
         "stepped",
-        (PLAYS, UNLIKE, exactly("asked for again", "unknown_primitive")),
+        (PLAYS, UNLIKE, exactly("the next request for it", "unknown_primitive")),
         forget_in_use,
     ),
     Scenario(
@@ -176,28 +178,28 @@ SCENARIOS = (
         "a second sim, planner and controller for one robot",
         "stepped",
         (*(exactly(f"exit status of the second {name}", EXIT_TAKEN) for name in ARM), PLAYS),
-        come_twice,
+        start_twice,
     ),
     Scenario(
         "owners-at-once",
         f"two controllers started at the same instant, {AT_ONCE} times",
         "stepped",
         (
-            exactly("times that one stays", AT_ONCE),
-            exactly(f"times that the other leaves with {EXIT_TAKEN}", AT_ONCE),
+            exactly("times that one serves", AT_ONCE),
+            exactly(f"times that the other exits with {EXIT_TAKEN}", AT_ONCE),
         ),
-        come_at_once,
+        start_at_once,
     ),
     Scenario(
         "owner-replaced",
-        "a controller stopped until its session is lost and replaced, then continued",
+        "a controller stopped until its session has expired, replaced by another, then continued",
         "realtime",
         (
             exactly("exit status of the first", EXIT_TAKEN),
-            timed(at_most("it leaves after", 1.0, "s")),
+            timed(at_most("it exits after", 1.0, "s")),
             timed(PLAYS),
         ),
-        come_back,
+        replace_owner,
         "full",
     ),
 )

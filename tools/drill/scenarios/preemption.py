@@ -1,4 +1,4 @@
-"""Motions replaced and canceled at every tenth of the way."""
+"""Motions that are replaced or canceled, at every tenth of the way."""
 
 import msgspec
 import numpy as np
@@ -6,38 +6,38 @@ import numpy as np
 from protocol import messages as m
 from protocol import topics
 from tools.drill.harness.cell import Cell, code_of
-from tools.drill.harness.commanded import Reference
+from tools.drill.harness.commanded import CommandedMotion
 from tools.drill.harness.lab import Lab
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none
 
 TENTHS = range(11)
 SMOOTH = (
-    at_most("steps of acceleration used", 1.001),
-    at_most("steps of position used", 1.001),
-    at_most("limits used", 1.000001),
+    at_most("acceleration steps, share of the bound", 1.001),
+    at_most("position steps, share of the bound", 1.001),
+    at_most("motion, share of the limits", 1.000001),
 )
 
 
 class Worst:
-    """The worst of several references."""
+    """The worst of several motions."""
 
     def __init__(self) -> None:
         self.jerk = self.gap = self.limits = 0.0
 
     def note(self, cell: Cell) -> None:
-        """Take in the run so far."""
-        reference = Reference(cell.commands(), cell.config)
-        # Unlike Python's, numpy's maximum keeps what is not a number.
-        self.jerk = float(np.maximum(self.jerk, reference.jerk_used()))
-        self.gap = float(np.maximum(self.gap, reference.unexplained()))
-        self.limits = float(np.maximum(self.limits, reference.limits_used()))
+        """Take in the motion of the run so far."""
+        motion = CommandedMotion(cell.commands(), cell.config)
+        # numpy's maximum keeps a NaN, Python's does not
+        self.jerk = float(np.maximum(self.jerk, motion.jerk_used()))
+        self.gap = float(np.maximum(self.gap, motion.gap_used()))
+        self.limits = float(np.maximum(self.limits, motion.limits_used()))
 
     def measured(self) -> Measured:
         """Return what `SMOOTH` bounds."""
         return {
-            "steps of acceleration used": self.jerk,
-            "steps of position used": self.gap,
-            "limits used": self.limits,
+            "acceleration steps, share of the bound": self.jerk,
+            "position steps, share of the bound": self.gap,
+            "motion, share of the limits": self.limits,
         }
 
 
@@ -52,21 +52,21 @@ def strike_into(cell: Cell, tenth: int) -> m.GoalReply:
 def preempt(lab: Lab) -> Measured:
     """Replace a strike by a goal at every tenth."""
     cell, worst = lab.shared(), Worst()
-    untold = failed = 0
+    wrong = failed = 0
     for tenth in TENTHS:
         first = strike_into(cell, tenth)
         second = cell.goal(duration=0.7)
         failed += cell.finish(second).outcome != "succeeded"
         hit = second.start_time >= first.start_time + first.duration
-        untold += cell.result(first.goal_id).outcome != ("succeeded" if hit else "preempted")
+        wrong += cell.result(first.goal_id).outcome != ("succeeded" if hit else "preempted")
         worst.note(cell)
-    return {"old goals not told": untold, "new goals that fail": failed, **worst.measured()}
+    return {"replaced goals with a wrong outcome": wrong, "new goals that fail": failed, **worst.measured()}
 
 
 def cancel(lab: Lab) -> Measured:
     """Cancel a strike at every tenth, each time with a plan in flight that arrives afterwards."""
     cell, worst = lab.shared(), Worst()
-    untold = moving = 0
+    wrong = moving = 0
     codes = set()
     for tenth in TENTHS:
         reply = strike_into(cell, tenth)
@@ -76,11 +76,11 @@ def cancel(lab: Lab) -> Measured:
         executed = msgspec.structs.replace(flying, goal_id=f"in flight {cell.run}")
         codes.add(code_of(lambda plan=executed: cell.bus.ask(topics.EXECUTE, plan)))
         cell.step_to(cell.ticks(stop.stop_time) + 2)
-        untold += cell.result(reply.goal_id).outcome != "canceled"
+        wrong += cell.result(reply.goal_id).outcome != "canceled"
         moving += any(cell.commands()[-1].velocities)
         worst.note(cell)
     return {
-        "old goals not told": untold,
+        "canceled goals with a wrong outcome": wrong,
         "plans in flight refused as": ", ".join(sorted(codes)),
         "references still moving at the stop time": moving,
         **worst.measured(),
@@ -92,7 +92,7 @@ SCENARIOS = (
         "preempt",
         "a new goal at every tenth of a strike",
         "stepped",
-        (none("old goals not told"), none("new goals that fail"), *SMOOTH),
+        (none("replaced goals with a wrong outcome"), none("new goals that fail"), *SMOOTH),
         preempt,
     ),
     Scenario(
@@ -100,7 +100,7 @@ SCENARIOS = (
         "a cancel at every tenth of a strike, with a plan in flight",
         "stepped",
         (
-            none("old goals not told"),
+            none("canceled goals with a wrong outcome"),
             exactly("plans in flight refused as", "superseded"),
             none("references still moving at the stop time"),
             *SMOOTH,

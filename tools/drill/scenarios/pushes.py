@@ -1,4 +1,4 @@
-"""Pushes, saturated torques, an obstacle, a joint's end: the arm recovers, or is in a fault that says why."""
+"""Pushes, saturated torques, an obstacle, the end of a joint: the arm recovers, or is in a fault with a reason."""
 
 import shutil
 from pathlib import Path
@@ -12,13 +12,13 @@ from robot.kinematics import Kinematics
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.start import Plan
-from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, told
+from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported
 
 RECOVERED = 1e-3
-"""rad; within this of its reference, an arm that was pushed has recovered."""
+"""rad; a pushed arm has recovered within this of its reference."""
 
 GIVE = 0.05
-"""rad; as much as the model's joint ends, which are soft, may give."""
+"""rad; largest travel beyond the end of a joint, which is soft in the model."""
 
 POST = '<geom name="post" type="box" size="0.03 0.03 0.6" pos="{} {} {}" contype="0" conaffinity="3"/>'
 
@@ -35,7 +35,7 @@ def one(cell: Cell, value: float) -> list[float]:
 
 
 def end(cell: Cell) -> Measured:
-    """Say how the run ended: recovered or in a fault; then reset, if need be, and play a goal."""
+    """Return how the run ended, recovered or in a fault; leave the fault."""
     status = cell.status()
     off = max(map(abs, status.error.positions))
     if status.fault:
@@ -43,8 +43,8 @@ def end(cell: Cell) -> Measured:
         cell.step(50)
     return {
         "the arm": "in a fault" if status.fault else "recovered" if off < RECOVERED else f"{off:.3g} rad off",
-        "neither recovered nor in a fault that says why": int(not status.fault and off >= RECOVERED),
-        "in words": status.fault or "",
+        "neither recovered nor in a fault with a reason": int(not status.fault and off >= RECOVERED),
+        "reason of the fault": status.fault or "",
         "ticks saturated": sum(any(state.saturated) for state in cell.states()),
     }
 
@@ -55,7 +55,7 @@ def play(cell: Cell) -> Measured:
 
 
 def push_in_strike(lab: Lab, acceleration: float) -> Measured:
-    """Push joint_1 for 0.2 s in a strike, as the paper does."""
+    """Push joint_1 for 0.2 s in a strike, as in the paper."""
     cell = lab.shared()
     reply = cell.strike()
     push(cell, one(cell, acceleration), reply.start_time + 0.1, 0.2)
@@ -77,7 +77,7 @@ def touch_limit(lab: Lab) -> Measured:
 
 
 def hit_post(lab: Lab) -> Measured:
-    """Strike with a post in the racket's way."""
+    """Strike with a post in the way of the racket."""
     config = post_in_the_way(lab)
     with lab.cell(Plan(robot_config=config)) as cell:
         cell.reset()
@@ -100,7 +100,7 @@ def post_in_the_way(lab: Lab) -> Path:
     return folder / source.name
 
 
-ENDS = (told("the arm"), told("in words"), none("neither recovered nor in a fault that says why"))
+ENDS = (reported("the arm"), reported("reason of the fault"), none("neither recovered nor in a fault with a reason"))
 GOES_ON = exactly("the next goal", "succeeded")
 
 SCENARIOS = (
@@ -132,7 +132,7 @@ SCENARIOS = (
     ),
     Scenario(
         "obstacle",
-        "a post in the racket's way",
+        "a post in the way of the racket",
         "stepped",
         (exactly("the goal", "aborted"), *ENDS),
         hit_post,

@@ -1,4 +1,4 @@
-"""A recorder that dies, stops, or finds the disk full: nobody notices, and the trace so far can be read."""
+"""A recorder that is killed, stopped, or out of disk: the loop is undisturbed, and the trace so far can be read."""
 
 import resource
 import signal
@@ -10,10 +10,11 @@ from pathlib import Path
 
 from rerun.chunk import RrdReader
 
-from tools.drill.harness.cell import Cell, wait_for
+from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.punctuality import ON_TIME, answered_since, on_time
 from tools.drill.harness.start import ARM, Plan
+from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed
 
 WINDOW_S = 8.0
@@ -21,9 +22,9 @@ SPARE_BYTES = 100_000
 
 
 def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None], goes_on: bool = False) -> Measured:
-    """Compare the loop before and after the fault in a motion, and open the trace.
+    """Compare the loop before and after the fault in a motion, and read the trace.
 
-    The trace is due until the fault, or until the end of the motion where the recorder `goes_on`.
+    The trace must reach to the fault, or to the end of the motion where the recorder `goes_on`.
     """
     trace = lab.folder / f"{time.monotonic_ns()}.rrd"
     plan = Plan(clock="realtime", names=(*ARM, "recorder"), flags={"record": trace})
@@ -31,54 +32,53 @@ def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None], goes_on: bool 
         cell.recover()
         time.sleep(1.0)
         before = on_time(cell, WINDOW_S)
-        reply = cell.goal(positions=[0.5, *cell.home[1:]], duration=12.0)
+        reply = cell.move_aside(12.0)
         time.sleep(2.0)
         first = cell.status()
         fault(cell, trace)
-        due = cell.state().tick
+        expected = cell.state().tick
         time.sleep(WINDOW_S)
         after = answered_since(first, cell)
-        cell.signal("recorder", signal.SIGCONT)
-        wait_for(lambda: cell.result(reply.goal_id).outcome != "running", "the motion to end")
-        result = cell.result(reply.goal_id)
+        cell.processes.signal("recorder", signal.SIGCONT)
+        result = cell.finish(reply)
         if goes_on:
-            due = cell.state().tick
+            expected = cell.state().tick
     readable = optimized(trace)
     ticks = ticks_of(readable) if readable else []
     return {
-        "on-time ratio after less before": 100 * (after - before),
+        "change of the on-time ratio": 100 * (after - before),
         "on-time ratio before": 100 * before,
         "the goal": result.outcome,
         "the trace opens": "yes" if ticks else "no",
-        "lost at the end": max(0, due - max(ticks, default=0)) * cell.config.tick,
+        "lost at the end": max(0, expected - max(ticks, default=0)) * cell.config.tick,
         "ticks missing inside": missing_inside(ticks),
     }
 
 
 def kill(cell: Cell, _: Path) -> None:
     """Kill the recorder."""
-    cell.signal("recorder", signal.SIGKILL)
+    cell.processes.signal("recorder", signal.SIGKILL)
 
 
 def stop(cell: Cell, _: Path) -> None:
-    """Stop the recorder; it is continued in the middle of what follows."""
-    cell.signal("recorder", signal.SIGSTOP)
+    """Stop the recorder; it is continued later in the motion."""
+    cell.processes.signal("recorder", signal.SIGSTOP)
 
 
 def fill_disk(cell: Cell, trace: Path) -> None:
-    """Let every further write to the trace fail, as on a full disk: the file may not grow beyond its present size."""
-    pid = cell.services.running["recorder"].pid
+    """Let every further write to the trace fail, as on a full disk: limit the size of the file."""
+    pid = cell.processes.pids()["recorder"]
     limit = trace.stat().st_size + SPARE_BYTES
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (limit, limit))
     wait_for(lambda: trace.stat().st_size >= limit, "the trace to be full")
 
 
 def optimized(trace: Path) -> Path | None:
-    """Mend a trace with Rerun's own tool and return it, or None where the tool could not."""
-    mended = trace.with_suffix(".mended.rrd")
+    """Repair a trace with Rerun's own tool and return it, or None where the tool could not."""
+    repaired = trace.with_suffix(".repaired.rrd")
     tool = Path(sys.executable).with_name("rerun")
-    done = subprocess.run([tool, "rrd", "optimize", trace, "-o", mended], check=False, capture_output=True)
-    return mended if done.returncode == 0 and mended.exists() else None
+    done = subprocess.run([tool, "rrd", "optimize", trace, "-o", repaired], check=False, capture_output=True)
+    return repaired if done.returncode == 0 and repaired.exists() else None
 
 
 def ticks_of(trace: Path) -> list[int]:
@@ -99,7 +99,7 @@ def missing_inside(ticks: list[int]) -> int:
 
 BOUNDS = (
     timed(at_least("on-time ratio before", ON_TIME, "%")),
-    timed(at_least("on-time ratio after less before", -2.0, "%")),
+    timed(at_least("change of the on-time ratio", -2.0, "%")),
     timed(exactly("the goal", "succeeded")),
     exactly("the trace opens", "yes"),
 )

@@ -1,4 +1,4 @@
-"""A sim that dies or stops: controller and planner say so, come back by themselves, and the goal is aborted."""
+"""A sim that is killed or stopped: controller and planner report it and recover by themselves; the goal is aborted."""
 
 import signal
 import time
@@ -6,40 +6,43 @@ from contextlib import ExitStack
 
 from protocol import topics
 from protocol.errors import NoAnswer, Refusal
-from tools.drill.harness.cell import Cell, wait_for
+from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
+from tools.drill.harness.noise import noisy
 from tools.drill.harness.start import Plan
-from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, timed, told
-from tools.drill.scenarios.load import noisy
+from tools.drill.harness.waiting import wait_for
+from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, reported, timed
 
-CONTROLLER_SAYS, PLANNER_SAYS = "the arm fell silent", ("the controller fell silent", "the controller is in fault")
-"""Words by which the two log that the arm is gone; the planner hears of it from the controller, or hears nothing."""
+CONTROLLER_LOGS, PLANNER_LOGS = "the arm fell silent", ("the controller fell silent", "the controller is in fault")
+"""Words that the two log when the arm is silent; the planner learns it from the controller's status, or gets none."""
 
 
 def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = False) -> Measured:
-    """Kill or stop the sim in mid-motion, if asked amid noise, and bring it back after a second."""
+    """Kill or stop the sim in a motion, with noise if asked, and restart or continue it after 1.5 s."""
     with lab.cell(Plan(clock="realtime", hosted=hosted)) as cell, ExitStack() as meanwhile:
         cell.recover()
         refused = cell.status().cycle.refused
         if noise:
             meanwhile.enter_context(noisy(cell, (topics.STATE, topics.STATUS)))
         reply = cell.under_way()
-        at = cell.signal("sim", number)
+        at = cell.processes.signal("sim", number)
         time.sleep(1.5)
-        controller = cell.said_at("controller", CONTROLLER_SAYS, at)
-        planner = min(filter(None, (cell.said_at("planner", words, at) for words in PLANNER_SAYS)), default=None)
+        controller = cell.processes.logged_at("controller", CONTROLLER_LOGS, at)
+        planner = min(
+            filter(None, (cell.processes.logged_at("planner", words, at) for words in PLANNER_LOGS)), default=None
+        )
         meanwhile.close()
         if number == signal.SIGSTOP:
-            cell.signal("sim", signal.SIGCONT)
+            cell.processes.signal("sim", signal.SIGCONT)
         else:
-            cell.restart("sim")
+            cell.processes.start("sim")
             cell.services.wait_ready(cell.bus)
         back_s = wait_for(lambda: outcome(cell, reply.goal_id) == "aborted", "the goal to be aborted")
         reason = cell.result(reply.goal_id).reason
         cell.recover()
         return {
-            "controller says so after": 1e3 * (controller - at) if controller else "never",
-            "planner says so after": planner - at if planner else "never",
+            "the controller reports it after": 1e3 * (controller - at) if controller else "never",
+            "the planner reports it after": planner - at if planner else "never",
             "the goal": outcome(cell, reply.goal_id),
             "its reason": reason,
             "noise that the controller counts": cell.status().cycle.refused - refused,
@@ -49,7 +52,7 @@ def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = Fa
 
 
 def outcome(cell: Cell, goal_id: str) -> str:
-    """Return how a goal went, empty while nobody answers."""
+    """Return how a goal went, empty while the controller does not answer."""
     try:
         return cell.result(goal_id).outcome
     except (NoAnswer, Refusal):
@@ -57,18 +60,18 @@ def outcome(cell: Cell, goal_id: str) -> str:
 
 
 BOUNDS = (
-    timed(at_most("controller says so after", 20.0, "ms")),
-    timed(at_most("planner says so after", 1.0, "s")),
+    timed(at_most("the controller reports it after", 20.0, "ms")),
+    timed(at_most("the planner reports it after", 1.0, "s")),
     exactly("the goal", "aborted"),
-    told("its reason"),
-    told("back in service after", "s"),
+    reported("its reason"),
+    reported("back in service after", "s"),
     timed(exactly("the next goal", "succeeded")),
 )
 
 SCENARIOS = (
     Scenario(
         "sim-killed",
-        "sim killed in a motion, and the bus with it; started again",
+        "sim killed in a motion, and the router with it; started again",
         "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGKILL, hosted=False),
@@ -76,7 +79,7 @@ SCENARIOS = (
     ),
     Scenario(
         "sim-killed-alone",
-        "sim killed in a motion, the bus hosted elsewhere; started again",
+        "sim killed in a motion, the router elsewhere; started again",
         "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGKILL, hosted=True),
@@ -84,7 +87,7 @@ SCENARIOS = (
     ),
     Scenario(
         "sim-stopped",
-        "sim stopped in a motion, and the bus with it; continued",
+        "sim stopped in a motion, and the router with it; continued",
         "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=False),
@@ -92,7 +95,7 @@ SCENARIOS = (
     ),
     Scenario(
         "sim-stopped-alone",
-        "sim stopped in a motion, the bus hosted elsewhere; continued",
+        "sim stopped in a motion, the router elsewhere; continued",
         "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=True),
@@ -100,7 +103,7 @@ SCENARIOS = (
     ),
     Scenario(
         "sim-stopped-noise",
-        "the same, with 1 MB/s of noise among states and statuses: noise is no sign of life",
+        "sim stopped in a motion, the router elsewhere, 1 MB/s of noise among states and statuses; continued",
         "realtime",
         (*BOUNDS, at_least("noise that the controller counts", 500)),
         lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=True, noise=True),

@@ -1,4 +1,4 @@
-"""Messages lost, a controller that dies, stops or hangs: the arm goes on for 19 ticks and then brakes by itself."""
+"""Lost messages, and a controller that is killed or hangs: the arm goes on for 19 ticks and then brakes by itself."""
 
 import signal
 import time
@@ -7,17 +7,18 @@ import numpy as np
 
 from protocol import messages as m
 from protocol import topics
-from tools.drill.harness.cell import code_of, wait_for
+from tools.drill.harness.cell import code_of
 from tools.drill.harness.commanded import unlike_plan
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.start import Plan
+from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 
 LOST_TICKS = (1, 2, 7, 13, 19)
 
 
 def lose_few(lab: Lab, stream: str) -> Measured:
-    """Lose a few messages in mid-strike and compare every command with the plan."""
+    """Lose a few messages in a strike and compare every command with the plan."""
     cell = lab.shared()
     unlike = braked = uncounted = 0
     for ticks in LOST_TICKS:
@@ -38,7 +39,7 @@ def lose_few(lab: Lab, stream: str) -> Measured:
 
 
 def lose_many(lab: Lab, stream: str) -> Measured:
-    """Lose 20 messages in mid-strike, try what a fault forbids, reset, and go on."""
+    """Lose 20 messages in a strike, ask for a goal in the fault, reset, and go on."""
     cell = lab.shared()
     reply = cell.strike()
     cell.step_to(cell.ticks(reply.start_time) + 300)
@@ -46,7 +47,7 @@ def lose_many(lab: Lab, stream: str) -> Measured:
     cell.step(200)
     braking = next((state for state in cell.states() if state.brake), None)
     aborted = cell.result(reply.goal_id).outcome
-    taken = 0 if code_of(cell.goal) == "fault" else 1
+    not_refused = int(code_of(cell.goal) != "fault")
     cell.step(400)
     rest = cell.state().positions
     cell.bus.ask(topics.RESET, m.Empty())
@@ -55,7 +56,7 @@ def lose_many(lab: Lab, stream: str) -> Measured:
     return {
         "silent ticks until the arm brakes": braking.tick - braking.applied_tick - 1 if braking else np.nan,
         "the goal": aborted,
-        "goals taken in the fault": taken,
+        "goals not refused as `fault`": not_refused,
         "jump at the reset": float(np.abs(held - rest).max()),
         "the next goal": cell.finish(cell.goal()).outcome,
     }
@@ -67,21 +68,21 @@ def distance(one: list[float], other: list[float]) -> float:
 
 
 def silence_controller(lab: Lab, number: signal.Signals) -> Measured:
-    """Kill or stop the controller in mid-motion; bring it back, or a new one; reset."""
+    """Kill or stop the controller in a motion; start a new one, or continue it; reset."""
     with lab.cell(Plan(clock="realtime")) as cell:
         cell.recover()
         cell.listen(topics.STATE)
         cell.under_way()
-        cell.signal("controller", number)
+        cell.processes.signal("controller", number)
         wait_for(lambda: cell.state().brake, "the arm to brake")
         time.sleep(0.6)
         rest = cell.state()
         if number == signal.SIGSTOP:
-            cell.signal("controller", signal.SIGCONT)
+            cell.processes.signal("controller", signal.SIGCONT)
         else:
-            cell.restart("controller")
+            cell.processes.start("controller")
         wait_for(lambda: cell.mode() == "fault", "the controller to be in fault")
-        taken = 0 if code_of(cell.goal) == "fault" else 1
+        not_refused = int(code_of(cell.goal) != "fault")
         drift = distance(cell.state().positions, rest.positions)
         cell.recover()
         time.sleep(0.3)
@@ -93,7 +94,7 @@ def silence_controller(lab: Lab, number: signal.Signals) -> Measured:
         "silent ticks until the arm brakes": first.tick - first.applied_tick - 1,
         "speed of the braked arm at rest": float(np.abs(rest.velocities).max()),
         "moved before the reset": drift,
-        "goals taken in the fault": taken,
+        "goals not refused as `fault`": not_refused,
         "jump at the reset": moved,
         "the next goal": outcome,
     }
@@ -101,7 +102,7 @@ def silence_controller(lab: Lab, number: signal.Signals) -> Measured:
 
 FEW = (none("commands unlike the plan's samples"), none("ticks braked"), none("lost ticks not counted"))
 BRAKES = exactly("silent ticks until the arm brakes", 20)
-REFUSES = none("goals taken in the fault")
+REFUSES = none("goals not refused as `fault`")
 STAYS = at_most("jump at the reset", 1e-3, "rad")
 GOES_ON = exactly("the next goal", "succeeded")
 MANY = (BRAKES, exactly("the goal", "aborted"), REFUSES, STAYS, GOES_ON)
@@ -121,7 +122,9 @@ SCENARIOS = (
         "loss-commands", f"{LOST} commands lost in a strike", "stepped", FEW, lambda lab: lose_few(lab, "command")
     ),
     Scenario("silence-states", "20 states lost in a strike", "stepped", MANY, lambda lab: lose_many(lab, "state")),
-    Scenario("silence-commands", "20 commands lost alike", "stepped", MANY, lambda lab: lose_many(lab, "command")),
+    Scenario(
+        "silence-commands", "20 commands lost in a strike", "stepped", MANY, lambda lab: lose_many(lab, "command")
+    ),
     Scenario(
         "controller-killed",
         "controller killed in a motion, a new one started",

@@ -1,4 +1,4 @@
-"""Faults that a process brings upon itself: each module breaks one thing when it is imported before the service."""
+"""Faults inside a process: each module breaks one thing when it is imported before the service."""
 
 from pathlib import Path
 

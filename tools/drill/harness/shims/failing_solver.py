@@ -4,7 +4,7 @@ import piqp
 
 
 class FailingSolver(piqp.DenseSolver):
-    """Solves, and says that it could not."""
+    """Solves, and returns that it could not."""
 
     def solve(self) -> piqp.Status:
         """Return the status of a numerical breakdown."""

@@ -1,7 +1,7 @@
 """The wall clock, as Python reads it, jumps by two hours and back every 50 ms; the monotonic clocks go on.
 
-How often the process saw it jump stands, once the process has ended, in a file beside the `sitecustomize.py` that
-imported this module: PID.jumps.
+When the process ends it writes how often it saw a jump to PID.jumps, beside the `sitecustomize.py` that imported this
+module.
 """
 
 import atexit
@@ -16,7 +16,7 @@ _time_ns = time.time_ns
 
 
 class JumpingClock:
-    """Reads the clock, and counts the readings on the other side of a jump than the one before."""
+    """The clock; counts the readings that are on the other side of a jump than the one before."""
 
     def __init__(self) -> None:
         self._ahead = 0

@@ -1,0 +1,56 @@
+"""Many requests at once from one session."""
+
+import threading
+
+import msgpack
+import zenoh
+
+from protocol.codec import ENCODING
+from tools.drill.harness.cell import ACCEPTED
+
+ANSWER_S = 20.0
+SILENT = "silent"
+
+
+class Flood:
+    """Sends requests without waiting, at most `in_flight` unanswered.
+
+    Attributes:
+        codes: The code of every refusal, `accepted`, or `silent` where the owner did not answer.
+        sent: Requests so far.
+    """
+
+    def __init__(self, session: zenoh.Session, key: str, in_flight: int = 16) -> None:
+        self.codes: list[str] = []  # not a Counter: each reply comes in a thread of its own
+        self.sent = 0
+        self._session = session
+        self._key = key
+        self._in_flight = in_flight
+        self._free = threading.Semaphore(in_flight)
+
+    def send(self, body: bytes) -> None:
+        """Send a request once fewer than `in_flight` are unanswered."""
+        self._free.acquire()
+        self.sent += 1
+        handlers = zenoh.handlers.Callback(self.count, self._free.release)
+        self._session.get(self._key, handlers, payload=body, encoding=ENCODING, timeout=ANSWER_S)
+
+    def wait(self) -> None:
+        """Wait for the replies still due."""
+        for _ in range(self._in_flight):
+            self._free.acquire(timeout=ANSWER_S)
+
+    def count(self, reply: zenoh.Reply) -> None:
+        """Count a reply, in Zenoh's thread."""
+        if (code := code_in(reply)) is not None:
+            self.codes.append(code)
+
+
+def code_in(reply: zenoh.Reply) -> str | None:
+    """Return the code in a refusal, `accepted`, `silent` for Zenoh's own error, or None for a reply without either."""
+    if reply.ok is not None:
+        return ACCEPTED
+    if reply.err is None:
+        return None
+    body = msgpack.unpackb(reply.err.payload.to_bytes())
+    return str(body.get("code")) if isinstance(body, dict) else SILENT
