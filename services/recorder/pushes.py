@@ -39,7 +39,7 @@ class DisturbanceWriter:
             self._write_arrows(row)
 
     def _write_steps(self, tick: int, one: Received[m.Disturbance]) -> None:
-        """The sums of the pushes, after their old values one tick earlier, so that the step is upright."""
+        """Write the sums of the pushes, and their old values one tick earlier, so that the step is upright."""
         context = self._context
         pushes = {kind: np.zeros(len(context.names)) for kind in entities.PUSHES}
         for active in one.message.active:
@@ -54,7 +54,7 @@ class DisturbanceWriter:
         self._pushes, self._tick = pushes, tick
 
     def _write_arrows(self, row: Rows) -> None:
-        """An arrow on each pushed link, in the direction in which the push moves the tool."""
+        """Write an arrow on each pushed link, in the direction in which the push moves the tool."""
         context, config = self._context, self._context.config
         strength = self._pushes["acceleration"] / config.limits.accelerations + self._pushes["torque"] / config.torques
         shown = set()

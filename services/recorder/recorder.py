@@ -101,5 +101,5 @@ class Recorder:
 
 
 def _words(entity: Entity) -> str:
-    """What an entity counts: `states missing`."""
+    """Return what an entity counts: `states missing`."""
     return entity.path.rpartition("/")[2].replace("_", " ")

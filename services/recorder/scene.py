@@ -136,7 +136,7 @@ def _boxes(model: mujoco.MjModel, geoms: list[int], colours: list[tuple[int, ...
 
 
 def _planes(model: mujoco.MjModel, geoms: list[int], colours: list[tuple[int, ...]]) -> rr.AsComponents:
-    """A thin slab around the arm, whatever the size of the plane, which may be infinite."""
+    """Return a thin slab around the arm, whatever the size of the plane, which may be infinite."""
     half_sizes = [[FLOOR_HALF_SIZE, FLOOR_HALF_SIZE, 0.002]] * len(geoms)
     places = model.geom_pos[geoms] - [0.0, 0.0, 0.003]
     return rr.Boxes3D(half_sizes=half_sizes, centers=places, colors=colours, fill_mode="solid")

@@ -47,7 +47,7 @@ class StateWriter:
         self._write_poses(ticks, received)
 
     def _write_truth(self, ticks: list[int], received: list[Received[m.State]]) -> None:
-        """Positions and velocities without sensor noise, where the arm knows them."""
+        """Write positions and velocities without sensor noise, where the arm knows them."""
         known = [(tick, one, one.message.truth) for tick, one in zip(ticks, received, strict=True) if one.message.truth]
         if known:
             rows = self._context.rows([tick for tick, _, _ in known], [one for _, one, _ in known])
@@ -66,7 +66,7 @@ class StateWriter:
                 self._brake = one.message.brake
 
     def _write_poses(self, ticks: list[int], received: list[Received[m.State]]) -> None:
-        """The pose of every body of the arm, and the tool's trail."""
+        """Write the pose of every body of the arm, and the tool's trail."""
         context = self._context
         chosen = [k for k, tick in enumerate(ticks) if tick % self._stride == 0]
         if not chosen:
@@ -138,7 +138,7 @@ class CommandWriter:
                 trace.states(entities.GOAL_LANE.path, context.row(tick, one.wall_ns), [self._goal])
 
     def _write_error(self, rows: Rows, commands: list[m.Command]) -> None:
-        """Measured less reference, where the state that is answered is known."""
+        """Write measured less reference, where the state that is answered is known."""
         measured = self._context.measured
         known = [k for k, tick in enumerate(rows.ticks.tolist()) if tick in measured]
         if known:

@@ -1,4 +1,4 @@
-"""The .rrd that the recorder leaves behind, read back and held against what was said on the bus."""
+"""The recorder's .rrd file, read back and compared with what was published on the bus."""
 
 from collections.abc import Container
 from dataclasses import dataclass
@@ -25,8 +25,8 @@ PLAYED: set[Event] = {"", "known truth", "a ball", "a plan", "a goal", "a result
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """What the bus said of one run, how its goal went, and which goal was refused at which tick."""
+class Strike:
+    """What was published in one run, how its goal went, and which goal was refused at which tick."""
 
     states: list[m.State]
     commands: list[m.Command]
@@ -37,16 +37,16 @@ class Told:
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Told], Trace]:
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Strike], Trace]:
     """Two runs beside a recorder that is then ended; each has a push, a refused goal and a start of its own."""
     directory = tmp_path_factory.mktemp("trace")
     file = directory / "strikes.rrd"
     with running(directory, names=(*SERVICES, "recorder"), record=file) as stack:
-        told = [play(stack, 0.0), play(stack, 0.1)]
-    return told, read_trace(file)
+        strikes = [play(stack, 0.0), play(stack, 0.1)]
+    return strikes, read_trace(file)
 
 
-def play(stack: Stack, shift: float) -> Told:
+def play(stack: Stack, shift: float) -> Strike:
     """Strike once, `shift` rad from home, against a push; when it begins, a goal that comes too late is refused."""
     home = load_robot().home + shift
     stack.reset(positions=home.tolist())
@@ -59,77 +59,79 @@ def play(stack: Stack, shift: float) -> Told:
     refused, refused_at = stack.next(topics.REFUSED), stack.tick
     plan, result = stack.plan_of(reply), stack.finish(reply)
     stack.step(20)
-    return Told(stack.states(), stack.commands(), plan, result, refused, refused_at)
+    return Strike(stack.states(), stack.commands(), plan, result, refused, refused_at)
 
 
-def rows(trace: Trace, entity: str, told: list[Told], run: int) -> np.ndarray:
-    """The numbers of an entity with one row a tick, over one of the runs, which lie one behind the other."""
-    lengths = [len(one.states) for one in told]
+def rows(trace: Trace, entity: str, strikes: list[Strike], run: int) -> np.ndarray:
+    """Return the numbers of an entity with one row a tick, over one of the runs."""
+    lengths = [len(one.states) for one in strikes]
     values = trace.scalars(entity)[-sum(lengths) :]
     first = sum(lengths[:run])
     return values[first : first + lengths[run]]
 
 
 @pytest.mark.parametrize("run", [0, 1])
-def test_the_trace_holds_what_the_states_said(recorded: tuple[list[Told], Trace], run: int):
-    told, trace = recorded
-    states = told[run].states
+def test_the_trace_has_the_numbers_of_the_states(recorded: tuple[list[Strike], Trace], run: int):
+    strikes, trace = recorded
+    states = strikes[run].states
     for quantity, field in (("position", "positions"), ("velocity", "velocities")):
         for joint, name in enumerate(NAMES):
-            seen = rows(trace, f"/joints/{name}/{quantity}/measured", told, run)
+            seen = rows(trace, f"/joints/{name}/{quantity}/measured", strikes, run)
             assert np.array_equal(seen.ravel(), [getattr(state, field)[joint] for state in states]), (quantity, name)
-    assert np.array_equal(rows(trace, "/arm/torques", told, run), [state.torques for state in states])
+    assert np.array_equal(rows(trace, "/arm/torques", strikes, run), [state.torques for state in states])
     truths = [state.truth.positions for state in states if state.truth]
-    assert np.array_equal(rows(trace, "/arm/true_position", told, run), truths)
+    assert np.array_equal(rows(trace, "/arm/true_position", strikes, run), truths)
 
 
 @pytest.mark.parametrize("run", [0, 1])
-def test_the_trace_holds_what_the_commands_said(recorded: tuple[list[Told], Trace], run: int):
-    told, trace = recorded
-    commands = told[run].commands
+def test_the_trace_has_the_numbers_of_the_commands(recorded: tuple[list[Strike], Trace], run: int):
+    strikes, trace = recorded
+    commands = strikes[run].commands
     curves = (("position/reference", "positions"), ("velocity/reference", "velocities"))
     for curve, field in (*curves, ("acceleration/commanded", "accelerations")):
         for joint, name in enumerate(NAMES):
-            seen = rows(trace, f"/joints/{name}/{curve}", told, run)
+            seen = rows(trace, f"/joints/{name}/{curve}", strikes, run)
             assert np.array_equal(seen.ravel(), [getattr(command, field)[joint] for command in commands]), (curve, name)
 
 
-def test_every_tick_lies_in_the_trace_once_and_in_order(recorded: tuple[list[Told], Trace]):
-    told, trace = recorded
+def test_every_tick_is_in_the_trace_once_and_in_order(recorded: tuple[list[Strike], Trace]):
+    strikes, trace = recorded
     for curve in ("position/measured", "position/reference"):
-        ticks = trace.column(f"/joints/{NAMES[0]}/{curve}").ticks()[-sum(len(one.states) for one in told) :]
+        ticks = trace.column(f"/joints/{NAMES[0]}/{curve}").ticks()[-sum(len(one.states) for one in strikes) :]
         assert np.array_equal(np.diff(ticks), np.ones(len(ticks) - 1)), curve
 
 
-def test_the_trace_tells_the_plan_and_how_it_went(recorded: tuple[list[Told], Trace]):
-    told, trace = recorded
-    for one, errors in zip(told, trace.scalars("/goals/position_error"), strict=True):
+def test_the_trace_has_the_plan_and_the_result(recorded: tuple[list[Strike], Trace]):
+    strikes, trace = recorded
+    for one, errors in zip(strikes, trace.scalars("/goals/position_error"), strict=True):
         assert one.result.outcome == "succeeded"
         assert one.result.hit
         assert errors.tolist() == one.result.hit.position_error
-    wanted = np.concatenate([matrix(one.plan.positions, one.plan.count, len(NAMES), "positions")[:, 0] for one in told])
+    wanted = np.concatenate(
+        [matrix(one.plan.positions, one.plan.count, len(NAMES), "positions")[:, 0] for one in strikes]
+    )
     planned = trace.scalars(f"/joints/{NAMES[0]}/position/planned").ravel()
     assert set(planned) <= set(wanted)
     assert planned.max() == pytest.approx(wanted.max(), abs=1e-3)  # not every sample is drawn
 
 
-def test_the_push_is_an_event_and_an_arrow_on_its_link(recorded: tuple[list[Told], Trace]):
-    told, trace = recorded
-    said = [text for text in trace.texts("/events/disturbance") if "no disturbance" not in text]
-    assert len(said) == len(told)
+def test_the_push_is_an_event_and_an_arrow_on_its_link(recorded: tuple[list[Strike], Trace]):
+    strikes, trace = recorded
+    events = [text for text in trace.texts("/events/disturbance") if "no disturbance" not in text]
+    assert len(events) == len(strikes)
     [pushed] = [entity for entity in trace.entities if entity.endswith("/push")]
     drawn = [len(row) for row in trace.column(pushed, "Arrows3D:vectors").values]
-    assert drawn == [1, 0] * len(told)  # it appears, and goes with the push
+    assert drawn == [1, 0] * len(strikes)  # it appears, and goes with the push
 
 
-def test_a_refused_goal_is_on_the_timeline_with_its_code(recorded: tuple[list[Told], Trace]):
-    told, trace = recorded
-    said = [f"goal too-late refused as late: {one.refused.message}" for one in told]
-    assert [text for text in trace.texts("/events/goal") if " refused as " in text] == said
+def test_a_refused_goal_is_on_the_timeline_with_its_code(recorded: tuple[list[Strike], Trace]):
+    strikes, trace = recorded
+    events = [f"goal too-late refused as late: {one.refused.message}" for one in strikes]
+    assert [text for text in trace.texts("/events/goal") if " refused as " in text] == events
     for name, value in {"goal_id": "too-late", "client_id": "shell", "code": "late"}.items():
-        assert trace.column("/goals/refused", name).values == [[value]] * len(told), name
-    offsets = [offset for [offset] in trace.column("/runs", "tick_offset").values[-len(told) :]]
-    at = [offset + one.refused_at for offset, one in zip(offsets, told, strict=True)]
+        assert trace.column("/goals/refused", name).values == [[value]] * len(strikes), name
+    offsets = [offset for [offset] in trace.column("/runs", "tick_offset").values[-len(strikes) :]]
+    at = [offset + one.refused_at for offset, one in zip(offsets, strikes, strict=True)]
     late = trace.column("/goals/refused", "code").times["tick"] - at
     assert not late.any()
 
@@ -160,7 +162,7 @@ def check_table(trace: Trace, occurred: Container[Event]) -> None:
                 assert {component.partition(":")[0] for component in components} == {entity.archetype}, path
 
 
-def test_a_trace_of_strikes_has_the_entities_of_the_table(recorded: tuple[list[Told], Trace]):
+def test_a_trace_of_strikes_has_the_entities_of_the_table(recorded: tuple[list[Strike], Trace]):
     """With contacts, pushes and refusals, none more and none fewer."""
     check_table(recorded[1], PLAYED | {"a contact", "a disturbance", "a push", "a refusal"})
 
@@ -173,13 +175,13 @@ PARTS = 0.4, 0.7, 0.85
 
 @dataclass(frozen=True, slots=True)
 class Corrected:
-    """A swing and its corrections: the plans that were published, and what the trace says."""
+    """A swing and its corrections: the published plans, and the trace."""
 
     plans: list[m.Plan]
     trace: Trace
 
     def first_tick(self, index: int) -> int:
-        """Where a plan begins; the first run of a trace is laid at its own ticks."""
+        """Return the tick at which a plan begins; the first run of a trace has its own ticks."""
         return round(self.plans[index].start_time * 1000)
 
 
@@ -232,16 +234,16 @@ def test_the_point_where_a_correction_begins_is_marked(corrected: Corrected):
         assert column.array().tolist() == [samples_of(plan).positions[0, joint] for plan in corrected.plans[1:]]
 
 
-def test_the_trace_names_what_is_corrected_and_at_which_phase(corrected: Corrected):
+def test_the_trace_names_the_corrected_goal_and_the_phase(corrected: Corrected):
     """As numbers and in words."""
     phases = [phase for [phase] in corrected.trace.column("/plans", "phase").values]
     assert phases == pytest.approx([0.0, *PARTS], abs=1e-9)
     assert phases == [plan.phase for plan in corrected.plans]
     assert corrected.trace.column("/plans", "revises").values == [[""], *[["swing"]] * len(PARTS)]
-    said = corrected.trace.texts("/events/goal")
+    events = corrected.trace.texts("/events/goal")
     for index, part in enumerate(PARTS):
         name = f"plan correction {index + 1} (forehand) accepted, corrects swing at phase {part:.3f}"
-        assert any(text.startswith(name) for text in said), said
+        assert any(text.startswith(name) for text in events), events
 
 
 def test_the_rest_of_the_demonstration_is_drawn_beside_a_correction(corrected: Corrected):

@@ -36,7 +36,7 @@ def carry_out(scenario: Scenario, lab: Lab) -> ScenarioOutcome:
 
 
 def _carry_out_once(scenario: Scenario, lab: Lab) -> tuple[ScenarioOutcome, bool]:
-    """The outcome, and whether CPU steal may explain it: never where no bound is timed."""
+    """Return the outcome, and whether CPU steal may explain it: never where no bound is timed."""
     began = time.monotonic()
     measured: Measured = {}
     caught = None

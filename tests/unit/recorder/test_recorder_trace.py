@@ -1,4 +1,4 @@
-"""What the recorder writes, read back from the file number by number."""
+"""The recorder's file, read back number by number."""
 
 import logging
 import random
@@ -79,12 +79,12 @@ class Desk:
         self._sources = {topic: Waiting() for topic in PUBLICATIONS}
         self._recorder = Recorder(CONFIG, self._writer, self._sources, LOG)
 
-    def say(self, topic: Publication, *messages: m.Message, at: int = 1) -> None:
+    def publish(self, topic: Publication, *messages: m.Message, at: int = 1) -> None:
         """Publish messages, received at `at` Unix ns."""
         self._sources[topic].extend((encode(message), at) for message in messages)
 
-    def say_noise(self, topic: Publication, body: bytes) -> None:
-        """Publish what is no message."""
+    def publish_bytes(self, topic: Publication, body: bytes) -> None:
+        """Publish a body of any bytes."""
         self._sources[topic].append((body, 1))
 
     def end_batch(self) -> None:
@@ -117,13 +117,13 @@ def test_every_recorded_topic_has_a_writer(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
-def test_what_is_let_in_can_be_drawn(desk: Desk, topic: Publication) -> None:
-    """Whatever is changed in a good message, of an arm that has been heard of or of a new run."""
+def test_what_is_valid_can_be_written(desk: Desk, topic: Publication) -> None:
+    """Whatever is changed in a valid message, in a known run or a new one."""
     rng, body = random.Random(20_26), msgspec.to_builtins(MESSAGES[topic], builtin_types=(bytes,))
-    desk.say(STATE, state(0))
+    desk.publish(STATE, state(0))
     for _ in range(100):
         for _ in range(50):
-            desk.say_noise(topic, mutate(body, rng))
+            desk.publish_bytes(topic, mutate(body, rng))
         desk.end_batch()
 
 
@@ -145,7 +145,7 @@ def test_a_trace_reads_alike_with_and_without_its_index(tmp_path: Path, index: b
 def test_states_read_back_to_the_last_bit(desk: Desk) -> None:
     states = [state(tick, brake=tick > 320) for tick in range(350)]
     for some in (states[:7], states[7:200], states[200:]):
-        desk.say(STATE, *some, at=1_700_000_000_000_000_123)
+        desk.publish(STATE, *some, at=1_700_000_000_000_000_123)
         desk.end_batch()
     trace = desk.read()
     assert np.array_equal(_joints(trace, "/joints/{}/position/measured"), [s.positions for s in states])
@@ -168,15 +168,15 @@ def test_states_read_back_to_the_last_bit(desk: Desk) -> None:
 
 
 def test_states_of_an_arm_that_does_not_know_its_truth(desk: Desk) -> None:
-    desk.say(STATE, *(state(tick, truth=False) for tick in range(5)))
+    desk.publish(STATE, *(state(tick, truth=False) for tick in range(5)))
     assert "/arm/true_position" not in desk.read().entities
 
 
 def test_static_data_is_of_the_table_and_of_the_model(tmp_path: Path) -> None:
     """Styles lie on entities of the table; the geometry is that of every body."""
     desk = Desk(tmp_path / "trace.rrd")
-    desk.say(STATE, state(0))
-    desk.say(BALL, MESSAGES[BALL])
+    desk.publish(STATE, state(0))
+    desk.publish(BALL, MESSAGES[BALL])
     desk.read()
     scene = Scene(CONFIG)
     bodies = {name: [part for part, _ in scene.shapes(body)] for body, name in enumerate(scene.body_names)}
@@ -191,11 +191,11 @@ def test_static_data_is_of_the_table_and_of_the_model(tmp_path: Path) -> None:
 def test_commands_and_the_error_against_the_state_they_answer(desk: Desk) -> None:
     states = [state(tick) for tick in range(300)]
     commands = [command(tick, goal_id="g1" if tick >= 100 else None) for tick in range(300)]
-    desk.say(STATE, *states[:150])
-    desk.say(COMMAND, *commands[:140])
+    desk.publish(STATE, *states[:150])
+    desk.publish(COMMAND, *commands[:140])
     desk.end_batch()
-    desk.say(STATE, *states[150:])
-    desk.say(COMMAND, *commands[140:])
+    desk.publish(STATE, *states[150:])
+    desk.publish(COMMAND, *commands[140:])
     trace = desk.read()
     assert np.array_equal(_joints(trace, "/joints/{}/position/reference"), [c.positions for c in commands])
     assert np.array_equal(_joints(trace, "/joints/{}/velocity/reference"), [c.velocities for c in commands])
@@ -206,8 +206,8 @@ def test_commands_and_the_error_against_the_state_they_answer(desk: Desk) -> Non
 
 
 def test_no_error_without_the_state(desk: Desk) -> None:
-    desk.say(STATE, state(0), state(2))
-    desk.say(COMMAND, *(command(tick) for tick in range(3)))
+    desk.publish(STATE, state(0), state(2))
+    desk.publish(COMMAND, *(command(tick) for tick in range(3)))
     trace = desk.read()
     assert trace.column("/joints/joint_1/error").ticks().tolist() == [0, 2]
     assert trace.scalars("/recorder/states_missing").tolist()[-1] == 1
@@ -216,16 +216,16 @@ def test_no_error_without_the_state(desk: Desk) -> None:
 
 def test_error_of_a_batch_longer_than_the_memory(desk: Desk) -> None:
     """A recorder that got no processor for seconds finds them all in one batch."""
-    desk.say(STATE, *(state(tick) for tick in range(2500)))
-    desk.say(COMMAND, *(command(tick) for tick in range(2500)))
+    desk.publish(STATE, *(state(tick) for tick in range(2500)))
+    desk.publish(COMMAND, *(command(tick) for tick in range(2500)))
     assert len(desk.read().scalars("/joints/joint_6/error")) == 2500
 
 
 def test_further_run_lies_behind_the_first(desk: Desk) -> None:
-    desk.say(STATE, *(state(tick) for tick in range(100)))
+    desk.publish(STATE, *(state(tick) for tick in range(100)))
     desk.end_batch()
-    desk.say(STATE, *(state(tick, run=RUN + 1, seed=1) for tick in range(50)))
-    desk.say(BALL, m.BallState(time=0.01, position=[1.0, 2.0, 3.0], velocity=[0.0] * 3))
+    desk.publish(STATE, *(state(tick, run=RUN + 1, seed=1) for tick in range(50)))
+    desk.publish(BALL, m.BallState(time=0.01, position=[1.0, 2.0, 3.0], velocity=[0.0] * 3))
     trace = desk.read()
     times = trace.column("/joints/joint_2/position/measured").times
     assert np.array_equal(times["tick"], range(150))
@@ -238,16 +238,18 @@ def test_further_run_lies_behind_the_first(desk: Desk) -> None:
 
 
 def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:
-    said = plan(0.010, count=40)
-    desk.say(STATE, *(state(tick) for tick in range(20)))
-    desk.say(PLAN, said)
+    published = plan(0.010, count=40)
+    desk.publish(STATE, *(state(tick) for tick in range(20)))
+    desk.publish(PLAN, published)
     desk.end_batch()
-    desk.say(STATE, *(state(tick) for tick in range(20, 90)))
+    desk.publish(STATE, *(state(tick) for tick in range(20, 90)))
     trace = desk.read()
-    positions = np.frombuffer(said.positions).reshape(40, 6)
+    positions = np.frombuffer(published.positions).reshape(40, 6)
     assert np.array_equal(_joints(trace, "/joints/{}/position/planned"), positions)
-    assert np.array_equal(_joints(trace, "/joints/{}/velocity/planned"), np.frombuffer(said.velocities).reshape(40, 6))
-    accelerations = np.frombuffer(said.accelerations).reshape(40, 6)
+    assert np.array_equal(
+        _joints(trace, "/joints/{}/velocity/planned"), np.frombuffer(published.velocities).reshape(40, 6)
+    )
+    accelerations = np.frombuffer(published.accelerations).reshape(40, 6)
     assert np.array_equal(_joints(trace, "/joints/{}/acceleration/planned"), accelerations)
     assert np.array_equal(_joints(trace, "/joints/{}/position/demonstrated"), positions[:39] / 2)
     planned = trace.column("/joints/joint_1/position/planned")
@@ -258,10 +260,10 @@ def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:
 
 
 def test_limits_in_force_are_the_plan_s_while_it_lasts(desk: Desk) -> None:
-    desk.say(STATE, *(state(tick) for tick in range(5)))
+    desk.publish(STATE, *(state(tick) for tick in range(5)))
     desk.end_batch()
-    desk.say(PLAN, plan(0.010, count=40))
-    desk.say(STATE, *(state(tick) for tick in range(5, 90)))
+    desk.publish(PLAN, plan(0.010, count=40))
+    desk.publish(STATE, *(state(tick) for tick in range(5, 90)))
     trace = desk.read()
     own = CONFIG.limits.positions[0].tolist()
     bounds = trace.column("/joints/joint_1/position/limits")
@@ -273,15 +275,15 @@ def test_limits_in_force_are_the_plan_s_while_it_lasts(desk: Desk) -> None:
 def test_limits_that_do_not_change_are_repeated_every_second(desk: Desk) -> None:
     """So that a view of the last seconds shows them."""
     for first in range(0, 2400, 400):
-        desk.say(STATE, *(state(tick) for tick in range(first, first + 400)))
+        desk.publish(STATE, *(state(tick) for tick in range(first, first + 400)))
         desk.end_batch()
     assert desk.read().column("/joints/joint_1/velocity/limits").ticks().tolist() == [0, 1199, 2399]
 
 
 def test_a_free_limit_of_a_plan_is_left_out(desk: Desk) -> None:
     """The plan of this test limits the position of joint_1 alone, and no acceleration."""
-    desk.say(STATE, *(state(tick) for tick in range(90)))
-    desk.say(PLAN, plan(0.010, count=40))
+    desk.publish(STATE, *(state(tick) for tick in range(90)))
+    desk.publish(PLAN, plan(0.010, count=40))
     trace = desk.read()
     assert trace.column("/joints/joint_1/position/limits").ticks().tolist() == [10, 50]
     for path in ("/joints/joint_2/position/limits", "/joints/joint_1/acceleration/limits"):
@@ -289,12 +291,12 @@ def test_a_free_limit_of_a_plan_is_left_out(desk: Desk) -> None:
 
 
 def test_replaced_plan_ends_where_the_next_begins(desk: Desk) -> None:
-    desk.say(STATE, *(state(tick) for tick in range(30)))
-    desk.say(PLAN, plan(0.010, count=60))
+    desk.publish(STATE, *(state(tick) for tick in range(30)))
+    desk.publish(PLAN, plan(0.010, count=60))
     desk.end_batch()
     after = plan(0.040, count=30, goal_id="g2")
-    desk.say(PLAN, after)
-    desk.say(STATE, *(state(tick) for tick in range(30, 100)))
+    desk.publish(PLAN, after)
+    desk.publish(STATE, *(state(tick) for tick in range(30, 100)))
     trace = desk.read()
     assert np.array_equal(trace.column("/joints/joint_1/position/planned").ticks(), range(10, 70))
     positions = np.frombuffer(after.positions).reshape(30, 6)
@@ -303,12 +305,12 @@ def test_replaced_plan_ends_where_the_next_begins(desk: Desk) -> None:
 
 def test_a_correction_is_told_and_parts_the_curves(desk: Desk) -> None:
     """The old curve ends one tick before the new one begins, which a point marks; the event has the phase."""
-    desk.say(STATE, *(state(tick) for tick in range(30)))
-    desk.say(PLAN, plan(0.010, count=60))
+    desk.publish(STATE, *(state(tick) for tick in range(30)))
+    desk.publish(PLAN, plan(0.010, count=60))
     desk.end_batch()
     after = plan(0.040, count=30, goal_id="g2", revises="g1", phase=0.625)
-    desk.say(PLAN, after)
-    desk.say(STATE, *(state(tick) for tick in range(30, 100)))
+    desk.publish(PLAN, after)
+    desk.publish(STATE, *(state(tick) for tick in range(30, 100)))
     trace = desk.read()
     planned = trace.column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), [*range(10, 39), *range(40, 70)])
@@ -321,29 +323,29 @@ def test_a_correction_is_told_and_parts_the_curves(desk: Desk) -> None:
 
 
 def test_plan_given_up_is_drawn_no_further(desk: Desk) -> None:
-    desk.say(STATE, *(state(tick) for tick in range(30)))
-    desk.say(PLAN, plan(0.010, count=60))
-    desk.say(ENDED, result("canceled"))
+    desk.publish(STATE, *(state(tick) for tick in range(30)))
+    desk.publish(PLAN, plan(0.010, count=60))
+    desk.publish(ENDED, result("canceled"))
     desk.end_batch()
-    desk.say(STATE, *(state(tick) for tick in range(30, 100)))
+    desk.publish(STATE, *(state(tick) for tick in range(30, 100)))
     planned = desk.read().column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), range(10, 30))
     assert planned.times["tick"][-1] == 30
 
 
 def test_plan_of_a_run_that_is_over_is_drawn_no_further(desk: Desk) -> None:
-    desk.say(STATE, *(state(tick) for tick in range(30)))
-    desk.say(PLAN, plan(0.010, count=60))
+    desk.publish(STATE, *(state(tick) for tick in range(30)))
+    desk.publish(PLAN, plan(0.010, count=60))
     desk.end_batch()
-    desk.say(STATE, *(state(tick, run=RUN + 1) for tick in range(60)))
+    desk.publish(STATE, *(state(tick, run=RUN + 1) for tick in range(60)))
     assert np.array_equal(desk.read().column("/joints/joint_1/position/planned").ticks(), range(10, 30))
 
 
 def test_plan_is_drawn_to_its_end_where_the_next_run_begins_in_the_same_batch(desk: Desk) -> None:
-    desk.say(STATE, *(state(tick) for tick in range(30)))
-    desk.say(PLAN, plan(0.010, count=40))
+    desk.publish(STATE, *(state(tick) for tick in range(30)))
+    desk.publish(PLAN, plan(0.010, count=40))
     desk.end_batch()
-    desk.say(STATE, *(state(tick) for tick in range(30, 90)), *(state(tick, run=RUN + 1) for tick in range(60)))
+    desk.publish(STATE, *(state(tick) for tick in range(30, 90)), *(state(tick, run=RUN + 1) for tick in range(60)))
     planned = desk.read().column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), range(10, 50))
     assert planned.times["tick"][-1] == 50  # the curve is broken
@@ -351,10 +353,10 @@ def test_plan_is_drawn_to_its_end_where_the_next_run_begins_in_the_same_batch(de
 
 def test_curves_of_two_plans_with_a_pause_between_are_not_joined(desk: Desk) -> None:
     """Though both are over when the batch is written; in the pause the robot's own limits are in force."""
-    desk.say(STATE, *(state(tick) for tick in range(5)))
-    desk.say(PLAN, plan(0.010, count=20), plan(0.050, count=20, goal_id="g2"))
+    desk.publish(STATE, *(state(tick) for tick in range(5)))
+    desk.publish(PLAN, plan(0.010, count=20), plan(0.050, count=20, goal_id="g2"))
     desk.end_batch()
-    desk.say(STATE, *(state(tick) for tick in range(5, 90)))
+    desk.publish(STATE, *(state(tick) for tick in range(5, 90)))
     trace = desk.read()
     planned = trace.column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), [*range(10, 30), *range(50, 70)])
@@ -366,13 +368,13 @@ def test_curves_of_two_plans_with_a_pause_between_are_not_joined(desk: Desk) -> 
 
 
 def test_a_plan_that_comes_after_its_cancel_is_drawn_no_further(desk: Desk) -> None:
-    """The planner publishes it once it has answered, and whoever has the answer may cancel at once."""
-    desk.say(STATE, *(state(tick) for tick in range(5)))
-    desk.say(ENDED, result("canceled"))
+    """The planner publishes it after its reply, and the client may cancel as soon as it has the reply."""
+    desk.publish(STATE, *(state(tick) for tick in range(5)))
+    desk.publish(ENDED, result("canceled"))
     desk.end_batch()
-    desk.say(PLAN, plan(0.002, count=40))
+    desk.publish(PLAN, plan(0.002, count=40))
     desk.end_batch()
-    desk.say(STATE, *(state(tick) for tick in range(5, 90)))
+    desk.publish(STATE, *(state(tick) for tick in range(5, 90)))
     planned = desk.read().column("/joints/joint_1/position/planned")
     assert max(planned.ticks()) <= 5
 
@@ -384,8 +386,8 @@ def test_status_and_its_changes(desk: Desk) -> None:
         status(0.040, "tracking", refused=2),
         status(0.060, "fault", "joint_1 is 0.31 rad off"),
     ]
-    desk.say(STATE, *(state(tick) for tick in range(80)))
-    desk.say(STATUS, *statuses)
+    desk.publish(STATE, *(state(tick) for tick in range(80)))
+    desk.publish(STATUS, *statuses)
     trace = desk.read()
     assert trace.scalars("/timing/late_us").tolist() == [[120.5, 400.25, 900.125]] * 4
     assert trace.scalars("/timing/on_time_ratio").tolist() == [0.997] * 4
@@ -395,15 +397,15 @@ def test_status_and_its_changes(desk: Desk) -> None:
     modes = trace.column("/lanes/mode", "StateChange:state")
     assert modes.values == [["holding"], ["tracking"], ["fault"]]
     assert modes.times["tick"].tolist() == [0, 20, 60]
-    said = trace.texts("/events/controller")
-    assert any("refused 2 malformed" in text for text in said)
-    assert [text for text in said if "late" in text] == ["late: 3 tick(s) without an answer in time"]
-    assert any("joint_1 is 0.31 rad off" in text for text in said)
+    published = trace.texts("/events/controller")
+    assert any("refused 2 malformed" in text for text in published)
+    assert [text for text in published if "late" in text] == ["late: 3 tick(s) without an answer in time"]
+    assert any("joint_1 is 0.31 rad off" in text for text in published)
 
 
 def test_results(desk: Desk) -> None:
-    desk.say(STATE, *(state(tick) for tick in range(10)))
-    desk.say(ENDED, result("aborted", reason="fault"))
+    desk.publish(STATE, *(state(tick) for tick in range(10)))
+    desk.publish(ENDED, result("aborted", reason="fault"))
     trace = desk.read()
     assert trace.column("/goals", "outcome").values == [["aborted"]]
     assert trace.column("/goals", "accepted").values == [[RUN + 2]]
@@ -416,9 +418,9 @@ def test_results(desk: Desk) -> None:
 def test_a_refused_goal_is_an_event_where_the_arm_was(desk: Desk) -> None:
     """With its id where it has one, as a warning beside what becomes of the other goals."""
     for tick in range(10):
-        desk.say(STATE, state(tick), at=100 + tick)
-    desk.say(REFUSED, refused(), at=104)
-    desk.say(REFUSED, refused(goal_id=None), at=107)
+        desk.publish(STATE, state(tick), at=100 + tick)
+    desk.publish(REFUSED, refused(), at=104)
+    desk.publish(REFUSED, refused(goal_id=None), at=107)
     trace = desk.read()
     why = "refused as limit: joint_1 would end at 2.5 rad"
     assert trace.texts("/events/goal") == [f"goal g2 {why}", f"a goal {why}"]
@@ -438,18 +440,20 @@ def test_a_refused_goal_is_an_event_where_the_arm_was(desk: Desk) -> None:
 def test_what_comes_a_batch_late_lies_where_it_happened(desk: Desk) -> None:
     """Its topic is looked at before the states: those behind it are then in the batch before."""
     for tick in range(30):
-        desk.say(STATE, state(tick), at=100 + tick)
+        desk.publish(STATE, state(tick), at=100 + tick)
     desk.end_batch()
-    desk.say(REFUSED, refused(), at=104)
-    desk.say(STATE, state(30), at=130)
+    desk.publish(REFUSED, refused(), at=104)
+    desk.publish(STATE, state(30), at=130)
     assert desk.read().column("/goals/refused", "code").times["tick"].tolist() == [4]
 
 
 def test_contact_and_ball(desk: Desk) -> None:
     places = [[0.1 * k, 1 / 3, -0.7] for k in range(5)]
-    desk.say(STATE, *(state(tick) for tick in range(50)))
-    desk.say(CONTACT, m.Contact(time=0.012, bodies=["racket", "ball"], impulse=0.42, ball_velocity=[3.0, 0.0, 4.0]))
-    desk.say(BALL, *(m.BallState(time=k / 100, position=place, velocity=[0.0] * 3) for k, place in enumerate(places)))
+    desk.publish(STATE, *(state(tick) for tick in range(50)))
+    desk.publish(CONTACT, m.Contact(time=0.012, bodies=["racket", "ball"], impulse=0.42, ball_velocity=[3.0, 0.0, 4.0]))
+    desk.publish(
+        BALL, *(m.BallState(time=k / 100, position=place, velocity=[0.0] * 3) for k, place in enumerate(places))
+    )
     trace = desk.read()
     assert trace.scalars("/contacts").tolist() == [0.42]
     assert trace.column("/contacts").ticks().tolist() == [12]
@@ -460,8 +464,10 @@ def test_contact_and_ball(desk: Desk) -> None:
 
 
 def test_disturbances_are_steps_lanes_and_arrows(desk: Desk) -> None:
-    desk.say(STATE, *(state(tick) for tick in range(50)))
-    desk.say(DISTURBANCE, push(0.010, acceleration=[30.0, 0, 0, 0, 0, 0], torque=[0, -2.0, 0, 0, 0, 0]), push(0.030))
+    desk.publish(STATE, *(state(tick) for tick in range(50)))
+    desk.publish(
+        DISTURBANCE, push(0.010, acceleration=[30.0, 0, 0, 0, 0, 0], torque=[0, -2.0, 0, 0, 0, 0]), push(0.030)
+    )
     trace = desk.read()
     steps = trace.column("/joints/joint_1/disturbance/acceleration")
     assert list(zip(steps.ticks().tolist(), steps.array().tolist(), strict=True)) == [
@@ -481,7 +487,7 @@ def test_disturbances_are_steps_lanes_and_arrows(desk: Desk) -> None:
 def test_racket_stands_where_the_kinematics_have_it(desk: Desk) -> None:
     """Poses come from the states, quaternions in Rerun's order: seen from the racket's pose, the tool stays."""
     states = [state(tick) for tick in range(60)]
-    desk.say(STATE, *states)
+    desk.publish(STATE, *states)
     trace = desk.read()
     places = trace.column("/world/racket", "Transform3D:translation")
     turns = trace.column("/world/racket", "Transform3D:quaternion")
@@ -498,8 +504,8 @@ def test_racket_stands_where_the_kinematics_have_it(desk: Desk) -> None:
 
 def test_malformed_messages_are_counted_and_harm_nothing(desk: Desk, caplog: pytest.LogCaptureFixture) -> None:
     for topic in PUBLICATIONS:
-        desk.say_noise(topic, b"\xc1")
-        desk.say(topic, MESSAGES[topic])
+        desk.publish_bytes(topic, b"\xc1")
+        desk.publish(topic, MESSAGES[topic])
     trace = desk.read()
     assert trace.scalars("/recorder/messages_malformed").tolist() == [len(PUBLICATIONS)]
     refused = [each for each in caplog.records if "was left out" in each.getMessage()]
@@ -510,13 +516,13 @@ def test_malformed_messages_are_counted_and_harm_nothing(desk: Desk, caplog: pyt
 def test_from_a_real_bus_nothing_is_lost(tmp_path: Path) -> None:
     endpoint, file = free_endpoint(), tmp_path / "trace.rrd"
     writer = TraceWriter(build_blueprint(JOINTS, live=False), file, None)
-    with Bus(open_session(listen=[endpoint])) as hub, Bus(open_session(connect=[endpoint])) as bus:
+    with Bus(open_session(listen=[endpoint])) as router, Bus(open_session(connect=[endpoint])) as bus:
         sources = listen(bus)
         recorder = Recorder(CONFIG, writer, sources, LOG)
-        hub.announce("ready")
-        assert bus.is_alive("ready")  # the subscriptions made before have reached the hub
-        states, commands = hub.publisher(STATE, blocking=True), hub.publisher(COMMAND, blocking=True)
-        others = [(hub.publisher(topic), topic) for topic in PUBLICATIONS if not topic.stream]
+        router.announce("ready")
+        assert bus.is_alive("ready")  # the subscriptions made before have reached the router
+        states, commands = router.publisher(STATE, blocking=True), router.publisher(COMMAND, blocking=True)
+        others = [(router.publisher(topic), topic) for topic in PUBLICATIONS if not topic.stream]
         for tick in range(1000):
             states.put(state(tick))
             commands.put(command(tick))

@@ -1,4 +1,4 @@
-"""What the recorder takes in, and what it leaves out."""
+"""Messages that the recorder accepts and refuses."""
 
 import struct
 from typing import Any
@@ -20,7 +20,7 @@ def _pack(body: dict[str, Any]) -> bytes:
 
 
 @pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
-def test_every_publication_is_read_as_it_was_said(topic: Publication) -> None:
+def test_every_publication_is_read_as_sent(topic: Publication) -> None:
     assert read(topic, encode(MESSAGES[topic]), 6) == MESSAGES[topic]
 
 
@@ -67,7 +67,7 @@ def test_further_fields_are_ignored(topic: Publication) -> None:
         (DISTURBANCE, "active", [{"kind": "torque", "values": [1.0]}]),
     ],
 )
-def test_what_cannot_be_drawn_is_refused_naming_the_field(topic: Publication, field: str, value: Any) -> None:
+def test_what_cannot_be_written_is_refused_naming_the_field(topic: Publication, field: str, value: Any) -> None:
     body = msgpack.unpackb(encode(MESSAGES[topic]))
     body[field] = value
     with pytest.raises(Refusal) as caught:
@@ -86,15 +86,15 @@ def test_limits_of_a_plan_are_checked(quantity: str) -> None:
 @pytest.mark.parametrize("body", [b"", b"{", b"\xc1", b"\x80", b"\x80\x80", b"\xff" * 4096, msgpack.packb([1, 2])])
 @pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
 def test_noise_is_counted_and_the_rest_goes_on(topic: Publication, body: bytes) -> None:
-    said: list[tuple[str, str]] = []
+    complaints: list[tuple[str, str]] = []
     sources = {each: Waiting() for each in PUBLICATIONS}
-    receiver = Receiver(sources, 6, lambda sentence, code: said.append((sentence, code)))
+    receiver = Receiver(sources, 6, lambda sentence, code: complaints.append((sentence, code)))
     for each in (body, encode(MESSAGES[topic])):
         sources[topic].append((each, 5))
     taken = receiver.take()[topic]
     assert [one.message for one in taken] == [MESSAGES[topic]]
     assert receiver.malformed == 1
-    ((sentence, code),) = said
+    ((sentence, code),) = complaints
     assert topic.key in sentence
     assert code == "bad_message"
 

@@ -48,7 +48,7 @@ def valid_requests(cell: Cell) -> list[tuple[str, Body]]:
 
 
 def _pieces(trajectory: m.Trajectory | None, home: list[float]) -> Body:
-    """A trajectory of polynomials that holds the arm at home."""
+    """Return a trajectory of polynomials that holds the arm at home."""
     coefficients = np.zeros((1, len(home), m.COEFFICIENTS))
     coefficients[0, :, 0] = home
     pieces = {"breaks": [0.0, 0.1], "coefficients": matrix_bytes(coefficients)}
@@ -116,7 +116,7 @@ def _goals(home: list[float]) -> list[Body]:
 
 
 def _demonstrations(home: list[float]) -> list[Body]:
-    """Samples as arrays at a rate, and as a matrix at given times, smoothed."""
+    """Return samples as arrays at a rate, and as a matrix at given times, smoothed."""
     samples = np.linspace(home, _near(home), 50)
     as_matrix = {
         "positions": matrix_bytes(samples),
@@ -129,7 +129,7 @@ def _demonstrations(home: list[float]) -> list[Body]:
 
 
 def _disturbances(joints: int) -> list[Body]:
-    """One of each kind."""
+    """Return a disturbance of each kind."""
     push = {"values": [1.0, *[0.0] * (joints - 1)], "duration": 0.1}
     return [
         {"kind": "acceleration", "start_time": 0.1, **push},

@@ -26,7 +26,7 @@ STOPPED_S = 3e-3 * CLIENT.lease_ms
 
 @contextmanager
 def client(cell: Cell, *flags: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A client process that follows a slow motion of joint_1."""
+    """Run a client process that follows a slow motion of joint_1."""
     line = [sys.executable, "-m", "tools.shell", "goal", "forehand", "--connect", cell.endpoint]
     line += ["--positions", "0.5", *map(str, cell.home[1:]), "--duration", "3", "--goal-id", GOAL_ID, *flags]
     process = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -58,7 +58,7 @@ def kill_client(lab: Lab, lease: bool) -> Measured:
 
 @contextmanager
 def listeners(cell: Cell, count: int) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Processes that subscribe to every publication."""
+    """Run processes that subscribe to every publication."""
     line = [sys.executable, "-m", "tools.drill.harness.listener", cell.endpoint, cell.bus.robot]
     with ExitStack() as running:
         processes = []

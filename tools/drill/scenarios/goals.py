@@ -59,7 +59,7 @@ def late(cell: Cell, trajectory: m.Trajectory) -> str:
 
 
 def unsolved(cell: Cell, _: m.Trajectory) -> str:
-    """Ask for a motion whose limits bind, so that a quadratic program has to be solved."""
+    """Ask for a motion whose limits bind, so that a quadratic program must be solved."""
     return code_of(lambda: cell.goal(limits=m.GoalLimits(jerks=[JERK for _ in cell.home])))
 
 

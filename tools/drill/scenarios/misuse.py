@@ -133,7 +133,7 @@ def replace_owner(lab: Lab) -> Measured:
 
 
 def _lines(cell: Cell, lab: Lab) -> dict[str, list[str]]:
-    """The command lines of further services for the robot of a cell, on a stepped clock."""
+    """Return the command lines of further services for the robot of a cell, on a stepped clock."""
     return command_lines(
         Options(robot=cell.bus.robot, robot_config=lab.options.robot_config, listen=(cell.endpoint,)),
         {"clock": "stepped", "library": lab.folder / "second"},
