@@ -107,9 +107,7 @@ def test_the_trace_has_the_plan_and_the_result(recorded: tuple[list[Strike], Tra
         assert one.result.outcome == "succeeded"
         assert one.result.hit
         assert errors.tolist() == one.result.hit.position_error
-    wanted = np.concatenate(
-        [matrix(one.plan.positions, one.plan.count, len(NAMES), "positions")[:, 0] for one in strikes]
-    )
+    wanted = np.concatenate([samples_of(one.plan).positions[:, 0] for one in strikes])
     planned = trace.scalars(f"/joints/{NAMES[0]}/position/planned").ravel()
     assert set(planned) <= set(wanted)
     assert planned.max() == pytest.approx(wanted.max(), abs=1e-3)  # not every sample is drawn

@@ -221,7 +221,7 @@ def test_error_of_a_batch_longer_than_the_memory(desk: Desk) -> None:
     assert len(desk.read().scalars("/joints/joint_6/error")) == 2500
 
 
-def test_further_run_lies_behind_the_first(desk: Desk) -> None:
+def test_further_run_is_placed_behind_the_first(desk: Desk) -> None:
     desk.publish(STATE, *(state(tick) for tick in range(100)))
     desk.end_batch()
     desk.publish(STATE, *(state(tick, run=RUN + 1, seed=1) for tick in range(50)))
@@ -303,7 +303,7 @@ def test_replaced_plan_ends_where_the_next_begins(desk: Desk) -> None:
     assert np.array_equal(trace.scalars("/joints/joint_1/position/planned")[30:], positions[:, 0])
 
 
-def test_a_correction_is_told_and_parts_the_curves(desk: Desk) -> None:
+def test_a_correction_is_an_event_and_breaks_the_curves(desk: Desk) -> None:
     """The old curve ends one tick before the new one begins, which a point marks; the event has the phase."""
     desk.publish(STATE, *(state(tick) for tick in range(30)))
     desk.publish(PLAN, plan(0.010, count=60))
@@ -322,7 +322,7 @@ def test_a_correction_is_told_and_parts_the_curves(desk: Desk) -> None:
     assert any("g2 (forehand) accepted, corrects g1 at phase 0.625: starts at 0.040 s" in text for text in sentences)
 
 
-def test_plan_given_up_is_drawn_no_further(desk: Desk) -> None:
+def test_stopped_plan_is_written_no_further(desk: Desk) -> None:
     desk.publish(STATE, *(state(tick) for tick in range(30)))
     desk.publish(PLAN, plan(0.010, count=60))
     desk.publish(ENDED, result("canceled"))
@@ -333,7 +333,7 @@ def test_plan_given_up_is_drawn_no_further(desk: Desk) -> None:
     assert planned.times["tick"][-1] == 30
 
 
-def test_plan_of_a_run_that_is_over_is_drawn_no_further(desk: Desk) -> None:
+def test_plan_of_an_earlier_run_is_written_no_further(desk: Desk) -> None:
     desk.publish(STATE, *(state(tick) for tick in range(30)))
     desk.publish(PLAN, plan(0.010, count=60))
     desk.end_batch()
@@ -341,7 +341,7 @@ def test_plan_of_a_run_that_is_over_is_drawn_no_further(desk: Desk) -> None:
     assert np.array_equal(desk.read().column("/joints/joint_1/position/planned").ticks(), range(10, 30))
 
 
-def test_plan_is_drawn_to_its_end_where_the_next_run_begins_in_the_same_batch(desk: Desk) -> None:
+def test_plan_is_written_to_its_end_where_the_next_run_begins_in_the_same_batch(desk: Desk) -> None:
     desk.publish(STATE, *(state(tick) for tick in range(30)))
     desk.publish(PLAN, plan(0.010, count=40))
     desk.end_batch()
@@ -367,7 +367,7 @@ def test_curves_of_two_plans_with_a_pause_between_are_not_joined(desk: Desk) -> 
     assert trace.column("/joints/joint_1/position/limits").ticks().tolist() == [0, 10, 30, 50, 70]
 
 
-def test_a_plan_that_comes_after_its_cancel_is_drawn_no_further(desk: Desk) -> None:
+def test_a_plan_that_comes_after_its_cancel_is_written_no_further(desk: Desk) -> None:
     """The planner publishes it after its reply, and the client may cancel as soon as it has the reply."""
     desk.publish(STATE, *(state(tick) for tick in range(5)))
     desk.publish(ENDED, result("canceled"))
@@ -415,7 +415,7 @@ def test_results(desk: Desk) -> None:
     assert "goal g1 aborted (fault)" in trace.texts("/events/goal")[0]
 
 
-def test_a_refused_goal_is_an_event_where_the_arm_was(desk: Desk) -> None:
+def test_a_refused_goal_is_an_event_at_the_arm_s_tick(desk: Desk) -> None:
     """With its id where it has one, as a warning beside what becomes of the other goals."""
     for tick in range(10):
         desk.publish(STATE, state(tick), at=100 + tick)
@@ -437,7 +437,7 @@ def test_a_refused_goal_is_an_event_where_the_arm_was(desk: Desk) -> None:
         assert trace.column("/goals/refused", name).values == [[value] for value in values], name
 
 
-def test_what_comes_a_batch_late_lies_where_it_happened(desk: Desk) -> None:
+def test_a_message_a_batch_late_is_placed_where_it_happened(desk: Desk) -> None:
     """Its topic is looked at before the states: those behind it are then in the batch before."""
     for tick in range(30):
         desk.publish(STATE, state(tick), at=100 + tick)
@@ -484,7 +484,7 @@ def test_disturbances_are_steps_lanes_and_arrows(desk: Desk) -> None:
     assert [len(row) for row in trace.column("/world/upper_arm/push", "Arrows3D:vectors").values] == [1, 0]
 
 
-def test_racket_stands_where_the_kinematics_have_it(desk: Desk) -> None:
+def test_racket_is_where_the_kinematics_place_it(desk: Desk) -> None:
     """Poses come from the states, quaternions in Rerun's order: seen from the racket's pose, the tool stays."""
     states = [state(tick) for tick in range(60)]
     desk.publish(STATE, *states)
