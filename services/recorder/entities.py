@@ -166,7 +166,7 @@ MALFORMED = Entity("/recorder/messages_malformed", SCALARS, OWN, "messages that 
 
 # --- the world --------------------------------------------------------------------------------------------
 
-WORLD = Entity("/world", "ViewCoordinates", OWN, "x forward, y left, z up", "m", static=True)
+WORLD = Entity("/world", "ViewCoordinates", OWN, "right-handed axes, z up", "m", static=True)
 WORLD_SHAPE = Entity("/world/PART", SHAPES, OWN, "geometry that belongs to no body", "m", static=True)
 SHAPE = Entity("/world/BODY/PART", SHAPES, OWN, "geometry of a body, in its frame", "m", static=True)
 FIXED_BODY = Entity("/world/BODY", POSE, OWN, "pose of a body that the arm does not move", "m", static=True)

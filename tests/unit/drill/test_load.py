@@ -4,9 +4,11 @@ import sys
 import threading
 from types import SimpleNamespace
 
+import msgpack
 import pytest
 
-from tools.drill.harness.flood import Flood
+from tools.drill.harness.cell import ACCEPTED
+from tools.drill.harness.flood import SILENT, Flood, code_in
 
 THREADS = 8
 
@@ -38,3 +40,12 @@ def test_replies_that_come_at_once_all_count():
     for thread in threads:
         thread.join()
     assert [len(flood.codes) for flood in floods] == [THREADS] * len(floods)
+
+
+def test_codes_in_replies():
+    """Of a refusal its own; Zenoh's error, whose body is no map, means that the owner is silent."""
+    refusal = msgpack.packb({"code": "busy", "message": "full", "detail": {}})
+    for body, code in ((refusal, "busy"), (msgpack.packb("Timeout"), SILENT)):
+        err = SimpleNamespace(payload=SimpleNamespace(to_bytes=lambda body=body: body))
+        assert code_in(SimpleNamespace(ok=None, err=err)) == code  # type: ignore[arg-type]
+    assert code_in(SimpleNamespace(ok=SimpleNamespace(), err=None)) == ACCEPTED  # type: ignore[arg-type]
