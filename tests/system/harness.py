@@ -21,7 +21,7 @@ from services.common.logs import LogForm
 from tools.drill.harness import commanded
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.start import ARM as SERVICES
-from tools.drill.harness.start import Plan, started
+from tools.drill.harness.start import CellConfig, started
 from tools.drill.harness.waiting import PATIENCE_S, wait_for
 
 ROBOT = load_robot()
@@ -57,9 +57,9 @@ def running(
     **flags: object,
 ) -> Iterator[Stack]:
     """Run the named services until the block ends, then check that each ended with status 0."""
-    plan = Plan(clock=clock, names=names, flags=flags)
+    config = CellConfig(clock=clock, names=names, flags=flags)
     try:
-        with started(plan, Options(log=log), tmp_path, Stack) as stack:
+        with started(config, Options(log=log), tmp_path, Stack) as stack:
             yield stack
             processes = dict(stack.services.running)
     finally:

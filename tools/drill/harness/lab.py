@@ -10,7 +10,7 @@ from typing import Self
 from robot.description import load_robot
 from services.common.cli import Options
 from tools.drill.harness.cell import Cell
-from tools.drill.harness.start import Plan, started
+from tools.drill.harness.start import CellConfig, started
 from tools.drill.harness.steal_monitor import StealMonitor
 
 
@@ -49,14 +49,14 @@ class Lab:
         finally:
             self.steal_monitor.__exit__()
 
-    def cell(self, plan: Plan) -> AbstractContextManager[Cell]:
+    def cell(self, config: CellConfig) -> AbstractContextManager[Cell]:
         """Return a fresh cell, ended with the block."""
-        return started(plan, self.options, self.folder / f"cell-{next(self._numbers)}")
+        return started(config, self.options, self.folder / f"cell-{next(self._numbers)}")
 
     def shared(self) -> Cell:
         """Return the shared cell at the start of a new run, with the arm at rest at home."""
         if self._shared is None:
-            self._shared = self._sharing.enter_context(self.cell(Plan()))
+            self._shared = self._sharing.enter_context(self.cell(CellConfig()))
         self._shared.reset()
         return self._shared
 

@@ -19,8 +19,8 @@ ARM = ("sim", "planner", "controller")
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
-    """What a cell is made of.
+class CellConfig:
+    """Clock and processes of a cell.
 
     Attributes:
         clock: Of the sim.
@@ -43,25 +43,27 @@ Kind = TypeVar("Kind", bound=Cell)
 
 
 @contextmanager
-def started(plan: Plan, options: Options, folder: Path, kind: type[Kind] = Cell) -> Iterator[Kind]:
+def started(cell_config: CellConfig, options: Options, folder: Path, kind: type[Kind] = Cell) -> Iterator[Kind]:
     """Start a cell of a `kind` in `folder`, wait until it is ready, and end it with the block."""
-    options = replace(options, robot_config=plan.robot_config or options.robot_config)
+    options = replace(options, robot_config=cell_config.robot_config or options.robot_config)
     config = load_robot(options.robot_config)
     robot = options.robot or config.name
     endpoint = free_endpoint()
     folder.mkdir(parents=True, exist_ok=True)
-    at = {"connect": (endpoint,)} if plan.hosted else {"listen": (endpoint,)}
-    values: dict[str, object] = {"clock": plan.clock, "library": folder / "library", **plan.flags}
+    at = {"connect": (endpoint,)} if cell_config.hosted else {"listen": (endpoint,)}
+    values: dict[str, object] = {"clock": cell_config.clock, "library": folder / "library", **cell_config.flags}
     lines = command_lines(replace(options, **at), values)
-    lines = {name: _broken_by(plan.shims.get(name), line) for name, line in lines.items() if name in plan.names}
+    lines = {
+        name: _broken_by(cell_config.shims.get(name), line) for name, line in lines.items() if name in cell_config.names
+    }
     with (
-        _host(endpoint if plan.hosted else None),
+        _host(endpoint if cell_config.hosted else None),
         Supervisor(lines, logs=folder) as services,
         Bus(open_session([endpoint]), robot) as bus,
     ):
         services.wait_ready(bus)
-        cell = kind(services, bus, endpoint, folder, config, plan.clock == "stepped")
-        if {"sim", "controller"} <= set(plan.names):
+        cell = kind(services, bus, endpoint, folder, config, cell_config.clock == "stepped")
+        if {"sim", "controller"} <= set(cell_config.names):
             wait_for(cell.mode, "the controller to hear of the arm")
         yield cell
 

@@ -15,7 +15,7 @@ from protocol.errors import Refusal
 from tools.drill.harness.cell import ACCEPTED, Cell
 from tools.drill.harness.commanded import unlike_plan
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.start import Plan
+from tools.drill.harness.start import CellConfig
 from tools.drill.harness.waiting import ScenarioError, wait_for
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 
@@ -39,7 +39,7 @@ def client(cell: Cell, *flags: str) -> Iterator[subprocess.Popen[bytes]]:
 
 def kill_client(lab: Lab, lease: bool) -> Measured:
     """Kill a client in the middle of its motion."""
-    with lab.cell(Plan(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         with client(cell, "--wait", *(["--lease"] if lease else [])) as process:
             wait_for(lambda: cell.mode() == "tracking", "the client's motion")
@@ -73,7 +73,7 @@ def listeners(cell: Cell, count: int) -> Iterator[list[subprocess.Popen[bytes]]]
 
 def stop_listeners(lab: Lab) -> Measured:
     """Stop processes that subscribe to everything, for as long as a motion takes."""
-    with lab.cell(Plan(clock="realtime")) as cell, listeners(cell, LISTENERS) as stopped:
+    with lab.cell(CellConfig(clock="realtime")) as cell, listeners(cell, LISTENERS) as stopped:
         cell.recover()
         reply = cell.move_aside(STOPPED_S)
         for process in stopped:

@@ -11,7 +11,7 @@ from protocol.codec import decode
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.shims import shim
-from tools.drill.harness.start import ARM, Plan
+from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.states import differing, gaps
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported, timed
 
@@ -46,7 +46,7 @@ def ahead_of_robot(cell: Cell) -> float:
 
 def stall(lab: Lab) -> Measured:
     """Stop every process for 500 ms in mid-motion and continue all."""
-    with lab.cell(Plan(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         arrivals = Arrivals(cell)
         reply = cell.under_way()
@@ -74,14 +74,14 @@ def stall(lab: Lab) -> Measured:
     }
 
 
-def jumping(lab: Lab, clock: m.Clock) -> Plan:
+def jumping(lab: Lab, clock: m.Clock) -> CellConfig:
     """Return a cell in which the wall clock of every process jumps."""
-    return Plan(clock=clock, shims={name: shim("jumping_clock", lab.folder) for name in ARM})
+    return CellConfig(clock=clock, shims={name: shim("jumping_clock", lab.folder) for name in ARM})
 
 
-def jumps_seen(plan: Plan, pids: dict[str, int]) -> dict[str, int]:
+def jumps_seen(config: CellConfig, pids: dict[str, int]) -> dict[str, int]:
     """Return how often each ended process saw its wall clock jump; those without such a clock are left out."""
-    marks = {name: plan.shims[name] / f"{pid}.jumps" for name, pid in pids.items()}
+    marks = {name: config.shims[name] / f"{pid}.jumps" for name, pid in pids.items()}
     return {name: int(mark.read_text()) for name, mark in marks.items() if mark.exists()}
 
 
@@ -92,18 +92,18 @@ def seen(jumps: dict[str, int]) -> Measured:
 
 def jump(lab: Lab) -> Measured:
     """Play the same strike on the stepped clock with and without a wall clock that jumps."""
-    plan = jumping(lab, "stepped")
-    (plain, _), (jumped, processes) = strike_states(lab, Plan()), strike_states(lab, plan)
+    config = jumping(lab, "stepped")
+    (plain, _), (jumped, processes) = strike_states(lab, CellConfig()), strike_states(lab, config)
     return {
-        **seen(jumps_seen(plan, processes)),
+        **seen(jumps_seen(config, processes)),
         "ticks compared": len(plain),
         "states that differ in a bit": differing(plain, jumped),
     }
 
 
-def strike_states(lab: Lab, plan: Plan) -> tuple[list[bytes], dict[str, int]]:
+def strike_states(lab: Lab, config: CellConfig) -> tuple[list[bytes], dict[str, int]]:
     """Return the bytes of every state of a strike, and the ids of the processes that played it."""
-    with lab.cell(plan) as cell:
+    with lab.cell(config) as cell:
         cell.reset(seed=1)
         cell.finish(cell.strike(goal_id="the same"))
         return cell.state_bodies(), cell.processes.pids()
@@ -111,8 +111,8 @@ def strike_states(lab: Lab, plan: Plan) -> tuple[list[bytes], dict[str, int]]:
 
 def jump_in_real_time(lab: Lab) -> Measured:
     """Play a motion in real time while the wall clock jumps, and compare robot time with the monotonic clock."""
-    plan = jumping(lab, "realtime")
-    with lab.cell(plan) as cell:
+    config = jumping(lab, "realtime")
+    with lab.cell(config) as cell:
         cell.recover()
         arrivals = Arrivals(cell)
         time.sleep(0.5)
@@ -121,7 +121,7 @@ def jump_in_real_time(lab: Lab) -> Measured:
         processes = cell.processes.pids()
     passed = (at[-1] - at[0]) * 1e-9
     return {
-        **seen(jumps_seen(plan, processes)),
+        **seen(jumps_seen(config, processes)),
         "ticks missing or duplicated": gaps(states),
         "robot time off the monotonic clock": float(abs(states[-1].time - states[0].time - passed)),
         "ticks braked": sum(state.brake for state in states),

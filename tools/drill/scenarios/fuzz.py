@@ -11,7 +11,7 @@ from tools.drill.harness.cell import ACCEPTED, Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.mutations import mutate
 from tools.drill.harness.raw import answer, publish, unmoved
-from tools.drill.harness.start import ARM, Plan
+from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.valid_bodies import renewed, valid_publications, valid_requests
 from tools.drill.scenario import Measured, Scenario, at_least, exactly, none, reported
 
@@ -30,8 +30,8 @@ def fuzz(lab: Lab) -> Measured:
     A mutated request that is still valid may be accepted; then a new run begins. A mutated state or command that is
     still valid is not sent, because certificates decide who may publish them.
     """
-    plan = Plan(names=(*ARM, "recorder"), flags={"record": lab.folder / "fuzz.rrd"})
-    with lab.cell(plan) as cell:
+    config = CellConfig(names=(*ARM, "recorder"), flags={"record": lab.folder / "fuzz.rrd"})
+    with lab.cell(config) as cell:
         cell.reset()
         return fuzz_cell(cell, LONG_MESSAGES if lab.long else MESSAGES, lab.progress)
 

@@ -9,7 +9,7 @@ from protocol import topics
 from tools.drill.harness.cell import Cell, code_of
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.shims import shim
-from tools.drill.harness.start import Plan
+from tools.drill.harness.start import CellConfig
 from tools.drill.harness.states import differing
 from tools.drill.scenario import Measured, Scenario, exactly, none, reported
 
@@ -65,7 +65,7 @@ def unsolved(cell: Cell, _: m.Trajectory) -> str:
 
 def failing_solver(lab: Lab) -> Measured:
     """Ask a planner whose solver fails on every program."""
-    with lab.cell(Plan(shims={"planner": shim("failing_solver", lab.folder)})) as cell:
+    with lab.cell(CellConfig(shims={"planner": shim("failing_solver", lab.folder)})) as cell:
         cell.reset()
         return refuse_at_every_tenth(cell, unsolved)
 

@@ -16,7 +16,7 @@ from tools.drill.harness.flood import SILENT, Flood
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.noise import BODY_BYTES, noisy
 from tools.drill.harness.punctuality import RATIOS, answered_since, on_time, ratios
-from tools.drill.harness.start import Plan
+from tools.drill.harness.start import CellConfig
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported, timed
 
@@ -43,7 +43,7 @@ def flood_goals(endpoint: str, robot: str, home: list[float], seconds: float) ->
 
 def goals_from_four(lab: Lab) -> Measured:
     """Send goals from four processes as fast as replies come, 16 of each unanswered."""
-    with lab.cell(Plan(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         cell.listen(topics.STATUS)
         before, memory = on_time(cell, IDLE_S), cell.processes.memory()
@@ -84,7 +84,7 @@ def flood_queries(endpoint: str, robot: str, goal_id: str, count: int) -> Counte
 
 def queries_at_once(lab: Lab) -> Measured:
     """Send 10,000 `result` requests from four processes that wait for no reply, during a motion."""
-    with lab.cell(Plan(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         before, memory = on_time(cell, IDLE_S), cell.processes.memory()
         reply = cell.move_aside(10.0)
@@ -109,7 +109,7 @@ def queries_at_once(lab: Lab) -> Measured:
 
 def send_oversized_lists(lab: Lab) -> Measured:
     """Send each request with each of its fields in turn as an oversized list, during a motion."""
-    with lab.cell(Plan(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         before, memory = on_time(cell, IDLE_S), cell.processes.memory()
         reply = cell.move_aside(NOISE_S)
@@ -145,7 +145,7 @@ def oversized_lists(query: topics.Query) -> Iterator[bytes]:
 
 def noise(lab: Lab) -> Measured:
     """Publish 1 MB/s of random bytes, spread over the keys of all publications, during a motion."""
-    with lab.cell(Plan(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         before, memory = on_time(cell, IDLE_S), cell.processes.memory()
         refused = cell.status().cycle.refused

@@ -16,7 +16,7 @@ from tools.drill.harness import short_demo
 from tools.drill.harness.cell import Cell, code_of
 from tools.drill.harness.commanded import unlike_plan
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.start import ARM, Plan
+from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 
@@ -90,7 +90,7 @@ def start_twice(lab: Lab) -> Measured:
 def start_at_once(lab: Lab) -> Measured:
     """Start two controllers at the same instant, again and again; one must serve, the other must exit."""
     statuses: Counter[str] = Counter()
-    with lab.cell(Plan(names=("sim",))) as cell:
+    with lab.cell(CellConfig(names=("sim",))) as cell:
         line = _lines(cell, lab)["controller"]
         for k in range(AT_ONCE):
             lab.progress(f"{k + 1} of {AT_ONCE} times")
@@ -111,7 +111,7 @@ def start_at_once(lab: Lab) -> Measured:
 
 def replace_owner(lab: Lab) -> Measured:
     """Stop a controller until its session expires, start another in its place, and continue the first in a motion."""
-    with lab.cell(Plan(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         first = cell.services.running["controller"]
         cell.processes.signal("controller", signal.SIGSTOP)

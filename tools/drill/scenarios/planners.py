@@ -11,7 +11,7 @@ from tools.drill.harness.cell import Cell
 from tools.drill.harness.commanded import unlike_plan
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.short_demo import NAME, SECONDS, learn_request
-from tools.drill.harness.start import Plan
+from tools.drill.harness.start import CellConfig
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported, timed
 
@@ -20,7 +20,7 @@ TRIES = 100
 
 def kill_in_motion(lab: Lab) -> Measured:
     """Kill the planner in a strike, let the strike end, start a new planner and count its primitives."""
-    with lab.cell(Plan()) as cell:
+    with lab.cell(CellConfig()) as cell:
         cell.reset()
         cell.bus.ask(topics.LEARN, learn_request(200, cell.home))
         before = cell.bus.ask(topics.PRIMITIVES, m.Empty()).primitives
@@ -49,7 +49,7 @@ def kill_learning(lab: Lab) -> Measured:
     instants = random.Random(5)
     broken = old = new = unfinished = 0
     takes_s: list[float] = []
-    with lab.cell(Plan(names=("planner",), hosted=True)) as cell:
+    with lab.cell(CellConfig(names=("planner",), hosted=True)) as cell:
         known = 200
         for attempt in range(TRIES):
             lab.progress(f"try {attempt + 1} of {TRIES}")

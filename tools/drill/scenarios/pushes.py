@@ -11,7 +11,7 @@ from protocol import topics
 from robot.kinematics import Kinematics
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.start import Plan
+from tools.drill.harness.start import CellConfig
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported
 
 RECOVERED = 1e-3
@@ -79,7 +79,7 @@ def touch_limit(lab: Lab) -> Measured:
 def hit_post(lab: Lab) -> Measured:
     """Strike with a post in the way of the racket."""
     config = post_in_the_way(lab)
-    with lab.cell(Plan(robot_config=config)) as cell:
+    with lab.cell(CellConfig(robot_config=config)) as cell:
         cell.reset()
         reply = cell.strike()
         cell.step_to(cell.end_tick(reply) + 1500)

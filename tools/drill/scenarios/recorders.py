@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.punctuality import ON_TIME, answered_since, on_time
-from tools.drill.harness.start import ARM, Plan
+from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed
 
@@ -27,8 +27,8 @@ def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None], goes_on: bool 
     The trace must reach to the fault, or to the end of the motion where the recorder `goes_on`.
     """
     trace = lab.folder / f"{time.monotonic_ns()}.rrd"
-    plan = Plan(clock="realtime", names=(*ARM, "recorder"), flags={"record": trace})
-    with lab.cell(plan) as cell:
+    config = CellConfig(clock="realtime", names=(*ARM, "recorder"), flags={"record": trace})
+    with lab.cell(config) as cell:
         cell.recover()
         time.sleep(1.0)
         before = on_time(cell, WINDOW_S)

@@ -9,7 +9,7 @@ from protocol.errors import NoAnswer, Refusal
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.noise import noisy
-from tools.drill.harness.start import Plan
+from tools.drill.harness.start import CellConfig
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, reported, timed
 
@@ -19,7 +19,7 @@ CONTROLLER_LOGS, PLANNER_LOGS = "the arm fell silent", ("the controller fell sil
 
 def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = False) -> Measured:
     """Kill or stop the sim in a motion, with noise if asked, and restart or continue it after 1.5 s."""
-    with lab.cell(Plan(clock="realtime", hosted=hosted)) as cell, ExitStack() as meanwhile:
+    with lab.cell(CellConfig(clock="realtime", hosted=hosted)) as cell, ExitStack() as meanwhile:
         cell.recover()
         refused = cell.status().cycle.refused
         if noise:

@@ -10,7 +10,7 @@ from protocol import topics
 from tools.drill.harness.cell import code_of
 from tools.drill.harness.commanded import unlike_plan
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.start import Plan
+from tools.drill.harness.start import CellConfig
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 
@@ -69,7 +69,7 @@ def distance(one: list[float], other: list[float]) -> float:
 
 def silence_controller(lab: Lab, number: signal.Signals) -> Measured:
     """Kill or stop the controller in a motion; start a new one, or continue it; reset."""
-    with lab.cell(Plan(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         cell.listen(topics.STATE)
         cell.under_way()

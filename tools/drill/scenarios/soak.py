@@ -5,7 +5,7 @@ from collections import Counter
 
 from tools.drill.harness.cell import ACCEPTED, code_of
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.start import ARM, Plan
+from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.steal_monitor import LONG
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported
 
@@ -23,7 +23,7 @@ def soak(lab: Lab) -> Measured:
     An arm that braked by itself is reset and goes on; such faults are counted apart where a core was just stolen.
     """
     seconds = LONG_SECONDS if lab.long else SECONDS
-    with lab.cell(Plan(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         began, first = time.monotonic(), cell.state()
         goals = accepted = crooked = 0
