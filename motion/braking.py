@@ -58,6 +58,16 @@ class Stop(NamedTuple):
             np.where(ahead, fast, -back),
         )
 
+    def reach(self, positions: np.ndarray) -> np.ndarray:
+        """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of J joints that stop from `positions`
+        (J,)."""
+        ahead, rising = self.sign > 0, np.maximum(self.acceleration, 0.0)
+        first, last = np.where(self.bending > 0, self.jerk, 0.0), np.where(self.peak > 0, self.jerk, 0.0)
+        forward = np.array([-self.peak, rising, -first, last])
+        backward = np.array([-rising, self.peak, -last, first])
+        bounds = [*self.extremes(positions), *np.where(ahead, forward, backward)]
+        return np.stack(bounds, axis=1).reshape(-1, 4, 2)
+
     def trajectory(self, positions: np.ndarray) -> Trajectory:
         """The motion of J joints that stop from `positions` (J,). The last piece, of no length, is at rest."""
         spans = np.stack([self.bending, self.held, self.peak / self.jerk], axis=1)

@@ -154,19 +154,17 @@ def _planned(
 ) -> Plan:
     """The plan with a precision. Raises InfeasibleRows where there is none."""
     problem = build(primitive, request, fixed, arriving(request), precision)
-    solutions = optimum(problem, effort, warm)
-    end = _ending(request, problem, solutions)
+    solution = optimum(problem, effort, warm)
+    end = _ending(request, problem, solution)
     if end.stuck.size:
         # Only now does it pay to ask which final accelerations leave room for the stop.
         effort.spend_on_stop(int(end.stuck[0]))
         problem = build(primitive, request, fixed, final_accelerations(request, remedy), precision)
-        begin = Warm(len(problem.hull.s), [solution.rows for solution in solutions])
-        for solution in optimum(problem, effort, begin, end.stuck):
-            solutions[solution.joint] = solution
-        end = _ending(request, problem, solutions)
+        solution.replace(optimum(problem, effort, Warm(len(problem.hull.s), solution.rows), end.stuck))
+        end = _ending(request, problem, solution)
     if end.stuck.size:
         raise SolverFailed(int(end.stuck[0]), "the stop after the goal leaves the limits")
-    points = problem.space.positions(_motions(solutions))
+    points = problem.space.positions(solution.x)
     total = problem.duration + end.duration
     return Plan(
         request=request,
@@ -176,18 +174,13 @@ def _planned(
         total_duration=math.ceil(total / tick - 1e-9) * tick,
         hit_index=round(request.duration / tick),
         tick=tick,
-        report=make_report(primitive, request, problem, solutions, splines.pieces(points), end.reach),
-        warm=Warm(len(problem.hull.s), [solution.near for solution in solutions]),
+        report=make_report(primitive, request, problem, solution, points, end.reach),
+        warm=Warm(len(problem.hull.s), solution.carrying()),
     )
 
 
-def _ending(request: MotionRequest, problem: Problem, solutions: list[Solution]) -> Ending:
-    reached = problem.space.weights(_motions(solutions))[:, -1] / problem.duration**2
-    return ending(request, reached)
-
-
-def _motions(solutions: list[Solution]) -> np.ndarray:
-    return np.array([solution.x for solution in solutions])
+def _ending(request: MotionRequest, problem: Problem, solution: Solution) -> Ending:
+    return ending(request, solution.values[:, problem.hull.last_acceleration] / problem.duration**2)
 
 
 def _refusal(

@@ -14,7 +14,7 @@ from motion.braking import fastest_stop
 from motion.errors import LimitExceeded
 from motion.limits import QUANTITIES, ROUNDING
 from motion.primitive import Primitive
-from motion.program.curves import extremes, half_knots
+from motion.program.curves import extremes, halves
 from motion.program.report import Distance, Report, by_quantity, margins
 from motion.request import Boundary, MotionRequest
 from motion.trajectory import ARRIVED, COEFFICIENTS, Samples, Trajectory
@@ -91,9 +91,9 @@ def make_plan(
 def _with_tail(request: MotionRequest, moving: Trajectory, arrival: Boundary) -> tuple[Trajectory, np.ndarray]:
     """All of the motion; its lowest and highest position, velocity, acceleration and jerk (J, 4, 2)."""
     straight, limits = request.straight_duration, request.limits
-    powers = moving.duration ** np.arange(float(COEFFICIENTS))
-    pieces = moving.coefficients * powers
-    reach = extremes(pieces, half_knots(pieces)) / powers[:4, None]
+    length = moving.duration / len(moving.coefficients)
+    curves = halves(moving.coefficients * length ** np.arange(float(COEFFICIENTS)))
+    reach = extremes(curves) * (length / 2) ** -np.arange(4.0)[:, None]
     trajectory, stops_at = moving, arrival.positions + straight * arrival.velocities
     reach[:, 0] = np.stack([np.minimum(reach[:, 0, 0], stops_at), np.maximum(reach[:, 0, 1], stops_at)], axis=1)
     if straight or request.tail == "coast":
@@ -103,11 +103,7 @@ def _with_tail(request: MotionRequest, moving: Trajectory, arrival: Boundary) ->
     if request.tail == "stop":
         final = np.zeros_like(stops_at) if straight else arrival.accelerations
         stop = fastest_stop(arrival.velocities, final, limits.accelerations, limits.jerks)
-        motion = stop.trajectory(stops_at)
-        trajectory = trajectory.then(motion)
-        accelerations, jerks = 2 * motion.coefficients[..., 2], 6 * motion.coefficients[..., 3]
-        ends = [bound for each in (accelerations, jerks) for bound in (each.min(axis=0), each.max(axis=0))]
-        behind = np.stack([*stop.extremes(stops_at), *ends], axis=1).reshape(-1, 4, 2)
+        trajectory, behind = trajectory.then(stop.trajectory(stops_at)), stop.reach(stops_at)
         reach = np.stack([np.minimum(reach, behind)[..., 0], np.maximum(reach, behind)[..., 1]], axis=2)
     return trajectory, reach
 

@@ -1,7 +1,7 @@
 """Constraint generation: the few limit rows that matter, found by solving, looking at all control points, and adding.
 
 In u = z − z*, where z* belongs to the optimum without limits, the cost is |u|² and u runs in the null space of the
-equalities. Joints are independent programs.
+equalities. Joints are independent programs; their control points are looked at together.
 """
 
 from dataclasses import dataclass
@@ -18,9 +18,6 @@ MAX_ROUNDS = 30
 
 DROPPING_ROUNDS = 6
 """Rows without a multiplier are dropped between these first rounds; the objective grows all the same, so it ends."""
-
-NEAR = 20.0
-"""Of a limit is what lies within this many times the distance at which rows are demanded."""
 
 STRIDE, MANY = 3, 24
 """In the first round every third violated control point becomes a row, but not many more than so many."""
@@ -44,20 +41,31 @@ class InfeasibleRows(Exception):
         self.s = s
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Solution:
-    """The optimum of one joint: the motion x (N + 2,), the rows that it was solved with and their multipliers.
+    """The optima of n joints: motions x (n, N + 2), their control points `values` (n, R), the rows that each was solved
+    with and their multipliers.
 
-    Row side·R + i keeps control point i above its lower (side 0) or below its upper limit (side 1). `near` are the rows
-    whose limits the motion comes near.
+    Row side·R + i keeps control point i above its lower (side 0) or below its upper limit (side 1).
     """
 
-    joint: int
+    joints: np.ndarray
     x: np.ndarray
-    rows: np.ndarray
-    multipliers: np.ndarray
-    near: np.ndarray
-    rounds: int
+    values: np.ndarray
+    rows: list[np.ndarray]
+    multipliers: list[np.ndarray]
+    rounds: int = 0
+
+    def replace(self, other: "Solution") -> None:
+        """Put the optima of some joints in the places of those found before, in a solution of all joints."""
+        self.x[other.joints], self.values[other.joints] = other.x, other.values
+        for joint, rows, multipliers in zip(other.joints, other.rows, other.multipliers, strict=True):
+            self.rows[joint], self.multipliers[joint] = rows, multipliers
+        self.rounds = max(self.rounds, other.rounds)
+
+    def carrying(self) -> list[np.ndarray]:
+        """For each joint the rows that carry a multiplier."""
+        return [_carrying(*each) for each in zip(self.rows, self.multipliers, strict=True)]
 
 
 def solve(
@@ -66,7 +74,7 @@ def solve(
     warm: list[np.ndarray] | None = None,
     joints: np.ndarray | None = None,
     probe: bool = False,
-) -> list[Solution]:
+) -> Solution:
     """For each joint, or each of the `joints` (n,), the motion nearest to the adapted demonstration inside all limits.
 
     All control points of what is returned lie inside their limits, those that the equalities decide to rounding. `warm`
@@ -76,80 +84,90 @@ def solve(
     """
     chosen = np.arange(len(problem.origin)) if joints is None else joints
     _check_decided(problem, chosen)
-    outside: list[bool] = (problem.room < 0).any(axis=(1, 2)).tolist()  # type: ignore[assignment]
-    return [
-        _solve(problem, joint, effort, None if warm is None else warm[joint], probe)
-        if outside[joint]
-        else Solution(joint, problem.origin[joint], NOTHING, NO_MULTIPLIERS, NOTHING, 0)
-        for joint in chosen.tolist()
-    ]
+    count = len(chosen)
+    found = Solution(
+        chosen, problem.origin[chosen], problem.values[chosen], [NOTHING] * count, [NO_MULTIPLIERS] * count
+    )
+    new = _violated(problem.over[chosen], first=True)
+    if warm is not None:
+        new = {k: warm[chosen[k]] if warm[chosen[k]].size else rows for k, rows in new.items()}
+    while new:
+        found.rounds += 1
+        for k, rows in new.items():
+            _add_rows(problem, found, k, rows, effort, probe)
+        busy = list(new)
+        found.values[busy] = values = found.x[busy] @ problem.hull.rows.T
+        over = problem.passed(values, chosen[busy])
+        new = {busy[k]: rows for k, rows in _violated(over).items()}
+    return found
 
 
 def _check_decided(problem: Problem, joints: np.ndarray) -> None:
     """Raise InfeasibleRows for a control point that the equalities hold outside its limit."""
-    beyond = problem.beyond[joints]
+    outside = problem.beyond > 0
+    if not outside.any():
+        return
+    hull, each = problem.hull, problem.limit_rows.decided
+    beyond = np.where(np.isin(each // (2 * len(hull.s)), joints), problem.beyond, 0.0)
     if (beyond > 0).any():
-        joint, point = np.unravel_index(beyond.argmax(), beyond.shape)
-        hull = problem.hull
-        raise InfeasibleRows(int(joints[joint]), int(hull.quantity[point]), float(hull.s[point]))
+        row = int(each[beyond.argmax()])
+        point = row % len(hull.s)
+        raise InfeasibleRows(row // (2 * len(hull.s)), int(hull.quantity[point]), float(hull.s[point]))
 
 
-def _solve(problem: Problem, joint: int, effort: Effort, warm: np.ndarray | None, probe: bool) -> Solution:
-    """The optimum of one joint that leaves its limits where it ignores them."""
-    matrix, room = problem.limit_rows.matrix[joint], problem.room[joint].ravel()
-    inside = problem.inside[joint]
-    over = -room
-    rows, multipliers, rounds, u = NOTHING, NO_MULTIPLIERS, 0, np.zeros(matrix.shape[1])
-    new = _first(over) if warm is None or not warm.size else warm
-    while new.size:
-        rounds += 1
-        if rounds > MAX_ROUNDS:
-            raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
-        if rounds <= DROPPING_ROUNDS:
-            rows = rows[multipliers > IDLE * multipliers.max(initial=0.0)]
-        rows = np.array(sorted({*rows.tolist(), *new.tolist()}))
-        effort.spend(joint, len(rows))
-        program, size = _program(matrix, room, inside, rows)
-        u, multipliers, status = least_distance(*program, tight=rounds > DROPPING_ROUNDS or problem.precise)
-        if status == UNCLEAR and not probe:
-            effort.spend_on_doubt(joint, len(rows), len(u))
-            u, multipliers, status = least_distance_in_doubt(*program)
-        if status == INFEASIBLE or (status and probe):
-            raise _contradiction(problem, joint, rows, multipliers)
-        if status:
-            raise SolverFailed(joint, status)
-        u *= size
-        moved = matrix @ u
-        over = np.concatenate([-moved, moved]) - room
-        new = _peaks(over)
-    x = problem.origin[joint].copy()
-    x[:-2] += u
-    near = (over > -NEAR * np.concatenate([inside, inside])).nonzero()[0]
-    return Solution(joint, x, rows, multipliers, near, rounds)
+def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort: Effort, probe: bool) -> None:
+    """Solve the program of the k-th joint once more, with new rows."""
+    joint, kept = int(found.joints[k]), found.rows[k]
+    if found.rounds > MAX_ROUNDS:
+        raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
+    dropping = found.rounds <= DROPPING_ROUNDS
+    if dropping:
+        kept = _carrying(kept, found.multipliers[k])
+    rows = np.array(sorted({*kept.tolist(), *new.tolist()}))
+    effort.spend(joint, len(rows))
+    program, size = _program(problem, joint, rows)
+    u, multipliers, status = least_distance(*program, tight=problem.precise or not dropping)
+    if status == UNCLEAR and not probe:
+        effort.spend_on_doubt(joint, len(rows), len(u))
+        u, multipliers, status = least_distance_in_doubt(*program)
+    if status == INFEASIBLE or (status and probe):
+        raise _contradiction(problem, joint, rows, multipliers)
+    if status:
+        raise SolverFailed(joint, status)
+    found.rows[k], found.multipliers[k] = rows, multipliers
+    found.x[k, :-2] = problem.origin[joint, :-2] + size * u
 
 
-def _program(
-    matrix: np.ndarray, room: np.ndarray, inside: np.ndarray, rows: np.ndarray
-) -> tuple[tuple[np.ndarray, np.ndarray], float]:
+def _carrying(rows: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+    """The rows that carry a multiplier."""
+    return rows[multipliers > IDLE * multipliers.max(initial=0.0)]
+
+
+def _program(problem: Problem, joint: int, rows: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], float]:
     """The least distance program of some rows, scaled so that the largest violation is 1, and the scale."""
-    side, point = np.divmod(rows, len(inside))
-    excess = inside[point] - room[rows]
+    side, point = np.divmod(rows, len(problem.hull.s))
+    excess = problem.over[joint].ravel()[rows] + problem.inside[joint, problem.hull.quantity[point]]
     size = max(float(excess.max()), TINY)
-    return (matrix[point] * SIGNS[side, None], excess / size), size
+    return (problem.limit_rows.matrix[joint][point] * SIGNS[side, None], excess / size), size
 
 
-def _first(over: np.ndarray) -> np.ndarray:
-    """Rows at the peaks of positive `over` (2R,), and some along each stretch."""
-    positive = (over > 0).nonzero()[0]
-    along = positive[positive % max(STRIDE, len(positive) // MANY) == 0]
-    return np.union1d(_peaks(over), along)
-
-
-def _peaks(over: np.ndarray) -> np.ndarray:
-    """Rows at the peaks of positive `over` (2R,)."""
-    positive = (over > 0).nonzero()[0]
-    above = over[positive]
-    return positive[(above >= over.take(positive - 1)) & (above >= over.take(positive + 1, mode="clip"))]
+def _violated(over: np.ndarray, first: bool = False) -> dict[int, np.ndarray]:
+    """By joint, of those that have some, the rows at the peaks of positive `over` (n, 2, R); the `first` time also some
+    along each stretch. Each joint has a peak of its own: its first control point is the start, which is decided."""
+    flat, size = over.ravel(), over[0].size
+    positive = (flat > 0).nonzero()[0]
+    above = flat[positive]
+    peak = (above >= flat.take(positive - 1)) & (above >= flat.take(positive + 1, mode="clip"))
+    ends = positive.searchsorted(np.arange(len(over) + 1) * size).tolist()
+    found = {}
+    for k in range(len(over)):
+        stretch = slice(ends[k], ends[k + 1])
+        rows, wanted = positive[stretch] - k * size, peak[stretch]
+        if first:
+            wanted = wanted | (rows % max(STRIDE, len(rows) // MANY) == 0)
+        if rows.size:
+            found[k] = rows[wanted]
+    return found
 
 
 def _contradiction(problem: Problem, joint: int, rows: np.ndarray, multipliers: np.ndarray) -> InfeasibleRows:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motion.braking import TOUCH, Stop, fastest_stop
+from motion.limits import SIGNS
 from motion.request import MotionRequest
 from motion.trajectory import COEFFICIENTS, Trajectory
 
@@ -39,24 +40,18 @@ class Ending:
 def ending(request: MotionRequest, reached: np.ndarray) -> Ending:
     """Return what follows a moving part whose last accelerations (J,) are `reached`, where none are given."""
     goal, limits, given = request.goal, request.limits, request.final_accelerations
-    reach = np.empty((request.joint_count, 4, 2))
-    reach[:, 0] = goal.positions[:, None]
-    reach[:, 1] = goal.velocities[:, None]
     if request.tail == "coast":
-        reach[:, 2:] = np.inf, -np.inf
+        reach = np.full((request.joint_count, 4, 2), (np.inf, -np.inf))
+        reach[:, 0], reach[:, 1] = goal.positions[:, None], goal.velocities[:, None]
         return Ending(request, None, reach, np.zeros(0, dtype=int))
     final = np.where(np.isnan(given), reached, given)
     halt = fastest_stop(goal.velocities, final, limits.accelerations, limits.jerks)
-    low, high, reach[:, 1, 0], reach[:, 1, 1] = halt.extremes(request.stops_at)
-    reach[:, 0, 0], reach[:, 0, 1] = np.minimum(low, goal.positions), np.maximum(high, goal.positions)
-    peak, jerk = halt.sign * halt.peak, halt.sign * halt.jerk
-    first, last = np.where(halt.bending > 0, -jerk, 0.0), np.where(halt.peak > 0, jerk, 0.0)
-    for quantity, ends in ((2, (final, -peak)), (3, (first, last))):
-        reach[:, quantity, 0] = np.minimum(np.minimum(*ends), 0.0)
-        reach[:, quantity, 1] = np.maximum(np.maximum(*ends), 0.0)
-    ranges = limits.ranges
-    outside = (reach[:, :2, 0] < ranges[:, :2, 0] - TOUCH) | (reach[:, :2, 1] > ranges[:, :2, 1] + TOUCH)
-    return Ending(request, halt, reach, np.flatnonzero(outside.any(axis=1)))
+    reach = halt.reach(request.stops_at)
+    if request.follow_through:
+        reach[:, 0, 0] = np.minimum(reach[:, 0, 0], goal.positions)
+        reach[:, 0, 1] = np.maximum(reach[:, 0, 1], goal.positions)
+    beyond = SIGNS * (reach[:, :2] - limits.ranges[:, :2])
+    return Ending(request, halt, reach, np.flatnonzero((beyond > TOUCH).any(axis=(1, 2))))
 
 
 def _straight(request: MotionRequest) -> Trajectory:

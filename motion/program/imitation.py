@@ -16,15 +16,19 @@ class Imitated:
     """A part d of a demonstration in its own normalised time u from 0 to 1.
 
     duration: of the part when it was demonstrated, s. weights (J, N): of d″(u). control_points (J, N + 2): of d(u),
-    rad. start (J, 2): d and d′ at u = 0, rad. accelerations (J, K): d″ at the quadrature nodes of N functions, exact
-    where `weights` are its projection.
+    rad. start (J, 2): d and d′ at u = 0, rad. beyond (J,): ∫(d″ − Σwψ)² du, what no weights can imitate.
     """
 
     duration: float
     weights: np.ndarray
     control_points: np.ndarray
     start: np.ndarray
-    accelerations: np.ndarray
+    beyond: np.ndarray
+
+    def missed(self, weights: np.ndarray | float) -> np.ndarray:
+        """∫(g″ − d″)² du (J,) of motions with other weights (J, N): a projection's error is orthogonal to them."""
+        apart = weights - self.weights
+        return ((apart @ gram_of(apart.shape[1])) * apart).sum(axis=1) + self.beyond
 
 
 def imitated(primitive: Primitive, begin: float, end: float, count: int) -> Imitated:
@@ -48,15 +52,16 @@ def _part(primitive: Primitive, begin: float, end: float, count: int) -> Imitate
     s = begin + length * np.concatenate([[0.0], nodes(count)])
     accelerations = length**2 * (splines.rows(own, 3, s[1:]) @ primitive.weights.T).T
     if length == 1 and count == own:
-        weights = primitive.weights
+        weights, beyond = primitive.weights, np.zeros(primitive.joint_count)
     else:
         theta = accelerations @ (quadrature(count)[:, None] * at_nodes(count))
         weights = cho_solve((_factor(count), True), theta.T).T
+        beyond = (accelerations - weights @ at_nodes(count).T) ** 2 @ quadrature(count)
     state = primitive.sample(s[:1])
     start = np.stack([state.positions[0], length * primitive.duration * state.velocities[0]], axis=1)
     velocities = start[:, 1:] + weights @ splines.integration(count, 3).T
     control_points = start[:, :1] + velocities @ splines.integration(count + 1, 4).T
-    return Imitated(length * primitive.duration, weights, control_points, start, accelerations)
+    return Imitated(length * primitive.duration, weights, control_points, start, beyond)
 
 
 @lru_cache(maxsize=32)

@@ -17,15 +17,17 @@ class LimitRows:
     """One row for each of R control points, for each of J joints: what a step u of z does to it.
 
     matrix: for each joint (R, N), shared where the equalities are alike: projected onto the null space of the
-    equalities, of unit norm, zero where decided. scales (J, R): 1/norm before, 1 where decided. least (J, R): the least
-    scale of a row of the same quantity, the one that moves most. decided (J, R): the equalities alone say where this
-    control point lies.
+    equalities, of unit norm, zero where decided. scales (J, R): 1/norm before, 1 where decided. least (J, 4): the least
+    scale of a row of each quantity, that of the row that moves most. decided: flat indices in (J, 2, R) of the limits
+    of control points that the equalities alone place; width_of: for each of them the flat index in (J, 4) of its joint
+    and quantity.
     """
 
     matrix: list[np.ndarray]
     scales: np.ndarray
     least: np.ndarray
     decided: np.ndarray
+    width_of: np.ndarray
 
 
 @lru_cache(maxsize=32)
@@ -33,7 +35,10 @@ def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
     """Return the rows of a hull's control points beside the equalities."""
     each = [_projected(hull, span) for span in equalities.spans]
     matrices, *rest = zip(*(each[k] for k in equalities.kind), strict=True)
-    return LimitRows(list(matrices), *map(np.array, rest))
+    scales, least, decided = map(np.array, rest)
+    joint, side, point = np.repeat(decided[:, None], 2, axis=1).nonzero()
+    flat = np.ravel_multi_index((joint, side, point), (len(scales), 2, scales.shape[1]))
+    return LimitRows(list(matrices), scales, least, flat, QUANTITIES * joint + hull.quantity[point])
 
 
 def _projected(hull: Hull, span: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -47,4 +52,4 @@ def _projected(hull: Hull, span: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
     np.minimum.at(least, hull.quantity[~decided], scales[~decided])
     matrix *= scales[:, None]
     matrix[decided] = 0.0
-    return matrix, scales, least[hull.quantity], decided
+    return matrix, scales, least, decided

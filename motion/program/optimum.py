@@ -21,8 +21,8 @@ ROUNDING = 4 * np.finfo(float).eps
 
 @dataclass(frozen=True, slots=True)
 class Warm:
-    """The rows of a plan that came near their limits, an array for each joint: the next plan of the same joints begins
-    with them. They belong to hulls with `points` control points."""
+    """The rows of a plan that carried multipliers, an array for each joint: the next plan of the same joints begins with
+    them. They belong to hulls with `points` control points."""
 
     points: int
     rows: list[np.ndarray]
@@ -30,7 +30,7 @@ class Warm:
 
 def optimum(
     problem: Problem, effort: Effort, warm: Warm | None = None, joints: np.ndarray | None = None
-) -> list[Solution]:
+) -> Solution:
     """Return the optimum of every joint or of the `joints` (n,). Raises InfeasibleRows or SolverFailed.
 
     Rows of an earlier motion are demanded where this one might have done without, so no verdict rests on them, and what
@@ -44,20 +44,19 @@ def optimum(
     return _verified(problem, solve(problem, effort, None, joints))
 
 
-def _verified(problem: Problem, solutions: list[Solution]) -> list[Solution]:
-    """The solutions, whose limits were looked at, with their equalities looked at. Raises SolverFailed."""
-    joints = np.array([solution.joint for solution in solutions])
-    x = np.array([solution.x for solution in solutions])
-    missed = np.abs(problem.equalities.missed(x, problem.targets, joints))
-    allowed = EQUALITY_TOLERANCE * np.maximum(1.0, np.abs(problem.targets[joints]).max(axis=1))[:, None]
+def _verified(problem: Problem, found: Solution) -> Solution:
+    """The solution, whose limits were looked at, with its equalities looked at. Raises SolverFailed."""
+    targets = problem.targets[found.joints]
+    missed = np.abs(problem.equalities.missed(found.x, problem.targets, found.joints))
+    allowed = EQUALITY_TOLERANCE * np.maximum(1.0, np.abs(targets).max(axis=1))[:, None]
     if not (missed <= allowed).all():
         # Large weights that cancel each other, as in a motion that is over at once, leave their rounding.
-        terms = np.matmul(np.abs(problem.equalities.rows[joints]), np.abs(x)[:, :, None])
+        terms = np.matmul(np.abs(problem.equalities.rows[found.joints]), np.abs(found.x)[:, :, None])
         allowed = np.maximum(allowed, ROUNDING * terms[:, :, 0])
     if not (missed <= allowed).all():
         joint = (missed / allowed).max(axis=1).argmax()
-        raise SolverFailed(int(joints[joint]), f"equalities are off by {missed[joint].max():.1e}")
-    return solutions
+        raise SolverFailed(int(found.joints[joint]), f"equalities are off by {missed[joint].max():.1e}")
+    return found
 
 
 def works(problem: Problem, joint: int, effort: Effort, most: float) -> bool | None:

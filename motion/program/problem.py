@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motion.limits import LED_BACK_BY, ROUNDING
+from motion.limits import LED_BACK_BY, ROUNDING, SIGNS
 from motion.primitive import Primitive
-from motion.program.equalities import Equalities, Fixed, equalities_of
+from motion.program.equalities import Equalities, Fixed, Joints, equalities_of
 from motion.program.imitation import Imitated, imitated
 from motion.program.limit_rows import LimitRows, limit_rows
 from motion.program.space import MAX_ROWS, Hull, Space, make_hull, make_space
@@ -46,11 +46,11 @@ class Problem:
     """For each of J joints: minimise |z − z*|² subject to equalities and to limits on R control points.
 
     All in normalised time: quantity k is the k-th derivative with respect to s. duration: of the moving part, s.
-    targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits. In the units of the limit rows
-    are room (J, 2, R), how far the origin's control points lie above their lower and below their upper limits, infinite
-    where there is none or the equalities decide, and inside (J, R), how far inside of them a row is demanded. beyond
-    (J, R): by how much the equalities hold a control point outside of its limits and their rounding. precise: rows are
-    demanded so near to their limits that programs must be solved tightly.
+    targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits; values (J, R): its control
+    points. bounds (J, 2, R): the limits, those below with their signs turned, infinite where there is none or the
+    equalities decide. over (J, 2, R): by how much the origin passes them. beyond (D,): by how much the control points
+    that the equalities decide pass their limits and their rounding. inside (J, 4): how far inside of its limit a row of
+    unit norm is demanded. precise: so near that programs must be solved tightly.
     """
 
     space: Space
@@ -60,11 +60,17 @@ class Problem:
     equalities: Equalities
     targets: np.ndarray
     origin: np.ndarray
+    values: np.ndarray
     limit_rows: LimitRows
-    room: np.ndarray
-    inside: np.ndarray
+    bounds: np.ndarray
+    over: np.ndarray
     beyond: np.ndarray
+    inside: np.ndarray
     precise: bool
+
+    def passed(self, values: np.ndarray, joints: Joints) -> np.ndarray:
+        """By how much (n, 2, R) control points `values` (n, R) of some joints pass their limits, in units of the rows."""
+        return SIGNS[:, None] * (values * self.limit_rows.scales[joints])[:, None] - self.bounds[joints]
 
 
 def build(
@@ -83,43 +89,53 @@ def build(
     hull = make_hull(space, refinement, fixed.touched)
     powers = request.moving_duration ** np.arange(4.0)
     values = fixed.values * powers[fixed.quantity, None]
-    ranges = request.limits.ranges * powers[:, None]
-    spread = ranges[..., 1] - ranges[..., 0]
-    width = np.where(np.isfinite(spread), spread, 1.0)
-    bounds = ranges[:, hull.quantity]
+    limits = request.limits.ranges.transpose(0, 2, 1) * (SIGNS[:, None] * powers)
+    width = limits.sum(axis=1)
+    width[~np.isfinite(width)] = 1.0
+    bounds = limits.take(hull.quantity, axis=2)
     _lead_back(hull, values[0], bounds)
-    last = int(np.searchsorted(hull.quantity, 3)) - 1
     least, most = final.T * powers[2]
     free = np.isnan(values[-1])
     narrow = free & (most - least <= 4 * precision.inside * width[:, 2])
     values[-1, narrow] = (least[narrow] + most[narrow]) / 2
     free &= ~narrow
-    bounds[free, last] = np.stack([least[free], most[free]], axis=1)
+    bounds[free, :, hull.last_acceleration] = np.stack([-least[free], most[free]], axis=1)
     equalities, targets = equalities_of(space, fixed, values, local)
     start = np.concatenate([space.whitened(part.weights), values[:2].T], axis=1)
     if local:
         start[:, :-2] += (values[:2].T - part.start) @ space.drift
     origin = equalities.adapted(start, targets)
-    rows = limit_rows(equalities, hull)
     at = origin @ hull.rows.T
-    room = np.stack([at - bounds[..., 0], bounds[..., 1] - at], axis=1)
-    width = width[:, hull.quantity]
-    beyond = np.where(rows.decided, -room.min(axis=1) - ROUNDING * width, -1.0)
-    room *= rows.scales[:, None]
-    room.transpose(0, 2, 1)[rows.decided] = np.inf
-    inside = precision.inside * width * rows.least
-    precise = precision.inside < USUAL.inside
+    rows = limit_rows(equalities, hull)
+    bounds *= rows.scales[:, None]
+    over = SIGNS[:, None] * (at * rows.scales)[:, None] - bounds
+    beyond = over.ravel()[rows.decided] - ROUNDING * width.ravel()[rows.width_of]
+    bounds.ravel()[rows.decided], over.ravel()[rows.decided] = np.inf, -np.inf
     return Problem(
-        space, hull, request.moving_duration, part, equalities, targets, origin, rows, room, inside, beyond, precise
+        space=space,
+        hull=hull,
+        duration=request.moving_duration,
+        imitated=part,
+        equalities=equalities,
+        targets=targets,
+        origin=origin,
+        values=at,
+        limit_rows=rows,
+        bounds=bounds,
+        over=over,
+        beyond=beyond,
+        inside=precision.inside * width * rows.least,
+        precise=precision.inside < USUAL.inside,
     )
 
 
 def _count(primitive: Primitive, request: MotionRequest) -> int:
     """How many functions: the demonstration's, on finer knots where waypoints lie closer than two of its intervals."""
+    if not request.waypoints:
+        return primitive.basis_count
     times = np.sort([0.0, request.moving_duration, *(w.time_from_start for w in request.waypoints)])
     intervals, apart = primitive.basis_count - 3, np.diff(times).min() / request.moving_duration
-    finer = max(1, math.ceil(2 / (apart * intervals))) if request.waypoints else 1
-    return intervals * finer + 3
+    return intervals * max(1, math.ceil(2 / (apart * intervals))) + 3
 
 
 def _stiffness(primitive: Primitive, part: Imitated, place_time: float) -> float:
@@ -131,8 +147,7 @@ def _stiffness(primitive: Primitive, part: Imitated, place_time: float) -> float
 
 def _lead_back(hull: Hull, start: np.ndarray, bounds: np.ndarray) -> None:
     """Widen the position limits, in place, of a joint that begins outside of them, up to a part of its way."""
-    outside = (start < bounds[:, 0, 0]) | (start > bounds[:, 0, 1])
-    if outside.any():
+    signed = SIGNS * start[:, None]
+    if (signed > bounds[:, :, 0]).any():
         early = np.flatnonzero((hull.quantity == 0) & (hull.ceases <= LED_BACK_BY))
-        bounds[:, early, 0] = np.minimum(bounds[:, early, 0], start[:, None])
-        bounds[:, early, 1] = np.maximum(bounds[:, early, 1], start[:, None])
+        bounds[:, :, early] = np.maximum(bounds[:, :, early], signed[:, :, None])

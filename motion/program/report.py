@@ -1,20 +1,17 @@
 """What a plan promises, recomputed from its solution."""
 
 from dataclasses import dataclass
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from motion import splines
 from motion.limits import QUANTITIES, Limits
 from motion.primitive import Primitive
 from motion.program.constraint_generation import Solution
 from motion.program.curves import extremes as extremes_of
-from motion.program.curves import half_knots
+from motion.program.curves import half_knots, positions_at_half_knots
 from motion.program.imitation import imitated
 from motion.program.problem import Problem
-from motion.program.space import at_nodes, quadrature
 from motion.request import MotionRequest
 
 BINDING = 1e-5
@@ -42,7 +39,7 @@ class Distance(NamedTuple):
     @classmethod
     def of(cls, apart: np.ndarray) -> "Distance":
         """How large differences of positions (J, n), rad, are."""
-        return cls(np.sqrt((apart**2).mean(axis=1)), np.abs(apart).max(axis=1))
+        return cls(np.sqrt((apart * apart).sum(axis=1) / apart.shape[1]), np.abs(apart).max(axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,36 +73,34 @@ def make_report(
     primitive: Primitive,
     request: MotionRequest,
     problem: Problem,
-    solutions: list[Solution],
-    pieces: np.ndarray,
+    solution: Solution,
+    control_points: np.ndarray,
     reach: np.ndarray,
 ) -> Report:
     """Return the report of a plan.
 
-    pieces (m, J, 6): of the moving part in normalised time. reach (J, 4, 2): lowest and highest values behind it.
+    control_points (J, N + 2): of the moving part. reach (J, 4, 2): lowest and highest values behind it.
     """
-    duration = problem.duration
-    curves = half_knots(pieces)
-    extremes = extremes_of(pieces, curves) * duration ** -np.arange(4.0)[:, None]
+    curves, goal = half_knots(control_points), request.goal
+    positions, step = curves[:, 0], problem.duration / (curves.shape[2] - 1)
+    extremes = extremes_of(curves) * step ** -np.arange(4.0)[:, None]
     extremes[..., 0] = np.minimum(extremes[..., 0], reach[..., 0])
     extremes[..., 1] = np.maximum(extremes[..., 1], reach[..., 1])
-    end = request.goal.positions - request.rest_fraction * request.duration * request.goal.velocities
-    others = np.concatenate([problem.imitated.control_points, problem.space.positions(problem.origin)])
-    demonstrated, unlimited = (others @ _at_half_knots(problem.space.count)).reshape(2, *curves[0].shape)
+    end = goal.positions - request.rest_fraction * request.duration * goal.velocities
     return Report(
-        imitation_rms=_imitation_rms(primitive, request, problem, solutions),
-        final_error_positions=np.abs(curves[0, :, -1] - end),
-        final_error_velocities=np.abs(curves[1, :, -1] / duration - request.goal.velocities),
+        imitation_rms=_imitation_rms(primitive, request, problem, solution),
+        final_error_positions=np.abs(positions[:, -1] - end),
+        final_error_velocities=np.abs(curves[:, 1, -1] / step - goal.velocities),
         extremes=by_quantity(extremes),
         margin=by_quantity(margins(extremes, request.limits)),
-        active=_active(problem, solutions),
-        from_demonstration=Distance.of(curves[0] - demonstrated),
-        by_limits=Distance.of(curves[0] - unlimited),
+        active=_active(problem, solution),
+        from_demonstration=Distance.of(positions - positions_at_half_knots(problem.imitated.control_points)),
+        by_limits=Distance.of(positions - positions_at_half_knots(problem.space.positions(problem.origin))),
         phase=request.phase,
         basis_count=problem.space.count,
         certified=True,
-        rounds=max(solution.rounds for solution in solutions),
-        rows=max(len(solution.rows) for solution in solutions),
+        rounds=solution.rounds,
+        rows=max(map(len, solution.rows)),
     )
 
 
@@ -121,43 +116,29 @@ def by_quantity(values: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _imitation_rms(
-    primitive: Primitive, request: MotionRequest, problem: Problem, solutions: list[Solution]
+    primitive: Primitive, request: MotionRequest, problem: Problem, solution: Solution
 ) -> np.ndarray:
     """Rms (J,) of g̈ − τ²d̈ over the whole duration; in its final part with zero acceleration all of d̈ is missed."""
-    count = problem.space.count
-    weights = problem.space.weights(np.array([solution.x for solution in solutions]))
-    missed = weights @ at_nodes(count).T - problem.imitated.accelerations
-    mean = missed**2 @ quadrature(count) / problem.duration**4
+    mean = problem.imitated.missed(problem.space.weights(solution.x)) / problem.duration**4
     if request.rest_fraction:
-        last = imitated(primitive, request.imitates[1], 1.0, count)
-        still = last.accelerations**2 @ quadrature(count) / (request.rest_fraction * request.duration) ** 4
+        last = imitated(primitive, request.imitates[1], 1.0, problem.space.count)
+        still = last.missed(0.0) / (request.rest_fraction * request.duration) ** 4
         mean = (1 - request.rest_fraction) * mean + request.rest_fraction * still
     return np.sqrt(mean)
 
 
-def _active(problem: Problem, solutions: list[Solution]) -> tuple[Active, ...]:
+def _active(problem: Problem, solution: Solution) -> tuple[Active, ...]:
     """One entry for each stretch of neighbouring rows with multipliers, at the largest of them."""
     hull, count, found = problem.hull, len(problem.hull.s), []
-    for solution in solutions:
-        least = BINDING * max(solution.multipliers.tolist(), default=0.0)
+    for joint, (rows, multipliers) in enumerate(zip(solution.rows, solution.multipliers, strict=True)):
+        binding = multipliers > BINDING * multipliers.max(initial=0.0)
         previous, largest, peaks = -APART - 1, 0.0, []
-        for row, multiplier in zip(solution.rows.tolist(), solution.multipliers.tolist(), strict=True):
-            if multiplier <= least:
-                continue
+        for row, multiplier in zip(rows[binding].tolist(), multipliers[binding].tolist(), strict=True):
             if row - previous > APART:
                 peaks.append(row % count)
                 largest = multiplier
             elif multiplier > largest:
                 peaks[-1], largest = row % count, multiplier
             previous = row
-        found += [(solution.joint, point) for point in peaks]
-    return tuple(
-        Active(joint, QUANTITIES[hull.quantity[point]], float(hull.s[point]) * problem.duration)
-        for joint, point in found
-    )
-
-
-@cache
-def _at_half_knots(count: int) -> np.ndarray:
-    """From position control points to positions at the half knots (N + 2, 2m + 1)."""
-    return np.ascontiguousarray(splines.rows(count + 2, splines.POSITION_DEGREE, np.linspace(0, 1, 2 * count - 5)).T)
+        found += [Active(joint, QUANTITIES[hull.quantity[k]], float(hull.s[k]) * problem.duration) for k in peaks]
+    return tuple(found)

@@ -67,13 +67,14 @@ class Hull:
     """The control points of the four quantities on finer knots, R in all: tighter hulls.
 
     rows (R, N + 2): on x. quantity (R,): of each, 0 to 3, in order. s (R,): where it acts most. ceases (R,): where in s
-    it ceases to act.
+    it ceases to act. last_acceleration: index of the one that is the acceleration at s = 1.
     """
 
     rows: np.ndarray
     quantity: np.ndarray
     s: np.ndarray
     ceases: np.ndarray
+    last_acceleration: int
 
 
 @lru_cache(maxsize=128)
@@ -101,8 +102,8 @@ def make_hull(space: Space, refinement: int, touched: tuple[float, ...] = ()) ->
 
     At `touched`, places in s at which a value lies on its limit, the curve itself becomes a control point.
     """
-    insertion, *rest = _insertion(space.count, refinement, touched)
-    return Hull(insertion @ space.control_points, *rest)
+    insertion, quantity, s, ceases = _insertion(space.count, refinement, touched)
+    return Hull(insertion @ space.control_points, quantity, s, ceases, int(np.searchsorted(quantity, 3)) - 1)
 
 
 @lru_cache(maxsize=32)

@@ -275,7 +275,7 @@ def test_only_the_joint_that_could_not_stop_is_planned_again(
     planned_joints = []
     solve = optimum.solve
 
-    def noting(*args: object) -> list[Solution]:
+    def noting(*args: object) -> Solution:
         planned_joints.append(args[-1])
         return solve(*args)  # type: ignore[arg-type]
 
@@ -640,9 +640,9 @@ def test_the_solver_is_not_believed(
 def test_equalities_that_are_missed_are_no_plan(
     strike: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def shifted(*args: object, **more: object) -> list[Solution]:
+    def shifted(*args: object, **more: object) -> Solution:
         found = constraint_generation.solve(*args, **more)  # type: ignore[arg-type]
-        return [replace(solution, x=solution.x * (1 + 1e-8)) for solution in found]
+        return replace(found, x=found.x * (1 + 1e-8))
 
     monkeypatch.setattr(optimum, "solve", shifted)
     with pytest.raises(SolverFailed, match="equalities are off"):
