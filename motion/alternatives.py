@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motion.errors import CannotStop, LimitExceeded, MotionError, OutOfTime
-from motion.limits import QUANTITIES, ROUNDING
+from motion.errors import CannotStop, MotionError, OutOfTime
 from motion.plan import Plan, Warm, plan
 from motion.primitive import Primitive
 from motion.program.effort import Effort
@@ -113,14 +112,10 @@ def least_errors(primitive: Primitive, request: MotionRequest, ends: Sequence[En
 def _hopeless(request: MotionRequest, ends: Sequence[End]) -> dict[int, MotionError]:
     """What is wrong with the ends that need no plan to be refused, by their index."""
     values = np.array([[end.goal.positions, end.goal.velocities] for end in ends])
-    low, high = request.limits.ranges[:, :2].transpose(2, 1, 0)
-    slack = ROUNDING * np.where(np.isfinite(high - low), high - low, 0.0)
-    found: dict[int, MotionError] = {}
-    for index, quantity, joint in np.argwhere((values < low - slack) | (values > high + slack)).tolist():
-        value = float(values[index, quantity, joint])
-        bound = low if value < low[quantity, joint] else high
-        error = LimitExceeded(joint, QUANTITIES[quantity], value, float(bound[quantity, joint]))
-        found.setdefault(index, error)
+    quantity, found = np.arange(2), dict[int, MotionError]()
+    for index in np.flatnonzero(request.limits.outside(quantity, values).any(axis=(1, 2))).tolist():
+        if error := request.limits.exceeded(quantity, values[index]):
+            found[index] = error
     if request.tail == "stop":
         for index, joint in np.argwhere(never_stops(request, [end.goal for end in ends])).tolist():
             found.setdefault(index, CannotStop(joint, None))

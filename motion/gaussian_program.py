@@ -10,11 +10,10 @@ from functools import cache
 import numpy as np
 from scipy.integrate import simpson
 
-from motion.errors import InvalidMotion, LimitExceeded
+from motion.errors import InvalidMotion
 from motion.gaussian_basis import make_basis
-from motion.limits import ROUNDING
 from motion.primitive import Primitive
-from motion.program.equalities import Fixed, check_fixed, fixed_values
+from motion.program.equalities import Fixed, fixed_inside
 from motion.program.terminal_set import final_accelerations
 from motion.request import MotionRequest
 
@@ -62,26 +61,15 @@ def make_programs(
     """
     if request.place_time is not None:
         raise InvalidMotion("place_time", f"is {request.place_time}; the paper's cost knows no places: use method 'qp'")
-    fixed = fixed_values(request)
-    _check(request, fixed)
+    request, fixed = fixed_inside(request)
+    # This method leads no start back to its limits.
+    if error := request.limits.exceeded(np.zeros(1, dtype=int), request.start.positions[None]):
+        raise error
     powers = request.moving_duration ** np.arange(4.0)
     bounds = _bounds(request, fixed, margin) * powers[:, None, None]
     values = fixed.values * powers[fixed.quantity, None]
     theta = _theta(primitive, request, basis_count)
     return [_program(fixed, values[:, joint], bounds[joint], theta[:, joint]) for joint in range(request.joint_count)]
-
-
-def _check(request: MotionRequest, fixed: Fixed) -> None:
-    """Raise LimitExceeded for what lies outside; this method leads no start back to its limits."""
-    check_fixed(request, fixed)
-    start, ranges = request.start.positions, request.limits.ranges[:, 0]
-    beyond = np.maximum(ranges[:, 0] - start, start - ranges[:, 1])
-    outside = beyond > ROUNDING * np.where(np.isfinite(beyond), ranges[:, 1] - ranges[:, 0], 1.0)
-    if outside.any():
-        joint = int(outside.argmax())
-        low, high = ranges[joint].tolist()
-        value = float(start[joint])
-        raise LimitExceeded(joint, "position", value, low if value < low else high)
 
 
 def _bounds(request: MotionRequest, fixed: Fixed, margin: float) -> np.ndarray:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from motion.errors import InvalidMotion
+from motion.errors import InvalidMotion, LimitExceeded
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
@@ -18,7 +18,7 @@ LED_BACK_FROM = 0.02
 """A motion may begin this far (rad) outside a position limit, where an arm was pushed, …"""
 
 LED_BACK_BY = 0.2
-"""… and has to be inside from this part of its way to the goal on."""
+"""… and must be inside from this part of its way to the goal on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,19 +63,35 @@ class Limits:
         """Number of joints J."""
         return len(self.velocities)
 
-    def contains(self, positions: np.ndarray, velocities: np.ndarray) -> bool:
-        """Whether positions and velocities (J,) lie inside."""
-        low, high = self.ranges[:, :2].transpose(2, 1, 0)
-        values = np.stack([positions, velocities])
-        return bool(((low <= values) & (values <= high)).all())
+    @property
+    def slack(self) -> np.ndarray:
+        """How far (J, 4) beyond a limit a value may lie that was rounded to float32."""
+        width = self.ranges[:, :, 1] - self.ranges[:, :, 0]
+        return ROUNDING * np.where(np.isfinite(width), width, 1.0)
 
     def clipped(self, quantity: int, values: np.ndarray) -> np.ndarray:
         """Values (J,) of a quantity, those beyond a limit by rounding moved onto it; NaN stays."""
         low, high = self.ranges[:, quantity].T
-        width = high - low
-        slack = ROUNDING * np.where(np.isfinite(width), width, 0.0)
+        slack = self.slack[:, quantity]
         values = np.where((values > high) & (values <= high + slack), high, values)
         return np.where((values < low) & (values >= low - slack), low, values)
+
+    def outside(self, quantity: np.ndarray, values: np.ndarray, slack: np.ndarray | float = 0.0) -> np.ndarray:
+        """Which values (…, F, J) of the quantities (F,) lie beyond their limits by more than `slack`; NaN do not."""
+        low, high = self.ranges.transpose(2, 1, 0)[:, quantity]
+        return (values < low - slack) | (values > high + slack)
+
+    def exceeded(
+        self, quantity: np.ndarray, values: np.ndarray, slack: np.ndarray | float = 0.0
+    ) -> LimitExceeded | None:
+        """Return what is wrong with the first joint's first value (F, J) beyond its limit by more than rounding and
+        `slack`, None where all lie inside."""
+        found = np.argwhere(self.outside(quantity, values, np.maximum(self.slack.T[quantity], slack)).T)
+        if not len(found):
+            return None
+        joint, k = found[0].tolist()
+        value, (low, high) = float(values[k, joint]), self.ranges[joint, quantity[k]].tolist()
+        return LimitExceeded(joint, QUANTITIES[quantity[k]], value, low if value < low else high)
 
     def tightened(self, other: "Limits") -> "Limits":
         """The tighter of both everywhere. Raises InvalidMotion where the position ranges do not meet."""

@@ -13,7 +13,7 @@ from motion.primitive import Primitive
 from motion.program.constraint_generation import InfeasibleRows, Solution
 from motion.program.effort import Effort
 from motion.program.ending import Ending, ending
-from motion.program.equalities import Fixed, check_fixed, fixed_values
+from motion.program.equalities import Fixed, fixed_inside, fixed_values
 from motion.program.min_duration import FACTOR, MAX_DURATION, Judge, Verdict, min_duration, stretched
 from motion.program.optimum import Warm, optimum, works
 from motion.program.problem import FINEST, USUAL, Precision, Problem, build
@@ -84,10 +84,7 @@ def plan(
     what may be spent. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or SolverFailed.
     """
     _check_joints(primitive, request, warm)
-    request = request.clipped()
-    # A goal outside its limits is named as such, not as one from which no stop leads back inside.
-    fixed = fixed_values(request)
-    check_fixed(request, fixed)
+    request, fixed = fixed_inside(request)
     effort = effort or effort_for(request.joint_count)
     usual = effort.share(USUAL_SHARE * effort.left)
     try:
@@ -175,7 +172,7 @@ def _planned(
         hit_index=round(request.duration / tick),
         tick=tick,
         report=make_report(primitive, request, problem, solution, points, end.reach),
-        warm=Warm(len(problem.hull.s), solution.carrying()),
+        warm=Warm(len(problem.hull.s), solution.rows),
     )
 
 
@@ -218,8 +215,7 @@ def _judge(primitive: Primitive, final: np.ndarray, effort: Effort) -> Judge:
 
     def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
         try:
-            fixed = fixed_values(request)
-            check_fixed(request, fixed)
+            request, fixed = fixed_inside(request)
             problem = build(primitive, request, fixed, final)
         except (LimitExceeded, InvalidMotion):
             return Verdict(joints[0])

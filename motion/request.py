@@ -127,8 +127,6 @@ class MotionRequest:
     def clipped(self) -> "MotionRequest":
         """The same request, with values of goal and waypoints that lie beyond their limit by rounding moved onto it."""
         clip = self.limits.clipped
-        if not self.waypoints and self.limits.contains(self.goal.positions, self.goal.velocities):
-            return self
         goal = replace(self.goal, positions=clip(0, self.goal.positions), velocities=clip(1, self.goal.velocities))
         waypoints = tuple(
             replace(w, positions=clip(0, w.positions), velocities=clip(1, w.velocities)) for w in self.waypoints

@@ -11,8 +11,7 @@ import numpy as np
 from scipy.integrate import simpson
 
 from motion.braking import fastest_stop
-from motion.errors import LimitExceeded
-from motion.limits import QUANTITIES, ROUNDING
+from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.program.curves import extremes, halves
 from motion.program.report import Distance, Report, by_quantity, margins
@@ -51,14 +50,9 @@ class SampledPlan:
 
 def check_limits(plan: SampledPlan) -> None:
     """Raise LimitExceeded for the first limit that the plan leaves by more than rounding."""
-    for quantity, name in enumerate(QUANTITIES):
-        for joint, (lowest, highest) in enumerate(plan.report.extremes[name]):
-            low, high = plan.request.limits.ranges[joint, quantity]
-            slack = ROUNDING * (high - low) if np.isfinite(high - low) else 0.0
-            if lowest < low - slack:
-                raise LimitExceeded(joint, name, float(lowest), float(low))
-            if highest > high + slack:
-                raise LimitExceeded(joint, name, float(highest), float(high))
+    reached = np.concatenate([plan.report.extremes[name] for name in QUANTITIES], axis=1).T
+    if error := plan.request.limits.exceeded(np.repeat(np.arange(len(QUANTITIES)), 2), reached):
+        raise error
 
 
 def make_plan(

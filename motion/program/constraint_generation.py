@@ -43,10 +43,11 @@ class InfeasibleRows(Exception):
 
 @dataclass(slots=True, eq=False)
 class Solution:
-    """The optima of n joints: motions x (n, N + 2), their control points `values` (n, R), the rows that each was solved
-    with and their multipliers.
+    """The optima of n joints: motions x (n, N + 2), their control points `values` (n, R), and for each joint the rows
+    that carry a multiplier, with it.
 
-    Row side·R + i keeps control point i above its lower (side 0) or below its upper limit (side 1).
+    Row side·R + i keeps control point i above its lower (side 0) or below its upper limit (side 1). size: rows of the
+    largest program.
     """
 
     joints: np.ndarray
@@ -55,17 +56,14 @@ class Solution:
     rows: list[np.ndarray]
     multipliers: list[np.ndarray]
     rounds: int = 0
+    size: int = 0
 
     def replace(self, other: "Solution") -> None:
         """Put the optima of some joints in the places of those found before, in a solution of all joints."""
         self.x[other.joints], self.values[other.joints] = other.x, other.values
         for joint, rows, multipliers in zip(other.joints, other.rows, other.multipliers, strict=True):
             self.rows[joint], self.multipliers[joint] = rows, multipliers
-        self.rounds = max(self.rounds, other.rounds)
-
-    def carrying(self) -> list[np.ndarray]:
-        """For each joint the rows that carry a multiplier."""
-        return [_carrying(*each) for each in zip(self.rows, self.multipliers, strict=True)]
+        self.rounds, self.size = max(self.rounds, other.rounds), max(self.size, other.size)
 
 
 def solve(
@@ -117,16 +115,17 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
 
 def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort: Effort, probe: bool) -> None:
     """Solve the program of the k-th joint once more, with new rows."""
-    joint, kept = int(found.joints[k]), found.rows[k]
+    joint = int(found.joints[k])
     if found.rounds > MAX_ROUNDS:
         raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
-    dropping = found.rounds <= DROPPING_ROUNDS
-    if dropping:
-        kept = _carrying(kept, found.multipliers[k])
-    rows = np.array(sorted({*kept.tolist(), *new.tolist()}))
+    rows = np.array(sorted({*found.rows[k].tolist(), *new.tolist()}))
     effort.spend(joint, len(rows))
-    program, size = _program(problem, joint, rows)
-    u, multipliers, status = least_distance(*program, tight=problem.precise or not dropping)
+    # Scaled so that the largest violation is 1.
+    side, point = np.divmod(rows, len(problem.hull.s))
+    excess = problem.excess[joint].ravel()[rows]
+    size = max(float(excess.max()), TINY)
+    program = problem.limit_rows.matrix[joint][point] * SIGNS[side, None], excess / size
+    u, multipliers, status = least_distance(*program, tight=problem.precise or found.rounds > DROPPING_ROUNDS)
     if status == UNCLEAR and not probe:
         effort.spend_on_doubt(joint, len(rows), len(u))
         u, multipliers, status = least_distance_in_doubt(*program)
@@ -134,21 +133,10 @@ def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort
         raise _contradiction(problem, joint, rows, multipliers)
     if status:
         raise SolverFailed(joint, status)
-    found.rows[k], found.multipliers[k] = rows, multipliers
     found.x[k, :-2] = problem.origin[joint, :-2] + size * u
-
-
-def _carrying(rows: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
-    """The rows that carry a multiplier."""
-    return rows[multipliers > IDLE * multipliers.max(initial=0.0)]
-
-
-def _program(problem: Problem, joint: int, rows: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], float]:
-    """The least distance program of some rows, scaled so that the largest violation is 1, and the scale."""
-    side, point = np.divmod(rows, len(problem.hull.s))
-    excess = problem.over[joint].ravel()[rows] + problem.inside[joint, problem.hull.quantity[point]]
-    size = max(float(excess.max()), TINY)
-    return (problem.limit_rows.matrix[joint][point] * SIGNS[side, None], excess / size), size
+    found.size = max(found.size, len(rows))
+    carrying = multipliers > (IDLE * multipliers.max() if found.rounds < DROPPING_ROUNDS else -np.inf)
+    found.rows[k], found.multipliers[k] = rows[carrying], multipliers[carrying]
 
 
 def _violated(over: np.ndarray, first: bool = False) -> dict[int, np.ndarray]:

@@ -5,8 +5,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from motion.errors import InvalidMotion, LimitExceeded, SolverFailed
-from motion.limits import LED_BACK_FROM, QUANTITIES, ROUNDING
+from motion.errors import InvalidMotion, SolverFailed
+from motion.limits import LED_BACK_FROM, ROUNDING
 from motion.program.space import Space, make_space
 from motion.request import MotionRequest
 
@@ -78,22 +78,19 @@ def fixed_values(request: MotionRequest) -> Fixed:
     return Fixed(np.array(quantity), np.array(s), np.array(values), tuple(touched))
 
 
-def check_fixed(request: MotionRequest, fixed: Fixed) -> None:
-    """Raise LimitExceeded for the first joint's first fixed value outside its range."""
-    ranges = request.limits.ranges[:, fixed.quantity]
-    values = fixed.values.T[:, :, None]
-    beyond = np.concatenate([ranges[:, :, :1] - values, values - ranges[:, :, 1:]], axis=2).max(axis=2)
-    if not (beyond > 0).any():
-        return
-    width = ranges[:, :, 1] - ranges[:, :, 0]
-    tolerance = ROUNDING * np.where(np.isfinite(width), width, 1.0)
-    tolerance[:, 0] = LED_BACK_FROM
-    outside = beyond > tolerance
-    if outside.any():
-        joint, k = np.unravel_index(outside.argmax(), outside.shape)
-        value = float(fixed.values[k, joint])
-        low, high = ranges[joint, k]
-        raise LimitExceeded(int(joint), QUANTITIES[fixed.quantity[k]], value, float(low if value < low else high))
+def fixed_inside(request: MotionRequest) -> tuple[MotionRequest, Fixed]:
+    """Return the request, with what lies beyond its limit by rounding moved onto it, and what it fixes.
+
+    Raises LimitExceeded for the first joint's first fixed value outside its range.
+    """
+    fixed = fixed_values(request)
+    if request.rest_fraction or request.limits.outside(fixed.quantity, fixed.values).any():
+        request = request.clipped()
+        fixed = fixed_values(request)
+        led_back = np.where(np.arange(len(fixed.s)) == 0, LED_BACK_FROM, 0.0)[:, None]
+        if error := request.limits.exceeded(fixed.quantity, fixed.values, led_back):
+            raise error
+    return request, fixed
 
 
 def equalities_of(space: Space, fixed: Fixed, values: np.ndarray, local: bool) -> tuple[Equalities, np.ndarray]:

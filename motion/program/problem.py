@@ -49,8 +49,8 @@ class Problem:
     targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits; values (J, R): its control
     points. bounds (J, 2, R): the limits, those below with their signs turned, infinite where there is none or the
     equalities decide. over (J, 2, R): by how much the origin passes them. beyond (D,): by how much the control points
-    that the equalities decide pass their limits and their rounding. inside (J, 4): how far inside of its limit a row of
-    unit norm is demanded. precise: so near that programs must be solved tightly.
+    that the equalities decide pass their limits and their rounding. excess (J, 2, R): by how much the origin passes
+    what is demanded of a row, which lies inside of its limit. precise: so near that programs must be solved tightly.
     """
 
     space: Space
@@ -65,7 +65,7 @@ class Problem:
     bounds: np.ndarray
     over: np.ndarray
     beyond: np.ndarray
-    inside: np.ndarray
+    excess: np.ndarray
     precise: bool
 
     def passed(self, values: np.ndarray, joints: Joints) -> np.ndarray:
@@ -111,6 +111,7 @@ def build(
     over = SIGNS[:, None] * (at * rows.scales)[:, None] - bounds
     beyond = over.ravel()[rows.decided] - ROUNDING * width.ravel()[rows.width_of]
     bounds.ravel()[rows.decided], over.ravel()[rows.decided] = np.inf, -np.inf
+    inside = precision.inside * width * rows.least
     return Problem(
         space=space,
         hull=hull,
@@ -124,7 +125,7 @@ def build(
         bounds=bounds,
         over=over,
         beyond=beyond,
-        inside=precision.inside * width * rows.least,
+        excess=over + inside.take(hull.quantity, axis=1)[:, None],
         precise=precision.inside < USUAL.inside,
     )
 

@@ -100,7 +100,7 @@ def make_report(
         basis_count=problem.space.count,
         certified=True,
         rounds=solution.rounds,
-        rows=max(map(len, solution.rows)),
+        rows=solution.size,
     )
 
 
@@ -131,9 +131,12 @@ def _active(problem: Problem, solution: Solution) -> tuple[Active, ...]:
     """One entry for each stretch of neighbouring rows with multipliers, at the largest of them."""
     hull, count, found = problem.hull, len(problem.hull.s), []
     for joint, (rows, multipliers) in enumerate(zip(solution.rows, solution.multipliers, strict=True)):
-        binding = multipliers > BINDING * multipliers.max(initial=0.0)
+        each = multipliers.tolist()
+        least = BINDING * max(each, default=0.0)
         previous, largest, peaks = -APART - 1, 0.0, []
-        for row, multiplier in zip(rows[binding].tolist(), multipliers[binding].tolist(), strict=True):
+        for row, multiplier in zip(rows.tolist(), each, strict=True):
+            if multiplier <= least:
+                continue
             if row - previous > APART:
                 peaks.append(row % count)
                 largest = multiplier

@@ -30,11 +30,23 @@ def test_bad_limits_are_refused_by_name(name: str, bad: list[float]) -> None:
         Limits(**{"positions": [[-1.0, 1.0]], **good, name if name != "positions" else "velocities": bad})  # type: ignore[arg-type]
 
 
-def test_contains_is_exact() -> None:
+def test_what_lies_outside() -> None:
     limits = Limits(np.array([[-1.0, 2.0], [-5.0, 5.0]]), np.array([3.0, 4.0]), np.full(2, np.inf), np.full(2, np.inf))
-    assert limits.contains(np.array([2.0, -5.0]), np.array([-3.0, 4.0]))
-    for p, v in (([2.0 + 1e-15 * 2, 0], [0, 0]), ([0, 0], [0, -4.1]), ([-1.1, 0], [0, 0]), ([np.nan, 0], [0, 0])):
-        assert not limits.contains(np.array(p), np.array(v))
+    both = np.arange(2)
+    assert not limits.outside(both, np.array([[2.0, -5.0], [-3.0, 4.0]])).any()
+    assert not limits.outside(both, np.full((2, 2), np.nan)).any()
+    values = np.array([[[2.0 + 1e-15 * 2, 0], [0, -4.1]], [[-1.1, 0], [0, 0]]])
+    assert np.argwhere(limits.outside(both, values)).tolist() == [[0, 0, 0], [0, 1, 1], [1, 0, 0]]
+
+
+def test_the_first_value_beyond_rounding_is_named() -> None:
+    limits = Limits(np.array([[-1.0, 2.0], [-5.0, 5.0]]), np.array([3.0, 4.0]), np.full(2, np.inf), np.full(2, np.inf))
+    both = np.arange(2)
+    assert limits.exceeded(both, np.array([[2.0 + 2.9e-6, 0], [0, -4.0 - 7.9e-6]])) is None
+    error = limits.exceeded(both, np.array([[-1.1, 0], [4.0, -4.1]]))
+    assert error and (error.joint, error.quantity, error.value, error.bound) == (0, "position", -1.1, -1.0)
+    error = limits.exceeded(both, np.array([[-1.1, 0], [3.0, -4.1]]), np.array([[0.2], [0.0]]))
+    assert error and (error.joint, error.quantity, error.value, error.bound) == (1, "velocity", -4.1, -4.0)
 
 
 def test_clipped_moves_what_is_beyond_by_rounding() -> None:
