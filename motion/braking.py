@@ -40,17 +40,8 @@ class Stop(NamedTuple):
         The velocity turns where the acceleration crosses 0, the position where the velocity does, which can only happen
         while the acceleration is still positive.
         """
-        sign, v, a, jerk, peak, t1, held = self
-        rising = np.maximum(a, 0.0)
-        v1 = v + t1 * (a - jerk * t1 / 2)
-        travel = t1 * (v + t1 * (a / 2 - t1 * jerk / 6)) + held * (v1 - peak * held / 2) + peak**3 / (6 * jerk**2)
-        back = np.minimum(v, 0.0)
-        root = np.sqrt(np.maximum(rising * rising + 2 * jerk * back, 0.0))
-        t0 = -2 * back / np.maximum(rising + root, 1e-300)
-        dip = t0 * (back + t0 * (rising / 2 - t0 * jerk / 6))
-        low, high = np.minimum(dip, travel), np.maximum(travel, 0.0)
-        fast = np.maximum(v + rising * rising / (2 * jerk), 0.0)
-        ahead = sign > 0
+        low, high, back, fast = self._ahead()
+        ahead = self.sign > 0
         return (
             positions + np.where(ahead, low, -high),
             positions + np.where(ahead, high, -low),
@@ -61,12 +52,27 @@ class Stop(NamedTuple):
     def reach(self, positions: np.ndarray) -> np.ndarray:
         """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of J joints that stop from `positions`
         (J,)."""
-        ahead, rising = self.sign > 0, np.maximum(self.acceleration, 0.0)
+        low, high, back, fast = self._ahead()
         first, last = np.where(self.bending > 0, self.jerk, 0.0), np.where(self.peak > 0, self.jerk, 0.0)
-        forward = np.array([-self.peak, rising, -first, last])
-        backward = np.array([-rising, self.peak, -last, first])
-        bounds = [*self.extremes(positions), *np.where(ahead, forward, backward)]
-        return np.stack(bounds, axis=1).reshape(-1, 4, 2)
+        lowest = np.array([low, back, -self.peak, -first])
+        highest = np.array([high, fast, np.maximum(self.acceleration, 0.0), last])
+        bounds = np.where(self.sign > 0, (lowest, highest), (-highest, -lowest))
+        bounds[:, 0] += positions
+        return bounds.T
+
+    def _ahead(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Least and largest way, lowest and highest velocity, in the direction of the sign."""
+        _, v, a, jerk, peak, t1, held = self
+        rising = np.maximum(a, 0.0)
+        v1 = v + t1 * (a - jerk * t1 / 2)
+        travel = t1 * (v + t1 * (a / 2 - t1 * jerk / 6)) + held * (v1 - peak * held / 2) + peak**3 / (6 * jerk**2)
+        fast = np.maximum(v + rising * rising / (2 * jerk), 0.0)
+        low, back = np.minimum(travel, 0.0), np.minimum(v, 0.0)
+        if back.any():
+            root = np.sqrt(np.maximum(rising * rising + 2 * jerk * back, 0.0))
+            t0 = -2 * back / np.maximum(rising + root, 1e-300)
+            low = np.minimum(low, t0 * (back + t0 * (rising / 2 - t0 * jerk / 6)))
+        return low, np.maximum(travel, 0.0), back, fast
 
     def trajectory(self, positions: np.ndarray) -> Trajectory:
         """The motion of J joints that stop from `positions` (J,). The last piece, of no length, is at rest."""

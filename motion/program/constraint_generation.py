@@ -22,6 +22,9 @@ DROPPING_ROUNDS = 6
 STRIDE, MANY = 3, 24
 """In the first round every third violated control point becomes a row, but not many more than so many."""
 
+BESIDE = np.array([-1, 0, 1])
+"""A row of an earlier motion brings these with it."""
+
 TINY = 1e-12
 """The scale of a program whose rows hold already."""
 
@@ -88,7 +91,7 @@ def solve(
     )
     new = _violated(problem.over[chosen], first=True)
     if warm is not None:
-        new = {k: warm[chosen[k]] if warm[chosen[k]].size else rows for k, rows in new.items()}
+        new = {k: _beside(problem, joint, warm[joint], rows) for k, rows in new.items() for joint in [chosen[k]]}
     while new:
         found.rounds += 1
         for k, rows in new.items():
@@ -139,11 +142,21 @@ def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort
     found.rows[k], found.multipliers[k] = rows[carrying], multipliers[carrying]
 
 
+def _beside(problem: Problem, joint: int, warm: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """The rows of an earlier motion with their neighbours, to which they may have moved; without any, the first ones."""
+    over = problem.over[joint].ravel()
+    rows = (warm[:, None] + BESIDE).ravel() % over.size
+    rows = rows[over[rows] > -np.inf]
+    return rows if rows.size else first
+
+
 def _violated(over: np.ndarray, first: bool = False) -> dict[int, np.ndarray]:
     """By joint, of those that have some, the rows at the peaks of positive `over` (n, 2, R); the `first` time also some
     along each stretch. Each joint has a peak of its own: its first control point is the start, which is decided."""
     flat, size = over.ravel(), over[0].size
     positive = (flat > 0).nonzero()[0]
+    if not positive.size:
+        return {}
     above = flat[positive]
     peak = (above >= flat.take(positive - 1)) & (above >= flat.take(positive + 1, mode="clip"))
     ends = positive.searchsorted(np.arange(len(over) + 1) * size).tolist()
