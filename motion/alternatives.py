@@ -19,6 +19,10 @@ EFFORT, EFFORT_EACH, PLAN = 8_000.0, 2_500.0, 1_000.0
 benchmarks/README.md."""
 
 
+_ENDS = np.arange(2)
+"""The quantities that an end fixes: position and velocity."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class End:
     """A state to arrive at, and after how many seconds."""
@@ -47,20 +51,20 @@ def plan_best(
     bounds = least_errors(primitive, request, ends)
     scale = _scale(request)
     effort = Effort(EFFORT * max(1.0, request.joint_count / 6))
-    hopeless = _hopeless(request, ends)
-    errors: list[MotionError] = [hopeless.get(index, OutOfTime(0)) for index in range(len(ends))]
+    outside, stuck = _hopeless(request, ends)
+    tried: dict[int, MotionError] = {}
     best: tuple[float, int, Plan] | None = None
     for index in np.argsort(bounds, kind="stable").tolist():
         if effort.left <= 0 or (best is not None and bounds[index] >= best[0]):
             break
-        if index in hopeless:
+        if outside[index] or stuck[index].any():
             continue
         share = effort.share(EFFORT_EACH)
         asked = replace(request, goal=ends[index].goal, duration=ends[index].duration)
         try:
             made = plan(primitive, asked, tick, warm, remedy=False, thorough=False, effort=share)
         except MotionError as error:
-            errors[index] = error
+            tried[index] = error
             continue
         finally:
             effort.give_back(share)
@@ -69,7 +73,7 @@ def plan_best(
         if best is None or error < best[0]:
             best = error, index, made
     if best is None:
-        raise AllRefused(errors)
+        raise AllRefused([tried.get(k) or _refused(request, end, stuck[k]) for k, end in enumerate(ends)])
     return best[1], best[2]
 
 
@@ -109,17 +113,25 @@ def least_errors(primitive: Primitive, request: MotionRequest, ends: Sequence[En
     return (errors / moving**4 / _scale(request) ** 2).sum(axis=1)
 
 
-def _hopeless(request: MotionRequest, ends: Sequence[End]) -> dict[int, MotionError]:
-    """What is wrong with the ends that need no plan to be refused, by their index."""
-    values = np.array([[end.goal.positions, end.goal.velocities] for end in ends])
-    quantity, found = np.arange(2), dict[int, MotionError]()
-    for index in np.flatnonzero(request.limits.outside(quantity, values).any(axis=(1, 2))).tolist():
-        if error := request.limits.exceeded(quantity, values[index]):
-            found[index] = error
-    if request.tail == "stop":
-        for index, joint in np.argwhere(never_stops(request, [end.goal for end in ends])).tolist():
-            found.setdefault(index, CannotStop(joint, None))
-    return found
+def _hopeless(request: MotionRequest, ends: Sequence[End]) -> tuple[np.ndarray, np.ndarray]:
+    """Which ends (n,) lie outside the limits, and which joints (n, J) could not stop after the others."""
+    slack = request.limits.slack.T[:2]
+    outside = request.limits.outside(_ENDS, np.array([_values(end) for end in ends]), slack).any(axis=(1, 2))
+    stuck = np.zeros((len(ends), request.joint_count), dtype=bool)
+    if request.tail == "stop" and not outside.all():
+        stuck[~outside] = never_stops(request, [end.goal for end, out in zip(ends, outside, strict=True) if not out])
+    return outside, stuck
+
+
+def _refused(request: MotionRequest, end: End, stuck: np.ndarray) -> MotionError:
+    """What is wrong with an end for which no plan was tried."""
+    if error := request.limits.exceeded(_ENDS, np.array(_values(end))):
+        return error
+    return CannotStop(int(stuck.argmax()), None) if stuck.any() else OutOfTime(0)
+
+
+def _values(end: End) -> tuple[np.ndarray, np.ndarray]:
+    return end.goal.positions, end.goal.velocities
 
 
 def _scale(request: MotionRequest) -> np.ndarray:

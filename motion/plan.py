@@ -31,6 +31,10 @@ USUAL_SHARE = 0.7
 """Part of the effort that the usual precision may take; what is left is for the finest and for another duration."""
 
 
+SEARCH_SHARE = 0.8
+"""Part of what is left then that the search for another duration may take."""
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A verified motion: a spline up to the goal, a straight part if asked for, and a stop.
@@ -194,7 +198,7 @@ def _refusal(
     """
     found = None
     if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
-        judge = _judge(primitive, final_accelerations(request), effort)
+        judge = _judge(primitive, final_accelerations(request), effort.share(SEARCH_SHARE * effort.left))
         low = math.ceil(request.duration / tick - 1e-9)
         found = min_duration(request, judge, low, math.ceil(low * FACTOR), tick)
     if isinstance(failed, OutOfTime):

@@ -19,6 +19,10 @@ MAX_ROUNDS = 30
 DROPPING_ROUNDS = 6
 """Rows without a multiplier are dropped between these first rounds; the objective grows all the same, so it ends."""
 
+HARD = 30
+"""A joint that begins with more rows is often infeasible, and goes first, alone; the others take their rounds together.
+"""
+
 STRIDE, MANY = 3, 24
 """In the first round every third violated control point becomes a row, but not many more than so many."""
 
@@ -49,8 +53,8 @@ class Solution:
     """The optima of n joints: motions x (n, N + 2), their control points `values` (n, R), and for each joint the rows
     that carry a multiplier, with it.
 
-    Row side·R + i keeps control point i above its lower (side 0) or below its upper limit (side 1). size: rows of the
-    largest program.
+    Row side·R + i keeps control point i above its lower (side 0) or below its upper limit (side 1). rounds: programs
+    that each joint took; size: rows of the largest.
     """
 
     joints: np.ndarray
@@ -58,15 +62,16 @@ class Solution:
     values: np.ndarray
     rows: list[np.ndarray]
     multipliers: list[np.ndarray]
-    rounds: int = 0
+    rounds: list[int]
     size: int = 0
 
     def replace(self, other: "Solution") -> None:
         """Put the optima of some joints in the places of those found before, in a solution of all joints."""
         self.x[other.joints], self.values[other.joints] = other.x, other.values
-        for joint, rows, multipliers in zip(other.joints, other.rows, other.multipliers, strict=True):
-            self.rows[joint], self.multipliers[joint] = rows, multipliers
-        self.rounds, self.size = max(self.rounds, other.rounds), max(self.size, other.size)
+        for k, joint in enumerate(other.joints.tolist()):
+            self.rows[joint], self.multipliers[joint] = other.rows[k], other.multipliers[k]
+            self.rounds[joint] = max(self.rounds[joint], other.rounds[k])
+        self.size = max(self.size, other.size)
 
 
 def solve(
@@ -85,21 +90,21 @@ def solve(
     """
     chosen = np.arange(len(problem.origin)) if joints is None else joints
     _check_decided(problem, chosen)
-    count = len(chosen)
-    found = Solution(
-        chosen, problem.origin[chosen], problem.values[chosen], [NOTHING] * count, [NO_MULTIPLIERS] * count
-    )
-    new = _violated(problem.over[chosen], first=True)
+    n = len(chosen)
+    none = [NOTHING] * n, [NO_MULTIPLIERS] * n, [0] * n
+    found = Solution(chosen, problem.origin[chosen], problem.values[chosen], *none)
+    first = _violated(problem.over[chosen], first=True)
+    hard = [k for k, rows in first.items() if len(rows) > HARD]
     if warm is not None:
-        new = {k: _beside(problem, joint, warm[joint], rows) for k, rows in new.items() for joint in [chosen[k]]}
-    while new:
-        found.rounds += 1
-        for k, rows in new.items():
-            _add_rows(problem, found, k, rows, effort, probe)
-        busy = list(new)
-        found.values[busy] = values = found.x[busy] @ problem.hull.rows.T
-        over = problem.passed(values, chosen[busy])
-        new = {busy[k]: rows for k, rows in _violated(over).items()}
+        first = {k: _beside(problem, chosen[k], warm[chosen[k]], rows) for k, rows in first.items()}
+    for group in ([*([k] for k in hard), [k for k in first if k not in hard]]):
+        new = {k: first[k] for k in group}
+        while new:
+            for k, rows in new.items():
+                _add_rows(problem, found, k, rows, effort, probe)
+            busy = list(new)
+            found.values[busy] = values = found.x[busy] @ problem.hull.rows.T
+            new = {busy[k]: rows for k, rows in _violated(problem.passed(values, chosen[busy])).items()}
     return found
 
 
@@ -119,7 +124,8 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
 def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort: Effort, probe: bool) -> None:
     """Solve the program of the k-th joint once more, with new rows."""
     joint = int(found.joints[k])
-    if found.rounds > MAX_ROUNDS:
+    found.rounds[k] += 1
+    if found.rounds[k] > MAX_ROUNDS:
         raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
     rows = np.array(sorted({*found.rows[k].tolist(), *new.tolist()}))
     effort.spend(joint, len(rows))
@@ -128,7 +134,7 @@ def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort
     excess = problem.excess[joint].ravel()[rows]
     size = max(float(excess.max()), TINY)
     program = problem.limit_rows.matrix[joint][point] * SIGNS[side, None], excess / size
-    u, multipliers, status = least_distance(*program, tight=problem.precise or found.rounds > DROPPING_ROUNDS)
+    u, multipliers, status = least_distance(*program, tight=problem.precise or found.rounds[k] > DROPPING_ROUNDS)
     if status == UNCLEAR and not probe:
         effort.spend_on_doubt(joint, len(rows), len(u))
         u, multipliers, status = least_distance_in_doubt(*program)
@@ -138,7 +144,7 @@ def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort
         raise SolverFailed(joint, status)
     found.x[k, :-2] = problem.origin[joint, :-2] + size * u
     found.size = max(found.size, len(rows))
-    carrying = multipliers > (IDLE * multipliers.max() if found.rounds < DROPPING_ROUNDS else -np.inf)
+    carrying = multipliers > (IDLE * multipliers.max() if found.rounds[k] < DROPPING_ROUNDS else -np.inf)
     found.rows[k], found.multipliers[k] = rows[carrying], multipliers[carrying]
 
 

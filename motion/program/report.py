@@ -99,7 +99,7 @@ def make_report(
         phase=request.phase,
         basis_count=problem.space.count,
         certified=True,
-        rounds=solution.rounds,
+        rounds=max(solution.rounds),
         rows=solution.size,
     )
 
