@@ -13,7 +13,7 @@ from scipy.integrate import simpson
 from motion.braking import fastest_stop
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.program.curves import extremes, halves
+from motion.program.curves import STEPS, curves_of_pieces, extremes
 from motion.program.report import Distance, Report, by_quantity, margins
 from motion.request import Boundary, MotionRequest
 from motion.trajectory import ARRIVED, COEFFICIENTS, Samples, Trajectory
@@ -86,8 +86,8 @@ def _with_tail(request: MotionRequest, moving: Trajectory, arrival: Boundary) ->
     """All of the motion; its lowest and highest position, velocity, acceleration and jerk (J, 4, 2)."""
     straight, limits = request.straight_duration, request.limits
     length = moving.duration / len(moving.coefficients)
-    curves = halves(moving.coefficients * length ** np.arange(float(COEFFICIENTS)))
-    reach = extremes(curves) * (length / 2) ** -np.arange(4.0)[:, None]
+    curves = curves_of_pieces(moving.coefficients * length ** np.arange(float(COEFFICIENTS)))
+    reach = extremes(curves) * (length / STEPS) ** -np.arange(4.0)[:, None]
     trajectory, stops_at = moving, arrival.positions + straight * arrival.velocities
     reach[:, 0] = np.stack([np.minimum(reach[:, 0, 0], stops_at), np.maximum(reach[:, 0, 1], stops_at)], axis=1)
     if straight or request.tail == "coast":

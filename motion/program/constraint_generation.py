@@ -97,7 +97,7 @@ def solve(
     hard = [k for k, rows in first.items() if len(rows) > HARD]
     if warm is not None:
         first = {k: _beside(problem, chosen[k], warm[chosen[k]], rows) for k, rows in first.items()}
-    for group in ([*([k] for k in hard), [k for k in first if k not in hard]]):
+    for group in [*([k] for k in hard), [k for k in first if k not in hard]]:
         new = {k: first[k] for k in group}
         while new:
             for k, rows in new.items():
@@ -149,7 +149,7 @@ def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort
 
 
 def _beside(problem: Problem, joint: int, warm: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """The rows of an earlier motion with their neighbours, to which they may have moved; without any, the first ones."""
+    """The rows of an earlier motion, and their neighbours, to which they may have moved; the first ones without any."""
     over = problem.over[joint].ravel()
     rows = (warm[:, None] + BESIDE).ravel() % over.size
     rows = rows[over[rows] > -np.inf]

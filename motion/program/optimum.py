@@ -21,16 +21,14 @@ ROUNDING = 4 * np.finfo(float).eps
 
 @dataclass(frozen=True, slots=True)
 class Warm:
-    """The rows of a plan that carried multipliers, an array for each joint: the next plan of the same joints begins with
+    """The rows of a plan that carried multipliers, an array for each joint: the next plan of these joints begins with
     them. They belong to hulls with `points` control points."""
 
     points: int
     rows: list[np.ndarray]
 
 
-def optimum(
-    problem: Problem, effort: Effort, warm: Warm | None = None, joints: np.ndarray | None = None
-) -> Solution:
+def optimum(problem: Problem, effort: Effort, warm: Warm | None = None, joints: np.ndarray | None = None) -> Solution:
     """Return the optimum of every joint or of the `joints` (n,). Raises InfeasibleRows or SolverFailed.
 
     Rows of an earlier motion are demanded where this one might have done without, so no verdict rests on them, and what

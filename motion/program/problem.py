@@ -69,7 +69,7 @@ class Problem:
     precise: bool
 
     def passed(self, values: np.ndarray, joints: Joints) -> np.ndarray:
-        """By how much (n, 2, R) control points `values` (n, R) of some joints pass their limits, in units of the rows."""
+        """By how much (n, 2, R), in units of the rows, control points `values` (n, R) of joints pass their limits."""
         return SIGNS[:, None] * (values * self.limit_rows.scales[joints])[:, None] - self.bounds[joints]
 
 

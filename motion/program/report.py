@@ -8,8 +8,8 @@ import numpy as np
 from motion.limits import QUANTITIES, Limits
 from motion.primitive import Primitive
 from motion.program.constraint_generation import Solution
+from motion.program.curves import curves_of, positions_of
 from motion.program.curves import extremes as extremes_of
-from motion.program.curves import half_knots, positions_at_half_knots
 from motion.program.imitation import imitated
 from motion.program.problem import Problem
 from motion.request import MotionRequest
@@ -81,7 +81,7 @@ def make_report(
 
     control_points (J, N + 2): of the moving part. reach (J, 4, 2): lowest and highest values behind it.
     """
-    curves, goal = half_knots(control_points), request.goal
+    curves, goal = curves_of(control_points), request.goal
     positions, step = curves[:, 0], problem.duration / (curves.shape[2] - 1)
     extremes = extremes_of(curves) * step ** -np.arange(4.0)[:, None]
     extremes[..., 0] = np.minimum(extremes[..., 0], reach[..., 0])
@@ -94,8 +94,8 @@ def make_report(
         extremes=by_quantity(extremes),
         margin=by_quantity(margins(extremes, request.limits)),
         active=_active(problem, solution),
-        from_demonstration=Distance.of(positions - positions_at_half_knots(problem.imitated.control_points)),
-        by_limits=Distance.of(positions - positions_at_half_knots(problem.space.positions(problem.origin))),
+        from_demonstration=Distance.of(positions - positions_of(problem.imitated.control_points)),
+        by_limits=Distance.of(positions - positions_of(problem.space.positions(problem.origin))),
         phase=request.phase,
         basis_count=problem.space.count,
         certified=True,
@@ -115,9 +115,7 @@ def by_quantity(values: np.ndarray) -> dict[str, np.ndarray]:
     return {name: values[:, k] for k, name in enumerate(QUANTITIES)}
 
 
-def _imitation_rms(
-    primitive: Primitive, request: MotionRequest, problem: Problem, solution: Solution
-) -> np.ndarray:
+def _imitation_rms(primitive: Primitive, request: MotionRequest, problem: Problem, solution: Solution) -> np.ndarray:
     """Rms (J,) of g̈ − τ²d̈ over the whole duration; in its final part with zero acceleration all of d̈ is missed."""
     mean = problem.imitated.missed(problem.space.weights(solution.x)) / problem.duration**4
     if request.rest_fraction:

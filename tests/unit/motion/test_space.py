@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import simpson
 
 from motion import splines
-from motion.program.curves import extremes, half_knots, halves
+from motion.program.curves import curves_of, curves_of_pieces, extremes
 from motion.program.space import gram_of, make_hull, make_space
 
 S = np.linspace(0, 1, 20_001)
@@ -88,8 +88,8 @@ def test_extremes_are_those_of_the_curve(seed: int) -> None:
     points[1] = 0.3
     points[2] = splines.greville(30, 5)
     points[3] = -np.abs(np.arange(30) - 14.5)
-    curves = half_knots(points)
-    found = extremes(curves) * 50.0 ** np.arange(4)[:, None]
+    curves = curves_of(points)
+    found = extremes(curves) * 75.0 ** np.arange(4)[:, None]
     fine = np.linspace(0, 1, 100_001)
     for quantity in range(4):
         curve = splines.derivative(points, fine, quantity)
@@ -100,5 +100,5 @@ def test_extremes_are_those_of_the_curve(seed: int) -> None:
         assert np.all(np.abs(high - curve.max(axis=0)) < 2e-6 * scale + rounding)
         assert np.all(low > curve.min(axis=0) - 1e-7 * scale - rounding)
         assert np.all(high < curve.max(axis=0) + 1e-7 * scale + rounding)
-    assert curves == pytest.approx(halves(splines.pieces(points) * 25.0 ** -np.arange(6)), abs=1e-12)
-    assert curves[:, 0] == pytest.approx(splines.derivative(points, np.linspace(0, 1, 51), 0).T, abs=1e-12)
+    assert curves == pytest.approx(curves_of_pieces(splines.pieces(points) * 25.0 ** -np.arange(6)), abs=1e-12)
+    assert curves[:, 0] == pytest.approx(splines.derivative(points, np.linspace(0, 1, 76), 0).T, abs=1e-12)
