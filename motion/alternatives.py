@@ -116,10 +116,12 @@ def least_errors(primitive: Primitive, request: MotionRequest, ends: Sequence[En
 def _hopeless(request: MotionRequest, ends: Sequence[End]) -> tuple[np.ndarray, np.ndarray]:
     """Which ends (n,) lie outside the limits, and which joints (n, J) could not stop after the others."""
     slack = request.limits.slack.T[:2]
-    outside = request.limits.outside(_ENDS, np.array([_values(end) for end in ends]), slack).any(axis=(1, 2))
+    values = np.array([_values(end) for end in ends])
+    outside: np.ndarray = np.any(request.limits.outside(_ENDS, values, slack), axis=(1, 2))  # type: ignore[assignment]
     stuck = np.zeros((len(ends), request.joint_count), dtype=bool)
-    if request.tail == "stop" and not outside.all():
-        stuck[~outside] = never_stops(request, [end.goal for end, out in zip(ends, outside, strict=True) if not out])
+    inside = np.flatnonzero(~outside)
+    if request.tail == "stop" and inside.size:
+        stuck[inside] = never_stops(request, [ends[k].goal for k in inside])
     return outside, stuck
 
 

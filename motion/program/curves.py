@@ -17,8 +17,11 @@ NOTHING = 1e-150
 
 
 def curves_of(control_points: np.ndarray) -> np.ndarray:
-    """Position and its first four derivatives (J, 5, n) of position splines (J, N + 2) at the ends of n − 1 steps, three
-    between two knots; each derivative times a power of the step h = 1/(n − 1), as if h were 1."""
+    """Position and its first four derivatives (J, 5, n) of position splines (J, N + 2) at the ends of n − 1 steps.
+
+    Three steps lie between two knots. Each derivative comes times a power of the step h = 1/(n − 1), as if h
+    were 1.
+    """
     matrix = _at_steps(control_points.shape[1])
     return (control_points @ matrix).reshape(len(control_points), ORDERS, -1)
 

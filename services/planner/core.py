@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from itertools import count
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from services.planner.lead import Lead
 from services.planner.library import Library, Written
 from services.planner.messages import executed_message, goal_reply, plan_message, refused_message, sampled_message
 from services.planner.refusals import not_executed
-from services.planner.solving import Made, Solver
+from services.planner.solving import ELSEWHERE, Made, Solver, Steps
 from services.planner.warm_up import rehearse
 
 
@@ -42,6 +43,8 @@ class Planner:
         self._solver = Solver(config)
         self._corrections = Corrections()
         self._answers = Answers()
+        self._turns = count(1)
+        self._newest = 0
 
     def warm_up(self) -> None:
         """Plan and encode some motions that limits shape, so that the first goal finds everything built and loaded."""
@@ -76,11 +79,14 @@ class Planner:
         self._solver.forget(request.name)
         return m.Forgotten(name=request.name)
 
-    def goal(self, goal: m.Goal, goal_id: str, requested_ns: int, reply: Callable[[m.GoalReply], object]) -> None:
+    def goal(
+        self, goal: m.Goal, goal_id: str, requested_ns: int, reply: Callable[[m.GoalReply], object]
+    ) -> Steps[None]:
         """Plan `goal` and, unless it is plan-only, have it played as `goal_id`, its own or one made for it.
 
-        The answer goes to `reply`, and only then what is played is published: whoever listens to it does not hold up
-        the answer.
+        The answer goes to `reply`, and only then what is played is published: its listeners do not delay the answer.
+        Yields where others may be served: None before its first step of a method that plans elsewhere, to go on in its
+        turn there, then each Task, for the task's plan or refusal.
 
         Raises:
             Refusal: whatever stands in its way; then nothing moves, except that `unavailable` with a goal_id leaves
@@ -92,10 +98,13 @@ class Planner:
             return
         primitive = self._library.get(goal.primitive)
         check_goal(goal, primitive, self._config)
+        turn = next(self._turns)
+        if goal.method in ELSEWHERE:
+            yield None
         if goal.plan_only:
-            answer, played = self._only_plan(goal, goal_id, primitive, requested_ns), None
+            answer, played = (yield from self._only_plan(goal, goal_id, primitive, requested_ns)), None
         else:
-            answer, played = self._play(goal, goal_id, primitive, requested_ns)
+            answer, played = yield from self._play(goal, goal_id, primitive, requested_ns, turn)
         self._answers.keep(goal, answer)
         reply(answer)
         if played is not None:
@@ -105,16 +114,19 @@ class Planner:
         """Publish a refusal that was answered; `goal` and its id are None where its body did not decode."""
         self._refused.put(refused_message(goal, goal_id, refusal, requested_ns))
 
-    def _only_plan(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> m.GoalReply:
+    def _only_plan(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> Steps[m.GoalReply]:
         """Plan; sampled only where the samples are asked for.
 
         What has its own start and takes its time whenever it begins is planned while the controller is asked.
         """
-        answer = self._ask_reference(again=False)
+        answer = self._ask_reference(goal, again=False)
         at_once = goal.start is not None and goal.arrival_time is None
-        solved = self._solver.solve(goal, primitive, self._origin(goal, None)) if at_once else None
+        solved = (yield from self._solver.solve(goal, primitive, self._origin(goal, None))) if at_once else None
         origin = self._origin(goal, self._reference(answer, optional=goal.revises is None))
-        made = replace(solved, origin=origin) if solved else self._solver.solve(goal, primitive, origin)
+        if solved is None:
+            made = yield from self._solver.solve(goal, primitive, origin)
+        else:
+            made = replace(solved, origin=origin)
         trajectory = None
         if goal.include_trajectory:
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
@@ -122,13 +134,16 @@ class Planner:
         return goal_reply(made, goal_id, trajectory, self._config)
 
     def _play(
-        self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int
-    ) -> tuple[m.GoalReply, Callable[[], m.Plan]]:
-        """Plan and execute; once more where the plan came late or another plan came between."""
+        self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int, turn: int
+    ) -> Steps[tuple[m.GoalReply, Callable[[], m.Plan]]]:
+        """Plan and execute; once more where the plan came late or another plan came between, but never in the place of
+        a goal that came after this one."""
         for last in (False, True):
+            self._check_newest(goal_id, turn)
             began = time.monotonic()
-            origin = self._origin(goal, self._reference(self._ask_reference(again=last), optional=False))
-            made = self._solver.solve(goal, primitive, origin)
+            origin = self._origin(goal, self._reference(self._ask_reference(goal, again=last), optional=False))
+            made = yield from self._solver.solve(goal, primitive, origin)
+            self._check_newest(goal_id, turn)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
             try:
                 self._execute(executed_message(made, goal, goal_id, self._config, stamps))
@@ -139,12 +154,19 @@ class Planner:
                 self._log.warning("goal %s: %s", goal_id, refusal, extra={"goal_id": goal_id, "code": refusal.code})
                 continue
             finally:
-                self._lead.note(time.monotonic() - began)
+                self._lead.note(time.monotonic() - began, goal.method)
+            self._newest = turn
             self._note_played(goal, goal_id, made)
             sampled = partial(sampled_message, made, goal, goal_id, self._config, stamps)
             answer = goal_reply(made, goal_id, sampled() if goal.include_trajectory else None, self._config)
             return answer, partial(_published, made, answer.trajectory or sampled, goal, primitive)
         raise AssertionError("unreachable: the last round returns or raises")
+
+    def _check_newest(self, goal_id: str, turn: int) -> None:
+        """Raise Refusal, `superseded`, where a goal that came after this one is played."""
+        if self._newest > turn:
+            sentence = "a goal that came after this one was played while this one was planned; send it again"
+            raise Refusal("superseded", sentence, goal_id=goal_id, cause="plan")
 
     def _note_played(self, goal: m.Goal, goal_id: str, made: Made) -> None:
         """Remember a motion that was accepted, for goals that correct it."""
@@ -165,8 +187,8 @@ class Planner:
         vectors = (np.array(v) for v in (reference.positions, reference.velocities, reference.accelerations))
         return Origin(at, epoch, Boundary(*vectors), self._corrections.correction(goal, reference))
 
-    def _ask_reference(self, again: bool) -> Callable[[], m.Reference]:
-        return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds(again)))
+    def _ask_reference(self, goal: m.Goal, again: bool) -> Callable[[], m.Reference]:
+        return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds(again, goal.method)))
 
     def _reference(self, answer: Callable[[], m.Reference], optional: bool) -> m.Reference | None:
         try:

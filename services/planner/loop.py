@@ -5,7 +5,10 @@ import logging
 import threading
 import time
 import uuid
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, cast
 
 import msgspec
@@ -18,20 +21,38 @@ from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
 from services.common.puts import PutWatch
+from services.planner.background import Background, Errand
 from services.planner.core import Planner
 from services.planner.lead import Lead
-from services.planner.learner import Errand, Head, Learner
+from services.planner.learner import Head, Learner
 from services.planner.library import Library
+from services.planner.solving import Steps
 from services.planner.watch import ControllerWatch
-from services.planner.worker import OWN_ERROR
+from services.planner.worker import OWN_ERROR, Task
 from services.planner.worker_link import Worker
 
 UNREAD_LEARN = replace(topics.LEARN, request=msgspec.Raw)
 """`learn` with its body left as bytes: the worker reads it."""
 
 
+@dataclass(slots=True, eq=False)
+class Going:
+    """A goal that is not answered yet, its steps, and what is to be planned before the next."""
+
+    asking: PendingQuery
+    goal: m.Goal
+    goal_id: str
+    steps: Steps[None]
+    task: Task | None = None
+
+
 class Loop:
-    """Answers the planner's requests; what is learned is handed to a `Learner`."""
+    """Answers the planner's requests.
+
+    What takes longer than 50 ms is computed in processes of their own: demonstrations are learned, and goals of the
+    method "gaussian" planned, while the loop serves others. `_repeated`: by id of the goals on their way, requests of
+    the same id.
+    """
 
     def __init__(
         self, bus: Bus, planner: Planner, library: Library, config: RobotConfig, lead: Lead, log: logging.Logger
@@ -42,8 +63,11 @@ class Loop:
         self._lead = lead
         self._log = log
         self.inbox: Inbox[Any] = Inbox()  # of requests, and of the learner's errands
-        worker = Worker(config.limits, config.joint_names, log)
+        worker = Worker("learn", config.limits, config.joint_names, log)
         self._learner = Learner(library, worker, planner.keep, self.inbox, log)
+        self._plan_worker = Worker("plan", config.limits, config.joint_names, log)
+        self._planning = Background(self._plan_worker, self.inbox, log)
+        self._repeated: dict[str, list[PendingQuery]] = {}
 
     def serve(self, stopping: threading.Event) -> None:
         """Answer requests one at a time until `stopping` is set."""
@@ -74,23 +98,31 @@ class Loop:
             self.answer(item)
 
     def answer(self, asking: PendingQuery) -> None:
-        """Reply to a request, or refuse it and say why in the log, and of a goal on the bus, under the goal's id.
-
-        An error that nobody foresaw is refused as well: it is one request's, and the planner goes on for the others.
-        """
-        goal, goal_id = None, None
-        try:
+        """Reply to a request, or refuse it."""
+        with self._refusing(asking, None, None):
             match request := asking.decode():
                 case m.Goal() as goal:
-                    # Cut, for an id may be refused for its length.
-                    goal_id = (goal.goal_id or uuid.uuid4().hex)[: topics.MAX_ID]
-                    self._planner.goal(goal, goal_id, asking.arrival_ns, asking.reply)
+                    self._begin(asking, goal)
                 case msgspec.Raw():
                     self._learn(asking, memoryview(request))  # 16 MiB are not copied again
                 case m.Forget():
                     asking.reply(self._planner.forget(request))
                 case _:
                     asking.reply(self._planner.primitives(request))
+
+    def close(self) -> None:
+        """End the worker processes."""
+        self._learner.close()
+        self._planning.close()
+
+    @contextmanager
+    def _refusing(self, asking: PendingQuery, goal: m.Goal | None, goal_id: str | None) -> Iterator[None]:
+        """Answer what is raised with a refusal and say why in the log, and of a goal on the bus, under the goal's id.
+
+        An error that nobody foresaw is refused as well: it is one request's, and the planner goes on for the others.
+        """
+        try:
+            yield
             return
         except Refusal as reason:
             refusal = reason
@@ -104,9 +136,42 @@ class Loop:
         if asking.topic is topics.GOAL:
             self._planner.tell_refused(goal, goal_id, refusal, asking.arrival_ns)
 
-    def close(self) -> None:
-        """End the worker."""
-        self._learner.close()
+    def _begin(self, asking: PendingQuery, goal: m.Goal) -> None:
+        """Answer a goal at once, or begin to have it planned elsewhere."""
+        if goal.goal_id in self._repeated:  # on its way: answered alike when that is answered
+            self._repeated[goal.goal_id].append(asking)
+            return
+        # Cut, for an id may be refused for its length.
+        goal_id = (goal.goal_id or uuid.uuid4().hex)[: topics.MAX_ID]
+        going = Going(asking, goal, goal_id, self._planner.goal(goal, goal_id, asking.arrival_ns, asking.reply))
+        if self._go_on(going, lambda: next(going.steps)):
+            with self._refusing(asking, goal, goal_id):
+                self._planning.submit(lambda: self._plan_elsewhere(going))
+                self._repeated[goal_id] = []
+
+    def _go_on(self, going: Going, step: Callable[[], Task | None]) -> bool:
+        """Take a goal's next step; return whether it has another, whose `task` must be planned first."""
+        with self._refusing(going.asking, going.goal, going.goal_id):
+            try:
+                going.task = step()
+            except StopIteration:
+                pass
+            else:
+                return True
+        for repeated in self._repeated.pop(going.goal_id, []):
+            self.answer(repeated)
+        return False
+
+    def _plan_elsewhere(self, going: Going) -> None:
+        """Plan a goal in the process for it; in that process' thread."""
+        self._plan_worker.start()  # the motion's begin is chosen when everything is ready
+        step: Callable[[], Task | None] = partial(next, going.steps)
+        while self._planning.in_loop(partial(self._go_on, going, step)):
+            assert going.task is not None
+            try:
+                step = partial(going.steps.send, self._plan_worker.plan(going.task))
+            except Refusal as refusal:
+                step = partial(going.steps.throw, refusal)
 
     def _learn(self, asking: PendingQuery, body: memoryview) -> None:
         """Refuse at once what needs no look at the demonstration; the rest is the learner's."""

@@ -1,16 +1,17 @@
 """From what motion says is wrong to refusals, joints by name."""
 
+from collections.abc import Sequence
+
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from protocol.errors import Refusal
-from robot.description import RobotConfig
 
 
-def refusal_of(error: MotionError, config: RobotConfig) -> Refusal:
-    """Return the refusal that says what `error` says, joints by name."""
+def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
+    """Return the refusal that says what `error` says, joints by `names`."""
     if isinstance(error, InvalidMotion):
         return invalid(error)
     index = getattr(error, "joint", 0)
-    joint = config.joint_names[index]
+    joint = names[index]
     sentence = str(error).replace(f"joint {index}", joint, 1)
     match error:
         case LimitExceeded():
@@ -35,9 +36,9 @@ def refusal_of(error: MotionError, config: RobotConfig) -> Refusal:
     raise error
 
 
-def none_of(errors: list[MotionError], config: RobotConfig) -> Refusal:
+def none_of(errors: list[MotionError], names: Sequence[str]) -> Refusal:
     """Return the refusal of a goal none of whose ends can be planned: the first's, with the codes of the others."""
-    own, *others = (refusal_of(error, config) for error in errors)
+    own, *others = (refusal_of(error, names) for error in errors)
     sentence = f"{own.message}; nor can any of the {len(others)} alternatives be planned"
     return Refusal(own.code, sentence, **own.detail, alternatives=[refusal.code for refusal in others])
 

@@ -1,13 +1,13 @@
 """From a goal and its origin to a plan, by the method that it asks for."""
 
 import time
+from collections.abc import Generator
 from dataclasses import dataclass
-from functools import partial
+from typing import TypeVar
 
 from motion.alternatives import AllRefused, plan_best
 from motion.dmp_plan import plan_dmp
 from motion.errors import MotionError, OutOfTime
-from motion.gaussian import SAFETY_MARGIN, plan_gaussian
 from motion.plan import Plan, Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.request import MotionRequest
@@ -18,9 +18,14 @@ from robot.description import RobotConfig
 from services.planner.goal_checks import too_long
 from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import none_of, refusal_of
+from services.planner.worker import Task
 
-SAMPLED = {"dmp": plan_dmp, "gaussian": partial(plan_gaussian, margin=SAFETY_MARGIN)}
-"""The paper's program keeps limits at 1001 instants: what is played needs a margin for the time between them."""
+ELSEWHERE = frozenset({"gaussian"})
+"""Methods that plan in a process beside the loop's: 30 to 80 ms a joint."""
+
+ResultT = TypeVar("ResultT")
+Steps = Generator[Task | None, SampledPlan, ResultT]
+"""A goal on its way: it yields what is to be planned elsewhere and goes on with the plan."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,38 +49,39 @@ class Solver:
         """Forget the rows of a primitive that is no longer what it was."""
         self._warm.pop(primitive, None)
 
-    def solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> Made:
+    def solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> Steps[Made]:
         """Plan `goal`; `check_goal` has passed.
 
         Raises:
             Refusal: what stands in its way.
         """
         request = motion_request(goal, primitive, self._config, origin)
-        began = time.perf_counter()
+        began, tick = time.perf_counter(), self._config.tick
+        alternative, sampled = 0, None
         try:
-            alternative, made = self._planned(goal, primitive, request, origin)
+            if goal.method in ELSEWHERE:
+                sampled = yield Task(primitive, request, tick)
+            elif goal.method == "dmp":
+                sampled = plan_dmp(primitive, request, tick)
+            if sampled is not None and not goal.plan_only:
+                check_limits(sampled)
+            if sampled is None:
+                alternative, made = self._planned(goal, primitive, request, origin)
+            else:
+                made = sampled
         except MotionError as error:
-            raise refusal_of(error, self._config) from None
-        if made.total_duration > MAX_PLAN_S + self._config.tick / 2:
+            raise refusal_of(error, self._config.joint_names) from None
+        if made.total_duration > MAX_PLAN_S + tick / 2:
             raise too_long(goal, made.duration, made.total_duration)
         return Made(made, alternative, origin, (time.perf_counter() - began) * 1e3)
 
-    def _planned(
-        self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin
-    ) -> tuple[int, Plan | SampledPlan]:
-        """The end that is played and its plan. A sampled plan may leave the limits, which only a plan-only goal
-        allows."""
-        tick = self._config.tick
-        if goal.method in SAMPLED:
-            sampled = SAMPLED[goal.method](primitive, request, tick)
-            if not goal.plan_only:
-                check_limits(sampled)
-            return 0, sampled
+    def _planned(self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin) -> tuple[int, Plan]:
+        """The end that is played and its plan, by the method "qp"."""
         warm, alternative = self._warm.get(goal.primitive), 0
         if goal.alternatives:
             alternative, made = self._best(goal, primitive, request, origin, warm)
         elif goal.fastest:
-            made = plan_fastest(primitive, request, tick)
+            made = plan_fastest(primitive, request, self._config.tick)
         else:
             made = self._own(goal, primitive, request, origin, warm)
         self._warm[goal.primitive] = made.warm
@@ -96,7 +102,7 @@ class Solver:
                 return 0, self._own(goal, primitive, request, origin, warm)
             except MotionError as error:
                 own = error
-        raise none_of([own, *others], self._config)
+        raise none_of([own, *others], self._config.joint_names)
 
     def _own(
         self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, warm: Warm | None

@@ -1,31 +1,38 @@
-"""`python -m services.planner.worker FD`: learns what comes over a socket, in a process of the planner's own.
+"""`python -m services.planner.worker FD ROLE`: what takes long, in a process of the planner's own.
 
-The planner sends the arm's limits and joint names, then the body of one `learn` request after another; each is
-answered by what was learned or by why not. The process ends with the planner, however that ends.
+The planner sends the arm's limits and joint names over a socket, then one request after another: the bodies of `learn`
+requests to the role "learn", pickled Tasks to the role "plan". Each is answered by its result or by a Failure. The
+process ends with the planner, however that ends.
 """
 
 import contextlib
 import ctypes
 import os
+import pickle
 import signal
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import Any
 
+from motion.errors import MotionError
+from motion.gaussian import SAFETY_MARGIN, plan_gaussian
 from motion.inspection import warnings_of
 from motion.limits import Limits
 from motion.primitive import Primitive
+from motion.request import MotionRequest
+from motion.sampled import SampledPlan
 from protocol import messages as m
 from protocol.codec import decode
 from protocol.errors import Refusal
 from protocol.topics import LEARN
 from services.planner.learning import demonstration_of, learn_demonstration
+from services.planner.refusals import refusal_of
 
 NICENESS = 10
-"""Added to the planner's own: plans come first."""
+"""Added to the planner's own where the role is to learn: plans come first."""
 
 OWN_ERROR = "the planner met an error of its own; please report what its log says"
 
@@ -50,28 +57,56 @@ class Failure:
     report: str = ""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """A motion that is planned with the method "gaussian"."""
+
+    primitive: Primitive
+    request: MotionRequest
+    tick: float
+
+
 def main() -> None:
     """Answer requests until the planner closes its end."""
     end_with_parent()
+    role = ROLES[sys.argv[2]]
     with contextlib.suppress(OSError):
-        os.nice(NICENESS)
+        os.nice(0 if role is planned else NICENESS)
     with Connection(int(sys.argv[1])) as connection, contextlib.suppress(EOFError, ConnectionError):
         limits, names = connection.recv()
         while True:
-            connection.send(learned(connection.recv_bytes(), limits, names))
+            connection.send(outcome(role, connection.recv_bytes(), limits, names))
 
 
-def learned(body: bytes, limits: Limits, names: Sequence[str]) -> Lesson | Failure:
-    """Learn from the body of a request."""
+def outcome(role: "Role", body: bytes, limits: Limits, names: Sequence[str]) -> "Lesson | SampledPlan | Failure":
+    """Return what a role makes of a request, or why it does not."""
     try:
-        request = decode(body, m.Learn, LEARN.max_bytes)
-        demonstration = demonstration_of(request)
-        primitive = learn_demonstration(demonstration, request.smoothing)
-        return Lesson(primitive, warnings_of(demonstration, primitive, limits, names))
+        return role(body, limits, names)
     except Refusal as refusal:
         return Failure(refusal.code, refusal.message, refusal.detail)
     except Exception:
         return Failure("unavailable", OWN_ERROR, {"service": "planner"}, traceback.format_exc())
+
+
+def learned(body: bytes, limits: Limits, names: Sequence[str]) -> Lesson:
+    """Learn from the body of a `learn` request. Raises Refusal."""
+    request = decode(body, m.Learn, LEARN.max_bytes)
+    demonstration = demonstration_of(request)
+    primitive = learn_demonstration(demonstration, request.smoothing)
+    return Lesson(primitive, warnings_of(demonstration, primitive, limits, names))
+
+
+def planned(body: bytes, _: Limits, names: Sequence[str]) -> SampledPlan:
+    """Plan a pickled Task, of the planner's own. Raises Refusal."""
+    task: Task = pickle.loads(body)
+    try:
+        return plan_gaussian(task.primitive, task.request, task.tick, margin=SAFETY_MARGIN)
+    except MotionError as error:
+        raise refusal_of(error, names) from None
+
+
+Role = Callable[[bytes, Limits, Sequence[str]], Lesson | SampledPlan]
+ROLES: dict[str, Role] = {"learn": learned, "plan": planned}
 
 
 def end_with_parent() -> None:

@@ -1,43 +1,65 @@
-"""The planner's end of the process that learns."""
+"""The planner's end of a process that learns or plans."""
 
 import logging
 import os
+import pickle
 import socket
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from multiprocessing.connection import Connection
+from typing import Any
 
 from motion.limits import Limits
+from motion.sampled import SampledPlan
 from protocol.errors import Refusal
-from services.planner.worker import Failure, Lesson
+from services.planner.worker import Failure, Lesson, Task
 
 
 class Worker:
-    """The process that fits, started when it is first needed and again after it died."""
+    """A process with one role, started when it is first needed and again after it died."""
 
-    def __init__(self, limits: Limits, names: Sequence[str], log: logging.Logger) -> None:
+    def __init__(self, role: str, limits: Limits, names: Sequence[str], log: logging.Logger) -> None:
+        self.role = role
         self._arm = limits, tuple(names)
         self._log = log
         self._process: subprocess.Popen | None = None
         self._connection: Connection | None = None
 
     def learn(self, body: bytes | memoryview) -> Lesson:
-        """Return what the body of a request teaches.
+        """Return what the body of a `learn` request teaches; the role is "learn".
 
         Raises:
             Refusal: whatever is wrong with the request; `unavailable` where the process died.
         """
+        return self._ask(body)
+
+    def plan(self, task: Task) -> SampledPlan:
+        """Return the plan of a task; the role is "plan".
+
+        Raises:
+            Refusal: whatever stands in its way; `unavailable` where the process died.
+        """
+        return self._ask(pickle.dumps(task))
+
+    def start(self) -> None:
+        """Have the process there before it is needed."""
+        with suppress(OSError):
+            self._connected()
+
+    def _ask(self, body: bytes | memoryview) -> Any:
         try:
             connection = self._connected()
             connection.send_bytes(body)
             outcome = connection.recv()
         except (EOFError, OSError):
             self.close()
-            raise Refusal("unavailable", "the process that learns died; send this again", service="planner") from None
+            sentence = f"the {self.role} process died; send this again"
+            raise Refusal("unavailable", sentence, service="planner") from None
         if isinstance(outcome, Failure):
             if outcome.report:
-                self._log.error("learn met an error of the planner\n%s", outcome.report)
+                self._log.error("the %s process met an error of the planner\n%s", self.role, outcome.report)
             raise Refusal(outcome.code, outcome.message, **outcome.detail)
         return outcome
 
@@ -50,7 +72,7 @@ class Worker:
         """End the process and forget it."""
         if self._process is not None:
             self._process.kill()
-            self._log.info("the process that learns has ended with status %s", self._process.wait())
+            self._log.info("the %s process has ended with status %s", self.role, self._process.wait())
         if self._connection is not None:
             self._connection.close()
         self._process = self._connection = None
@@ -64,7 +86,7 @@ class Worker:
         self._connection = Connection(ours.detach())
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "services.planner.worker", str(theirs.fileno())],
+                [sys.executable, "-m", "services.planner.worker", str(theirs.fileno()), self.role],
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
                 env=_environment(),

@@ -262,7 +262,7 @@ def test_null_is_free(primitive: Primitive):
 )
 def test_errors_become_refusals(error: MotionError, code: str, detail: dict[str, object]):
     """With the joint's name in the sentence in place of its index."""
-    refusal = refusal_of(error, ROBOT)
+    refusal = refusal_of(error, ROBOT.joint_names)
     assert (refusal.code, refusal.detail) == (code, detail)
     assert str(detail.get("joint", "velocities")) in refusal.message
     assert not any(f"joint {index}:" in refusal.message for index in range(JOINTS))

@@ -12,9 +12,10 @@ import pytest
 from protocol import messages as m
 from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
-from services.planner.learner import Errand, Head, Learner
+from services.planner.background import Errand
+from services.planner.learner import Head, Learner
 from services.planner.library import Library, Written
-from services.planner.worker import Failure, Lesson, learned
+from services.planner.worker import Lesson, learned
 from tests.unit.planner.test_planner_worker import LIMITS, NAMES, body
 
 LOG = logging.getLogger("planner")
@@ -38,6 +39,8 @@ class Question:
 class HeldWorker:
     """Learns in this process, once it may."""
 
+    role = "learn"
+
     def __init__(self) -> None:
         self.may = threading.Semaphore(0)
         self.asked: list[bytes] = []
@@ -46,10 +49,7 @@ class HeldWorker:
         """Wait, and learn."""
         self.asked.append(asked)
         self.may.acquire()
-        lesson = learned(asked, LIMITS, NAMES)
-        if isinstance(lesson, Failure):
-            raise Refusal(lesson.code, lesson.message, **lesson.detail)
-        return lesson
+        return learned(asked, LIMITS, NAMES)
 
     def kill(self) -> None:
         """Let it go."""
@@ -151,7 +151,7 @@ def test_too_many_are_busy(desk: Desk):
         time.sleep(0.001)
     for number in range(16):
         desk.submit(f"n{number}")
-    with pytest.raises(Refusal, match="16 demonstrations wait") as caught:
+    with pytest.raises(Refusal, match="16 requests wait") as caught:
         desk.submit("last")
     assert caught.value.code == "busy"
 

@@ -12,7 +12,7 @@ from protocol import messages as m
 from protocol.errors import Refusal
 from robot.description import load_robot
 from services.planner.goals import Origin
-from services.planner.solving import Solver
+from services.planner.solving import Made, Solver
 from tools.demo.strikes import goal
 
 ROBOT = load_robot()
@@ -26,10 +26,17 @@ def forehand() -> Primitive:
     return learn(Demonstration(recorded[:, 0], recorded[:, 1:]))
 
 
+def solved(solver: Solver, wanted: m.Goal, primitive: Primitive) -> Made:
+    """What the solver makes of a goal of method "qp", which has no steps elsewhere."""
+    with pytest.raises(StopIteration) as done:
+        next(solver.solve(wanted, primitive, HOME))
+    return done.value.value
+
+
 def verdict(solver: Solver, wanted: m.Goal, primitive: Primitive) -> str:
     """The code of the refusal, "planned" where there is none."""
     try:
-        solver.solve(wanted, primitive, HOME)
+        solved(solver, wanted, primitive)
     except Refusal as refusal:
         return refusal.code
     return "planned"
@@ -42,7 +49,7 @@ def test_a_verdict_does_not_depend_on_the_goals_before(forehand: Primitive):
         positions = (HIT + rng.uniform(-0.05, 0.05, 6)).tolist()
         wanted = msgspec.structs.replace(goal(duration=duration), positions=positions)
         after, first = Solver(ROBOT), Solver(ROBOT)
-        after.solve(goal(fastest=True), forehand, HOME)
+        solved(after, goal(fastest=True), forehand)
         assert verdict(after, wanted, forehand) == verdict(first, wanted, forehand), duration
 
 
@@ -51,6 +58,6 @@ def test_the_own_end_is_refused_among_others_as_it_is_alone(forehand: Primitive)
     wanted = goal(duration=0.03)
     others = [m.Alternative(duration=0.02), m.Alternative(positions=[9.0, *HIT[1:]], duration=1.0)]
     with pytest.raises(Refusal) as caught:
-        Solver(ROBOT).solve(msgspec.structs.replace(wanted, alternatives=others), forehand, HOME)
+        solved(Solver(ROBOT), msgspec.structs.replace(wanted, alternatives=others), forehand)
     assert caught.value.code == verdict(Solver(ROBOT), wanted, forehand) == "infeasible"
     assert caught.value.detail["alternatives"][1] == "limit"

@@ -1,4 +1,4 @@
-"""The process that learns, and the planner's end of it."""
+"""The processes that learn and plan, and the planner's end of them."""
 
 import logging
 import os
@@ -8,17 +8,20 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from motion.gaussian import SAFETY_MARGIN, plan_gaussian
 from motion.limits import Limits
+from motion.request import Boundary, MotionRequest
 from protocol import messages as m
 from protocol.codec import encode
 from protocol.errors import Refusal
-from services.planner.worker import Failure, Lesson, learned
+from services.planner.worker import Failure, Task, learned, outcome
 from services.planner.worker_link import Worker
 
 LOG = logging.getLogger("planner")
@@ -38,7 +41,6 @@ def body(name: str = "wave", positions: np.ndarray = PATH, **more: Any) -> bytes
 
 def test_a_lesson_warns():
     lesson = learned(body(positions=PATH + np.array([0.0, 1.2])), LIMITS, NAMES)
-    assert isinstance(lesson, Lesson)
     assert lesson.primitive.joint_count == 2
     assert any(sentence.startswith("b reaches 1.3 rad, outside its range") for sentence in lesson.warnings)
 
@@ -48,14 +50,14 @@ def test_a_lesson_warns():
     [(b"{", ""), (encode(m.Learn(name="w", positions=[[0.0]], rate=1.0)), "rate"), (body(times=[0.0]), "rate")],
 )
 def test_a_bad_request_is_refused_by_field(sent: bytes, field: str):
-    failure = learned(sent, LIMITS, NAMES)
+    failure = outcome(learned, sent, LIMITS, NAMES)
     assert isinstance(failure, Failure)
     assert (failure.code, failure.detail, failure.report) == ("bad_message", {"field": field}, "")
 
 
 def test_an_error_that_nobody_foresaw_is_reported(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("services.planner.worker.warnings_of", None)
-    failure = learned(body(), LIMITS, NAMES)
+    failure = outcome(learned, body(), LIMITS, NAMES)
     assert isinstance(failure, Failure)
     assert (failure.code, failure.detail) == ("unavailable", {"service": "planner"})
     assert "TypeError" in failure.report
@@ -67,7 +69,7 @@ def test_an_error_that_nobody_foresaw_is_reported(monkeypatch: pytest.MonkeyPatc
 @pytest.fixture
 def worker() -> Iterator[Worker]:
     """A process that learns, ended behind the test."""
-    worker = Worker(LIMITS, NAMES, LOG)
+    worker = Worker("learn", LIMITS, NAMES, LOG)
     yield worker
     worker.close()
 
@@ -80,7 +82,6 @@ def pid_of(worker: Worker) -> int:
 
 def test_it_learns_what_this_process_would(worker: Worker):
     here = learned(body(), LIMITS, NAMES)
-    assert isinstance(here, Lesson)
     there = worker.learn(body())
     assert np.allclose(there.primitive.control_points, here.primitive.control_points, atol=1e-9)
     assert there.warnings == here.warnings
@@ -118,10 +119,12 @@ def test_it_ends_with_the_planner_however_that_ends():
     lines = """
 import threading, time
 import numpy as np
+from motion.gaussian import SAFETY_MARGIN, plan_gaussian
 from motion.limits import Limits
+from motion.request import Boundary, MotionRequest
 from services.planner.worker_link import Worker
 from tests.unit.planner.test_planner_worker import LIMITS, LOG, NAMES, body
-worker = Worker(LIMITS, NAMES, LOG)
+worker = Worker("learn", LIMITS, NAMES, LOG)
 worker.learn(body())
 print(worker._process.pid, flush=True)
 slow = body(positions=np.random.default_rng(0).standard_normal((40_000, 8)))
@@ -136,3 +139,47 @@ time.sleep(60)
     while Path(f"/proc/{number}/cmdline").exists() and Path(f"/proc/{number}/cmdline").read_bytes():
         assert time.monotonic() < deadline, "the process that learns outlived the planner"
         time.sleep(0.01)
+
+
+# --- planning -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def task() -> Task:
+    """A motion of two joints along what is learned of PATH, with room."""
+    primitive, free = learned(body(), LIMITS, NAMES).primitive, np.full(2, np.nan)
+    start = Boundary(primitive.start.positions, np.zeros(2), np.zeros(2))
+    goal = Boundary(primitive.goal.positions, np.zeros(2), free)
+    return Task(primitive, MotionRequest(start, goal, 1.0, LIMITS), 0.001)
+
+
+@pytest.fixture
+def planner() -> Iterator[Worker]:
+    """A process that plans, ended behind the test."""
+    worker = Worker("plan", LIMITS, NAMES, LOG)
+    yield worker
+    worker.close()
+
+
+def test_it_plans_what_this_process_would(planner: Worker, task: Task):
+    here = plan_gaussian(task.primitive, task.request, task.tick, margin=SAFETY_MARGIN)
+    there = planner.plan(task)
+    assert there.samples().positions == pytest.approx(here.samples().positions, abs=1e-9)
+    assert there.request.goal.positions.tolist() == task.request.goal.positions.tolist()
+
+
+def test_what_cannot_be_planned_is_refused_by_name(planner: Worker, task: Task):
+    """As in the planner's own process."""
+    with pytest.raises(Refusal) as caught:
+        planner.plan(replace(task, request=replace(task.request, duration=0.02)))
+    assert (caught.value.code, caught.value.detail["joint"]) == ("infeasible", "a")
+
+
+def test_a_plan_of_a_dying_process_is_unavailable(planner: Worker, task: Task):
+    planner.plan(task)
+    os.kill(pid_of(planner), signal.SIGSTOP)
+    threading.Timer(0.2, planner.kill).start()
+    with pytest.raises(Refusal, match="the plan process died; send this again") as caught:
+        planner.plan(task)
+    assert (caught.value.code, caught.value.detail) == ("unavailable", {"service": "planner"})
+    assert planner.plan(task).hit_index == 1000
