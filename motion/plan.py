@@ -31,10 +31,6 @@ USUAL_SHARE = 0.7
 """Part of the effort that the usual precision may take; what is left is for the finest and for another duration."""
 
 
-SEARCH_SHARE = 0.8
-"""Part of what is left then that the search for another duration may take."""
-
-
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A verified motion: a spline up to the goal, a straight part if asked for, and a stop.
@@ -133,7 +129,7 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     _check_joints(primitive, request, None)
     request, effort = request.clipped(), effort_for(request.joint_count)
     judge = _judge(primitive, final_accelerations(request), effort)
-    found = min_duration(request, judge, 0, round(primitive.duration / tick), tick)
+    found = min_duration(request, judge, effort, 0, round(primitive.duration / tick), tick)
     return plan(primitive, found or stretched(request, MAX_DURATION), tick)
 
 
@@ -198,9 +194,9 @@ def _refusal(
     """
     found = None
     if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
-        judge = _judge(primitive, final_accelerations(request), effort.share(SEARCH_SHARE * effort.left))
+        judge = _judge(primitive, final_accelerations(request), effort)
         low = math.ceil(request.duration / tick - 1e-9)
-        found = min_duration(request, judge, low, math.ceil(low * FACTOR), tick)
+        found = min_duration(request, judge, effort, low, math.ceil(low * FACTOR), tick)
     if isinstance(failed, OutOfTime):
         return OutOfTime(failed.joint, found.duration if found else None)
     if isinstance(failed, SolverFailed):

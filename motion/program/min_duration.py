@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motion.errors import OutOfTime
+from motion.program.effort import Effort
 from motion.request import MotionRequest
 
 FACTOR = 1.5
@@ -16,6 +17,10 @@ MAX_DURATION = 60.0
 LOOK, PROBE = 1_000.0, 4_000.0
 """The effort after which it is unknown whether a joint works in the duration that is tried: on the way to the first
 that works, and when the shortest is looked for."""
+
+
+REFINING = 0.3
+"""A duration that works is refined until so much of the effort is left that there was at first."""
 
 
 class Verdict(NamedTuple):
@@ -46,16 +51,18 @@ def at_full_speed(request: MotionRequest) -> float:
     return float(np.maximum(ways, changes).max())
 
 
-def min_duration(request: MotionRequest, judge: Judge, low: int, guess: int, tick: float) -> MotionRequest | None:
+def min_duration(
+    request: MotionRequest, judge: Judge, effort: Effort, low: int, guess: int, tick: float
+) -> MotionRequest | None:
     """Return the request in the shortest duration found to work above `low` ticks, where it does not.
 
     None where none was found. Goes upward from `guess` ticks by factors of 1.5, or downward if that works, then bisects
-    the last bracket to one tick or until the effort is spent: the shortest found, not the shortest there is. Each step
+    the last bracket to one tick or until little of the `effort` is left: the shortest found, not the shortest there is. Each step
     asks first for the joints that failed before.
     """
     order = list(range(request.joint_count))
     low, high = max(low, math.floor(at_full_speed(request) / tick) - 1), None
-    step = max(guess, low + 1)
+    step, whole = max(guess, low + 1), effort.left
 
     def tried(ticks: int, effort: float) -> Verdict:
         verdict = judge(stretched(request, ticks * tick), order, effort)
@@ -71,7 +78,7 @@ def min_duration(request: MotionRequest, judge: Judge, low: int, guess: int, tic
                 high = step
             else:
                 low, step = step if certain else low, math.ceil(step * FACTOR)
-        while high is not None and high - low > 1:
+        while high is not None and high - low > 1 and effort.left > REFINING * whole:
             # Far above the bracket's lower end a factor is the better step.
             middle = max((low + high) // 2, math.floor(high / FACTOR))
             low, high = (low, middle) if tried(middle, PROBE).joint is None else (middle, high)
