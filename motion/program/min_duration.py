@@ -57,8 +57,8 @@ def min_duration(
     """Return the request in the shortest duration found to work above `low` ticks, where it does not.
 
     None where none was found. Goes upward from `guess` ticks by factors of 1.5, or downward if that works, then bisects
-    the last bracket to one tick or until little of the `effort` is left: the shortest found, not the shortest there is. Each step
-    asks first for the joints that failed before.
+    the last bracket to one tick or until little of the `effort` is left: the shortest found, not the shortest there is.
+    Each step asks first for the joints that failed before.
     """
     order = list(range(request.joint_count))
     low, high = max(low, math.floor(at_full_speed(request) / tick) - 1), None
