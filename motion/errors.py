@@ -21,7 +21,7 @@ class LimitExceeded(MotionError):
         word = "at most" if value > bound else "at least"
         super().__init__(
             f"joint {joint}: the requested {quantity} {value:.6g} lies outside the limits; "
-            f"it has to be {word} {bound:.6g}"
+            f"it must be {word} {bound:.6g}"
         )
         self.joint = joint
         self.quantity = quantity

@@ -211,7 +211,8 @@ def _refusal(
 
 
 def _judge(primitive: Primitive, final: np.ndarray, effort: Effort) -> Judge:
-    """What tells whether joints can be planned in a duration, with the intervals `final` of final accelerations."""
+    """Return what judges whether joints can be planned in a duration, with the intervals `final` of final
+    accelerations."""
 
     def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
         try:

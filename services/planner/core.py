@@ -7,11 +7,8 @@ from dataclasses import replace
 from functools import partial
 from itertools import count
 
-import numpy as np
-
 from motion.errors import MotionError
 from motion.primitive import Primitive
-from motion.request import Boundary
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus, Publisher
@@ -19,14 +16,14 @@ from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
 from services.planner.corrections import Corrections
 from services.planner.goal_checks import check_goal
-from services.planner.goals import Origin, start_boundary
-from services.planner.idempotency import Answers
+from services.planner.goals import Origin, origin_of
+from services.planner.idempotency import ReplyCache
 from services.planner.lead import Lead
 from services.planner.library import Library, Written
 from services.planner.messages import executed_message, goal_reply, plan_message, refused_message, sampled_message
 from services.planner.refusals import not_executed
 from services.planner.solving import ELSEWHERE, Made, Solver, Steps
-from services.planner.warm_up import rehearse
+from services.planner.warm_up import warm_up
 
 
 class Planner:
@@ -42,7 +39,7 @@ class Planner:
         self._refused: Publisher[m.Refused] = bus.publisher(topics.REFUSED)
         self._solver = Solver(config)
         self._corrections = Corrections()
-        self._answers = Answers()
+        self._replies = ReplyCache()
         self._turns = count(1)
         self._newest = 0
 
@@ -53,7 +50,7 @@ class Planner:
             if primitive.joint_count != self._config.joint_count:
                 continue
             try:
-                rehearse(primitive, self._config)
+                warm_up(primitive, self._config)
             except MotionError as error:
                 self._log.info("no warm-up with %s: %s", described.name, error)
             return
@@ -92,7 +89,7 @@ class Planner:
             Refusal: whatever stands in its way; then nothing moves, except that `unavailable` with a goal_id leaves
                 open whether it does.
         """
-        known = self._answers.find(goal)
+        known = self._replies.find(goal)
         if known is not None:
             reply(known)
             return
@@ -105,12 +102,12 @@ class Planner:
             answer, played = (yield from self._only_plan(goal, goal_id, primitive, requested_ns)), None
         else:
             answer, played = yield from self._play(goal, goal_id, primitive, requested_ns, turn)
-        self._answers.keep(goal, answer)
+        self._replies.keep(goal, answer)
         reply(answer)
         if played is not None:
             self._plans.put(played())
 
-    def tell_refused(self, goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> None:
+    def publish_refused(self, goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> None:
         """Publish a refusal that was answered; `goal` and its id are None where its body did not decode."""
         self._refused.put(refused_message(goal, goal_id, refusal, requested_ns))
 
@@ -177,15 +174,7 @@ class Planner:
         self._log.info("goal %s: %s, %s%.3f s, solved in %.1f ms", *solved, extra={"goal_id": goal_id})
 
     def _origin(self, goal: m.Goal, reference: m.Reference | None) -> Origin:
-        """Where the motion begins: the goal's own start, the reference's future, or the home pose at rest."""
-        at, epoch = (reference.time, reference.epoch) if reference else (0.0, 0)
-        if goal.start is not None:
-            return Origin(at, epoch, start_boundary(goal.start, self._config))
-        if reference is None:
-            rest = np.zeros(self._config.joint_count)
-            return Origin(at, epoch, Boundary(self._config.home, rest, rest))
-        vectors = (np.array(v) for v in (reference.positions, reference.velocities, reference.accelerations))
-        return Origin(at, epoch, Boundary(*vectors), self._corrections.correction(goal, reference))
+        return origin_of(goal, reference, self._corrections, self._config)
 
     def _ask_reference(self, goal: m.Goal, again: bool) -> Callable[[], m.Reference]:
         return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds(again, goal.method)))

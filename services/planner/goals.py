@@ -15,7 +15,7 @@ from protocol.codec import check_lengths
 from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
-from services.planner.corrections import Correction
+from services.planner.corrections import Correction, Corrections
 from services.planner.refusals import invalid
 
 ROUNDING = 1e-9
@@ -82,18 +82,25 @@ def ends(goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Orig
     return found
 
 
-def start_boundary(start: m.Start, config: RobotConfig) -> Boundary:
-    """Return the start that a plan-only goal names.
+def origin_of(goal: m.Goal, reference: m.Reference | None, corrections: Corrections, config: RobotConfig) -> Origin:
+    """Return where the motion begins: the goal's own start, the reference's future, or without one home at rest.
 
     Raises:
-        Refusal: `bad_message` for a wrong length.
+        Refusal: `bad_message` for a start of a wrong length, and what `Corrections.correction` raises.
     """
-    joints = config.joint_count
-    return Boundary(
-        _vector(start.positions, joints, "start.positions"),
-        _vector(start.velocities, joints, "start.velocities"),
-        _partial(start.accelerations, joints, "start.accelerations"),
-    )
+    at, epoch = (reference.time, reference.epoch) if reference else (0.0, 0)
+    joints, start = config.joint_count, goal.start
+    if start is not None:
+        boundary = Boundary(
+            _vector(start.positions, joints, "start.positions"),
+            _vector(start.velocities, joints, "start.velocities"),
+            _partial(start.accelerations, joints, "start.accelerations"),
+        )
+        return Origin(at, epoch, boundary)
+    if reference is None:
+        return Origin(at, epoch, Boundary(config.home, np.zeros(joints), np.zeros(joints)))
+    vectors = (np.array(v) for v in (reference.positions, reference.velocities, reference.accelerations))
+    return Origin(at, epoch, Boundary(*vectors), corrections.correction(goal, reference))
 
 
 def _goal_boundary(goal: m.Goal, primitive: Primitive, joints: int) -> Boundary:

@@ -1,4 +1,4 @@
-"""What goals were answered, so that a goal sent twice is answered alike and moves the arm once."""
+"""Replies to goals, so that a goal sent twice is answered alike and moves the arm once."""
 
 from collections import OrderedDict
 
@@ -7,35 +7,35 @@ from protocol.errors import Refusal
 
 KEPT = 1000
 KEPT_BYTES = 64 << 20
-"""Bound on the trajectories that answers may include, all together."""
+"""Bound on the trajectories that replies may include, all together."""
 
 
-class Answers:
-    """The newest answers by goal_id; the oldest are forgotten first."""
+class ReplyCache:
+    """The newest replies by goal_id; the oldest are forgotten first."""
 
     def __init__(self, kept: int = KEPT, kept_bytes: int = KEPT_BYTES) -> None:
         self._kept = kept
         self._bytes_left = kept_bytes
-        self._answers: OrderedDict[str, tuple[m.Goal, m.GoalReply]] = OrderedDict()
+        self._replies: OrderedDict[str, tuple[m.Goal, m.GoalReply]] = OrderedDict()
 
     def find(self, goal: m.Goal) -> m.GoalReply | None:
-        """Return the answer to the same goal if it was given one.
+        """Return the reply to the same goal, None where it has none.
 
         Raises:
             Refusal: `duplicate` where its goal_id belongs to another goal.
         """
-        known = self._answers.get(goal.goal_id or "")
+        known = self._replies.get(goal.goal_id or "")
         if known is not None and known[0] != goal:
             sentence = f"goal_id {goal.goal_id!r} was used for another goal; make a new one"
             raise Refusal("duplicate", sentence, goal_id=goal.goal_id)
         return known and known[1]
 
     def keep(self, goal: m.Goal, reply: m.GoalReply) -> None:
-        """Remember the answer to `goal`."""
-        self._answers[reply.goal_id] = goal, reply
+        """Remember the reply to `goal`."""
+        self._replies[reply.goal_id] = goal, reply
         self._bytes_left -= _size(reply)
-        while len(self._answers) > self._kept or self._bytes_left < 0:
-            _, (_, forgotten) = self._answers.popitem(last=False)
+        while len(self._replies) > self._kept or self._bytes_left < 0:
+            _, (_, forgotten) = self._replies.popitem(last=False)
             self._bytes_left += _size(forgotten)
 
 

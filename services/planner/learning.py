@@ -98,7 +98,7 @@ def _smoothing(asked: AskedSmoothing) -> Smoothing:
     if not isinstance(asked, m.SavitzkyGolay):
         return asked
     if asked.order > MAX_ORDER:
-        raise bad_message("smoothing.order", f"smoothing.order is {asked.order}; it has to lie in 2 to {MAX_ORDER}")
+        raise bad_message("smoothing.order", f"smoothing.order is {asked.order}; it must lie in 2 to {MAX_ORDER}")
     return SavitzkyGolay(asked.window_s, asked.order)
 
 

@@ -42,7 +42,7 @@ class Written:
 class Library:
     """All primitives of a directory, kept in memory.
 
-    `is_new` tells whether the directory was made just now. Files that cannot be read are left alone and reported.
+    `is_new`: the directory was made just now. Files that cannot be read are left alone and reported.
     """
 
     def __init__(self, directory: Path, log: logging.Logger) -> None:
@@ -91,7 +91,7 @@ class Library:
                 "name", f"name {name[:SHOWN]!r} must be 1 to 64 letters, digits, - or _, not starting with - or _"
             )
         if name in self._primitives and not replace:
-            raise Refusal("exists", f"there is a primitive {name!r}; send replace: true to learn it anew", name=name)
+            raise Refusal("exists", f"there is a primitive {name!r}; send replace: true to learn it again", name=name)
         if name not in self._primitives and len(self._primitives) >= MAX_PRIMITIVES:
             sentence = f"the library has {MAX_PRIMITIVES} primitives, as many as it takes; forget one first"
             raise bad_message("name", sentence)
@@ -155,7 +155,7 @@ class Library:
 
     @contextmanager
     def _writing(self, name: str) -> Iterator[Path]:
-        """Give the path of a file; where the disk refuses, say so to whoever asked."""
+        """Give the path of a file; where the disk refuses, raise a Refusal that says so."""
         try:
             yield self._directory / name
         except OSError as error:

@@ -119,7 +119,7 @@ class Loop:
     def _refusing(self, asking: PendingQuery, goal: m.Goal | None, goal_id: str | None) -> Iterator[None]:
         """Answer what is raised with a refusal and say why in the log, and of a goal on the bus, under the goal's id.
 
-        An error that nobody foresaw is refused as well: it is one request's, and the planner goes on for the others.
+        An unexpected error is refused too: it concerns one request, and the planner goes on for the others.
         """
         try:
             yield
@@ -134,7 +134,7 @@ class Loop:
         fields = {"goal_id": goal_id, "code": refusal.code}
         self._log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
         if asking.topic is topics.GOAL:
-            self._planner.tell_refused(goal, goal_id, refusal, asking.arrival_ns)
+            self._planner.publish_refused(goal, goal_id, refusal, asking.arrival_ns)
 
     def _begin(self, asking: PendingQuery, goal: m.Goal) -> None:
         """Answer a goal at once, or begin to have it planned elsewhere."""

@@ -20,7 +20,7 @@ SHARE = 0.95
 """Of the acceleration that the motion would like to have: so limits shape it."""
 
 
-def rehearse(primitive: Primitive, config: RobotConfig) -> Plan:
+def warm_up(primitive: Primitive, config: RobotConfig) -> Plan:
     """Plan the demonstrated motion from rest some times over, all that goes over the wire included; return the last.
 
     Raises:

@@ -49,7 +49,7 @@ class Lesson:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A refusal as plain values; `report` is the traceback of an error that nobody foresaw."""
+    """A refusal as plain values; `report` is the traceback of an unexpected error."""
 
     code: str
     message: str

@@ -12,8 +12,9 @@ from motion.request import Boundary, MotionRequest
 from protocol import messages as m
 from protocol.errors import Refusal
 from robot.description import load_robot
+from services.planner.corrections import Corrections
 from services.planner.goal_checks import check_goal
-from services.planner.goals import Origin, ends, motion_request, start_boundary
+from services.planner.goals import Origin, ends, motion_request, origin_of
 from services.planner.refusals import refusal_of
 
 ROBOT = load_robot()
@@ -227,11 +228,11 @@ def test_null_is_free(primitive: Primitive):
     assert waypoint.positions[0] == 0.1
     assert np.isnan(waypoint.positions[1:]).all()
     assert np.isnan(waypoint.velocities).all()
-    start = start_boundary(m.Start(positions=HOME), ROBOT)
+    start = origin_of(goal(start=m.Start(positions=HOME)), None, Corrections(), ROBOT).boundary
     assert not start.velocities.any()
     assert np.isnan(start.accelerations).all()
     with pytest.raises(Refusal) as caught:
-        start_boundary(m.Start(positions=HOME, accelerations=[0.0]), ROBOT)
+        origin_of(goal(start=m.Start(positions=HOME, accelerations=[0.0])), None, Corrections(), ROBOT)
     assert caught.value.detail["field"] == "start.accelerations"
 
 

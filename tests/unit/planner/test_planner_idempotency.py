@@ -5,7 +5,7 @@ import pytest
 
 from protocol import messages as m
 from protocol.errors import Refusal
-from services.planner.idempotency import Answers
+from services.planner.idempotency import ReplyCache
 from tests.golden.examples import EXAMPLES
 
 GOAL = next(example for example in EXAMPLES.values() if isinstance(example, m.Goal))
@@ -23,14 +23,14 @@ def reply(goal_id: str, trajectory_bytes: int = 0) -> m.GoalReply:
 
 
 def test_the_same_goal_gets_the_same_answer():
-    answers = Answers()
+    answers = ReplyCache()
     answers.keep(goal("a"), reply("a"))
     assert answers.find(goal("a")) == reply("a")
     assert answers.find(goal("b")) is None
 
 
 def test_another_goal_of_that_name_is_a_duplicate():
-    answers = Answers()
+    answers = ReplyCache()
     answers.keep(goal("a"), reply("a"))
     with pytest.raises(Refusal, match="another goal") as caught:
         answers.find(msgspec.structs.replace(goal("a"), duration=9.0))
@@ -38,14 +38,14 @@ def test_another_goal_of_that_name_is_a_duplicate():
 
 
 def test_the_oldest_is_forgotten_first():
-    answers = Answers(kept=2)
+    answers = ReplyCache(kept=2)
     for name in "abc":
         answers.keep(goal(name), reply(name))
     assert [answers.find(goal(name)) is not None for name in "abc"] == [False, True, True]
 
 
 def test_included_trajectories_are_bounded_together():
-    answers = Answers(kept_bytes=1000)
+    answers = ReplyCache(kept_bytes=1000)
     for name in "abc":
         answers.keep(goal(name), reply(name, trajectory_bytes=160))
     assert [answers.find(goal(name)) is not None for name in "abc"] == [False, True, True]

@@ -3,7 +3,7 @@
 from robot.description import load_robot
 from robot.shipped import DEMONSTRATIONS
 from services.planner.learning import learn_from_csv
-from services.planner.warm_up import rehearse
+from services.planner.warm_up import warm_up
 
 
 def test_limits_shape_the_rehearsal():
@@ -11,6 +11,6 @@ def test_limits_shape_the_rehearsal():
     robot = load_robot()
     primitive = learn_from_csv(DEMONSTRATIONS / "forehand.csv", robot.joint_names)
     assert primitive is not None
-    made = rehearse(primitive, robot)
+    made = warm_up(primitive, robot)
     assert {active.joint for active in made.report.active} == set(range(robot.joint_count))
     assert made.total_duration > made.duration

@@ -172,7 +172,9 @@ def test_what_cannot_be_planned_is_refused_by_name(planner: Worker, task: Task):
     """As in the planner's own process."""
     with pytest.raises(Refusal) as caught:
         planner.plan(replace(task, request=replace(task.request, duration=0.02)))
-    assert (caught.value.code, caught.value.detail["joint"]) == ("infeasible", "a")
+    assert caught.value.code == "infeasible"
+    assert caught.value.detail["joint"] in NAMES
+    assert caught.value.message.startswith(caught.value.detail["joint"])
 
 
 def test_a_plan_of_a_dying_process_is_unavailable(planner: Worker, task: Task):
