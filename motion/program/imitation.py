@@ -8,7 +8,7 @@ from scipy.linalg import cho_solve, cholesky
 
 from motion import splines
 from motion.primitive import Primitive
-from motion.program.space import at_nodes, gram_of, nodes, quadrature
+from motion.program.space import at_nodes, nodes, quadrature
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +28,7 @@ class Imitated:
     def missed(self, weights: np.ndarray | float) -> np.ndarray:
         """∫(g″ − d″)² du (J,) of motions with other weights (J, N): a projection's error is orthogonal to them."""
         apart = weights - self.weights
-        return ((apart @ gram_of(apart.shape[1])) * apart).sum(axis=1) + self.beyond
+        return ((apart @ splines.gram(apart.shape[1], splines.ACCELERATION_DEGREE)) * apart).sum(axis=1) + self.beyond
 
 
 def imitated(primitive: Primitive, begin: float, end: float, count: int) -> Imitated:
@@ -66,4 +66,4 @@ def _part(primitive: Primitive, begin: float, end: float, count: int) -> Imitate
 
 @lru_cache(maxsize=32)
 def _factor(count: int) -> np.ndarray:
-    return cholesky(gram_of(count), lower=True)
+    return cholesky(splines.gram(count, splines.ACCELERATION_DEGREE), lower=True)

@@ -84,7 +84,7 @@ def make_space(count: int, stiffness: float) -> Space:
     position = splines.integration(count + 1, 4) @ velocity
     at, step = nodes(count), quadrature(count)
     on_positions = stiffness**2 * splines.rows(count + 2, 5, at) @ position
-    gram = gram_of(count) + (on_positions.T * step) @ on_positions
+    gram = splines.gram(count, splines.ACCELERATION_DEGREE) + (on_positions.T * step) @ on_positions
     factor = cholesky(gram, lower=True)
     whitening = solve_triangular(factor, np.eye(count), lower=True)
     on_weights = np.concatenate([position, velocity, np.eye(count), splines.differentiation(count, 3)])
@@ -142,13 +142,6 @@ def _refined(
 def at_nodes(count: int) -> np.ndarray:
     """Values (K, N) of the acceleration's functions at the `nodes`."""
     return splines.rows(count, 3, nodes(count))
-
-
-@cache
-def gram_of(count: int) -> np.ndarray:
-    """Ψ = ∫ψψᵀ ds (N, N) of eq. 13."""
-    psi = at_nodes(count)
-    return (psi.T * quadrature(count)) @ psi
 
 
 @cache
