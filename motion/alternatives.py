@@ -121,7 +121,7 @@ def _hopeless(request: MotionRequest, ends: Sequence[End]) -> tuple[np.ndarray, 
     stuck = np.zeros((len(ends), request.joint_count), dtype=bool)
     inside = np.flatnonzero(~outside)
     if request.tail == "stop" and inside.size:
-        stuck[inside] = never_stops(request, [ends[k].goal for k in inside])
+        stuck[inside] = never_stops(request, [ends[k].goal for k in inside.tolist()])
     return outside, stuck
 
 

@@ -80,15 +80,15 @@ def test_goals_succeed_without_rights_beside_busy_processes(tmp_path: Path):
         wait_for(lambda: stack.result(reply.goal_id).outcome != "running", "the goal to end", patience=60.0)
         assert stack.result(reply.goal_id).outcome == "succeeded"
         assert stack.status().cycle.missed == 0
-        assert not prefix or "SCHED_FIFO" in stack.log("sim")
+        assert not prefix or "SCHED_FIFO" in stack.processes.log("sim").read_text()
 
 
 def test_a_sim_that_stalls_faults_nothing(stack: Stack):
     """It is stopped for a second in the middle of a motion, which then goes on where it was."""
     reply = stack.under_way()
-    stack.signal("sim", signal.SIGSTOP)
+    stack.processes.signal("sim", signal.SIGSTOP)
     time.sleep(1.0)
-    stack.signal("sim", signal.SIGCONT)
+    stack.processes.signal("sim", signal.SIGCONT)
     assert stack.finish(reply).outcome == "succeeded"
 
 
@@ -97,11 +97,11 @@ def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
     stack.under_way()
     stack.drain(topics.STATE)
     killed = time.monotonic()
-    stack.signal("controller", signal.SIGKILL)
+    stack.processes.signal("controller", signal.SIGKILL)
     wait_for(lambda: stack.state().brake, "the arm to brake")
     assert time.monotonic() - killed < HANG_S
     check_brake(stack)
-    stack.restart("controller")
+    stack.processes.start("controller")
     stack.services.wait_ready(stack.bus)
     wait_for(lambda: stack.mode() == "fault", "the next controller in fault")
     stack.recover()
@@ -111,9 +111,11 @@ def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
 def test_a_killed_sim_aborts_the_motion(stack: Stack):
     """The controller is in fault as soon as the token is gone; the next sim is served as the first one was."""
     reply = stack.under_way()
-    stack.signal("sim", signal.SIGKILL)
-    wait_for(lambda: "in fault: the arm is gone" in stack.log("controller"), "the controller in fault")
-    stack.restart("sim")
+    stack.processes.signal("sim", signal.SIGKILL)
+    wait_for(
+        lambda: "in fault: the arm is gone" in stack.processes.log("controller").read_text(), "the controller in fault"
+    )
+    stack.processes.start("sim")
     stack.services.wait_ready(stack.bus)
     wait_for(lambda: stack.mode() == "holding", "the controller to serve the next run")
     result = stack.result(reply.goal_id)
@@ -127,12 +129,12 @@ def test_a_controller_that_hangs_is_waited_for_two_seconds(stack: Stack):
     stack.under_way()
     stack.drain(topics.STATE)
     stopped = time.monotonic()
-    stack.signal("controller", signal.SIGSTOP)
+    stack.processes.signal("controller", signal.SIGSTOP)
     wait_for(lambda: stack.state().brake, "the arm to brake")
     assert time.monotonic() - stopped >= HANG_S
     check_brake(stack)
-    assert "has not answered tick" in stack.log("sim")
-    stack.signal("controller", signal.SIGCONT)
+    assert "has not answered tick" in stack.processes.log("sim").read_text()
+    stack.processes.signal("controller", signal.SIGCONT)
     wait_for(lambda: stack.mode() == "fault", "the controller in fault")
     stack.recover()
     missed = stack.status().cycle.missed

@@ -108,12 +108,12 @@ def test_silence_brakes_it_and_recovery_begins_a_new_run(stack: Stack):
     """Goals are refused with its reason until a recovery, which needs an arm at rest and leaves it where it stands."""
     stack.under_way()
     run = stack.state().run
-    stack.signal("controller", signal.SIGKILL)
+    stack.processes.signal("controller", signal.SIGKILL)
     wait_for(lambda: stack.state().brake, "the arm to brake")
     state = stack.state()
     assert (state.condition, state.reason) == ("braking", f"no command for {ROBOT.silence_ticks} ticks")
     wait_for(lambda: rests(stack), "the arm to rest")
-    stack.restart("controller")
+    stack.processes.start("controller")
     wait_for(lambda: stack.mode() == "fault", "the controller in fault")
     assert state.reason in (stack.status().fault or "")
     refusal = stack.refused_goal()

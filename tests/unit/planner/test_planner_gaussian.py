@@ -47,8 +47,8 @@ class Controller:
         self.references = 0
         self.refuse: list[Refusal] = []
         self._inbox: Inbox[Any] = Inbox()
-        for topic in (topics.REFERENCE, topics.EXECUTE):
-            bus.serve(topic, self._inbox)
+        bus.serve(topics.REFERENCE, self._inbox)
+        bus.serve(topics.EXECUTE, self._inbox)
         self.stopping = threading.Event()
         self._thread = threading.Thread(target=self._serve)
         self._thread.start()
