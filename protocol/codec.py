@@ -37,8 +37,8 @@ _JSON = re.compile(rb"\s*(\{\s*[\"}]|\[\s*[\[\]{\"\d-])")
 
 
 def encode(message: msgspec.Struct) -> bytes:
-    """Return the msgpack map of `message`, null fields included."""
-    return cast(bytes, msgpack.packb(msgspec.to_builtins(message, builtin_types=(bytes,))))
+    """Return the msgpack map of `message`, null fields included; NumPy arrays become lists."""
+    return cast(bytes, msgpack.packb(msgspec.to_builtins(message, builtin_types=(bytes,), enc_hook=_plain)))
 
 
 def decode(data: bytes, kind: type[Kind], max_bytes: int = SMALL) -> Kind:
@@ -113,6 +113,13 @@ def matrix(data: bytes | None, rows: int, columns: int, field: str) -> np.ndarra
 def matrix_bytes(values: np.ndarray) -> bytes:
     """Return `values` of any shape as the wire has them: little-endian float64, the last index fastest."""
     return np.ascontiguousarray(values, "<f8").tobytes()
+
+
+def _plain(value: object) -> object:
+    """Return NumPy's array or number as Python's."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"a value of the type {type(value).__name__} cannot be sent")
 
 
 def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Refusal:

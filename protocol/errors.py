@@ -47,7 +47,7 @@ class Refusal(Exception):
 class NoAnswer(Exception):
     """A request that nobody answered: no owner, no bus, or an owner that is silent."""
 
-    def __init__(self, service: str, key: str) -> None:
-        super().__init__(f"no answer on {key}: the {service} is not running, or not on this bus")
+    def __init__(self, service: str, key: str, reason: str = "") -> None:
+        super().__init__(f"no answer on {key}: {reason or f'the {service} is not running, or not on this bus'}")
         self.service = service
         self.key = key

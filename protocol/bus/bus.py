@@ -115,13 +115,13 @@ class Bus:
             )
         )
 
-    def listen(self, topic: Publication, callback: Callable[[bytes], object]) -> None:
+    def listen(self, topic: Publication, callback: Callable[[bytes], object]) -> zenoh.Subscriber[None]:
         """Pass the body of every sample to `callback`, in a thread of its own: queue it there, and return.
 
         Zenoh's receiving thread never waits for Python here. If it did, a slow callback would block the publishers:
         1 kHz streams beside a flood of goals silenced the arm.
         """
-        self._keep(
+        return self._keep(
             self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
         )
 
@@ -184,20 +184,36 @@ class Bus:
         """Send `request`, and return a function that waits for the reply and returns or raises as `ask` does."""
         wait = timeout if timeout is not None else topic.timeout_s
         replies = self.session.get(self.key(topic.key), payload=encode(request), encoding=ENCODING, timeout=wait)
+        return lambda: self.read(topic, next(iter(replies), None))
 
-        def answer() -> ReplyT:
-            for reply in replies:
-                if reply.ok is not None:
-                    return decode(reply.ok.payload.to_bytes(), topic.reply, max_bytes=1 << 26)
-                if reply.err is not None:
-                    raise self._refusal(topic, reply.err)
-            raise NoAnswer(topic.owner, self.key(topic.key))
+    def send_to(
+        self,
+        topic: Query[RequestT, ReplyT],
+        request: RequestT,
+        callback: Callable[[zenoh.Reply | None], object],
+        timeout: float | None = None,
+    ) -> None:
+        """Send `request` as `ask` does; the reply, for `read`, goes to `callback` in Zenoh's thread, and None last."""
+        handler = zenoh.handlers.Callback(callback, drop=lambda: callback(None), indirect=False)
+        wait = timeout if timeout is not None else topic.timeout_s
+        self.session.get(self.key(topic.key), handler, payload=encode(request), encoding=ENCODING, timeout=wait)
 
-        return answer
+    def read(self, topic: Query[RequestT, ReplyT], reply: zenoh.Reply | None) -> ReplyT:
+        """Return the message in a reply, None where there was no reply.
 
-    def announce(self, service: str) -> None:
-        """Hold the liveliness token of `service` while the session lives: it is ready for requests."""
-        self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
+        Raises:
+            Refusal: the owner refused.
+            NoAnswer: there is no owner, or it is silent.
+        """
+        if reply is not None and reply.ok is not None:
+            return decode(reply.ok.payload.to_bytes(), topic.reply, max_bytes=1 << 26)
+        if reply is not None and reply.err is not None:
+            raise self._refusal(topic, reply.err)
+        raise NoAnswer(topic.owner, self.key(topic.key))
+
+    def announce(self, service: str) -> zenoh.LivelinessToken:
+        """Hold the liveliness token of `service`, which is ready for requests, until it is undeclared."""
+        return self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
 
     def claim(self, service: str, timeout: float = CLAIM_TIMEOUT_S) -> bool:
         """Claim the place of `service` while the session lives, and return whether no other session has a claim.

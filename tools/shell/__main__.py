@@ -1,71 +1,116 @@
-"""`python -m tools.shell`: every request of the wire contract from the shell."""
+"""`volley`: one command for all that people do with a robot from the shell."""
 
+import importlib
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
-import tyro
-from tyro.extras import SubcommandApp
+DONE, REFUSED, USAGE, SILENT, INTERRUPTED = 0, 1, 2, 4, 130
 
-from protocol.errors import NoAnswer, Refusal
-from tools.shell import arm, library, motion
-from tools.shell.goal import goal
-from tools.shell.shell import NoBus, UsageError, refusal_json
-from tools.shell.watch import watch
 
-REFUSED, USAGE, SILENT, INTERRUPTED = 1, 2, 4, 130
-HELP = """\
-Ask a robot from the shell; COMMAND --help says more.
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One subcommand.
 
-Exit status: 0 done; 1 refused, or a motion that was waited for did not succeed; 2 wrong usage; 4 no answer.
-"""
-COMMANDS: dict[str, Callable[..., int | None]] = {
-    "goal": goal,
-    "learn": library.learn,
-    "primitives": library.primitives,
-    "forget": library.forget,
-    "execute": motion.execute,
-    "cancel": motion.cancel,
-    "reset": motion.reset,
-    "result": motion.result,
-    "reference": motion.reference,
-    "status": motion.status,
-    "watch": watch,
-    "state": arm.state,
-    "description": arm.description,
-    "disturb": arm.disturb,
-    "step": arm.step,
-    "recover": arm.recover,
-    "reset-sim": arm.reset_sim,
+    Attributes:
+        target: MODULE:FUNCTION, imported when the command is run and not before.
+        about: What it does, in a line.
+        is_main: The function is a program's own `main`, which reads `sys.argv`.
+    """
+
+    target: str
+    about: str
+    is_main: bool = False
+
+    def load(self) -> Callable[..., int | None]:
+        """Import and return the function."""
+        module, _, function = self.target.partition(":")
+        return getattr(importlib.import_module(module), function)
+
+
+GROUPS: dict[str, dict[str, Command]] = {
+    "start": {
+        "up": Command("services.__main__:main", "start every service with one robot, until Ctrl-C", is_main=True),
+        "demo": Command("tools.demo.__main__:main", "five strikes, a table and a trace", is_main=True),
+        "drill": Command("tools.drill.__main__:main", "cause every fault, measure each reaction", is_main=True),
+        "preflight": Command("tools.preflight.__main__:main", "what this machine promises a 1 kHz loop", is_main=True),
+    },
+    "move": {
+        "goal": Command("tools.shell.goal:goal", "play a primitive, to its own end or to yours"),
+        "execute": Command("tools.shell.motion:execute", "play a trajectory from a file"),
+        "cancel": Command("tools.shell.motion:cancel", "stop the motion"),
+        "reset": Command("tools.shell.motion:reset", "leave a latched fault"),
+        "result": Command("tools.shell.motion:result", "how a goal went"),
+    },
+    "teach": {
+        "primitives": Command("tools.shell.library:primitives", "list the library"),
+        "learn": Command("tools.shell.library:learn", "learn a primitive from a demonstration in a file"),
+        "forget": Command("tools.shell.library:forget", "remove a primitive"),
+    },
+    "look": {
+        "watch": Command("tools.shell.watch:watch", "the live status, until Ctrl-C"),
+        "status": Command("tools.shell.motion:status", "the controller at a glance"),
+        "state": Command("tools.shell.arm:state", "what the arm measures"),
+        "description": Command("tools.shell.arm:description", "what the arm is: joints, home, limits, clock"),
+        "reference": Command("tools.shell.motion:reference", "where the arm will be"),
+    },
+    "simulate": {
+        "reset-sim": Command("tools.shell.arm:reset_sim", "begin a new run: the arm at rest, the ball on its tee"),
+        "step": Command("tools.shell.arm:step", "advance the stepped clock"),
+        "disturb": Command("tools.shell.arm:disturb", "push the arm, blur its sensors, lose messages"),
+    },
 }
+COMMANDS: dict[str, Command] = {name: command for group in GROUPS.values() for name, command in group.items()}
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit status; errors go to stderr as a sentence."""
-    words = sys.argv[1:] if words is None else words
-    app = SubcommandApp()
-    for name, command in COMMANDS.items():
-        app.command(name=name)(command)
+    name, *rest = [*(sys.argv[1:] if words is None else words)] or ["--help"]
+    if name in ("-h", "--help"):
+        print(usage())
+        return DONE
+    if name not in COMMANDS:
+        print(f"volley: there is no command {name!r}; volley --help lists them", file=sys.stderr)
+        return USAGE
+    command = COMMANDS[name]
+    if command.is_main:
+        sys.argv = [f"volley {name}", *rest]
+        return command.load()() or DONE
+    return run(name, command.load(), rest)
+
+
+def run(name: str, function: Callable[..., int | None], words: Sequence[str]) -> int:
+    """Run a command of the shell's own and return its exit status."""
+    import tyro
+
+    from client import NoAnswer, NoRouter, Refusal
+    from tools.shell.shell import UsageError, refusal_json
+
+    style = (tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff, tyro.conf.DisallowNone)
     try:
-        return (
-            app.cli(
-                prog="python -m tools.shell",
-                description=HELP,
-                args=list(words),
-                config=(tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff, tyro.conf.DisallowNone),
-            )
-            or 0
-        )
+        return tyro.cli(function, prog=f"volley {name}", args=list(words), config=style) or DONE
     except Refusal as refusal:
         print(refusal_json(refusal) if "--json" in words else f"{refusal.code}: {refusal}", file=sys.stderr)
         return REFUSED
     except UsageError as error:
         print(error, file=sys.stderr)
         return USAGE
-    except (NoAnswer, NoBus) as error:
+    except (NoAnswer, NoRouter, TimeoutError) as error:
         print(error, file=sys.stderr)
         return SILENT
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def usage() -> str:
+    """Return the list of commands."""
+    width = max(map(len, COMMANDS))
+    lines = ["usage: volley COMMAND [--help] ...", ""]
+    for group, commands in GROUPS.items():
+        lines += [f"{group}:", *(f"  {name:{width}}  {command.about}" for name, command in commands.items()), ""]
+    lines.append("volley COMMAND --help says more.")
+    lines.append("Exit status: 0 done; 1 refused, or did not succeed; 2 wrong usage; 4 no answer; 130 interrupted.")
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,10 @@
-"""The commands that speak to the sim."""
+"""The commands that speak to the robot side: the arm, and what only a simulated one has."""
 
-from collections.abc import Sequence
 from typing import Literal
 
 from tyro.conf import Positional
 
 from protocol import messages as m
-from protocol.topics import DESCRIPTION, RECOVER, SIM_DISTURB, SIM_RESET, SIM_STEP, STATE_QUERY
 from tools.shell import joints
 from tools.shell.shell import Shared, UsageError, reach
 
@@ -17,19 +15,13 @@ Point = tuple[float, float, float]
 def state(*, shell: Shared) -> None:
     """Print what the arm measures."""
     with reach(shell) as link:
-        link.exchange(STATE_QUERY, m.Empty())
+        link.print(link.arm.state())
 
 
 def description(*, shell: Shared) -> None:
     """Print what the arm is: joints, home, limits, clock."""
     with reach(shell) as link:
-        link.exchange(DESCRIPTION, m.Empty())
-
-
-def recover(*, shell: Shared) -> None:
-    """Make the arm ready again after a reflex, a stop or its own brake: a new run begins where it stands."""
-    with reach(shell) as link:
-        link.exchange(RECOVER, m.Empty())
+        link.print(link.arm.description())
 
 
 def step(ticks: Positional[int] = 1, *, shell: Shared) -> None:
@@ -40,7 +32,7 @@ def step(ticks: Positional[int] = 1, *, shell: Shared) -> None:
         shell: How to reach the robot.
     """
     with reach(shell) as link:
-        link.exchange(SIM_STEP, m.Step(ticks=ticks))
+        link.print(link.arm.step(ticks))
 
 
 def reset_sim(
@@ -62,14 +54,9 @@ def reset_sim(
     """
     if ball is None and any(ball_velocity):
         raise UsageError("--ball-velocity needs --ball: a ball on its tee is at rest")
+    start = joints.vector(positions, "--positions") if positions else None
     with reach(shell) as link:
-        names = _names(link.description())
-        request = m.Reset(
-            positions=joints.vector(positions, "--positions", names) if positions else None,
-            ball=m.Ball(position=ball, velocity=ball_velocity) if ball else None,
-            seed=seed,
-        )
-        link.exchange(SIM_RESET, request)
+        link.print(link.arm.reset_sim(start, m.Ball(position=ball, velocity=ball_velocity) if ball else None, seed))
 
 
 def disturb(
@@ -99,18 +86,18 @@ def disturb(
     given = {"--values": values or None, "--at": at, "--duration": duration, "--stream": stream}
     given |= {"--position-std": position_std, "--velocity-std": velocity_std}
     check_flags(kind, {flag for flag, value in given.items() if value is not None})
+    push = joints.vector(values, "--values") if values else None
     with reach(shell) as link:
-        names = _names(link.description())
-        request = m.Disturb(
-            kind="sensor_noise" if kind == "noise" else kind,
-            values=joints.vector(values, "--values", names) if values else None,
+        disturbed = link.arm.disturb(
+            "sensor_noise" if kind == "noise" else kind,
+            values=push,
             start_time=at,
             duration=duration,
             position_std=position_std,
             velocity_std=velocity_std,
             stream=stream,
         )
-        link.exchange(SIM_DISTURB, request)
+        link.print(disturbed)
 
 
 def check_flags(kind: Kind, given: set[str]) -> None:
@@ -130,7 +117,3 @@ def check_flags(kind: Kind, given: set[str]) -> None:
         raise UsageError(f"disturb {kind} needs {' and '.join(missing)}")
     if alien := sorted(given - needed - optional):
         raise UsageError(f"disturb {kind} does not take {' and '.join(alien)}")
-
-
-def _names(description: m.Description | None) -> Sequence[str]:
-    return description.joint_names if description else []

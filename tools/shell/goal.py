@@ -1,27 +1,20 @@
-"""`client goal`: from flags to a Goal, and following the motion to its end."""
+"""`volley goal`: from flags to the fields of a goal."""
 
-import math
-import sys
-import time
-import uuid
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
-from msgspec.structs import replace
 from tyro.conf import Positional, UseAppendAction, arg
 
+from client import GoalFields, executable
 from protocol import messages as m
 from protocol.codec import encode
-from protocol.topics import GOAL, RESULT
 from tools.shell import joints
+from tools.shell.following import follow
 from tools.shell.shell import Shared, Shell, UsageError, reach
 
-POLL_S = 0.1
-ROUNDING = 1e-6
-"""Of a tick."""
 Parsed = TypeVar("Parsed")
 Words = Annotated[tuple[str, ...], arg(metavar="NUMBER ...")]
 
@@ -96,129 +89,97 @@ class GoalFlags:
 
 
 def goal(flags: Annotated[GoalFlags, arg(name="")], *, shell: Shared) -> int:
-    """Play a primitive to a goal: goal forehand --positions .17 .47 .86 -.08 0 .1 --duration .8 --wait
+    """Play a primitive to its own end, or to another: goal forehand --positions .17 .47 .86 -.08 0 .1 --duration .8
 
     Ctrl-C while waiting leaves the motion running, unless it has a lease.
     """
-    with reach(shell) as link:
-        description = link.description()
-        request = to_message(flags, description.joint_names if description else [])
-        if request.lease:
-            link.bus.announce(f"client/{request.client_id}")
-        reply = link.ask(GOAL, request)
-        if flags.save and reply.trajectory:
-            flags.save.write_bytes(encode(executable(reply, reply.trajectory, description)))
-        link.print(reply)
-        if flags.plan_only or not (flags.wait or flags.lease):
+    check(flags)
+    with reach(shell, flags.client_id) as link, link.arm.lease() if flags.lease else nullcontext():
+        fields = to_fields(flags, lambda: len(link.joint_names()))
+        if flags.plan_only:
+            reply = link.arm.plan(flags.primitive, **fields)
+            _save(flags, reply, link)
+            link.print(reply)
             return 0
-        try:
-            result = follow(link, reply.goal_id)
-        except KeyboardInterrupt:
-            means = "the lease ends, and the controller stops it" if flags.lease else "it goes on; stop it with: cancel"
-            print(f"goal {reply.goal_id} is no longer followed: {means}", file=sys.stderr)
-            raise
-        link.print(result)
-        return 0 if result.outcome == "succeeded" else 1
+        motion = link.arm.goal(flags.primitive, **fields)
+        _save(flags, motion.reply, link)
+        link.print(motion.reply)
+        return follow(link, motion) if flags.wait or flags.lease else 0
 
 
-def to_message(flags: GoalFlags, names: Sequence[str]) -> m.Goal:
-    """Return the goal that the flags describe; `names` of the joints, empty where they are not known.
+def check(flags: GoalFlags) -> None:
+    """Check what the planner cannot: flags that do not reach it.
 
     Raises:
-        UsageError: a vector that does not fit, or flags that contradict each other.
+        UsageError: they contradict each other.
     """
-    _check(flags)
-    return m.Goal(
-        primitive=flags.primitive,
-        positions=_given(joints.vector, flags.positions, "--positions", names),
-        velocities=_given(joints.vector, flags.velocities, "--velocities", names),
-        accelerations=_given(joints.partial, flags.accelerations, "--accelerations", names),
+    if (flags.start_velocities or flags.start_accelerations) and not flags.start_positions:
+        raise UsageError("--start-velocities and --start-accelerations need --start-positions")
+    if flags.plan_only and (flags.wait or flags.lease):
+        raise UsageError("--plan-only moves nothing; leave out --wait and --lease")
+
+
+def to_fields(flags: GoalFlags, count_joints: Callable[[], int]) -> GoalFields:
+    """Return the fields of the goal that the flags describe.
+
+    Args:
+        flags: As given.
+        count_joints: Asks how many joints the arm has, where one word stands for all of them.
+
+    Raises:
+        UsageError: a word that is no number.
+    """
+    return GoalFields(
+        positions=_given(joints.vector, flags.positions, "--positions"),
+        velocities=_given(joints.vector, flags.velocities, "--velocities"),
+        accelerations=_given(joints.partial, flags.accelerations, "--accelerations"),
         duration=flags.duration,
         arrival_time=flags.arrival_time,
-        alternatives=[joints.alternative(text, names) for text in flags.alternative],
+        alternatives=[joints.alternative(text) for text in flags.alternative],
         fastest=flags.fastest,
         revises=flags.revises,
         goal_id=flags.goal_id,
-        client_id=flags.client_id or (f"shell-{uuid.uuid4().hex[:8]}" if flags.lease else ""),
-        lease=flags.lease,
-        start=_start(flags, names),
-        waypoints=[joints.waypoint(text, names) for text in flags.waypoint],
-        limits=_limits(flags, names),
+        start=_start(flags),
+        waypoints=[joints.waypoint(text) for text in flags.waypoint],
+        limits=_limits(flags, count_joints),
         rest_fraction=flags.rest_fraction,
         place_time=flags.place_time,
         follow_through=flags.follow_through,
         tail=flags.tail,
         method=flags.method,
-        plan_only=flags.plan_only,
         include_trajectory=flags.save is not None,
         preempt=not flags.no_preempt,
     )
 
 
-def executable(reply: m.GoalReply, trajectory: m.Trajectory, description: m.Description | None) -> m.Trajectory:
-    """Return the trajectory of a reply as `execute` takes it: as pieces where its samples lie further apart."""
-    if not trajectory.pieces:
-        return trajectory
-    tick = 1.0 / description.rate_hz if description else trajectory.dt
-    counted = {
-        "dt": tick,
-        "count": math.ceil(trajectory.pieces.breaks[-1] / tick - ROUNDING) + 1,
-        "hit_index": round(reply.duration / tick),
-    }
-    return replace(trajectory, positions=None, velocities=None, accelerations=None, **counted)
+def _save(flags: GoalFlags, reply: m.GoalReply, link: Shell) -> None:
+    """Write the trajectory where --save says, as `execute` takes it."""
+    if flags.save:
+        flags.save.write_bytes(encode(executable(reply, link.arm.description().rate_hz)))
 
 
-def follow(link: Shell, goal_id: str) -> m.Result:
-    """Ask for the result of a goal until it has ended, and return it.
-
-    Raises:
-        Refusal, NoAnswer: as `Shell.ask`.
-    """
-    waiting = link.console.status(f"goal {goal_id} runs") if sys.stdout.isatty() else nullcontext()
-    with waiting:
-        while True:
-            result = link.ask(RESULT, m.ResultRequest(goal_id=goal_id))
-            if result.outcome != "running":
-                return result
-            time.sleep(POLL_S)
+def _given(parse: Callable[[Sequence[str], str], Parsed], words: Words, flag: str) -> Parsed | None:
+    return parse(words, flag) if words else None
 
 
-def _check(flags: GoalFlags) -> None:
-    if flags.duration is not None and flags.arrival_time is not None:
-        raise UsageError("--duration and --arrival-time say the same thing twice; give one of them")
-    if flags.fastest and (flags.duration, flags.arrival_time) != (None, None):
-        raise UsageError("--fastest finds the duration itself; leave out --duration and --arrival-time")
-    if flags.start_positions and not flags.plan_only:
-        raise UsageError("--start-positions needs --plan-only: a motion starts where the arm is")
-    if (flags.start_velocities or flags.start_accelerations) and not flags.start_positions:
-        raise UsageError("--start-velocities and --start-accelerations need --start-positions")
-    if flags.tail == "coast" and not flags.plan_only:
-        raise UsageError("--tail coast needs --plan-only: an arm that moves comes to rest")
-    if flags.plan_only and (flags.wait or flags.lease):
-        raise UsageError("--plan-only moves nothing; leave out --wait and --lease")
-
-
-def _given(
-    parse: Callable[[Sequence[str], str, Sequence[str]], Parsed], words: Words, flag: str, names: Sequence[str]
-) -> Parsed | None:
-    return parse(words, flag, names) if words else None
-
-
-def _start(flags: GoalFlags, names: Sequence[str]) -> m.Start | None:
+def _start(flags: GoalFlags) -> m.Start | None:
     if not flags.start_positions:
         return None
     return m.Start(
-        positions=joints.vector(flags.start_positions, "--start-positions", names),
-        velocities=_given(joints.vector, flags.start_velocities, "--start-velocities", names),
-        accelerations=_given(joints.partial, flags.start_accelerations, "--start-accelerations", names),
+        positions=joints.vector(flags.start_positions, "--start-positions"),
+        velocities=_given(joints.vector, flags.start_velocities, "--start-velocities"),
+        accelerations=_given(joints.partial, flags.start_accelerations, "--start-accelerations"),
     )
 
 
-def _limits(flags: GoalFlags, names: Sequence[str]) -> m.GoalLimits | None:
+def _limits(flags: GoalFlags, count_joints: Callable[[], int]) -> m.GoalLimits | None:
+    def spread(words: Words) -> Words:
+        return words * count_joints() if len(words) == 1 else words
+
     limits = m.GoalLimits(
-        positions=_given(joints.ranges, flags.limit_positions, "--limit-positions", names),
-        velocities=_given(joints.bounds, flags.limit_velocities, "--limit-velocities", names),
-        accelerations=_given(joints.bounds, flags.limit_accelerations, "--limit-accelerations", names),
-        jerks=_given(joints.bounds, flags.limit_jerks, "--limit-jerks", names),
+        positions=_given(joints.ranges, spread(flags.limit_positions), "--limit-positions"),
+        velocities=_given(joints.partial, spread(flags.limit_velocities), "--limit-velocities"),
+        accelerations=_given(joints.partial, spread(flags.limit_accelerations), "--limit-accelerations"),
+        jerks=_given(joints.partial, spread(flags.limit_jerks), "--limit-jerks"),
     )
     return limits if limits != m.GoalLimits() else None

@@ -9,47 +9,34 @@ from tools.shell.shell import UsageError
 FREE = "_"
 
 
-def vector(words: Sequence[str], flag: str, names: Sequence[str]) -> list[float]:
-    """Return one number a joint; `names` is empty where the arm's joints are not known.
+def vector(words: Sequence[str], flag: str) -> list[float]:
+    """Return one number a joint; how many there must be is for the one who knows the arm to say.
 
     Raises:
-        UsageError: a word that is no finite number, or another number of them than the arm has joints.
+        UsageError: a word that is no finite number.
     """
-    _check_length(words, flag, names)
     return [number(word, flag) for word in words]
 
 
-def partial(words: Sequence[str], flag: str, names: Sequence[str]) -> list[float | None]:
+def partial(words: Sequence[str], flag: str) -> list[float | None]:
     """Return one number a joint, or None for `_`.
 
     Raises:
         UsageError: as `vector`.
     """
-    _check_length(words, flag, names)
     return [None if word == FREE else number(word, flag) for word in words]
 
 
-def bounds(words: Sequence[str], flag: str, names: Sequence[str]) -> list[float | None]:
-    """Return one bound a joint, or None for `_`; a single word stands for all joints.
-
-    Raises:
-        UsageError: as `vector`.
-    """
-    return partial(_spread(words, names), flag, names)
-
-
-def ranges(words: Sequence[str], flag: str, names: Sequence[str]) -> list[tuple[float, float] | None]:
-    """Return (low, high) a joint from LOW:HIGH, or None for `_`; a single word stands for all joints.
+def ranges(words: Sequence[str], flag: str) -> list[tuple[float, float] | None]:
+    """Return (low, high) a joint from LOW:HIGH, or None for `_`.
 
     Raises:
         UsageError: as `vector`, or a word without a colon.
     """
-    words = _spread(words, names)
-    _check_length(words, flag, names)
     return [None if word == FREE else _range(word, flag) for word in words]
 
 
-def waypoint(text: str, names: Sequence[str]) -> m.Waypoint:
+def waypoint(text: str) -> m.Waypoint:
     """Return the waypoint of TIME:POSITIONS, TIME::VELOCITIES or TIME:POSITIONS:VELOCITIES, comma-separated.
 
     Raises:
@@ -62,12 +49,12 @@ def waypoint(text: str, names: Sequence[str]) -> m.Waypoint:
     positions, velocities = parts[1], parts[2] if len(parts) == 3 else ""
     return m.Waypoint(
         time_from_start=number(parts[0], flag),
-        positions=partial(positions.split(","), flag, names) if positions else None,
-        velocities=partial(velocities.split(","), flag, names) if velocities else None,
+        positions=partial(positions.split(","), flag) if positions else None,
+        velocities=partial(velocities.split(","), flag) if velocities else None,
     )
 
 
-def alternative(text: str, names: Sequence[str]) -> m.Alternative:
+def alternative(text: str) -> m.Alternative:
     """Return the further end of TIME:POSITIONS:VELOCITIES:ACCELERATIONS, vectors comma-separated.
 
     What is empty or left out at the end is as in the goal; TIME is a duration, or after an @ an arrival time.
@@ -82,9 +69,9 @@ def alternative(text: str, names: Sequence[str]) -> m.Alternative:
     time, positions, velocities, accelerations = (*parts, "", "")[:4]
     arrives = time.startswith("@")
     return m.Alternative(
-        positions=vector(positions.split(","), flag, names) if positions else None,
-        velocities=vector(velocities.split(","), flag, names) if velocities else None,
-        accelerations=partial(accelerations.split(","), flag, names) if accelerations else None,
+        positions=vector(positions.split(","), flag) if positions else None,
+        velocities=vector(velocities.split(","), flag) if velocities else None,
+        accelerations=partial(accelerations.split(","), flag) if accelerations else None,
         duration=number(time, flag) if time and not arrives else None,
         arrival_time=number(time[1:], flag) if arrives else None,
     )
@@ -110,12 +97,3 @@ def _range(word: str, flag: str) -> tuple[float, float]:
     if not colon:
         raise UsageError(f"{flag}: {word!r} is not a range; write LOW:HIGH, or _ for the robot's own")
     return number(low, flag), number(high, flag)
-
-
-def _spread(words: Sequence[str], names: Sequence[str]) -> Sequence[str]:
-    return list(words) * len(names) if len(words) == 1 and names else words
-
-
-def _check_length(words: Sequence[str], flag: str, names: Sequence[str]) -> None:
-    if names and len(words) != len(names):
-        raise UsageError(f"{flag}: {len(words)} values for {len(names)} joints ({', '.join(names)})")

@@ -1,4 +1,4 @@
-"""`client learn`, `primitives` and `forget`: the library of primitives."""
+"""`volley learn`, `primitives` and `forget`: the library of primitives."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,15 +7,13 @@ import numpy as np
 from tyro.conf import Positional
 
 from protocol import messages as m
-from protocol.codec import matrix_bytes
-from protocol.topics import FORGET, LEARN, PRIMITIVES
 from tools.shell.shell import Shared, UsageError, reach
 
 
 def primitives(*, shell: Shared) -> None:
     """List the library."""
     with reach(shell) as link:
-        link.exchange(PRIMITIVES, m.Empty())
+        link.print(m.Primitives(primitives=link.arm.primitives()))
 
 
 def forget(name: Positional[str], *, shell: Shared) -> None:
@@ -25,7 +23,7 @@ def forget(name: Positional[str], *, shell: Shared) -> None:
         name: Of the primitive.
     """
     with reach(shell) as link:
-        link.exchange(FORGET, m.Forget(name=name))
+        link.print(link.arm.forget(name))
 
 
 def learn(
@@ -56,17 +54,9 @@ def learn(
         shell: How to reach the robot.
     """
     positions, times = split(read_samples(file), file, rate, duration)
-    request = m.Learn(
-        name=name,
-        positions=matrix_bytes(positions),
-        joint_count=positions.shape[1],
-        rate=rate,
-        times=times,
-        smoothing=m.SavitzkyGolay(window_s=window, order=order) if window is not None else smoothing,
-        replace=replace,
-    )
+    filtered = m.SavitzkyGolay(window_s=window, order=order) if window is not None else smoothing
     with reach(shell) as link:
-        link.exchange(LEARN, request)
+        link.print(link.arm.learn(name, positions, rate=rate, times=times, smoothing=filtered, replace=replace))
 
 
 def read_samples(file: Path) -> np.ndarray:

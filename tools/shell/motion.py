@@ -4,18 +4,18 @@ from pathlib import Path
 
 from tyro.conf import Positional
 
+from client import MotionHandle, Refusal
 from protocol import messages as m
 from protocol.codec import check_request_size, decode
-from protocol.errors import Refusal
-from protocol.topics import CANCEL, EXECUTE, REFERENCE, RESET, RESULT, STATUS_QUERY
-from tools.shell.goal import follow
+from protocol.topics import EXECUTE
+from tools.shell.following import follow
 from tools.shell.shell import Shared, UsageError, reach
 
 
 def execute(file: Positional[Path], *, lead: float | None = None, wait: bool = False, shell: Shared) -> int:
     """Play a trajectory from a .msgpack file, as `goal --plan-only --save` writes it.
 
-    The arm has to be where it begins, and in real time --lead has to move it into the future.
+    The arm must be where it begins, and unless the clock is stepped --lead must move it into the future.
 
     Args:
         file: One Trajectory message.
@@ -30,16 +30,9 @@ def execute(file: Positional[Path], *, lead: float | None = None, wait: bool = F
     except (OSError, Refusal) as error:
         raise UsageError(f"{file} holds no trajectory: {error}") from None
     with reach(shell) as link:
-        if lead is not None:
-            now = link.ask(REFERENCE, m.ReferenceRequest(lead=lead))
-            trajectory.start_time, trajectory.epoch = now.time, now.epoch
-        reply = link.ask(EXECUTE, trajectory)
-        link.print(reply)
-        if not wait:
-            return 0
-        ended = follow(link, reply.goal_id)
-        link.print(ended)
-        return 0 if ended.outcome == "succeeded" else 1
+        motion: MotionHandle = link.arm.execute(trajectory, lead)
+        link.print(m.Accepted(goal_id=motion.goal_id, start_time=motion.start_time))
+        return follow(link, motion) if wait else 0
 
 
 def reference(*, lead: float = 0.0, shell: Shared) -> None:
@@ -50,24 +43,24 @@ def reference(*, lead: float = 0.0, shell: Shared) -> None:
         shell: How to reach the robot.
     """
     with reach(shell) as link:
-        link.exchange(REFERENCE, m.ReferenceRequest(lead=lead))
+        link.print(link.arm.reference(lead))
 
 
 def cancel(goal_id: Positional[str | None] = None, *, shell: Shared) -> None:
-    """Stop the motion.
+    """Stop the motion inside the limits.
 
     Args:
         goal_id: Stop only this one; by default whatever moves.
         shell: How to reach the robot.
     """
     with reach(shell) as link:
-        link.exchange(CANCEL, m.Cancel(goal_id=goal_id))
+        link.print(link.arm.cancel(goal_id))
 
 
 def reset(*, shell: Shared) -> None:
     """Leave a latched fault; the arm must be at rest."""
     with reach(shell) as link:
-        link.exchange(RESET, m.Empty())
+        link.print(link.arm.reset())
 
 
 def result(goal_id: Positional[str], *, shell: Shared) -> None:
@@ -78,10 +71,10 @@ def result(goal_id: Positional[str], *, shell: Shared) -> None:
         shell: How to reach the robot.
     """
     with reach(shell) as link:
-        link.exchange(RESULT, m.ResultRequest(goal_id=goal_id))
+        link.print(link.arm.result(goal_id))
 
 
 def status(*, shell: Shared) -> None:
-    """Print the controller at a glance."""
+    """Print the controller at a glance: mode, goal, reference and errors, how well it keeps time."""
     with reach(shell) as link:
-        link.exchange(STATUS_QUERY, m.Empty())
+        link.print(link.arm.status())

@@ -143,7 +143,7 @@ def _stages(stamps: m.Stamps) -> str:
 @show.register
 def _(reply: m.Status, names: Sequence[str]) -> RenderableType:
     cycle = reply.cycle
-    fault = f"{reply.fault}; leave it with: reset" if reply.fault else ""
+    fault = f"{reply.fault}; leave it with: volley reset" if reply.fault else ""
     mode = sentence(reply.mode, f"goal {reply.goal_id}" if reply.goal_id else "", clock(reply), fault)
     mode.stylize(MODE_STYLES[reply.mode], 0, len(reply.mode))
     columns = [
@@ -209,7 +209,7 @@ def _(reply: m.Description, names: Sequence[str]) -> RenderableType:
 @show.register
 def _(reply: m.Primitives, names: Sequence[str]) -> RenderableType:
     if not reply.primitives:
-        return sentence("the library is empty; fill it with: learn NAME FILE")
+        return sentence("the library is empty; fill it with: volley learn NAME FILE")
     made = table(("name", "joints", "duration [s]", "samples", "created"))
     for entry in reply.primitives:
         created = time.strftime("%Y-%m-%d %H:%M", time.localtime(entry.created))

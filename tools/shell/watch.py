@@ -1,11 +1,13 @@
-"""`client watch`: the live status in the terminal."""
+"""`volley watch`: the live status in the terminal."""
 
+import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from msgspec import Struct
 from rich import box
 from rich.console import Group, RenderableType
 from rich.live import Live
@@ -13,9 +15,8 @@ from rich.panel import Panel
 from rich.styled import Styled
 from rich.text import Text
 
+from client import Stream
 from protocol import messages as m
-from protocol.bus.queues import Collector
-from protocol.codec import decode
 from protocol.errors import Refusal
 from protocol.topics import CONTACT, DISTURBANCE, ENDED, PLAN, REFUSED, STATUS, Publication, alive_key
 from services.common.realtime import stop_on_signals
@@ -24,6 +25,8 @@ from tools.shell.show import cell, show
 
 REFRESH_HZ = 10.0
 EVENTS_SHOWN = 8
+KEPT = 64
+"""Messages of a topic between two pictures."""
 SERVICES = ("sim", "controller", "planner", "recorder")
 WATCHED: tuple[Publication, ...] = (STATUS, PLAN, REFUSED, ENDED, CONTACT, DISTURBANCE)
 
@@ -39,15 +42,12 @@ class View:
     alive: set[str] = field(default_factory=set)
     events: deque[str] = field(default_factory=lambda: deque(maxlen=EVENTS_SHOWN))
 
-    def take(self, topic: Publication, data: bytes, now: float) -> None:
-        """Take in the body of one publication."""
-        try:
-            message = decode(data, topic.message, max_bytes=1 << 26)
-        except Refusal as refusal:
-            self.events.append(f"malformed {topic.key}: {refusal}")
-            return
+    def take(self, topic: Publication, message: Struct | Refusal, now: float) -> None:
+        """Take in one publication, or the refusal that says why it cannot be read."""
         if isinstance(message, m.Status):
             self.status, self.heard = message, now
+        elif isinstance(message, Refusal):
+            self.events.append(f"malformed {topic.key}: {message}")
         else:
             self.events.append(event(message))
 
@@ -112,39 +112,47 @@ def watch(*, shell: Shared) -> None:
     """
     stopping = stop_on_signals()
     with reach(shell) as link:
-        streams = [(topic, link.bus.collect(topic, 64)) for topic in WATCHED]
+        streams = [link.arm.stream(topic, KEPT) for topic in WATCHED]
         if shell.json:
             _print_lines(link, streams, stopping)
         else:
             _paint(link, streams, stopping)
 
 
-def _paint(link: Shell, streams: list[tuple[Publication, Collector]], stopping: threading.Event) -> None:
+def _paint(link: Shell, streams: list[Stream], stopping: threading.Event) -> None:
     description = link.description()
-    view = View(
-        joint_names=description.joint_names if description else [],
-        stepped=description is not None and description.clock == "stepped",
-    )
+    view = View(joint_names=link.joint_names(), stepped=description is not None and description.clock == "stepped")
 
     def note(key: str, alive: bool) -> None:
         name = key.rsplit("/", 1)[-1]
         view.alive = view.alive | {name} if alive else view.alive - {name}
 
-    link.bus.watch_alive(alive_key("*"), note)
+    link.arm.bus.watch_alive(alive_key("*"), note)
     with Live(console=link.console, screen=link.console.is_terminal, auto_refresh=False) as live:
         stopped = False
         while not stopped:
             stopped = stopping.wait(1.0 / REFRESH_HZ)
-            _drain(streams, lambda topic, data: view.take(topic, data, time.monotonic()))
+            for topic, message in _drain(streams):
+                view.take(topic, message, time.monotonic())
             live.update(render(view, time.monotonic()), refresh=True)
 
 
-def _print_lines(link: Shell, streams: list[tuple[Publication, Collector]], stopping: threading.Event) -> None:
+def _print_lines(link: Shell, streams: list[Stream], stopping: threading.Event) -> None:
     while not stopping.wait(1.0 / REFRESH_HZ):
-        _drain(streams, lambda topic, data: link.print(decode(data, topic.message, max_bytes=1 << 26)))
+        for topic, message in _drain(streams):
+            if isinstance(message, Refusal):
+                print(f"malformed {topic.key}: {message}", file=sys.stderr)
+            else:
+                link.print(message)
 
 
-def _drain(streams: list[tuple[Publication, Collector]], take: Callable[[Publication, bytes], None]) -> None:
-    for topic, stream in streams:
-        while (entry := stream.take()) is not None:
-            take(topic, entry[0])
+def _drain(streams: list[Stream]) -> Iterator[tuple[Publication, Struct | Refusal]]:
+    """Yield every message that has come, and a refusal in place of each that cannot be read."""
+    for stream in streams:
+        while True:
+            try:
+                yield stream.topic, stream.take(timeout=0.0)
+            except Refusal as malformed:
+                yield stream.topic, malformed
+            except TimeoutError:
+                break

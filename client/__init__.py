@@ -1,0 +1,42 @@
+"""A client of a robot: five lines from nothing to a played motion.
+
+    from client import connect
+
+    with connect() as arm:
+        result = arm.goal("forehand").wait()
+        print(result.outcome)
+
+`connect_async` is its twin, whose methods are awaited. Replies and publications are the messages of the wire contract,
+`messages`; what is published is listed in `topics`.
+"""
+
+from client.arms import Arm, AsyncArm
+from client.connection import NoRouter, connect, connect_async
+from client.fields import GoalFields
+from client.handles import AsyncGoalHandle, AsyncMotionHandle, GoalHandle, MotionHandle
+from client.streams import AsyncStream, Stream
+from client.trajectories import Samples, executable, samples
+from protocol import messages, topics
+from protocol.errors import NoAnswer, Refusal
+
+__all__ = [
+    "Arm",
+    "AsyncArm",
+    "AsyncGoalHandle",
+    "AsyncMotionHandle",
+    "AsyncStream",
+    "GoalFields",
+    "GoalHandle",
+    "MotionHandle",
+    "NoAnswer",
+    "NoRouter",
+    "Refusal",
+    "Samples",
+    "Stream",
+    "connect",
+    "connect_async",
+    "executable",
+    "messages",
+    "samples",
+    "topics",
+]

@@ -1,0 +1,110 @@
+"""Joining the bus of a robot."""
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from client.arms import Arm, AsyncArm
+from client.link import Link
+from client.waiting import AwaitedMailbox, BlockingMailbox, Mailbox
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import DEFAULT_ENDPOINT, NO_HUB, open_session
+
+ROBOT = "arm"
+"""The name of the robot that ships with Volley."""
+PATIENCE_S = 2.0
+"""How long a router is waited for."""
+
+
+class NoRouter(ConnectionError):
+    """Nobody hosts a bus at the endpoint."""
+
+
+def connect(
+    endpoint: str | Sequence[str] | None = None,
+    robot: str = ROBOT,
+    *,
+    config: Path | str | None = None,
+    client_id: str = "",
+    timeout: float | None = None,
+) -> Arm:
+    """Join the bus of a robot; the arm's `with` block leaves it.
+
+    Args:
+        endpoint: Where the router listens, as tcp/HOST:PORT, or several of these; by default tcp/127.0.0.1:7447, or
+            what `config` says.
+        robot: The robot's name, the second part of every key.
+        config: A Zenoh configuration (json5), as with the certificates for a bus over TLS.
+        client_id: Your name, which others see beside your goals; `lease` makes one where there is none.
+        timeout: Longest wait for a reply, s; by default as long as each request deserves.
+
+    Raises:
+        NoRouter: nobody listens there.
+        ValueError: the endpoint or the configuration cannot be used.
+    """
+    return Arm(_link(endpoint, robot, config, BlockingMailbox, client_id, timeout))
+
+
+@asynccontextmanager
+async def connect_async(
+    endpoint: str | Sequence[str] | None = None,
+    robot: str = ROBOT,
+    *,
+    config: Path | str | None = None,
+    client_id: str = "",
+    timeout: float | None = None,
+) -> AsyncIterator[AsyncArm]:
+    """Join the bus of a robot for the length of an `async with` block; arguments and errors as of `connect`."""
+    link = await asyncio.to_thread(_link, endpoint, robot, config, AwaitedMailbox, client_id, timeout)
+    try:
+        yield AsyncArm(link)
+    finally:
+        await asyncio.to_thread(link.bus.session.close)
+
+
+def _link(
+    endpoint: str | Sequence[str] | None,
+    robot: str,
+    config: Path | str | None,
+    mailbox: Callable[[int], Mailbox[Any]],
+    client_id: str,
+    timeout: float | None,
+) -> Link:
+    endpoints = _endpoints(endpoint, config)
+    deadline = time.monotonic() + PATIENCE_S
+    file = Path(config) if config else None
+    try:
+        session = open_session(endpoints, (), file, give_up=lambda: time.monotonic() > deadline)
+    except zenoh.ZError as error:
+        where = " or ".join(endpoints)
+        if NO_HUB not in str(error):
+            raise ValueError(f"the bus at {where} cannot be joined: {error}") from None
+        raise NoRouter(
+            f"no router at {where}: start the robot with volley up, or name the endpoint of another"
+        ) from None
+    return Link(Bus(session, robot), mailbox, client_id, timeout)
+
+
+def _endpoints(endpoint: str | Sequence[str] | None, config: Path | str | None) -> Sequence[str]:
+    """Return where to join: always as a client, so that the session listens to nobody."""
+    if endpoint is not None:
+        given = [endpoint] if isinstance(endpoint, str) else list(endpoint)
+        if wrong := [each for each in given if "/" not in each]:
+            raise ValueError(f"{wrong[0]!r} is no endpoint; write tcp/HOST:PORT, as {DEFAULT_ENDPOINT}")
+        return given
+    if config is None:
+        return [DEFAULT_ENDPOINT]
+    try:
+        said = json.loads(zenoh.Config.from_file(str(config)).get_json("connect/endpoints"))
+    except zenoh.ZError as error:
+        raise ValueError(f"{config} is no Zenoh configuration: {error}") from None
+    found = said.get("client", []) if isinstance(said, dict) else said
+    if not found:
+        raise ValueError(f"{config} names no endpoint to connect to; give one")
+    return found

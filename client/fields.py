@@ -1,0 +1,59 @@
+"""The fields of a goal as keyword arguments."""
+
+from collections.abc import Sequence
+from typing import Literal, TypeAlias, TypedDict
+
+import numpy as np
+
+from protocol import messages as m
+
+Vector: TypeAlias = Sequence[float] | np.ndarray
+"""One number a joint, in the order of `description().joint_names`: a list, a tuple or an array."""
+PartialVector: TypeAlias = Sequence[float | None] | np.ndarray
+"""One number a joint, or None where the joint is free."""
+
+
+class GoalFields(TypedDict, total=False):
+    """What a goal may say besides its primitive; what is left out is as the wire contract has it (docs/protocol.md).
+
+    Attributes:
+        positions: Where each joint ends, rad; by default where the primitive ends.
+        velocities: With which velocity, rad/s; by default zero, or as demonstrated where `positions` is left out.
+        accelerations: With which acceleration, rad/s², None where free; by default free unless the arm ends at rest.
+        alternatives: Up to 256 further ends; the feasible one that imitates best is played.
+        duration: From the start to the goal, s; by default as long as the demonstration.
+        arrival_time: When to be at the goal, s on the robot's clock, instead of a duration.
+        fastest: In the shortest duration inside the limits, instead of a given one.
+        revises: The goal_id of a motion under way that this one corrects; `GoalHandle.correct` sets it.
+        goal_id: Names the motion; by default the planner makes one.
+        start: Where a motion begins that is only planned; by default where the arm will be.
+        waypoints: Places or velocities on the way.
+        limits: Tighter limits than the robot's own.
+        rest_fraction: Final part of the duration without acceleration, 0 to below 1.
+        place_time: Keep the demonstrated places but for about this long at both ends, s.
+        follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
+        tail: `stop` after the goal; `coast` on where the motion is only planned.
+        method: `qp`; `gaussian` (the paper's) or `dmp` (a movement primitive) to compare it with.
+        include_trajectory: Reply with the planned trajectory, for `samples` or `execute`.
+        preempt: Take the place of a motion that runs; False: be refused as `busy` while there is one.
+    """
+
+    positions: Vector | None
+    velocities: Vector | None
+    accelerations: PartialVector | None
+    alternatives: Sequence[m.Alternative]
+    duration: float | None
+    arrival_time: float | None
+    fastest: bool
+    revises: str | None
+    goal_id: str | None
+    start: m.Start | None
+    waypoints: Sequence[m.Waypoint]
+    limits: m.GoalLimits | None
+    rest_fraction: float
+    place_time: float | None
+    follow_through: float
+    tail: Literal["stop", "coast"]
+    method: Literal["qp", "gaussian", "dmp"]
+    include_trajectory: bool
+    preempt: bool

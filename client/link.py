@@ -1,0 +1,82 @@
+"""One connection to the keys of one robot."""
+
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+
+from client.waiting import Mailbox
+from protocol.bus.bus import Bus
+from protocol.errors import NoAnswer
+from protocol.topics import Publication, Query, ReplyT, RequestT
+
+ALIVE_S = 1.0
+"""How long the router may take to say who is there, once a request had no answer."""
+
+CLOSED = "this connection is closed"
+
+
+class Link:
+    """Asks and listens over a bus, waiting in mailboxes.
+
+    Attributes:
+        bus: What it asks over.
+        mailbox: Makes a mailbox of a length; which kind decides whether the link blocks.
+        client_id: Whose goals it sends, empty where nobody is named.
+        timeout: Longest wait for a reply, s; None: the topic's own.
+        leased: Whether the client holds a lease at present.
+    """
+
+    def __init__(self, bus: Bus, mailbox: Callable[[int], Mailbox[Any]], client_id: str, timeout: float | None) -> None:
+        self.bus = bus
+        self.mailbox = mailbox
+        self.client_id = client_id
+        self.timeout = timeout
+        self.leased = False
+
+    async def ask(self, topic: Query[RequestT, ReplyT], request: RequestT) -> ReplyT:
+        """Send `request` and return the reply.
+
+        Raises:
+            Refusal: the owner refused.
+            NoAnswer: there is no owner, or it is silent.
+        """
+        if self.bus.session.is_closed():
+            raise NoAnswer(topic.owner, self.bus.key(topic.key), CLOSED)
+        box: Mailbox[zenoh.Reply | None] = self.mailbox(2)
+        self.bus.send_to(topic, request, box.put, self.timeout)
+        reply = await box.take()
+        try:
+            return self.bus.read(topic, reply)
+        except NoAnswer as error:
+            raise NoAnswer(error.service, error.key, await self._reason(topic)) from None
+
+    def subscribe(self, topic: Publication, put: Callable[[bytes], object]) -> Callable[[], None]:
+        """Hand the body of every publication on `topic` to `put`, in another thread; what is returned ends that."""
+        return self.bus.listen(topic, put).undeclare
+
+    async def _reason(self, topic: Query) -> str:
+        """Return why a request may have had no answer."""
+        if self.bus.session.is_closed():
+            return CLOSED
+        alive = await self._alive()
+        services = sorted(service for robot, service in alive if robot == self.bus.robot)
+        if topic.owner in services:
+            return f"the {topic.owner} runs, but did not answer in time"
+        if services:
+            return f"the {topic.owner} is not running; what runs is {', '.join(services)}"
+        if others := sorted({robot for robot, _ in alive}):
+            return f"no robot has the name {self.bus.robot!r} on this bus; choose from {', '.join(map(repr, others))}"
+        return f"the {topic.owner} is not running, or not on this bus; start the robot with: volley up"
+
+    async def _alive(self) -> set[tuple[str, str]]:
+        """Return the robot and the name of every service on the bus that is ready; none where the router is silent."""
+        box: Mailbox[zenoh.Reply | None] = self.mailbox(256)
+        handler = zenoh.handlers.Callback(box.put, drop=lambda: box.put(None), indirect=False)
+        self.bus.session.liveliness().get("volley/*/alive/*", handler, timeout=ALIVE_S)
+        found = set()
+        while (reply := await box.take()) is not None:
+            if reply.ok is not None:
+                _, robot, _, service = str(reply.ok.key_expr).split("/")
+                found.add((robot, service))
+        return found

@@ -1,0 +1,85 @@
+"""How goals ended, as the controller publishes it."""
+
+import contextlib
+import threading
+from collections import OrderedDict, defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from client.link import Link
+from client.waiting import Deadline, Mailbox
+from protocol import messages as m
+from protocol.codec import decode
+from protocol.errors import Refusal
+from protocol.topics import ENDED, RESULT
+
+ASK_EVERY_S = 1.0
+"""How often a client that waits asks for the result: the publication may have been lost."""
+KEPT = 256
+"""Results kept for handles that have not waited yet."""
+
+
+class Results:
+    """The results of a robot's goals: heard as they are published, asked for where that does not come."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._lock = threading.Lock()
+        self._ended: OrderedDict[str, m.Result] = OrderedDict()
+        self._waiting: defaultdict[str, list[Mailbox[m.Result]]] = defaultdict(list)
+        self._listens = False
+
+    def expect(self, goal_id: str | None) -> None:
+        """Listen from now on, before a goal is sent; what was heard of an earlier goal of the same id is forgotten."""
+        with self._lock:
+            if not self._listens:
+                self._link.subscribe(ENDED, self._hear)
+                self._listens = True
+            if goal_id is not None:
+                self._ended.pop(goal_id, None)
+
+    async def wait(self, goal_id: str, timeout: float | None) -> m.Result:
+        """Return the result of a goal once it has ended.
+
+        Raises:
+            TimeoutError: it has not within `timeout` s.
+            Refusal: `unknown_goal`, where the controller knows nothing of it.
+            NoAnswer: nothing was published, and the controller does not answer.
+        """
+        deadline = Deadline(timeout)
+        with self._mailbox(goal_id) as box:
+            while True:
+                with contextlib.suppress(TimeoutError):
+                    return await box.take(deadline.remaining(ASK_EVERY_S))
+                result = await self._link.ask(RESULT, m.ResultRequest(goal_id=goal_id))
+                if result.outcome != "running":
+                    return result
+                if deadline.has_passed():
+                    raise TimeoutError(f"goal {goal_id} still runs after {timeout:g} s")
+
+    @contextmanager
+    def _mailbox(self, goal_id: str) -> Iterator[Mailbox[m.Result]]:
+        """Return a mailbox for the result of a goal, which may be there already."""
+        box: Mailbox[m.Result] = self._link.mailbox(1)
+        with self._lock:
+            self._waiting[goal_id].append(box)
+            if goal_id in self._ended:
+                box.put(self._ended[goal_id])
+        try:
+            yield box
+        finally:
+            with self._lock:
+                self._waiting[goal_id].remove(box)
+                if not self._waiting[goal_id]:
+                    del self._waiting[goal_id]
+
+    def _hear(self, body: bytes) -> None:
+        """Take in a publication, in a thread of Zenoh's."""
+        with contextlib.suppress(Refusal):  # what cannot be read counts as lost
+            result = decode(body, ENDED.message)
+            with self._lock:
+                self._ended[result.goal_id] = result
+                if len(self._ended) > KEPT:
+                    self._ended.popitem(last=False)
+                for box in self._waiting.get(result.goal_id, ()):
+                    box.put(result)

@@ -1,0 +1,71 @@
+"""Planned trajectories as arrays, and as the controller takes them."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from msgspec.structs import replace
+
+from protocol import messages as m
+from protocol.codec import matrix
+
+ROUNDING = 1e-6
+"""Of a tick."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """A sampled motion: N samples of J joints.
+
+    Attributes:
+        times: (N,), s on the robot's clock.
+        positions: (N, J), rad.
+        velocities: (N, J), rad/s.
+        accelerations: (N, J), rad/s².
+        hit_index: The sample at the goal; the last ones are the stop after it.
+    """
+
+    times: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    accelerations: np.ndarray
+    hit_index: int
+
+
+def samples(motion: m.Trajectory | m.Plan) -> Samples:
+    """Return the samples of a planned or published trajectory as arrays.
+
+    Raises:
+        Refusal: `bad_message`, where it has none, as a trajectory of `pieces` alone.
+    """
+    shape = motion.count, len(motion.joint_names)
+    names = "positions", "velocities", "accelerations"
+    columns = {name: matrix(getattr(motion, name), *shape, name) for name in names}
+    times = motion.start_time + motion.dt * np.arange(motion.count)
+    return Samples(times=times, hit_index=motion.hit_index, **columns)
+
+
+def executable(reply: m.GoalReply, rate_hz: float) -> m.Trajectory:
+    """Return the trajectory of a plan as `execute` takes it: as polynomial pieces, where it has them.
+
+    Args:
+        reply: The planner's, asked for with `include_trajectory`.
+        rate_hz: Ticks a second, as `description` says.
+
+    Raises:
+        ValueError: the reply has no trajectory.
+    """
+    trajectory = reply.trajectory
+    if trajectory is None:
+        raise ValueError("the plan has no trajectory; ask for it with include_trajectory=True")
+    if not trajectory.pieces:
+        return trajectory
+    return replace(
+        trajectory,
+        positions=None,
+        velocities=None,
+        accelerations=None,
+        dt=1.0 / rate_hz,
+        count=math.ceil(trajectory.pieces.breaks[-1] * rate_hz - ROUNDING) + 1,
+        hit_index=round(reply.duration * rate_hz),
+    )

@@ -1,0 +1,1 @@
+"""What Volley can do, one thing a file: see README.md."""
