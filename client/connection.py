@@ -93,18 +93,20 @@ def _link(
 
 def _endpoints(endpoint: str | Sequence[str] | None, config: Path | str | None) -> Sequence[str]:
     """Return where to join: always as a client, so that the session listens to nobody."""
-    if endpoint is not None:
-        given = [endpoint] if isinstance(endpoint, str) else list(endpoint)
-        if wrong := [each for each in given if "/" not in each]:
-            raise ValueError(f"{wrong[0]!r} is no endpoint; write tcp/HOST:PORT, as {DEFAULT_ENDPOINT}")
-        return given
-    if config is None:
-        return [DEFAULT_ENDPOINT]
+    configured = _configured(config) if config else []
+    if endpoint is None and config is not None and not configured:
+        raise ValueError(f"{config} names no endpoint to connect to; give one")
+    given = [endpoint] if isinstance(endpoint, str) else list(endpoint or configured or [DEFAULT_ENDPOINT])
+    if wrong := [each for each in given if "/" not in each]:
+        raise ValueError(f"{wrong[0]!r} is no endpoint; write tcp/HOST:PORT, as {DEFAULT_ENDPOINT}")
+    return given
+
+
+def _configured(config: Path | str) -> Sequence[str]:
+    """Return the endpoints that a Zenoh configuration connects to."""
     try:
         said = json.loads(zenoh.Config.from_file(str(config)).get_json("connect/endpoints"))
     except zenoh.ZError as error:
-        raise ValueError(f"{config} is no Zenoh configuration: {error}") from None
-    found = said.get("client", []) if isinstance(said, dict) else said
-    if not found:
-        raise ValueError(f"{config} names no endpoint to connect to; give one")
-    return found
+        what = str(error).partition(" at /")[0]  # without the line of Zenoh's source
+        raise ValueError(f"{config} is no Zenoh configuration: {what}") from None
+    return said.get("client", []) if isinstance(said, dict) else said

@@ -15,18 +15,17 @@ from deploy.zenoh.certificates import Authority
 from deploy.zenoh.configure import Cell
 from deploy.zenoh.permissions import ROLES, Role
 from protocol.topics import PUBLICATIONS, QUERIES
-from tools.preflight.__main__ import Flags as PreflightFlags
 from tools.shell.__main__ import COMMANDS, main
 
 ROOT = Path(deploy.__file__).parents[1]
 TEXT = (ROOT / "docs" / "operations.md").read_text()
 COMMAND_LINES = re.findall(r"^    (\S.*)$", TEXT, re.MULTILINE)
 PYTHON_LINES = [line for line in COMMAND_LINES if re.match(r"\S*\.venv/bin/python -m ", line)]
+VOLLEY_LINES = [line for line in COMMAND_LINES if re.match(r"\S*\.venv/bin/volley ", line)]
 INSTALLING = re.findall(r"^    (\S.*)$", TEXT.partition("## Installing")[2].partition("\n## ")[0], re.MULTILINE)
 OWN_FLAGS = {
     "deploy.zenoh.certificates": Authority,
     "deploy.zenoh.configure": Cell,
-    "tools.preflight": PreflightFlags,
 }
 
 
@@ -50,15 +49,23 @@ def test_the_table_is_the_permission_table():
 
 
 @pytest.mark.parametrize("line", PYTHON_LINES)
-def test_commands_parse(line, monkeypatch):
+def test_python_lines_parse(line):
     module, *words = shlex.split(line)[2:]
-    if module == "tools.shell":
-        command = functools.wraps(COMMANDS[words[0]])(lambda *_, **__: 0)
-        monkeypatch.setitem(COMMANDS, words[0], command)
-        assert main(words) == 0
+    flags = OWN_FLAGS.get(module) or importlib.import_module(f"{module}.__main__").Flags
+    tyro.cli(flags, args=words)
+
+
+@pytest.mark.parametrize("line", VOLLEY_LINES)
+def test_volley_lines_parse(line, monkeypatch):
+    name, *words = shlex.split(line)[1:]
+    command = COMMANDS[name]
+    if command.is_main:
+        module = importlib.import_module(command.target.partition(":")[0])
+        tyro.cli(module.Flags, args=words)
     else:
-        flags = OWN_FLAGS.get(module) or importlib.import_module(f"{module}.__main__").Flags
-        tyro.cli(flags, args=words)
+        idle = functools.wraps(command.load())(lambda *_, **__: 0)
+        monkeypatch.setattr("tools.shell.__main__.Command.load", lambda _: idle)
+        assert main([name, *words]) == 0
 
 
 @pytest.mark.parametrize("line", [line for line in COMMAND_LINES if line.startswith("cp ")])
@@ -68,7 +75,8 @@ def test_what_is_copied_exists(line):
 
 
 def test_there_is_something_to_test():
-    assert len(PYTHON_LINES) == 7
+    assert len(PYTHON_LINES) == 4
+    assert len(VOLLEY_LINES) == 3
     assert len([line for line in COMMAND_LINES if line.startswith("cp ")]) == 3
 
 

@@ -3,93 +3,43 @@
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec import Struct
 from msgspec.structs import replace
 
 from protocol import messages as m
-from protocol.bus.bus import Bus, PendingQuery
-from protocol.bus.queues import Inbox
-from protocol.bus.sessions import open_session
 from protocol.codec import encode, matrix_bytes
 from protocol.errors import Refusal
-from protocol.topics import DESCRIPTION, QUERIES, RESULT, STATUS, client_alive_key
-from tests.golden.examples import EXAMPLES, HIT, PIECES
-from tests.golden.examples import RESULT as ENDED
+from protocol.topics import ENDED, QUERIES, STATUS, client_alive_key
+from tests.golden.examples import EXAMPLES, HIT, PIECES, RESULT
+from tests.stub import Hub, Stub, answering, hosted
 from tests.waiting import PATIENCE_S, eventually
 from tools.shell.__main__ import COMMANDS, main
 
 WORDS = [f"{value}" for value in HIT]
 
 
-@dataclass
-class Stub:
-    """A robot that answers every request with the golden message of the reply's type, unless told otherwise."""
-
-    bus: Bus
-    endpoint: str
-    asked: list[tuple[str, Struct]] = field(default_factory=list)
-    answers: dict[str, list[Struct | Refusal]] = field(default_factory=dict)
-    tokens: list[tuple[str, bool]] = field(default_factory=list)
-
-    def answer(self, asking: PendingQuery) -> None:
-        key = asking.topic.key
-        try:
-            request = asking.decode()
-        except Refusal as refusal:
-            asking.refuse(refusal)
-            return
-        if key != DESCRIPTION.key:
-            self.asked.append((key, request))
-        planned = self.answers.get(key)
-        answer = planned.pop(0) if planned else EXAMPLES[asking.topic.reply.__name__]
-        if isinstance(answer, Refusal):
-            asking.refuse(answer)
-        else:
-            asking.reply(answer)
-
-    def run(self, *words: str) -> int:
-        return main([*words, "--connect", self.endpoint])
-
-
 @pytest.fixture(scope="module")
-def hub() -> Iterator[tuple[Bus, str, Inbox[PendingQuery]]]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    with Bus(open_session(listen=[endpoint])) as bus:
-        inbox = Inbox[PendingQuery]()
-        for query in QUERIES:
-            bus.serve(query, inbox)
-        yield bus, endpoint, inbox
+def hub() -> Iterator[Hub]:
+    with hosted() as hub:
+        yield hub
 
 
 @pytest.fixture
-def robot(hub: tuple[Bus, str, Inbox[PendingQuery]]) -> Iterator[Stub]:
-    bus, endpoint, inbox = hub
-    stub = Stub(bus, endpoint)
-    stopping = threading.Event()
+def robot(hub: Hub) -> Iterator[Stub]:
+    with answering(hub) as stub:
+        yield stub
 
-    def serve() -> None:
-        while not stopping.is_set():
-            asking = inbox.take(0.02)
-            if asking is not None:
-                stub.answer(asking)
 
-    thread = threading.Thread(target=serve)
-    thread.start()
-    yield stub
-    stopping.set()
-    thread.join()
+def volley(robot: Stub, *words: str) -> int:
+    """Run a command line against the stub."""
+    return main([*words, "--connect", robot.endpoint])
 
 
 PUSH = ["100", "0", "0", "0", "0", "0"]
@@ -155,7 +105,7 @@ PUSH = ["100", "0", "0", "0", "0", "0"]
     ],
 )
 def test_commands(robot, capsys, words, key, request_, said):
-    assert robot.run(*words) == 0
+    assert volley(robot, *words) == 0
     assert robot.asked == ([(key, request_)] if request_ else [])
     assert said in capsys.readouterr().out
 
@@ -163,11 +113,52 @@ def test_commands(robot, capsys, words, key, request_, said):
 def test_every_request_has_a_command():
     keys = {query.key for query in QUERIES}
     renamed = {"sim/step": "step", "sim/reset": "reset-sim", "sim/disturb": "disturb"}
-    assert {renamed.get(key, key) for key in keys} | {"watch"} == set(COMMANDS)
+    own = {"watch"} | {name for name, command in COMMANDS.items() if command.is_main}
+    assert {renamed.get(key, key) for key in keys} | own == set(COMMANDS)
+
+
+def test_help_names_every_command_and_imports_little(capsys):
+    assert main(["--help"]) == 0
+    listed = capsys.readouterr().out
+    assert [name for name in COMMANDS if f"  {name} " not in listed] == []
+    assert "Exit status: 0 done; 1 refused" in listed
+    code = "import sys, tools.shell.__main__ as shell; shell.main([]); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"tyro", "rich", "zenoh", "msgspec", "numpy"} & set(loaded)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help_under_its_own_name(name, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["volley"])
+    with pytest.raises(SystemExit) as stopped:
+        main([name, "--help"])
+    assert stopped.value.code in (0, None)
+    assert capsys.readouterr().out.startswith(f"usage: volley {name} [-h]")
+
+
+def test_an_unknown_command_is_a_sentence(capsys):
+    assert main(["fly"]) == 2
+    assert capsys.readouterr().err == "volley: there is no command 'fly'; volley --help lists them\n"
+
+
+def test_the_installed_script_is_the_same():
+    script = Path(sys.executable).with_name("volley")
+    done = subprocess.run([script, "fly"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.startswith("volley: there is no command 'fly'")) == (2, True)
+
+
+def test_joints_are_counted_only_where_one_word_stands_for_all(robot, capsys):
+    assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--json") == 0
+    assert robot.described == 0
+    assert volley(robot, "goal", "forehand", "--limit-velocities", "8", "--json") == 0
+    assert robot.described == 1
+    sent = robot.asked[1][1]
+    assert isinstance(sent, m.Goal)
+    assert sent.limits == m.GoalLimits(velocities=[8.0] * 6)
 
 
 def test_json_is_the_reply_as_it_came(robot, capsys):
-    assert robot.run("status", "--json") == 0
+    assert volley(robot, "status", "--json") == 0
     lines = capsys.readouterr().out.splitlines()
     assert [json.loads(line)["mode"] for line in lines] == ["tracking"]
 
@@ -175,7 +166,7 @@ def test_json_is_the_reply_as_it_came(robot, capsys):
 def test_learn_sends_a_matrix_and_times(robot, tmp_path):
     file = tmp_path / "demo.csv"
     file.write_text("t,q1,q2\n0,1,2\n0.5,3,4\n")
-    assert robot.run("learn", "wipe", str(file), "--window", ".2", "--order", "3", "--replace") == 0
+    assert volley(robot, "learn", "wipe", str(file), "--window", ".2", "--order", "3", "--replace") == 0
     learn = m.Learn(
         name="wipe",
         positions=matrix_bytes(np.array([[1.0, 2.0], [3.0, 4.0]])),
@@ -189,10 +180,10 @@ def test_learn_sends_a_matrix_and_times(robot, tmp_path):
 
 def test_plan_is_saved_and_executed(robot, tmp_path):
     file = str(tmp_path / "plan.msgpack")
-    assert robot.run("goal", "forehand", "--positions", *WORDS, "--plan-only", "--save", file) == 0
-    assert robot.run("execute", file) == 0
+    assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--plan-only", "--save", file) == 0
+    assert volley(robot, "execute", file) == 0
     assert robot.asked[1] == ("execute", EXAMPLES["Trajectory"])
-    assert robot.run("execute", file, "--lead", ".1", "--wait") == 0
+    assert volley(robot, "execute", file, "--lead", ".1", "--wait") == 0
     assert [key for key, _ in robot.asked[2:]] == ["reference", "execute", "result"]
     sent = robot.asked[3][1]
     assert isinstance(sent, m.Trajectory)
@@ -204,8 +195,8 @@ def test_a_plan_whose_samples_lie_apart_is_saved_as_pieces(robot, tmp_path):
     apart = replace(EXAMPLES["Trajectory"], pieces=PIECES, dt=0.003, count=2, hit_index=1)
     robot.answers["goal"] = [replace(EXAMPLES["GoalReply"], trajectory=apart, duration=0.002)]
     file = str(tmp_path / "plan.msgpack")
-    assert robot.run("goal", "forehand", "--plan-only", "--save", file) == 0
-    assert robot.run("execute", file) == 0
+    assert volley(robot, "goal", "forehand", "--plan-only", "--save", file) == 0
+    assert volley(robot, "execute", file) == 0
     sent = robot.asked[1][1]
     assert isinstance(sent, m.Trajectory)
     assert (sent.pieces, sent.positions, sent.velocities, sent.accelerations) == (PIECES, None, None, None)
@@ -215,54 +206,56 @@ def test_a_plan_whose_samples_lie_apart_is_saved_as_pieces(robot, tmp_path):
 def test_execute_refuses_a_file_that_is_no_trajectory(robot, tmp_path, capsys):
     file = tmp_path / "plan.msgpack"
     file.write_bytes(encode(m.Step(ticks=1)))
-    assert robot.run("execute", str(file)) == 2
+    assert volley(robot, "execute", str(file)) == 2
     assert "plan.msgpack holds no trajectory: ticks is not a known field" in capsys.readouterr().err
-    assert robot.run("execute", str(tmp_path / "absent")) == 2
+    assert volley(robot, "execute", str(tmp_path / "absent")) == 2
     assert robot.asked == []
 
 
 @pytest.mark.parametrize(("outcome", "status"), [("succeeded", 0), ("aborted", 1), ("canceled", 1), ("preempted", 1)])
 def test_waiting_follows_the_motion_to_its_end(robot, capsys, outcome, status):
-    running = m.Result(goal_id="forehand-7", outcome="running")
-    ended = m.Result(goal_id="forehand-7", outcome=outcome, reason="because")
-    robot.answers[RESULT.key] = [running, running, ended]
-    assert robot.run("goal", "forehand", "--positions", *WORDS, "--wait") == status
-    assert [key for key, _ in robot.asked] == ["goal", "result", "result", "result"]
+    robot.then["goal"] = ENDED, m.Result(goal_id="forehand-7", outcome=outcome, reason="because")
+    assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--wait") == status
+    assert [key for key, _ in robot.asked] == ["goal"]
     assert f"{outcome} · because" in capsys.readouterr().out
 
 
 def test_lease_is_held_until_the_motion_has_ended(robot, hub):
-    bus, *_ = hub
     running = m.Result(goal_id="forehand-7", outcome="running")
-    robot.answers[RESULT.key] = [running, running, ENDED]
-    bus.watch_alive(client_alive_key("me"), lambda key, alive: robot.tokens.append((len(robot.asked), alive)))
-    assert robot.run("goal", "forehand", "--positions", *WORDS, "--lease", "--client-id", "me") == 0
-    assert eventually(lambda: len(robot.tokens) == 2)
-    (_, first), (asked, last) = robot.tokens
-    assert (first, last, asked) == (True, False, 4)
+    robot.answers["result"] = [running, RESULT]
+    tokens: list[tuple[int, bool]] = []
+    hub.bus.watch_alive(client_alive_key("me"), lambda key, alive: tokens.append((len(robot.asked), alive)))
+    assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--lease", "--client-id", "me") == 0
+    assert eventually(lambda: len(tokens) == 2)
+    (_, first), (asked, last) = tokens
+    assert (first, last, asked) == (True, False, 3)
+    sent = robot.asked[0][1]
+    assert isinstance(sent, m.Goal)
+    assert (sent.client_id, sent.lease) == ("me", True)
 
 
 def test_refusal_is_a_sentence_and_exits_with_1(robot, capsys):
     refusal = Refusal("unknown_primitive", "there is no primitive 'backhand'; there is forehand", name="backhand")
     robot.answers["forget"] = [refusal, refusal]
-    assert robot.run("forget", "backhand") == 1
+    assert volley(robot, "forget", "backhand") == 1
     assert capsys.readouterr() == ("", "unknown_primitive: there is no primitive 'backhand'; there is forehand\n")
-    assert robot.run("forget", "backhand", "--json") == 1
+    assert volley(robot, "forget", "backhand", "--json") == 1
     assert json.loads(capsys.readouterr().err)["detail"] == {"name": "backhand"}
 
 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["goal", "forehand", "--positions", "1", "2"], "--positions: 2 values for 6 joints (joint_1, "),
+        (["goal", "forehand", "--positions", "1", "two"], "--positions: 'two' is not a finite number"),
+        (["goal", "forehand", "--plan-only", "--wait"], "--plan-only moves nothing"),
         (["disturb", "noise"], "disturb noise needs --position-std and --velocity-std"),
         (["reset-sim", "--ball-velocity", "1", "0", "0"], "--ball-velocity needs --ball"),
         (["learn", "wipe", "absent.csv"], "absent.csv cannot be read"),
-        (["status", "--robot-config", "absent.toml"], "absent.toml does not name a robot"),
+        (["status", "--zenoh-config", "absent.json5"], "absent.json5 is no Zenoh configuration"),
     ],
 )
 def test_usage_errors_are_a_sentence_and_exit_with_2(robot, capsys, words, sentence):
-    assert robot.run(*words) == 2
+    assert volley(robot, *words) == 2
     printed, complained = capsys.readouterr()
     assert sentence in complained
     assert (printed, complained.count("\n"), robot.asked) == ("", 1, [])
@@ -270,24 +263,23 @@ def test_usage_errors_are_a_sentence_and_exit_with_2(robot, capsys, words, sente
 
 def test_wrong_flags_exit_with_2(robot, capsys):
     with pytest.raises(SystemExit) as stopped:
-        robot.run("goal", "forehand", "--method", "guess")
+        volley(robot, "goal", "forehand", "--method", "guess")
     assert stopped.value.code == 2
     assert "--method" in capsys.readouterr().err
 
 
 def test_silence_exits_with_4(robot, capsys):
-    assert robot.run("status", "--robot", "leg") == 4
+    assert volley(robot, "status", "--robot", "leg") == 4
     assert "no answer on volley/leg/status: the controller is not running" in capsys.readouterr().err
     assert main(["status", "--connect", "tcp/127.0.0.1:1"]) == 4
-    assert "nobody hosts a bus at tcp/127.0.0.1:1; start the robot" in capsys.readouterr().err
+    assert "no router at tcp/127.0.0.1:1: start the robot with volley up" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("flags", [[], ["--json"]])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_watch_ends_cleanly(robot, hub, flags, number):
-    bus, endpoint, _ = hub
-    publisher = bus.publisher(STATUS)
-    command = [sys.executable, "-m", "tools.shell", "watch", "--connect", endpoint, *flags]
+    publisher = hub.publishers[STATUS.key]
+    command = [Path(sys.executable).with_name("volley"), "watch", "--connect", hub.endpoint, *flags]
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
     assert eventually(lambda: not publisher_matches(publisher)), "the process of another test still listens"
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:

@@ -27,7 +27,8 @@ STOPPED_S = 3e-3 * CLIENT.lease_ms
 @contextmanager
 def client(cell: Cell, *flags: str) -> Iterator[subprocess.Popen[bytes]]:
     """Run a client process that follows a slow motion of joint_1."""
-    line = [sys.executable, "-m", "tools.shell", "goal", "forehand", "--connect", cell.endpoint]
+    line = [sys.executable, "-m", "tools.shell", "goal", "forehand"]
+    line += ["--connect", cell.endpoint, "--robot", cell.bus.robot]
     line += ["--positions", "0.5", *map(str, cell.home[1:]), "--duration", "3", "--goal-id", GOAL_ID, *flags]
     process = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:

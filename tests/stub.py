@@ -1,0 +1,111 @@
+"""A robot that answers on real Zenoh with golden messages: what clients are tested against without services."""
+
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from msgspec import Struct
+
+from protocol.bus.bus import Bus, PendingQuery, Publisher
+from protocol.bus.queues import Inbox
+from protocol.bus.sessions import open_session
+from protocol.errors import Refusal
+from protocol.topics import DESCRIPTION, PUBLICATIONS, QUERIES, MessageT, Publication
+from tests.golden.examples import EXAMPLES
+
+
+@dataclass
+class Stub:
+    """A robot that answers every request with the golden message of the reply's type, unless something else is set.
+
+    Attributes:
+        bus: Hosted by it.
+        endpoint: Of the bus.
+        asked: Keys and requests that came, but for `description`.
+        described: How often `description` was asked.
+        answers: For a key, what it is answered with next, in order.
+        then: For a key, what is published on which topic after the reply, once.
+        silent: Keys that are not answered.
+    """
+
+    bus: Bus
+    endpoint: str
+    publishers: dict[str, Publisher]
+    asked: list[tuple[str, Struct]] = field(default_factory=list)
+    described: int = 0
+    answers: dict[str, list[Struct | Refusal]] = field(default_factory=dict)
+    then: dict[str, tuple[Publication, Struct]] = field(default_factory=dict)
+    silent: set[str] = field(default_factory=set)
+
+    def answer(self, asking: PendingQuery) -> None:
+        """Answer one request."""
+        key = asking.topic.key
+        try:
+            request = asking.decode()
+        except Refusal as refusal:
+            asking.refuse(refusal)
+            return
+        if key == DESCRIPTION.key:
+            self.described += 1
+        else:
+            self.asked.append((key, request))
+        if key in self.silent:
+            return
+        planned = self.answers.get(key)
+        answer = planned.pop(0) if planned else EXAMPLES[asking.topic.reply.__name__]
+        if isinstance(answer, Refusal):
+            asking.refuse(answer)
+        else:
+            asking.reply(answer)
+        if key in self.then:
+            self.publish(*self.then.pop(key))
+
+    def publish(self, topic: Publication[MessageT], message: MessageT) -> None:
+        """Publish a message."""
+        self.publishers[topic.key].put(message)
+
+
+@dataclass(frozen=True, slots=True)
+class Hub:
+    """The stub's bus, which all tests of a module share."""
+
+    bus: Bus
+    endpoint: str
+    inbox: Inbox[PendingQuery]
+    publishers: dict[str, Publisher]
+
+
+@contextmanager
+def hosted() -> Iterator[Hub]:
+    """Host a bus on which every request is served."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    with Bus(open_session(listen=[endpoint])) as bus:
+        inbox = Inbox[PendingQuery]()
+        for query in QUERIES:
+            bus.serve(query, inbox)
+        yield Hub(bus, endpoint, inbox, {topic.key: bus.publisher(topic) for topic in PUBLICATIONS})
+
+
+@contextmanager
+def answering(hub: Hub) -> Iterator[Stub]:
+    """Answer on the hub for the length of the block."""
+    stub = Stub(hub.bus, hub.endpoint, hub.publishers)
+    stopping = threading.Event()
+
+    def serve() -> None:
+        while not stopping.is_set():
+            asking = hub.inbox.take(0.02)
+            if asking is not None:
+                stub.answer(asking)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield stub
+    finally:
+        stopping.set()
+        thread.join()

@@ -1,0 +1,71 @@
+"""Joining a bus, and what is said where that, or an answer, does not come."""
+
+import asyncio
+import subprocess
+import sys
+
+import pytest
+
+from client import NoAnswer, NoRouter, connect, connect_async
+
+
+def test_nobody_listens():
+    with pytest.raises(NoRouter, match=r"^no router at tcp/127\.0\.0\.1:1: start the robot with volley up, or name"):
+        connect("tcp/127.0.0.1:1")
+
+    async def join() -> None:
+        async with connect_async("tcp/127.0.0.1:1"):
+            pass
+
+    with pytest.raises(NoRouter):
+        asyncio.run(join())
+
+
+def test_an_endpoint_that_is_none():
+    with pytest.raises(ValueError, match=r"^'localhost:7447' is no endpoint; write tcp/HOST:PORT"):
+        connect("localhost:7447")
+
+
+def test_a_configuration_names_its_endpoints(tmp_path, robot):
+    file = tmp_path / "operator.json5"
+    with pytest.raises(ValueError, match=r"operator\.json5 is no Zenoh configuration"):
+        connect(config=file)
+    file.write_text("{}")
+    with pytest.raises(ValueError, match="names no endpoint to connect to"):
+        connect(config=file)
+    file.write_text(
+        f'{{mode: "peer", connect: {{endpoints: ["{robot.endpoint}"]}}, listen: {{endpoints: ["tcp/[::]:0"]}}}}'
+    )
+    with connect(config=file) as arm:
+        assert arm.status().mode == "tracking"
+
+
+def test_no_answer_says_why(hub, robot):
+    with connect(robot.endpoint, "leg") as leg:
+        with pytest.raises(NoAnswer, match=r"the controller is not running, or not on this bus; start .* volley up$"):
+            leg.status()
+        hub.bus.announce("sim")
+        with pytest.raises(NoAnswer, match=r"no robot has the name 'leg' on this bus; choose from 'arm'$"):
+            leg.status()
+    robot.silent.add("status")
+    with connect(robot.endpoint, timeout=0.2) as arm:
+        with pytest.raises(NoAnswer, match=r"the controller is not running; what runs is sim$"):
+            arm.status()
+        hub.bus.announce("controller")
+        with pytest.raises(NoAnswer, match=r"the controller runs, but did not answer in time$"):
+            arm.status()
+
+
+def test_a_closed_connection(robot):
+    with connect(robot.endpoint) as arm:
+        pass
+    with pytest.raises(NoAnswer, match=r"this connection is closed$"):
+        arm.status()
+
+
+def test_it_needs_nothing_but_the_contract():
+    code = "import sys, client; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"motion", "robot", "services", "tools", "mujoco", "rerun", "scipy", "piqp", "tyro", "rich"} & set(
+        loaded
+    )

@@ -1,0 +1,113 @@
+"""Handles: waiting, correcting, stopping; and the lease."""
+
+import asyncio
+import threading
+import time
+
+import pytest
+from msgspec.structs import replace
+
+from client import Refusal, connect_async
+from protocol import messages as m
+from protocol.topics import ENDED, client_alive_key
+from tests.golden.examples import EXAMPLES, HIT
+from tests.golden.examples import RESULT as GOOD
+from tests.waiting import eventually
+
+RUNNING = m.Result(goal_id="forehand-7", outcome="running")
+LATER_S = 0.2
+
+
+def later(call, *arguments) -> None:
+    """Call something a little later."""
+    threading.Timer(LATER_S, call, arguments).start()
+
+
+def test_a_result_that_is_published_is_not_asked_for(robot, arm):
+    robot.then["goal"] = (ENDED, GOOD)
+    goal = arm.goal("forehand", positions=HIT)
+    assert goal.reply == EXAMPLES["GoalReply"]
+    assert goal.wait() == GOOD
+    assert [key for key, _ in robot.asked] == ["goal"]
+
+
+def test_a_result_that_comes_while_it_is_waited_for(robot, arm):
+    goal = arm.goal("forehand")
+    later(robot.publish, ENDED, GOOD)
+    began = time.monotonic()
+    assert goal.wait() == GOOD
+    assert time.monotonic() - began < 2 * LATER_S
+    assert [key for key, _ in robot.asked] == ["goal"]
+
+
+def test_a_result_whose_publication_was_lost_is_asked_for(robot, arm):
+    robot.answers["result"] = [RUNNING, GOOD]
+    robot.publish(ENDED, replace(GOOD, goal_id="another"))
+    assert arm.goal("forehand").wait() == GOOD
+    assert [key for key, _ in robot.asked] == ["goal", "result", "result"]
+
+
+def test_an_older_result_of_the_same_id_is_none(robot, arm):
+    robot.then["goal"] = (ENDED, GOOD)
+    assert arm.goal("forehand", goal_id="forehand-7").wait() == GOOD
+    robot.answers["result"] = [RUNNING] * 3
+    with pytest.raises(TimeoutError, match=r"^goal forehand-7 still runs after 0\.1 s$"):
+        arm.goal("forehand", goal_id="forehand-7").wait(0.1)
+
+
+def test_no_patience_asks_once(robot, arm):
+    robot.answers["result"] = [RUNNING]
+    with pytest.raises(TimeoutError):
+        arm.goal("forehand").wait(0)
+    assert [key for key, _ in robot.asked] == ["goal", "result"]
+
+
+def test_a_controller_that_knows_nothing_of_it_refuses(robot, arm):
+    robot.answers["result"] = [Refusal("unknown_goal", "no goal 'forehand-7' was accepted", goal_id="forehand-7")]
+    with pytest.raises(Refusal, match="no goal"):
+        arm.goal("forehand").wait()
+
+
+def test_many_are_waited_for_at_once(robot):
+    async def play() -> list[m.Result]:
+        async with connect_async(robot.endpoint) as arm:
+            goals = [await arm.goal("forehand") for _ in range(3)]
+            later(robot.publish, ENDED, GOOD)
+            return await asyncio.gather(*(goal.wait() for goal in goals))
+
+    assert asyncio.run(play()) == [GOOD] * 3
+
+
+def test_the_twin_survives_a_lost_publication(robot):
+    async def play() -> m.Result:
+        async with connect_async(robot.endpoint) as arm:
+            return await (await arm.goal("forehand")).wait()
+
+    robot.answers["result"] = [GOOD]
+    assert asyncio.run(play()) == GOOD
+
+
+def test_a_correction_revises_its_goal(robot, arm):
+    goal = arm.goal("forehand", positions=HIT, duration=1.0)
+    corrected = goal.correct(positions=[0.0] * 6)
+    assert robot.asked[1] == ("goal", m.Goal(primitive="forehand", positions=[0.0] * 6, revises=goal.goal_id))
+    assert type(corrected) is type(goal)
+
+
+def test_a_handle_stops_its_own_motion(robot, arm):
+    arm.goal("forehand").cancel()
+    assert robot.asked[1] == ("cancel", m.Cancel(goal_id="forehand-7"))
+
+
+def test_a_lease_is_held_for_its_block(robot, hub, arm):
+    tokens: list[bool] = []
+    hub.bus.watch_alive(client_alive_key("*"), lambda _, alive: tokens.append(alive))
+    with arm.lease() as name:
+        assert eventually(lambda: tokens == [True])
+        arm.goal("forehand")
+        arm.plan("forehand")
+        arm.execute(EXAMPLES["Trajectory"])
+    assert eventually(lambda: tokens == [True, False])
+    arm.goal("forehand")
+    sent = [(request.client_id, request.lease) for _, request in robot.asked]
+    assert sent == [(name, True), (name, False), (name, True), (name, False)]
