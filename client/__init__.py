@@ -11,7 +11,7 @@
 """
 
 from client.arms import Arm, AsyncArm
-from client.connection import NoRouter, connect, connect_async
+from client.connection import ROBOT, NoRouter, connect, connect_async
 from client.fields import GoalFields
 from client.handles import AsyncGoalHandle, AsyncMotionHandle, GoalHandle, MotionHandle
 from client.streams import AsyncStream, Stream
@@ -20,6 +20,7 @@ from protocol import messages, topics
 from protocol.errors import NoAnswer, Refusal
 
 __all__ = [
+    "ROBOT",
     "Arm",
     "AsyncArm",
     "AsyncGoalHandle",

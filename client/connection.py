@@ -1,6 +1,5 @@
 """Joining the bus of a robot."""
 
-import asyncio
 import json
 import time
 from collections.abc import AsyncIterator, Callable, Sequence
@@ -61,6 +60,8 @@ async def connect_async(
     timeout: float | None = None,
 ) -> AsyncIterator[AsyncArm]:
     """Join the bus of a robot for the length of an `async with` block; arguments and errors as of `connect`."""
+    import asyncio
+
     link = await asyncio.to_thread(_link, endpoint, robot, config, AwaitedMailbox, client_id, timeout)
     try:
         yield AsyncArm(link)

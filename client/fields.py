@@ -1,15 +1,18 @@
 """The fields of a goal as keyword arguments."""
 
-from collections.abc import Sequence
-from typing import Literal, TypeAlias, TypedDict
+from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, TypeAlias, TypedDict
 
 from protocol import messages as m
 
-Vector: TypeAlias = Sequence[float] | np.ndarray
+if TYPE_CHECKING:
+    import numpy as np
+
+Vector: TypeAlias = "Sequence[float] | np.ndarray"
 """One number a joint, in the order of `description().joint_names`: a list, a tuple or an array."""
-PartialVector: TypeAlias = Sequence[float | None] | np.ndarray
+PartialVector: TypeAlias = "Sequence[float | None] | np.ndarray"
 """One number a joint, or None where the joint is free."""
 
 

@@ -1,11 +1,12 @@
 """The requests of the wire contract as methods, each written once for both kinds of arm."""
 
+from __future__ import annotations
+
 import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Generic, Literal, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, Unpack
 
-import numpy as np
 from msgspec.structs import replace
 
 from client.fields import GoalFields, Vector
@@ -19,6 +20,9 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.codec import matrix_bytes
 from protocol.topics import Query, ReplyT, RequestT
+
+if TYPE_CHECKING:
+    import numpy as np
 
 GoalT = TypeVar("GoalT", bound=Correcting)
 MotionT = TypeVar("MotionT", bound=Following)
@@ -168,6 +172,8 @@ class Requests(Generic[GoalT, MotionT]):
         Raises:
             ValueError: `positions` is no matrix.
         """
+        import numpy as np
+
         matrix = np.asarray(positions, dtype=float)
         if matrix.ndim != 2:
             raise ValueError(f"positions has the shape {matrix.shape}; it must be samples × joints")

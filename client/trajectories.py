@@ -1,13 +1,18 @@
 """Planned trajectories as arrays, and as the controller takes them."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import numpy as np
 from msgspec.structs import replace
 
 from protocol import messages as m
 from protocol.codec import matrix
+
+if TYPE_CHECKING:
+    import numpy as np
 
 ROUNDING = 1e-6
 """Of a tick."""
@@ -38,6 +43,8 @@ def samples(motion: m.Trajectory | m.Plan) -> Samples:
     Raises:
         Refusal: `bad_message`, where it has none, as a trajectory of `pieces` alone.
     """
+    import numpy as np
+
     shape = motion.count, len(motion.joint_names)
     names = "positions", "velocities", "accelerations"
     columns = {name: matrix(getattr(motion, name), *shape, name) for name in names}

@@ -5,14 +5,18 @@ connection a mailbox blocks the thread, so the coroutine ends without having bee
 suspends the coroutine.
 """
 
-import asyncio
+from __future__ import annotations
+
 import contextlib
 import functools
 import queue
 import time
 from collections.abc import Callable, Coroutine
 from types import MethodType
-from typing import Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar, overload
+
+if TYPE_CHECKING:
+    import asyncio
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -69,6 +73,8 @@ class AwaitedMailbox(Generic[Item]):
     """A mailbox whose `take` suspends the coroutine; to be made while its event loop runs."""
 
     def __init__(self, length: int) -> None:
+        import asyncio
+
         self._loop = asyncio.get_running_loop()
         self._items: asyncio.Queue[Item] = asyncio.Queue(length)
 
@@ -81,6 +87,8 @@ class AwaitedMailbox(Generic[Item]):
         """Return the oldest item."""
         if not self._items.empty():
             return self._items.get_nowait()
+        import asyncio
+
         async with asyncio.timeout(timeout):
             return await self._items.get()
 

@@ -5,16 +5,20 @@ are looked at, would stand in the way of a 1 kHz loop in the same process for ha
 unpacked all the same, to say better what is wrong with it.
 """
 
+from __future__ import annotations
+
 import re
 from collections.abc import Sequence
-from typing import Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import msgpack
 import msgspec
-import numpy as np
 
 from protocol.errors import Refusal
 from protocol.topics import SMALL, Query
+
+if TYPE_CHECKING:
+    import numpy as np  # costs a command of the shell a third of its start, so only what needs arrays imports it
 
 Kind = TypeVar("Kind", bound=msgspec.Struct)
 
@@ -98,6 +102,8 @@ def matrix(data: bytes | None, rows: int, columns: int, field: str) -> np.ndarra
     Raises:
         Refusal: `bad_message` where there is none, the size does not fit or a number is not finite.
     """
+    import numpy as np
+
     if data is None:
         raise bad_message(field, f"{field} is missing")
     if rows < 0 or columns < 1 or len(data) != 8 * rows * columns:
@@ -112,12 +118,14 @@ def matrix(data: bytes | None, rows: int, columns: int, field: str) -> np.ndarra
 
 def matrix_bytes(values: np.ndarray) -> bytes:
     """Return `values` of any shape as the wire has them: little-endian float64, the last index fastest."""
+    import numpy as np
+
     return np.ascontiguousarray(values, "<f8").tobytes()
 
 
-def _plain(value: object) -> object:
+def _plain(value: Any) -> object:
     """Return NumPy's array or number as Python's."""
-    if isinstance(value, np.ndarray | np.generic):
+    if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"a value of the type {type(value).__name__} cannot be sent")
 

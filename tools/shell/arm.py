@@ -1,11 +1,12 @@
 """The commands that speak to the robot side: the arm, and what only a simulated one has."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
 from protocol import messages as m
 from tools.shell import joints
+from tools.shell.flags import Number, Seconds, Words
 from tools.shell.shell import Shared, UsageError, reach
 
 Kind = Literal["acceleration", "torque", "noise", "loss"]
@@ -24,7 +25,7 @@ def description(*, shell: Shared) -> None:
         link.print(link.arm.description())
 
 
-def step(ticks: Positional[int] = 1, *, shell: Shared) -> None:
+def step(ticks: Positional[Annotated[int, arg(metavar="TICKS")]] = 1, *, shell: Shared) -> None:
     """Advance the stepped clock.
 
     Args:
@@ -37,10 +38,10 @@ def step(ticks: Positional[int] = 1, *, shell: Shared) -> None:
 
 def reset_sim(
     *,
-    positions: tuple[str, ...] = (),
-    ball: Point | None = None,
-    ball_velocity: Point = (0.0, 0.0, 0.0),
-    seed: int = 0,
+    positions: Words = (),
+    ball: Annotated[Point | None, arg(metavar="X Y Z", help_behavior_hint="")] = None,
+    ball_velocity: Annotated[Point, arg(metavar="X Y Z", help_behavior_hint="")] = (0.0, 0.0, 0.0),
+    seed: Annotated[int, arg(metavar="N")] = 0,
     shell: Shared,
 ) -> None:
     """Begin a new run: the arm at rest, the ball on its tee, the clock at 0.
@@ -62,12 +63,12 @@ def reset_sim(
 def disturb(
     kind: Positional[Kind],
     *,
-    values: tuple[str, ...] = (),
-    at: float | None = None,
-    duration: float | None = None,
-    position_std: float | None = None,
-    velocity_std: float | None = None,
-    stream: Literal["state", "command"] | None = None,
+    values: Words = (),
+    at: Seconds = None,
+    duration: Seconds = None,
+    position_std: Number = None,
+    velocity_std: Number = None,
+    stream: Annotated[Literal["state", "command"] | None, arg(help_behavior_hint="")] = None,
     shell: Shared,
 ) -> None:
     """Disturb the arm: push it, blur its sensors, or lose messages.

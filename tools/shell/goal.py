@@ -3,20 +3,19 @@
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
-from tyro.conf import Positional, UseAppendAction, arg
+from tyro.conf import arg
 
 from client import GoalFields, executable
 from protocol import messages as m
 from protocol.codec import encode
 from tools.shell import joints
+from tools.shell.flags import File, Identifier, Name, Points, Seconds, Switch, Words
 from tools.shell.following import follow
 from tools.shell.shell import Shared, Shell, UsageError, reach
 
 Parsed = TypeVar("Parsed")
-Words = Annotated[tuple[str, ...], arg(metavar="NUMBER ...")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,16 +56,16 @@ class GoalFlags:
         save: Write the planned trajectory to this .msgpack file; with --plan-only it is for `execute`.
     """
 
-    primitive: Positional[str]
+    primitive: Name
     positions: Words = ()
     velocities: Words = ()
     accelerations: Words = ()
-    duration: float | None = None
-    arrival_time: float | None = None
-    fastest: bool = False
-    alternative: UseAppendAction[Annotated[tuple[str, ...], arg(metavar="TIME:POSITIONS")]] = ()
-    revises: str | None = None
-    waypoint: UseAppendAction[Annotated[tuple[str, ...], arg(metavar="TIME:POSITIONS")]] = ()
+    duration: Seconds = None
+    arrival_time: Seconds = None
+    fastest: Switch = False
+    alternative: Points = ()
+    revises: Identifier = None
+    waypoint: Points = ()
     limit_positions: Words = ()
     limit_velocities: Words = ()
     limit_accelerations: Words = ()
@@ -74,22 +73,22 @@ class GoalFlags:
     start_positions: Words = ()
     start_velocities: Words = ()
     start_accelerations: Words = ()
-    rest_fraction: float = 0.0
-    place_time: float | None = None
-    follow_through: float = 0.0
+    rest_fraction: Annotated[float, arg(metavar="X")] = 0.0
+    place_time: Seconds = None
+    follow_through: Annotated[float, arg(metavar="S")] = 0.0
     tail: Literal["stop", "coast"] = "stop"
     method: Literal["qp", "gaussian", "dmp"] = "qp"
-    goal_id: str | None = None
-    client_id: str = ""
-    lease: bool = False
-    plan_only: bool = False
-    no_preempt: bool = False
-    wait: bool = False
-    save: Path | None = None
+    goal_id: Identifier = None
+    client_id: Annotated[str, arg(metavar="ID", help_behavior_hint="")] = ""
+    lease: Switch = False
+    plan_only: Switch = False
+    no_preempt: Switch = False
+    wait: Switch = False
+    save: File = None
 
 
 def goal(flags: Annotated[GoalFlags, arg(name="")], *, shell: Shared) -> int:
-    """Play a primitive to its own end, or to another: goal forehand --positions .17 .47 .86 -.08 0 .1 --duration .8
+    """Play a primitive to its own end, or to another: volley goal forehand --positions .17 .47 .86 -.08 0 .1 --wait
 
     Ctrl-C while waiting leaves the motion running, unless it has a lease.
     """

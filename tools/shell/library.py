@@ -1,12 +1,13 @@
 """`volley learn`, `primitives` and `forget`: the library of primitives."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from tyro.conf import Positional
+from tyro.conf import arg
 
 from protocol import messages as m
+from tools.shell.flags import Name, Number, Seconds, Source, Switch
 from tools.shell.shell import Shared, UsageError, reach
 
 
@@ -16,7 +17,7 @@ def primitives(*, shell: Shared) -> None:
         link.print(m.Primitives(primitives=link.arm.primitives()))
 
 
-def forget(name: Positional[str], *, shell: Shared) -> None:
+def forget(name: Name, *, shell: Shared) -> None:
     """Remove a primitive from the library.
 
     Args:
@@ -27,15 +28,15 @@ def forget(name: Positional[str], *, shell: Shared) -> None:
 
 
 def learn(
-    name: Positional[str],
-    file: Positional[Path],
+    name: Name,
+    file: Source,
     *,
-    rate: float | None = None,
-    duration: float | None = None,
+    rate: Number = None,
+    duration: Seconds = None,
     smoothing: Literal["auto", "none"] = "auto",
-    window: float | None = None,
-    order: int = 5,
-    replace: bool = False,
+    window: Seconds = None,
+    order: Annotated[int, arg(metavar="N")] = 5,
+    replace: Switch = False,
     shell: Shared,
 ) -> None:
     """Learn a primitive from a demonstration: one row a sample, the first column time (s), then the joints (rad).

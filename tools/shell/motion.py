@@ -1,18 +1,19 @@
 """The commands that speak to the controller about motions and its state."""
 
-from pathlib import Path
+from typing import Annotated
 
-from tyro.conf import Positional
+from tyro.conf import arg
 
 from client import MotionHandle, Refusal
 from protocol import messages as m
 from protocol.codec import check_request_size, decode
 from protocol.topics import EXECUTE
+from tools.shell.flags import AnyGoal, NamedGoal, Seconds, Source, Switch
 from tools.shell.following import follow
 from tools.shell.shell import Shared, UsageError, reach
 
 
-def execute(file: Positional[Path], *, lead: float | None = None, wait: bool = False, shell: Shared) -> int:
+def execute(file: Source, *, lead: Seconds = None, wait: Switch = False, shell: Shared) -> int:
     """Play a trajectory from a .msgpack file, as `goal --plan-only --save` writes it.
 
     The arm must be where it begins, and unless the clock is stepped --lead must move it into the future.
@@ -35,7 +36,7 @@ def execute(file: Positional[Path], *, lead: float | None = None, wait: bool = F
         return follow(link, motion) if wait else 0
 
 
-def reference(*, lead: float = 0.0, shell: Shared) -> None:
+def reference(*, lead: Annotated[float, arg(metavar="S")] = 0.0, shell: Shared) -> None:
     """Print where everything accepted so far will have the arm.
 
     Args:
@@ -46,7 +47,7 @@ def reference(*, lead: float = 0.0, shell: Shared) -> None:
         link.print(link.arm.reference(lead))
 
 
-def cancel(goal_id: Positional[str | None] = None, *, shell: Shared) -> None:
+def cancel(goal_id: AnyGoal = None, *, shell: Shared) -> None:
     """Stop the motion inside the limits.
 
     Args:
@@ -63,7 +64,7 @@ def reset(*, shell: Shared) -> None:
         link.print(link.arm.reset())
 
 
-def result(goal_id: Positional[str], *, shell: Shared) -> None:
+def result(goal_id: NamedGoal, *, shell: Shared) -> None:
     """Print how a goal went.
 
     Args:

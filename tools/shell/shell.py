@@ -4,7 +4,6 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
 import msgspec
@@ -12,8 +11,9 @@ import tyro
 from rich.console import Console
 from rich.text import Text
 
-from client import Arm, NoAnswer, Refusal, connect
+from client import ROBOT, Arm, NoAnswer, Refusal, connect
 from protocol import messages as m
+from tools.shell.flags import Endpoints, File, Seconds, Switch
 from tools.shell.show import show
 
 PIPE_WIDTH = 140
@@ -35,11 +35,11 @@ class Flags:
         timeout: Wait for the reply this long, s; by default as long as the request deserves.
     """
 
-    connect: tuple[str, ...] = ()
-    robot: str = "arm"
-    zenoh_config: Path | None = None
-    json: bool = False
-    timeout: float | None = None
+    connect: Endpoints = ()
+    robot: Annotated[str, tyro.conf.arg(metavar="NAME")] = ROBOT
+    zenoh_config: File = None
+    json: Switch = False
+    timeout: Seconds = None
 
 
 Shared = Annotated[Flags, tyro.conf.arg(name="")]

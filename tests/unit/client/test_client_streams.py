@@ -7,7 +7,7 @@ import pytest
 from client import Refusal, connect_async, samples, topics
 from client.waiting import AwaitedMailbox, BlockingMailbox, run
 from protocol import messages as m
-from tests.golden.examples import EXAMPLES, SAMPLES
+from tests.golden.examples import EXAMPLES, SAMPLES, TRAJECTORY
 
 
 def contact(time: float) -> m.Contact:
@@ -79,7 +79,7 @@ def test_the_twin_iterates_too(robot):
 
 
 def test_samples_are_arrays():
-    planned = samples(EXAMPLES["Trajectory"])
+    planned = samples(TRAJECTORY)
     assert planned.positions.tolist() == SAMPLES.tolist()
     assert planned.times.tolist() == pytest.approx([4.25, 4.251, 4.252, 4.253])
     assert planned.hit_index == 2

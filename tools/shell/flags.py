@@ -1,0 +1,27 @@
+"""Types of flags: what stands for the value in a help screen, and no default where it would say nothing."""
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import Positional, UseAppendAction, arg
+
+
+def _quiet(metavar: str | None = None) -> object:
+    return arg(metavar=metavar, help_behavior_hint="")
+
+
+Switch = Annotated[bool, _quiet()]
+Seconds = Annotated[float | None, _quiet("S")]
+Number = Annotated[float | None, _quiet("X")]
+Identifier = Annotated[str | None, _quiet("ID")]
+Words = Annotated[tuple[str, ...], _quiet("X ...")]
+"""One word a joint."""
+Endpoints = Annotated[tuple[str, ...], _quiet("ENDPOINT ...")]
+File = Annotated[Path | None, _quiet("FILE")]
+
+Name = Positional[Annotated[str, _quiet("NAME")]]
+NamedGoal = Positional[Annotated[str, _quiet("ID")]]
+AnyGoal = Positional[Annotated[str | None, _quiet("ID")]]
+Source = Positional[Annotated[Path, _quiet("FILE")]]
+Points = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="TIME:POSITIONS")]]
+"""A flag that may be given several times."""
