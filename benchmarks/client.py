@@ -1,0 +1,119 @@
+"""`python -m benchmarks.client`: what the client library costs over raw Zenoh, a request at a time.
+
+A process of its own answers `status` with the golden message of the contract's tests. The same request is sent in turn
+by `session.get` with the reply's bytes left as they are, by the library's blocking arm, and by its awaited one.
+"""
+
+import asyncio
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import tyro
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.machine import save
+from client import Arm, AsyncArm, connect, connect_async
+from protocol.bus.bus import Bus
+from protocol.bus.queues import Inbox
+from protocol.bus.sessions import open_session
+from protocol.topics import STATUS_QUERY
+from services.common.cli import free_endpoint
+from tests.golden.examples import EXAMPLES
+
+WAYS = "raw Zenoh", "Arm", "AsyncArm"
+
+
+@dataclass(frozen=True, slots=True)
+class Flags:
+    """Measure what the client library costs over raw Zenoh.
+
+    Attributes:
+        requests: How many, each way.
+        serve: Answer at this endpoint instead, until standard input ends.
+    """
+
+    requests: int = 3000
+    serve: str | None = None
+
+
+def main() -> None:
+    """Measure, print, save."""
+    flags = tyro.cli(Flags)
+    if flags.serve:
+        serve(flags.serve)
+        return
+    endpoint = free_endpoint()
+    line = [sys.executable, "-m", "benchmarks.client", "--serve", endpoint]
+    with subprocess.Popen(line, stdin=subprocess.PIPE) as server, connect(endpoint) as arm:
+        try:
+            while not arm.bus.is_alive("controller"):
+                time.sleep(0.05)
+            times = asyncio.run(measure(arm, endpoint, flags.requests))
+        finally:
+            server.kill()
+    report(times)
+
+
+def serve(endpoint: str) -> None:
+    """Host a bus and answer `status`."""
+    inbox = Inbox()
+    with Bus(open_session(listen=[endpoint])) as bus:
+        bus.serve(STATUS_QUERY, inbox)
+        bus.announce("controller")
+        while (asking := inbox.take(None)) is not None:
+            asking.reply(EXAMPLES["Status"])
+
+
+async def measure(arm: Arm, endpoint: str, count: int) -> np.ndarray:
+    """Return the times, s, (count, 3): in turn, so that what else the machine does falls on all ways alike."""
+    async with connect_async(endpoint) as twin:
+        times = np.empty((count, len(WAYS)))
+        for row in times:
+            row[:] = timed(lambda: raw(arm)), timed(arm.status), await awaited(twin)
+    return times[count // 10 :]
+
+
+def raw(arm: Arm) -> bytes:
+    """Ask with Zenoh's own means."""
+    for reply in arm.bus.session.get(arm.bus.key("status"), payload=b"\x80", timeout=5.0):
+        assert reply.ok is not None
+        return reply.ok.payload.to_bytes()
+    raise AssertionError("no reply")
+
+
+def timed(ask: Callable[[], object]) -> float:
+    """Return how long a request took, s."""
+    began = time.perf_counter()
+    ask()
+    return time.perf_counter() - began
+
+
+async def awaited(arm: AsyncArm) -> float:
+    """Return how long an awaited request took, s."""
+    began = time.perf_counter()
+    await arm.status()
+    return time.perf_counter() - began
+
+
+def report(times: np.ndarray) -> None:
+    """Print the table and save it."""
+    table = Table("status", "p50 ms", "p99 ms", "over raw, p50 ms", "÷ raw", title="One request")
+    results = {}
+    base = float(np.median(times[:, 0]))
+    for name, column in zip(WAYS, times.T, strict=True):
+        median, tail = float(np.median(column)), float(np.percentile(column, 99))
+        table.add_row(
+            name, f"{1e3 * median:.3f}", f"{1e3 * tail:.3f}", f"{1e3 * (median - base):.3f}", f"{median / base:.2f}"
+        )
+        results[name] = {"p50_ms": 1e3 * median, "p99_ms": 1e3 * tail, "ratio": median / base}
+    Console().print(table)
+    save("client", results)
+
+
+if __name__ == "__main__":
+    main()
