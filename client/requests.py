@@ -124,6 +124,11 @@ class Requests(Generic[GoalT, MotionT]):
         return await self._link.ask(topics.RESET, m.Empty())
 
     @Twofold
+    async def recover(self) -> m.Recovered:
+        """Make the arm ready again after a reflex, a stop or its own brake; a new run begins where it stands."""
+        return await self._link.ask(topics.RECOVER, m.Empty())
+
+    @Twofold
     async def result(self, goal_id: str) -> m.Result:
         """Return how a goal goes or went."""
         return await self._link.ask(topics.RESULT, m.ResultRequest(goal_id=goal_id))

@@ -25,6 +25,12 @@ def description(*, shell: Shared) -> None:
         link.print(link.arm.description())
 
 
+def recover(*, shell: Shared) -> None:
+    """Make the arm ready again after a reflex, a stop or its own brake: a new run begins where it stands."""
+    with reach(shell) as link:
+        link.print(link.arm.recover())
+
+
 def step(ticks: Positional[Annotated[int, arg(metavar="TICKS")]] = 1, *, shell: Shared) -> None:
     """Advance the stepped clock.
 
