@@ -12,8 +12,8 @@ import time
 
 from client import Arm, connect
 
-ESTIMATES = [0.20, 0.24, 0.26]
-"""Where the first joint is to hit, rad, as it becomes known."""
+ESTIMATES = [0.05, 0.09, 0.11]
+"""Where the first joint is to hit, rad, as it becomes known: before the ball, which would push the arm aside."""
 REST = [0.47, 0.86, -0.08, 0.0, 0.1]
 
 

@@ -8,6 +8,7 @@ where its machine was cut off and at once where it ended.
 """
 
 import sys
+import time
 
 from client import Refusal, connect
 
@@ -26,7 +27,7 @@ def main(endpoint: str | None = None) -> None:
                 print(f"bob is refused, {refusal.code}: {refusal}")
         print(f"alice's lease ends before her motion: {goal.wait().outcome}")
         while bob.status().mode != "holding":
-            pass  # the stop takes a moment
+            time.sleep(0.01)  # the stop takes a moment
         print(f"now bob's goal is taken: {bob.goal('forehand').wait().outcome}")
 
 

@@ -27,12 +27,12 @@ def swing() -> Demonstration:
 
 
 def request(duration: float) -> MotionRequest:
-    """A hit at a given velocity, under limits of 2 rad, 4 rad/s, 60 rad/s² and 2000 rad/s³."""
+    """A hit at a given velocity, under limits of 2 rad, 2.6 rad/s, 30 rad/s² and 2000 rad/s³."""
     return MotionRequest(
         start=Boundary(np.zeros(2), np.zeros(2), np.zeros(2)),
         goal=Boundary(np.array([0.9, -0.1]), np.array([2.5, -0.5]), FREE),
         duration=duration,
-        limits=Limits(np.array([[-2.0, 2.0]] * 2), np.full(2, 4.0), np.full(2, 60.0), np.full(2, 2000.0)),
+        limits=Limits(np.array([[-2.0, 2.0]] * 2), np.full(2, 2.6), np.full(2, 30.0), np.full(2, 2000.0)),
     )
 
 

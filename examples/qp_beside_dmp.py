@@ -4,13 +4,14 @@
     python examples/qp_beside_dmp.py [ENDPOINT]
 
 Printed are how unlike the demonstration the accelerations are, the largest acceleration, and whether the limits hold at
-every instant. A method that leaves its limits is refused rather than played.
+every instant, or how much room the samples leave. A plan that passes a limit is refused where it is to be played.
 """
 
 import sys
 from typing import Literal
 
 from client import Arm, GoalFields, Refusal, connect
+from client import messages as m
 
 GOALS: dict[str, GoalFields] = {
     "to its own end": {},
@@ -19,21 +20,23 @@ GOALS: dict[str, GoalFields] = {
         "velocities": [5.5, -0.4, -0.3, -0.8, -0.4, 1.2],
         "duration": 0.85,
     },
-    "much sooner": {"duration": 0.55},
+    "with less room to swing back": {"limits": m.GoalLimits(positions=[(-0.9, 2.0), *[None] * 5])},
 }
 METHODS: tuple[Literal["qp", "gaussian", "dmp"], ...] = ("qp", "gaussian", "dmp")
 
 
 def compare(arm: Arm, fields: GoalFields) -> None:
-    """Plan a goal by every method and print a line each."""
+    """Plan a goal from home by every method and print a line each."""
+    home = m.Start(positions=arm.description().home)
     for method in METHODS:
         try:
-            report = arm.plan("forehand", **{**fields, "method": method}).report
+            report = arm.plan("forehand", **{**fields, "start": home, "method": method}).report
         except Refusal as refusal:
             print(f"  {method:9} refused, {refusal.code}: {refusal}")
             continue
         largest = max(max(abs(low), abs(high)) for low, high in report.extremes.accelerations)
-        held = "certified" if report.certified else "held at its samples"
+        room = min(margin for margin in report.margin.positions if margin is not None)
+        held = "certified" if report.certified else f"{room:.2f} rad of room at its samples"
         print(f"  {method:9} unlike by {max(report.imitation_rms):6.2f} rad/s² rms; {largest:5.0f} rad/s²; {held}")
 
 
