@@ -17,7 +17,6 @@ from protocol.bus.bus import Bus
 from protocol.bus.sessions import DEFAULT_ENDPOINT, open_session
 from services.common.cli import Options, free_endpoint
 from services.common.supervisor import Supervisor, command_lines
-from tools.shell.__main__ import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -67,21 +66,21 @@ def test_make_targets_exist() -> None:
 
 
 def test_services_take_the_flags_shown() -> None:
-    """`volley up` knows every flag that the README gives it."""
-    shown = re.findall(r"volley up (--[^`\n]*)", README)
-    known = run(["volley", "up", "--help"])
+    """`python -m services` knows every flag that the README gives it."""
+    shown = re.findall(r"python -m services (--[^`\n]*)", README)
+    known = run([sys.executable, "-m", "services", "--help"])
     assert shown
     for flags in shown:
         assert all(flag in known for flag in shlex.split(flags) if flag.startswith("--"))
 
 
 def test_client_lines_work(endpoint: str) -> None:
-    """Every command of the README succeeds; those that start something, or end on Ctrl-C only, are asked for help."""
-    commands = [shlex.split(line, comments=True) for line in lines("volley ")]
+    """Every client command of the README succeeds; `watch`, which ends on Ctrl-C only, is told to help."""
+    commands = lines("python -m tools.shell")
     assert len(commands) >= 3
-    for words in commands:
-        asks = words[1] in COMMANDS and not COMMANDS[words[1]].is_main and words[1] != "watch"
-        run([*words, "--connect", endpoint] if asks else [*words[:2], "--help"])
+    for line in commands:
+        words = [sys.executable, *shlex.split(line)[1:]]
+        run([*words, "--help"] if words[-1] == "watch" else [*words, "--connect", endpoint])
 
 
 def test_ten_lines_of_python_send_a_goal(endpoint: str) -> None:
