@@ -38,6 +38,7 @@ def valid_requests(cell: Cell) -> list[tuple[str, Body]]:
         ("status", {}),
         ("state", {}),
         ("description", {}),
+        ("recover", {}),
         ("sim/step", {"ticks": 1}),
         (
             "sim/reset",
