@@ -52,7 +52,7 @@ class SingleInstance:
             service: Its name on the bus.
             options: Where the bus is.
             robot: Name of the robot, where the options have none.
-            log: Where it says why it ended before its time.
+            log: Receives the reason where it ends before its time.
             hosts: Whether it hosts the bus where the options name no endpoint to join.
             timeouts: When the other end of its session takes it for lost.
         """
@@ -67,7 +67,7 @@ class SingleInstance:
         """Open the bus, claim the place, `serve` until that returns, and close the bus.
 
         While there is no router to join, wait for one until `stopping` is set. If the session expires and another
-        instance takes over, this one sets `stopping` after one or two liveliness queries; until then both are heard.
+        instance takes over, this one sets `stopping` after one or two liveliness queries; until then the arm obeys both.
         """
         with _machine_lock(self._hosted_names()) as is_first:
             if not is_first:
@@ -97,7 +97,7 @@ class SingleInstance:
         return self._taken("; this one had lost its session, and ends") if displaced.is_set() else Outcome.ENDED
 
     def _open(self, stopping: threading.Event) -> Bus | Outcome:
-        """Open the bus, or say why not in the log."""
+        """Open the bus, or log why that is not possible."""
         where = " ".join(self._options.connect) or self._options.zenoh_config or DEFAULT_ENDPOINT
         waiting = threading.Event()
 
@@ -140,7 +140,7 @@ class SingleInstance:
         if not self._hosts or options.connect:
             return []
         configured: list[str] = []
-        with contextlib.suppress(zenoh.ZError):  # invalid; the log says so once the bus is to be opened
+        with contextlib.suppress(zenoh.ZError):  # invalid; logged when the bus is opened
             configured = listening(session_config((), (), options.zenoh_config))
         endpoints = options.listen or configured or (DEFAULT_ENDPOINT,)
         return [f"{self._service} of {self._robot} at {endpoint}" for endpoint in endpoints]
@@ -150,7 +150,7 @@ class SingleInstance:
 def _machine_lock(names: Iterable[str]) -> Iterator[bool]:
     """Hold locks of these names, and yield whether no other process of this machine has any of them.
 
-    A second host finds its port taken but cannot tell by whom. A lock is an abstract Unix socket: it lives in the same
+    A second host cannot find out by its port alone who has taken it. A lock is an abstract Unix socket: it lives in the same
     network namespace as the port, and the kernel removes it with the process, however that ends.
     """
     with contextlib.ExitStack() as held:

@@ -33,7 +33,7 @@ class ArmCondition:
         if self.now == "ready":
             if not state.brake:
                 return None
-            self.now = "braking"  # an older robot side says no more than that
+            self.now = "braking"  # an older robot side publishes no condition
         self.sentence = f"{_WORDS[self.now]}: {state.reason}" if state.reason else _WORDS[self.now]
         if self.now != before:
             return self.sentence
