@@ -67,7 +67,7 @@ class SingleInstance:
         """Open the bus, claim the place, `serve` until that returns, and close the bus.
 
         While there is no router to join, wait for one until `stopping` is set. If the session expires and another
-        instance takes over, this one sets `stopping` after one or two liveliness queries; until then the arm obeys both.
+        instance takes over, this one sets `stopping` after one or two liveliness queries; until then both are obeyed.
         """
         with _machine_lock(self._hosted_names()) as is_first:
             if not is_first:
@@ -150,8 +150,8 @@ class SingleInstance:
 def _machine_lock(names: Iterable[str]) -> Iterator[bool]:
     """Hold locks of these names, and yield whether no other process of this machine has any of them.
 
-    A second host cannot find out by its port alone who has taken it. A lock is an abstract Unix socket: it lives in the same
-    network namespace as the port, and the kernel removes it with the process, however that ends.
+    A port that is taken does not show by whom. A lock is an abstract Unix socket: it lives in the same network
+    namespace as the port, and the kernel removes it with the process, however that ends.
     """
     with contextlib.ExitStack() as held:
         try:
