@@ -50,7 +50,7 @@ class ArmHandshake:
 
     def open(self) -> None:
         """Watch the arm's liveliness token from now on."""
-        self._bus.watch_alive(topics.alive_key("sim"), self._receive)
+        self._bus.watch_alive(topics.alive_key(topics.ROBOT_SIDE), self._receive)
 
     def step(self) -> m.Description | m.State | Departed | None:
         """Ask what is due to be asked; return the arm's next answer, or that it left, or None.
