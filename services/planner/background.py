@@ -15,6 +15,9 @@ from services.planner.worker_link import Worker
 CLOSING_S = 1.0
 """How long the planner, when it ends, waits for the thread."""
 
+LOOK_S = 0.05
+"""How often a thread that waits for the loop looks whether the planner ends."""
+
 ResultT = TypeVar("ResultT")
 
 
@@ -35,9 +38,14 @@ class Errand(Generic[ResultT]):
             self._error = error
         self._done.set()
 
-    def wait(self) -> ResultT:
-        """Wait until it is done; return what it returned, or raise what it raised."""
-        self._done.wait()
+    def wait(self, given_up: Callable[[], bool]) -> ResultT:
+        """Wait until it is done; return what it returned, or raise what it raised.
+
+        Raises: Refusal: `unavailable` where it was `given_up`, since the planner ends.
+        """
+        while not self._done.wait(LOOK_S):
+            if given_up():
+                raise Refusal("unavailable", "the planner ends; nothing changed", service="planner")
         if self._error is not None:
             raise self._error
         return self._results[0]
@@ -74,11 +82,9 @@ class Background:
             Refusal: `unavailable` where the planner ends; and whatever the work raises.
         """
         errand = Errand(work)
-        while not self._inbox.offer(errand):
-            if self.closing:
-                raise Refusal("unavailable", "the planner ends; nothing changed", service="planner")
+        while not self._inbox.offer(errand) and not self.closing:
             time.sleep(0.01)
-        return errand.wait()
+        return errand.wait(lambda: self.closing)
 
     def close(self) -> None:
         """End the process and forget what waits."""

@@ -22,7 +22,7 @@ class Lead:
         self._fixed = fixed
         self._margin = 2 * tick
         self._took: defaultdict[str, deque[float]] = defaultdict(lambda: deque([UNKNOWN_PLANNING_S], maxlen=50))
-        self._took["gaussian"].append(UNKNOWN_GAUSSIAN_S)
+        self._took["gaussian"] = deque([UNKNOWN_GAUSSIAN_S], maxlen=50)
 
     def seconds(self, again: bool = False, method: str = "qp") -> float:
         """Return the lead of the next plan; `again` after one that came late."""
