@@ -10,8 +10,6 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import msgspec
 import numpy as np
@@ -24,10 +22,8 @@ from benchmarks.machine import save
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
 from protocol.errors import Refusal
-from services.common.cli import Options, free_endpoint
-from services.common.supervisor import Supervisor, command_lines
+from services.common.cell import running_cell
 from tools.demo.strikes import FASTER, TIGHT, goal
 
 RATE_HZ = 50
@@ -189,23 +185,18 @@ def _correct(
 def main(goals: int = 100, strikes: int = 5, seconds: float = 60.0) -> None:
     """Measure with this many goals of each kind and corrections for so long; print and save what was found."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # leaves the block below, which ends the services
-    endpoint = free_endpoint()
-    with TemporaryDirectory() as scratch:
-        lines = command_lines(Options(listen=(endpoint,)), {"clock": "realtime", "library": Path(scratch) / "library"})
-        names = ("sim", "planner", "controller")
-        supervisor = Supervisor({name: lines[name] for name in names}, quiet=True)
-        with supervisor as services, Bus(open_session([endpoint])) as bus:
-            services.wait_ready(bus)
-            time.sleep(SETTLED_S)
-            found = {
-                "plan only, warm": plan_only(bus, goals).summary(),
-                "plan only, cold": cold(bus, goals).summary(),
-                "played, first after a start": played(bus, FIRST, seed=1).summary(),
-                "played": played(bus, goals, seed=2).summary(),
-                "50 a second": streamed(bus, strikes).summary(),
-                **{f"{rate} corrections a second": corrected(bus, rate, seconds).summary() for rate in CORRECTIONS_HZ},
-            }
-            cycle = bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
+    with running_cell(flags={"clock": "realtime"}, names=["sim", "planner", "controller"], quiet=True) as cell:
+        bus = cell.bus
+        time.sleep(SETTLED_S)
+        found = {
+            "plan only, warm": plan_only(bus, goals).summary(),
+            "plan only, cold": cold(bus, goals).summary(),
+            "played, first after a start": played(bus, FIRST, seed=1).summary(),
+            "played": played(bus, goals, seed=2).summary(),
+            "50 a second": streamed(bus, strikes).summary(),
+            **{f"{rate} corrections a second": corrected(bus, rate, seconds).summary() for rate in CORRECTIONS_HZ},
+        }
+        cycle = bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
     report(found, cycle)
 
 

@@ -6,8 +6,6 @@ recorder's share of a core is its CPU time over the wall's, and its loss what th
 
 import os
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,16 +18,13 @@ from rich.table import Table
 from benchmarks.machine import save
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
-from services.common.cli import Options, free_endpoint
-from services.common.supervisor import Supervisor, command_lines
+from services.common.cell import running_cell
 from tools.demo.strikes import goal
 from tools.trace_reader import read_trace
 
 BLOCKS = 5
 STEPS = 2000
-RUN_SETTLES_S = 2.0
+SETTLED_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,28 +38,15 @@ class Flags:
     seconds: float = 30.0
 
 
-@contextmanager
-def running(names: tuple[str, ...], **flags: object) -> Iterator[tuple[Supervisor, Bus]]:
-    """The named services on a bus of their own, the controller in touch with the arm."""
-    endpoint = free_endpoint()
-    lines = command_lines(Options(listen=(endpoint,)), flags)
-    with (
-        Supervisor({name: lines[name] for name in lines if name in names}, quiet=True) as services,
-        Bus(open_session([endpoint])) as bus,
-    ):
-        services.wait_ready(bus)
-        time.sleep(RUN_SETTLES_S)
-        bus.ask(topics.SIM_RESET, m.Reset())
-        yield services, bus
-
-
-def stepped(scratch: str) -> dict[str, float]:
+def stepped() -> dict[str, float]:
     """Ticks per second of lock-step over the robot's rate, by block."""
-    with running(("sim", "planner", "controller"), clock="stepped", library=f"{scratch}/library") as (_, bus):
+    with running_cell(flags={"clock": "stepped"}, names=["sim", "planner", "controller"], quiet=True) as cell:
+        time.sleep(SETTLED_S)
+        cell.bus.ask(topics.SIM_RESET, m.Reset())
         ratios = []
         for _ in range(BLOCKS):
             began = time.perf_counter()
-            bus.ask(topics.SIM_STEP, m.Step(ticks=STEPS))
+            cell.bus.ask(topics.SIM_STEP, m.Step(ticks=STEPS))
             ratios.append(STEPS / 1000 / (time.perf_counter() - began))
     return {"times real time, median": float(np.median(ratios)), "least": min(ratios), "most": max(ratios)}
 
@@ -72,15 +54,16 @@ def stepped(scratch: str) -> dict[str, float]:
 def real_time(scratch: str, seconds: float) -> dict[str, float]:
     """On-time ratio and response times of the loop, CPU share and losses of the recorder."""
     file = Path(scratch) / "loop.rrd"
-    names = ("sim", "planner", "controller", "recorder")
-    with running(names, clock="realtime", library=f"{scratch}/library", record=file) as (services, bus):
-        recorder = services.running["recorder"].pid
+    with running_cell(flags={"clock": "realtime", "record": file}, quiet=True) as cell:
+        time.sleep(SETTLED_S)
+        cell.bus.ask(topics.SIM_RESET, m.Reset())
+        recorder = cell.services.running["recorder"].pid
         began, used = time.perf_counter(), cpu_seconds(recorder)
         while time.perf_counter() - began < seconds:
-            bus.ask(topics.GOAL, goal())
+            cell.bus.ask(topics.GOAL, goal())
             time.sleep(2.5)
         share = (cpu_seconds(recorder) - used) / (time.perf_counter() - began)
-        status = bus.ask(topics.STATUS_QUERY, m.Empty())
+        status = cell.bus.ask(topics.STATUS_QUERY, m.Empty())
     cycle = status.cycle
     return {
         "on time, %": 100 * cycle.on_time_ratio,
@@ -113,7 +96,7 @@ def main() -> None:
     """Measure, print, save."""
     flags = tyro.cli(Flags)
     with TemporaryDirectory() as scratch:
-        results = {"stepped clock": stepped(scratch), "real time": real_time(scratch, flags.seconds)}
+        results = {"stepped clock": stepped(), "real time": real_time(scratch, flags.seconds)}
     console = Console()
     for title, values in results.items():
         shown = Table("", "", title=title, show_header=False)

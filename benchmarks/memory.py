@@ -4,7 +4,6 @@ planner's that is asked over the bus."""
 import gc
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import tyro
@@ -17,10 +16,7 @@ from motion.errors import MotionError
 from motion.plan import plan
 from motion.request import Waypoint
 from protocol import topics
-from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
-from services.common.cli import Options, free_endpoint
-from services.common.supervisor import Supervisor, command_lines
+from services.common.cell import running_cell
 
 MARKS = 20
 """How often memory is read along the way."""
@@ -58,16 +54,12 @@ def here(goals: int, seed: int) -> dict[str, object]:
 
 def on_the_wire(goals: int, seed: int) -> dict[str, object]:
     """Plan-only goals of a planner without an arm, a tenth of them answered with their trajectories."""
-    endpoint, rng, kilobytes = free_endpoint(), np.random.default_rng(seed), []
-    with TemporaryDirectory() as scratch:
-        lines = command_lines(Options(listen=(endpoint,)), {"library": Path(scratch) / "library"})
-        alone = ["--listen" if word == "--connect" else word for word in lines["planner"]]
-        with Supervisor({"planner": alone}, quiet=True) as services, Bus(open_session([endpoint])) as bus:
-            services.wait_ready(bus)
-            for k in track(range(goals), "asked of a planner"):
-                bus.ask(topics.GOAL, tight_goal(rng, plan_only=True, duration=0.8, include_trajectory=k % 10 == 0))
-                if k % max(1, goals // MARKS) == 0:
-                    kilobytes.append(resident_kb(services.running["planner"].pid))
+    rng, kilobytes = np.random.default_rng(seed), []
+    with running_cell(names=["planner"], quiet=True) as cell:
+        for k in track(range(goals), "asked of a planner"):
+            cell.bus.ask(topics.GOAL, tight_goal(rng, plan_only=True, duration=0.8, include_trajectory=k % 10 == 0))
+            if k % max(1, goals // MARKS) == 0:
+                kilobytes.append(resident_kb(cell.services.running["planner"].pid))
     return {"goals": goals, "resident_kB": kilobytes}
 
 

@@ -23,10 +23,7 @@ from motion.limits import Limits
 from motion.plan import Warm, plan
 from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest
-from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
-from services.common.cli import Options, free_endpoint
-from services.common.supervisor import Supervisor, command_lines
+from services.common.cell import running_cell
 
 SETTLED_S = 2.0
 PAUSE_S = 0.02
@@ -96,11 +93,7 @@ def compare(primitive: Primitive, cases: list[Case], rounds: int) -> dict[str, d
 @contextmanager
 def running_arm() -> Iterator[None]:
     """A sim and a controller in real time."""
-    endpoint = free_endpoint()
-    lines = command_lines(Options(listen=(endpoint,)), {"clock": "realtime"})
-    supervisor = Supervisor({name: lines[name] for name in ("sim", "controller")}, quiet=True)
-    with supervisor as services, Bus(open_session([endpoint])) as bus:
-        services.wait_ready(bus)
+    with running_cell(flags={"clock": "realtime"}, names=["sim", "controller"], quiet=True):
         time.sleep(SETTLED_S)
         yield
 

@@ -6,10 +6,6 @@ forehand that ships with Volley, which begins at rest.
 """
 
 import math
-import tempfile
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
@@ -25,12 +21,9 @@ from experiments.fig5 import NOISE, PUSH, PUSH_FROM, PUSH_TO, RECOVERED, RECOVER
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
 from protocol.codec import decode
-from protocol.errors import NoAnswer, Refusal
 from robot.description import load_robot
-from services.common.cli import Options, free_endpoint
-from services.common.supervisor import Supervisor, command_lines
+from services.common.cell import running_cell
 
 PATIENCE_S = 20.0
 SETTLE_TICKS = 20
@@ -58,40 +51,15 @@ class Played:
 
 def run(trace: Path) -> Outcome:
     """Play every case and record all of them into `trace`."""
-    with services(trace) as bus:
-        arm = Arm(bus)
+    trace.parent.mkdir(parents=True, exist_ok=True)
+    with running_cell(flags={"clock": "stepped", "record": trace.resolve()}, quiet=True) as cell:
+        arm = Arm(cell.bus)
         home = load_robot().home.tolist()
-        learn_figure(bus, home)
+        learn_figure(cell.bus, home)
         cases = all_cases(home)
         shown = {case.name: arm.play(case, seed) for seed, case in enumerate(cases, 1)}
     rows = [row for name, played in shown.items() for row in measured(f"live.{name}", played)]
     return Outcome(rows, picture(shown))
-
-
-@contextmanager
-def services(trace: Path) -> Iterator[Bus]:
-    """All services with the recorder writing `trace`, until the block ends."""
-    trace.parent.mkdir(parents=True, exist_ok=True)
-    endpoint = free_endpoint()
-    with tempfile.TemporaryDirectory(prefix="volley-paper-") as scratch:
-        flags = {"clock": "stepped", "record": trace.resolve(), "library": Path(scratch) / "library"}
-        lines = command_lines(Options(listen=(endpoint,)), flags)
-        with Supervisor(lines, quiet=True) as running, Bus(open_session([endpoint])) as bus:
-            running.wait_ready(bus)
-            wait_for_controller(bus)
-            yield bus
-
-
-def wait_for_controller(bus: Bus) -> None:
-    """Return once the controller has heard of the arm. Raises TimeoutError after PATIENCE_S."""
-    deadline = time.monotonic() + PATIENCE_S
-    while time.monotonic() < deadline:
-        try:
-            bus.ask(topics.STATUS_QUERY, m.Empty())
-            return
-        except (Refusal, NoAnswer):
-            time.sleep(0.05)
-    raise TimeoutError(f"the controller did not hear of the arm within {PATIENCE_S:.0f} s")
 
 
 def learn_figure(bus: Bus, home: list[float]) -> None:

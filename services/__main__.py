@@ -1,80 +1,163 @@
 """`python -m services`: everything with one robot, until Ctrl-C."""
 
+import contextlib
+import subprocess
 import threading
-from dataclasses import asdict, dataclass, field
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field, replace
+from datetime import datetime
+from pathlib import Path
 from typing import Annotated
 
 import tyro
 import zenoh
 from rich.console import Console
 
-from robot.description import load_robot
-from services.common import realtime
-from services.common.cli import Common, Options, PlannerFlags, RecorderFlags, SimFlags, open_bus, refuse_exposure
-from services.common.supervisor import NotReady, Supervisor, command_lines
+from protocol.bus.sessions import DEFAULT_ENDPOINT
+from services.common import realtime, web_viewer
+from services.common.cell import RunningCell, running_cell
+from services.common.cli import (
+    Common,
+    Options,
+    PlannerFlags,
+    RecorderFlags,
+    SimFlags,
+    free_port,
+    is_taken,
+    open_bus,
+    refuse_exposure,
+    robot_name,
+)
+from services.common.supervisor import NotReady
 
 Unprefixed = tyro.conf.arg(name="")
+WEB_PORT = 9090
+LOOK_S = 1.0
+"""How long to look who has taken an endpoint."""
 
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Start every service with one robot and keep them until Ctrl-C."""
+    """Start every service with one robot and keep them until Ctrl-C.
+
+    Writes a trace, volley-DATE-TIME.rrd in the current directory unless --record names another, and shows it live in a
+    browser: the recorder keeps the last 256 MB for that. With --no-live it does not. Ports of the live view that are
+    taken are replaced by free ones.
+    """
 
     common: Common = field(default_factory=Options)
     sim: Annotated[SimFlags, Unprefixed] = field(default_factory=SimFlags)
     planner: Annotated[PlannerFlags, Unprefixed] = field(default_factory=PlannerFlags)
-    recorder: Annotated[RecorderFlags, Unprefixed] = field(default_factory=RecorderFlags)
+    recorder: Annotated[RecorderFlags, Unprefixed] = field(
+        default_factory=lambda: RecorderFlags(live=True, unindexed=True)
+    )
 
 
 def main() -> None:
-    """Start all, say how to reach them, wait, end all."""
+    """Start all, say what to do next, wait, end all."""
+    began = time.monotonic()
     flags = tyro.cli(Flags)
-    console = Console()
+    console = Console(soft_wrap=True, highlight=False)
     stopping = realtime.stop_on_signals()
-    options = flags.common
-    refuse_exposure(options, options.connect, () if options.connect else options.listen)
-    robot = options.robot or load_robot(options.robot_config).name
-    commands = command_lines(options, {**asdict(flags.sim), **asdict(flags.planner), **asdict(flags.recorder)})
-    reach = Options(options.robot, options.robot_config, options.connect or options.listen, (), options.zenoh_config)
-    with Supervisor(commands) as services:
-        wait_ready(services, reach, robot, stopping)
-        if not stopping.is_set():
-            greet(console, robot, reach)
-        while not stopping.wait(0.5):
-            for name, status in services.ended().items():
-                del services.running[name]
-                console.print(f"[red]{name} ended with status {status}[/red]; the others go on")
-        console.print("stopping")
-
-
-def wait_ready(services: Supervisor, reach: Options, robot: str, stopping: threading.Event) -> None:
-    """Return once every service is ready, or `stopping` was set meanwhile.
-
-    Raises:
-        SystemExit: a service ended, or said nothing, or the bus cannot be joined; the sentence says which.
-    """
-
-    def give_up() -> bool:
-        services.check_running()
-        return stopping.is_set()
-
     try:
-        with open_bus(reach, robot, give_up=give_up) as bus:
-            services.wait_ready(bus, give_up=stopping.is_set)
-    except NotReady as error:
+        options, recorder = prepare(flags)
+        values = {**asdict(flags.sim), **asdict(flags.planner), **asdict(recorder)}
+        with running_cell(options, values, give_up=stopping.is_set) as cell, viewer(recorder) as address:
+            if not stopping.is_set():
+                took = time.monotonic() - began
+                for line in greeting(flags.sim, options, recorder, cell.endpoint, address, took):
+                    console.print(line)
+            wait(cell, stopping, console)
+            console.print("stopping")
+    except (NotReady, ValueError) as error:
         raise SystemExit(f"volley: {error}") from None
     except zenoh.ZError as error:
         if not stopping.is_set():
             raise SystemExit(f"volley: cannot join the bus: {error}") from None
 
 
-def greet(console: Console, robot: str, reach: Options) -> None:
-    """Say how to reach the services."""
-    where = " ".join(reach.connect) or "tcp/127.0.0.1:7447"
-    flag = f" --connect {where}" if reach.connect else ""
-    console.print(f"[bold]volley is ready[/bold]: robot {robot} on {where}, keys volley/{robot}/…; Ctrl-C ends it")
-    console.print(f"  python -m tools.shell{flag} primitives", highlight=False)
-    console.print(f"  python -m tools.shell{flag} watch", highlight=False)
+def prepare(flags: Flags) -> tuple[Options, RecorderFlags]:
+    """Return the options with their endpoint, and the recorder's flags with its file and a port that is free.
+
+    Raises:
+        SystemExit: an endpoint is taken, or other machines could join without a certificate.
+        ValueError: the robot config cannot be read.
+    """
+    options, recorder = flags.common, flags.recorder
+    if not options.listen and not options.connect:
+        options = replace(options, listen=(DEFAULT_ENDPOINT,))
+    refuse_exposure(options, options.connect, () if options.connect else options.listen)
+    if not options.connect:
+        for endpoint in filter(is_taken, options.listen):
+            raise SystemExit(f"volley: {explain_taken(options, endpoint)}")
+    if recorder.record is None:
+        recorder = replace(recorder, record=Path(f"volley-{datetime.now():%Y%m%d-%H%M%S}.rrd"))
+    return options, replace(recorder, live_port=free_port(recorder.live_port))
+
+
+def explain_taken(options: Options, endpoint: str) -> str:
+    """Return a sentence about who has taken an endpoint, and what to do."""
+    robot, deadline = robot_name(options), time.monotonic() + LOOK_S
+    elsewhere = "start this on another port: --listen tcp/127.0.0.1:7448"
+    with contextlib.suppress(zenoh.ZError, SystemExit):
+        reach = replace(options, listen=(), connect=(endpoint,))
+        with open_bus(reach, robot, give_up=lambda: time.monotonic() > deadline) as bus:
+            if bus.is_alive("sim", LOOK_S):
+                return (
+                    f"robot {robot} runs already on {endpoint}; use it (volley goal forehand --wait), "
+                    f"end it with Ctrl-C where it was started, or {elsewhere}"
+                )
+    return f"another program listens on {endpoint}; end it, or {elsewhere}"
+
+
+@contextlib.contextmanager
+def viewer(recorder: RecorderFlags) -> Iterator[str | None]:
+    """Serve the live view for the length of the block, and yield its address; None without --live."""
+    if not recorder.live:
+        yield None
+        return
+    port = free_port(WEB_PORT)
+    process = subprocess.Popen(
+        web_viewer.command_line(port, recorder.live_port),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        yield web_viewer.address(port, recorder.live_port)
+    finally:
+        process.kill()
+        process.wait()
+
+
+def greeting(
+    sim: SimFlags, options: Options, recorder: RecorderFlags, endpoint: str, address: str | None, took: float
+) -> Iterator[str]:
+    """Yield what a newcomer needs next, a line each."""
+    flag = "" if endpoint == DEFAULT_ENDPOINT else f" --connect {endpoint}"
+    yield f"[bold]volley is ready[/bold] after {took:.1f} s: robot {robot_name(options)} on {endpoint}; Ctrl-C ends it"
+    yield f"  move it, in another terminal:   volley goal forehand --wait{flag}"
+    if address:
+        yield f"  watch it live, in a browser:    {address}"
+    yield f"  the trace, 1.5 MB a second:     {recorder.record}; open it with: rerun {recorder.record}"
+    if sim.clock == "realtime" and not realtime.may_be_real_time():
+        yield (
+            "  missing: real-time rights. Beside other work ticks come late, and the arm then brakes; "
+            "docs/operations.md says how to grant them, --clock paced needs none"
+        )
+
+
+def wait(cell: RunningCell, stopping: threading.Event, console: Console) -> None:
+    """Return once `stopping` is set; say meanwhile which service ended."""
+    while not stopping.wait(0.5):
+        for name, status in cell.services.ended().items():
+            del cell.services.running[name]
+            console.print(
+                f"[red]{name} ended with status {status}[/red]; the others go on. "
+                "Its log says why; end this with Ctrl-C and start it again"
+            )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 """Command lines: the flags that all services share, and the flags of each that `python -m services` passes on."""
 
+import errno
 import socket
+import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,11 +52,48 @@ class Options:
     log: LogForm = "text"
 
 
+def free_port(preferred: int = 0) -> int:
+    """Return `preferred`, or where somebody listens there another port of loopback that is free."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", preferred))
+        except OSError:
+            probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
 def free_endpoint() -> str:
     """Return an endpoint on loopback that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    return f"tcp/127.0.0.1:{free_port()}"
+
+
+def is_taken(endpoint: str) -> bool:
+    """Return whether another process listens at this TCP endpoint; False where that cannot be known."""
+    address = endpoint.partition("/")[2].partition("?")[0].partition("#")[0]
+    host, _, port = address.rpartition(":")
+    try:
+        (family, *_, place), *_ = socket.getaddrinfo(host.strip("[]"), port, type=socket.SOCK_STREAM)
+        with socket.socket(family) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(place)
+    except OSError as error:
+        return error.errno == errno.EADDRINUSE
+    return False
+
+
+def robot_name(options: Options) -> str:
+    """Return the robot's name on the bus: the flag's, or the one in the robot config, of which nothing else is read.
+
+    Raises:
+        ValueError: the configuration cannot be read; the sentence names it.
+    """
+    if options.robot:
+        return options.robot
+    try:
+        return str(tomllib.loads(options.robot_config.read_text())["name"])
+    except (OSError, KeyError, tomllib.TOMLDecodeError) as error:
+        raise ValueError(f"--robot-config {options.robot_config} does not name a robot: {error}") from None
 
 
 Common = Annotated[Options, tyro.conf.arg(name="")]

@@ -10,6 +10,8 @@ import threading
 import time
 from dataclasses import dataclass, field
 
+from services.common.lifeline import follow_supervisor
+
 EXIT_TAKEN = 3
 """Exit status of a service that finds its place on the bus taken."""
 
@@ -20,7 +22,7 @@ MCL_CURRENT_AND_FUTURE = 3
 
 
 def stop_on_signals() -> threading.Event:
-    """Return an event that SIGTERM and SIGINT set, in place of killing the process.
+    """Return an event that SIGTERM, SIGINT and the end of the supervisor set, in place of killing the process.
 
     A thread of its own waits for the signals, and this one blocks them: in Python 3.11 a signal that interrupts
     `SimpleQueue.get` near the end of its timeout leaves it waiting for ever. Threads that a library made before this
@@ -38,6 +40,7 @@ def stop_on_signals() -> threading.Event:
         stopping.set()
 
     threading.Thread(target=wait, name="signals", daemon=True).start()
+    follow_supervisor(stopping)
     return stopping
 
 
@@ -96,6 +99,17 @@ def become_real_time(priority: int) -> list[str]:
     if libc.prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0) != 0:
         missing.append(f"timer slack of 1 ns: {os.strerror(ctypes.get_errno())}")
     return missing
+
+
+def may_be_real_time() -> bool:
+    """Return whether this process, and so those it starts, may have SCHED_FIFO."""
+    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+        os.sched_setscheduler(0, policy, parameters)
+    except OSError:
+        return False
+    return True
 
 
 def become_polite(niceness: int = 5) -> None:

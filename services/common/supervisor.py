@@ -14,28 +14,43 @@ from deploy.processes import PROCESSES, Process
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import DEFAULT_ENDPOINT
 from services.common.cli import Options
+from services.common.lifeline import Lifelines
+from services.common.realtime import EXIT_TAKEN
 
-PATIENCE_S = 20.0
+ENDING_S = 20.0
+"""How long a process may take to end after SIGTERM."""
+READY_S = 60.0
+"""How long the processes may take to become ready, while all of them run."""
+LIVELINESS_S = 1.0
+"""How long to wait for one answer about a token; it is asked for again."""
+TAKEN = "one of this robot runs already on this bus: use it, end it, or choose another address with --listen"
 
 
 class NotReady(Exception):
-    """A service ended, or said nothing, while it should have become ready."""
+    """A service ended, or did not become ready in time; `str()` says which and why."""
 
 
-def command_lines(options: Options, flags: Mapping[str, object]) -> dict[str, list[str]]:
-    """Return the command line of every process.
+def command_lines(
+    options: Options, flags: Mapping[str, object], names: Sequence[str] | None = None
+) -> dict[str, list[str]]:
+    """Return the command line of every process, or of those in `names`, in the order in which they start.
 
     `flags` are values of the services' own flags by name; None and False leave a flag out. Without endpoints the
-    host listens on the default one and the rest connect to it; with `options.connect` all join an existing bus.
+    host listens on the default one and the rest connect to it; with `options.connect` all join an existing bus. Where
+    the host of the table is not among `names`, the first of them hosts the bus.
     """
     endpoints = options.listen or options.connect or (DEFAULT_ENDPOINT,)
-    return {process.name: _command_line(process, options, endpoints, flags) for process in PROCESSES}
+    chosen = [process for process in PROCESSES if names is None or process.name in names]
+    host = next((process for process in chosen if process.hosts_bus), chosen[0])
+    return {
+        process.name: _command_line(process, options, endpoints, flags, process is host and not options.connect)
+        for process in chosen
+    }
 
 
 def _command_line(
-    process: Process, options: Options, endpoints: Sequence[str], flags: Mapping[str, object]
+    process: Process, options: Options, endpoints: Sequence[str], flags: Mapping[str, object], hosting: bool
 ) -> list[str]:
-    hosting = process.hosts_bus and not options.connect
     line = [sys.executable, "-m", process.module, "--robot-config", str(options.robot_config.resolve())]
     line += ["--listen" if hosting else "--connect", *endpoints, "--log", options.log]
     if options.robot:
@@ -58,13 +73,14 @@ def _command_line(
 class Supervisor:
     """The running processes, each in a process group of its own, so that a Ctrl-C reaches only this one.
 
-    What they log goes to this process's own stderr, or nowhere where `quiet`, or into `NAME.log` in `logs`.
+    They stop in order when this process ends, even if it is killed. What they log goes to this process's own stderr, or
+    into `NAME.log` in `logs`.
     """
 
-    def __init__(self, commands: Mapping[str, Sequence[str]], quiet: bool = False, logs: Path | None = None) -> None:
+    def __init__(self, commands: Mapping[str, Sequence[str]], logs: Path | None = None) -> None:
         self._commands = commands
-        self._output = subprocess.DEVNULL if quiet else None
         self._logs = logs
+        self._lifelines = Lifelines(list(commands))
         self.running: dict[str, subprocess.Popen[bytes]] = {}
 
     def __enter__(self) -> Self:
@@ -82,12 +98,16 @@ class Supervisor:
     def start(self, name: str) -> None:
         """Start the process called `name`."""
         with contextlib.ExitStack() as files:
-            log = files.enter_context((self._logs / f"{name}.log").open("ab")) if self._logs else self._output
+            log = files.enter_context((self._logs / f"{name}.log").open("ab")) if self._logs else None
             self.running[name] = subprocess.Popen(
-                self._commands[name], stdin=subprocess.DEVNULL, stderr=log, start_new_session=True
+                self._commands[name],
+                stdin=subprocess.DEVNULL,
+                stderr=log,
+                start_new_session=True,
+                **self._lifelines.popen_arguments(name),
             )
 
-    def wait_ready(self, bus: Bus, timeout: float = 60.0, give_up: Callable[[], bool] = lambda: False) -> None:
+    def wait_ready(self, bus: Bus, timeout: float = READY_S, give_up: Callable[[], bool] = lambda: False) -> None:
         """Return once every process holds its liveliness token, or `give_up`, asked 20 times a second, says so.
 
         Raises:
@@ -99,14 +119,14 @@ class Supervisor:
             self.check_running()
             if time.monotonic() > deadline:
                 raise NotReady(f"{' and '.join(waiting)} did not become ready within {timeout:.0f} s")
-            waiting = [name for name in waiting if not bus.is_alive(name, timeout=1.0)]
+            waiting = [name for name in waiting if not bus.is_alive(name, LIVELINESS_S)]
             time.sleep(0.05)
 
     def check_running(self) -> None:
         """Raise NotReady where a process has ended."""
         ended = self.ended()
         if ended:
-            raise NotReady(" and ".join(f"{name} ended with status {status}" for name, status in ended.items()))
+            raise NotReady("; ".join(self._reason(name, status) for name, status in ended.items()))
 
     def ended(self) -> dict[str, int]:
         """Return the exit status of every process that has ended."""
@@ -119,10 +139,18 @@ class Supervisor:
             process = self.running.pop(name)
             _signal_group(process, signal.SIGTERM)
             try:
-                process.wait(PATIENCE_S)
+                process.wait(ENDING_S)
             except subprocess.TimeoutExpired:
                 _signal_group(process, signal.SIGKILL)
                 process.wait()
+        self._lifelines.close()
+
+    def _reason(self, name: str, status: int) -> str:
+        """Return a sentence about a process that has ended: what its status means, or the last line of its log."""
+        if status == EXIT_TAKEN:
+            return f"{name} ended with status {status}: {TAKEN}"
+        lines = (self._logs / f"{name}.log").read_text(errors="replace").splitlines() if self._logs else []
+        return f"{name} ended with status {status}" + (f": {lines[-1]}" if lines else "; its log says why")
 
 
 def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:

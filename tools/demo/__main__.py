@@ -1,8 +1,7 @@
 """`python -m tools.demo`: start everything, strike five times, report, leave a trace."""
 
 import sys
-import tempfile
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import tyro
@@ -15,8 +14,9 @@ from protocol.bus.bus import Bus
 from protocol.errors import NoAnswer, Refusal
 from robot.description import load_robot
 from services.common import realtime
-from services.common.cli import Common, Options, free_endpoint, open_bus
-from services.common.supervisor import NotReady, Supervisor, command_lines
+from services.common.cell import running_cell
+from services.common.cli import Common, Options
+from services.common.supervisor import NotReady
 from tools.demo.play import Outcome, Player
 from tools.demo.report import table
 from tools.demo.strikes import STRIKES
@@ -66,20 +66,10 @@ def main() -> int:
 
 def run(flags: Flags, console: Console) -> tuple[list[Outcome], m.Cycle]:
     """Start everything on a bus of its own, strike, and end everything; return what came of it."""
-    options = flags.common
-    if not options.listen and not options.connect:
-        options = replace(options, listen=(free_endpoint(),))
-    reach = replace(options, connect=options.connect or options.listen, listen=())
     values: dict[str, object] = {"record": flags.record, "live": flags.live}
-    robot = load_robot(options.robot_config).name
-    with (
-        tempfile.TemporaryDirectory(prefix="volley-demo-") as scratch,
-        Supervisor(command_lines(options, {**values, "library": f"{scratch}/library"}), not flags.verbose) as services,
-        open_bus(reach, robot) as bus,
-    ):
-        services.wait_ready(bus)
-        outcomes = strike_all(bus, console)
-        return outcomes, bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
+    with running_cell(flags.common, values, quiet=not flags.verbose) as cell:
+        outcomes = strike_all(cell.bus, console)
+        return outcomes, cell.bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
 
 
 def strike_all(bus: Bus, console: Console) -> list[Outcome]:

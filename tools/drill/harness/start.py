@@ -10,10 +10,9 @@ from protocol import messages as m
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import open_session
 from robot.description import load_robot
+from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
-from services.common.supervisor import Supervisor, command_lines
 from tools.drill.harness.cell import Cell
-from tools.drill.harness.waiting import wait_for
 
 ARM = ("sim", "planner", "controller")
 
@@ -47,25 +46,20 @@ def started(cell_config: CellConfig, options: Options, folder: Path, kind: type[
     """Start a cell of a `kind` in `folder`, wait until it is ready, and end it with the block."""
     options = replace(options, robot_config=cell_config.robot_config or options.robot_config)
     config = load_robot(options.robot_config)
-    robot = options.robot or config.name
     endpoint = free_endpoint()
     folder.mkdir(parents=True, exist_ok=True)
     at = {"connect": (endpoint,)} if cell_config.hosted else {"listen": (endpoint,)}
     values: dict[str, object] = {"clock": cell_config.clock, "library": folder / "library", **cell_config.flags}
-    lines = command_lines(replace(options, **at), values)
-    lines = {
-        name: _broken_by(cell_config.shims.get(name), line) for name, line in lines.items() if name in cell_config.names
-    }
+
+    def broken(name: str, line: list[str]) -> list[str]:
+        shim = cell_config.shims.get(name)
+        return line if shim is None else ["env", f"PYTHONPATH={shim}", *line]
+
     with (
         _host(endpoint if cell_config.hosted else None),
-        Supervisor(lines, logs=folder) as services,
-        Bus(open_session([endpoint]), robot) as bus,
+        running_cell(replace(options, **at), values, cell_config.names, logs=folder, wrap=broken) as cell,
     ):
-        services.wait_ready(bus)
-        cell = kind(services, bus, endpoint, folder, config, cell_config.clock == "stepped")
-        if {"sim", "controller"} <= set(cell_config.names):
-            wait_for(cell.mode, "the controller to hear of the arm")
-        yield cell
+        yield kind(cell.services, cell.bus, endpoint, folder, config, cell_config.clock == "stepped")
 
 
 @contextmanager
@@ -76,7 +70,3 @@ def _host(endpoint: str | None) -> Iterator[None]:
         return
     with Bus(open_session(listen=[endpoint])):
         yield
-
-
-def _broken_by(shim: Path | None, line: list[str]) -> list[str]:
-    return line if shim is None else ["env", f"PYTHONPATH={shim}", *line]

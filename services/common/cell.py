@@ -1,0 +1,91 @@
+"""Start a cell, which is the services of one robot on a bus, and wait until it is ready."""
+
+import contextlib
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
+from protocol.errors import NoAnswer, Refusal
+from services.common.cli import Options, free_endpoint, open_bus, robot_name
+from services.common.supervisor import READY_S, NotReady, Supervisor, command_lines
+
+Wrap = Callable[[str, list[str]], list[str]]
+
+
+@dataclass(frozen=True, slots=True)
+class RunningCell:
+    """The processes of a cell, a session on its bus, and the endpoint where others join."""
+
+    services: Supervisor
+    bus: Bus
+    endpoint: str
+
+
+@contextlib.contextmanager
+def running_cell(
+    options: Options = Options(),  # noqa: B008  immutable
+    flags: Mapping[str, object] | None = None,
+    names: Sequence[str] | None = None,
+    *,
+    logs: Path | None = None,
+    quiet: bool = False,
+    wrap: Wrap = lambda _, line: line,
+    give_up: Callable[[], bool] = lambda: False,
+) -> Iterator[RunningCell]:
+    """Start the services, wait until the arm can be asked to move, and end them with the block.
+
+    Without an endpoint in `options` the bus is on a free port; without a `library` in `flags` the planner has a new
+    one, which is removed at the end.
+
+    Args:
+        options: What all services are given: robot, endpoints, form of the log.
+        flags: Values of the services' own flags by name.
+        names: The services to start; by default all of the process table.
+        logs: Directory for the services' logs; by default they go to stderr, or nowhere where `quiet`.
+        quiet: Keep the logs from stderr.
+        wrap: Returns, for a service's name and command line, the command line to start in its place.
+        give_up: Asked 20 times a second; once true, the block is entered although the cell is not ready.
+
+    Raises:
+        NotReady: a service ended, or did not become ready in time; the sentence says which and why.
+        zenoh.ZError: the bus cannot be joined.
+    """
+    if not options.listen and not options.connect:
+        options = replace(options, listen=(free_endpoint(),))
+    reach = replace(options, listen=(), connect=options.connect or options.listen)
+    with contextlib.ExitStack() as stack:
+        scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="volley-")))
+        lines = command_lines(options, {"library": scratch / "library", **(flags or {})}, names)
+        lines = {name: wrap(name, line) for name, line in lines.items()}
+        services = stack.enter_context(Supervisor(lines, logs or (scratch if quiet else None)))
+
+        def check() -> bool:
+            services.check_running()
+            return give_up()
+
+        bus = stack.enter_context(open_bus(reach, robot_name(options), give_up=check))
+        services.wait_ready(bus, give_up=give_up)
+        if {"sim", "controller"} <= set(lines):
+            _wait_for_controller(bus, check)
+        yield RunningCell(services, bus, reach.connect[0])
+
+
+def _wait_for_controller(bus: Bus, give_up: Callable[[], bool]) -> None:
+    """Return once the controller has met the arm, or `give_up` says so.
+
+    Raises:
+        NotReady: it has not within `READY_S`.
+    """
+    deadline = time.monotonic() + READY_S
+    while not give_up():
+        with contextlib.suppress(Refusal, NoAnswer):
+            bus.ask(topics.STATUS_QUERY, m.Empty())
+            return
+        if time.monotonic() > deadline:
+            raise NotReady(f"the controller did not hear of the arm within {READY_S:.0f} s")
+        time.sleep(0.05)

@@ -1,0 +1,75 @@
+"""How services end when the process that started them is gone, even if it was killed.
+
+Every service holds the write end of a pipe and reads two: the supervisor's, and that of the service that stops before
+it. The kernel closes the write ends of a process that ends, however it ends. So the services see that the supervisor
+is gone, and stop one after another in the usual order: the controller brakes the arm while the sim still answers.
+A service that was started by hand or by systemd reads no pipe.
+
+A parent-death signal (`PR_SET_PDEATHSIG`) would reach all services at once, and already when the thread that started
+them ends.
+"""
+
+import contextlib
+import os
+import select
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+VARIABLE = "VOLLEY_LIFELINE"
+"""Names the descriptors that a service reads, in its environment."""
+
+ORDER_S = 3.0
+"""How long a service waits for the one that stops before it."""
+ENDING_S = 5.0
+"""How long the service may then take to end by itself."""
+
+
+class Lifelines:
+    """The supervisor's pipes: its own, and one for each process of `names`, in the order in which they start."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._open = contextlib.ExitStack()
+        self._supervisor, _ = self._pipe()
+        self._pipes = [self._pipe() for _ in names]
+        self._names = list(names)
+
+    def popen_arguments(self, name: str) -> dict[str, Any]:
+        """Return what `subprocess.Popen` must be given so that process `name` is tied to this one."""
+        number = self._names.index(name)
+        _, own = self._pipes[number]
+        stops_before = [read for read, _ in self._pipes[number + 1 : number + 2]]
+        reads = [self._supervisor, *stops_before]
+        return {"pass_fds": [own, *reads], "env": {**os.environ, VARIABLE: " ".join(map(str, reads))}}
+
+    def close(self) -> None:
+        """Close the pipes; what still runs and is tied to this process stops."""
+        self._open.close()
+
+    def _pipe(self) -> tuple[int, int]:
+        ends = os.pipe()
+        for end in ends:
+            self._open.callback(os.close, end)
+        return ends
+
+
+def follow_supervisor(stopping: threading.Event) -> None:
+    """Set `stopping` once the supervisor is gone, and end this process if it has not ended `ENDING_S` later.
+
+    Does nothing in a process that no supervisor started.
+    """
+    reads = [int(word) for word in os.environ.pop(VARIABLE, "").split()]
+    if not reads:
+        return
+    supervisor, *stops_before = reads
+
+    def watch() -> None:
+        select.select([supervisor], [], [])
+        if stops_before:
+            select.select(stops_before, [], [], ORDER_S)
+        if not stopping.is_set():
+            stopping.set()
+            threading.Event().wait(ENDING_S)
+            os._exit(1)
+
+    threading.Thread(target=watch, name="lifeline", daemon=True).start()
