@@ -14,7 +14,6 @@ import os
 import select
 import threading
 from collections.abc import Sequence
-from typing import Any
 
 VARIABLE = "VOLLEY_LIFELINE"
 """Names the descriptors that a service reads, in its environment."""
@@ -34,13 +33,13 @@ class Lifelines:
         self._pipes = [self._pipe() for _ in names]
         self._names = list(names)
 
-    def popen_arguments(self, name: str) -> dict[str, Any]:
-        """Return what `subprocess.Popen` must be given so that process `name` is tied to this one."""
+    def given_to(self, name: str) -> tuple[list[int], dict[str, str]]:
+        """Return the descriptors and the environment with which process `name` is tied to this one."""
         number = self._names.index(name)
         _, own = self._pipes[number]
         stops_before = [read for read, _ in self._pipes[number + 1 : number + 2]]
         reads = [self._supervisor, *stops_before]
-        return {"pass_fds": [own, *reads], "env": {**os.environ, VARIABLE: " ".join(map(str, reads))}}
+        return [own, *reads], {**os.environ, VARIABLE: " ".join(map(str, reads))}
 
     def close(self) -> None:
         """Close the pipes; what still runs and is tied to this process stops."""

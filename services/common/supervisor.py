@@ -97,6 +97,7 @@ class Supervisor:
 
     def start(self, name: str) -> None:
         """Start the process called `name`."""
+        descriptors, environment = self._lifelines.given_to(name)
         with contextlib.ExitStack() as files:
             log = files.enter_context((self._logs / f"{name}.log").open("ab")) if self._logs else None
             self.running[name] = subprocess.Popen(
@@ -104,7 +105,8 @@ class Supervisor:
                 stdin=subprocess.DEVNULL,
                 stderr=log,
                 start_new_session=True,
-                **self._lifelines.popen_arguments(name),
+                pass_fds=descriptors,
+                env=environment,
             )
 
     def wait_ready(self, bus: Bus, timeout: float = READY_S, give_up: Callable[[], bool] = lambda: False) -> None:

@@ -127,7 +127,7 @@ def test_where_one_cannot_be_started_none_is_left():
 
 def test_one_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch):
     """After some patience."""
-    monkeypatch.setattr("services.common.supervisor.PATIENCE_S", 0.5)
+    monkeypatch.setattr("services.common.supervisor.ENDING_S", 0.5)
     program = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print(flush=True); time.sleep(60)"
     services = Supervisor({})
     process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, start_new_session=True)

@@ -1,0 +1,86 @@
+"""Processes that end because the one that started them was killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from waiting import eventually
+
+from services.common import lifeline
+from services.common.lifeline import VARIABLE, follow_supervisor
+
+SERVICE = """
+import os, sys, time
+from pathlib import Path
+from services.common.realtime import stop_on_signals
+log, name = Path(sys.argv[1]), sys.argv[2]
+stopping = stop_on_signals()
+assert "VOLLEY_LIFELINE" not in os.environ, "processes of its own would read what is not theirs"
+(log.parent / name).touch()
+stopping.wait()
+time.sleep(0.2)
+with log.open("a") as file: file.write(name)
+"""
+SUPERVISOR = """
+import sys, time
+from services.common.supervisor import Supervisor
+commands = {name: [sys.executable, "-c", sys.argv[1], sys.argv[2], name] for name in "abc"}
+with Supervisor(commands) as services:
+    print(*(process.pid for process in services.running.values()), flush=True)
+    time.sleep(60)
+"""
+
+
+def start(log: Path) -> tuple[subprocess.Popen, list[int]]:
+    """Start a supervisor of three processes; return it and their ids once they run."""
+    line = [sys.executable, "-c", SUPERVISOR, SERVICE, str(log)]
+    supervisor = subprocess.Popen(line, stdout=subprocess.PIPE, text=True)
+    assert supervisor.stdout is not None
+    with supervisor.stdout as printed:
+        pids = [int(word) for word in printed.readline().split()]
+    assert eventually(lambda: all((log.parent / name).exists() for name in "abc"))
+    return supervisor, pids
+
+
+def is_gone(pid: int) -> bool:
+    """Whether a process has ended, waited for or not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+def test_a_killed_supervisor_takes_its_processes_with_it(tmp_path: Path):
+    """In the order in which it would have stopped them."""
+    supervisor, pids = start(tmp_path / "log")
+    supervisor.kill()
+    supervisor.wait()
+    assert eventually(lambda: all(map(is_gone, pids)))
+    assert (tmp_path / "log").read_text() == "cba"
+
+
+def test_one_that_is_stopped_delays_the_others_only_so_long(tmp_path: Path):
+    """The last started is suspended and cannot end; those before it do."""
+    supervisor, pids = start(tmp_path / "log")
+    os.kill(pids[-1], signal.SIGSTOP)
+    supervisor.kill()
+    supervisor.wait()
+    began = time.monotonic()
+    assert eventually(lambda: all(map(is_gone, pids[:-1])))
+    assert time.monotonic() - began > lifeline.ORDER_S / 2
+    os.kill(pids[-1], signal.SIGCONT)
+    assert eventually(lambda: is_gone(pids[-1]))
+
+
+def test_a_service_started_by_hand_follows_nobody(monkeypatch: pytest.MonkeyPatch):
+    """No thread waits for a supervisor, and nothing sets the event."""
+    monkeypatch.delenv(VARIABLE, raising=False)
+    stopping, before = threading.Event(), threading.active_count()
+    follow_supervisor(stopping)
+    assert threading.active_count() == before
+    assert not stopping.is_set()
