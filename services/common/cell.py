@@ -53,11 +53,13 @@ def running_cell(
 
     Raises:
         NotReady: a service ended, or did not become ready in time; the sentence says which and why.
+        ValueError: the robot config cannot be read.
         zenoh.ZError: the bus cannot be joined.
     """
     if not options.listen and not options.connect:
         options = replace(options, listen=(free_endpoint(),))
     reach = replace(options, listen=(), connect=options.connect or options.listen)
+    robot = robot_name(options)
     with contextlib.ExitStack() as stack:
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="volley-")))
         lines = command_lines(options, {"library": scratch / "library", **(flags or {})}, names)
@@ -68,7 +70,7 @@ def running_cell(
             services.check_running()
             return give_up()
 
-        bus = stack.enter_context(open_bus(reach, robot_name(options), give_up=check))
+        bus = stack.enter_context(open_bus(reach, robot, give_up=check))
         services.wait_ready(bus, give_up=give_up)
         if {"sim", "controller"} <= set(lines):
             _wait_for_controller(bus, check)

@@ -3,7 +3,6 @@
 import math
 import os
 import re
-import signal
 import subprocess
 import sys
 import time
@@ -174,65 +173,3 @@ def aborted(stack: Stack, goal_id: str) -> bool:
         return stack.result(goal_id).outcome == "aborted"
     except (NoAnswer, Refusal):
         return False
-
-
-@pytest.mark.realtime
-def test_everything_from_start_to_ctrl_c(tmp_path: Path):
-    """`python -m services` says how to reach the arm, serves it, paced, and ends all on Ctrl-C with status 0."""
-    endpoint, trace = free_endpoint(), tmp_path / "trace.rrd"
-    line = [sys.executable, "-m", "services", "--listen", endpoint]
-    line += ["--library", str(tmp_path / "library"), "--record", str(trace)]
-    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    assert process.stdout is not None
-    said = []
-    try:
-        for text in process.stdout:
-            said.append(text)
-            if "volley is ready" in text:
-                break
-        with Bus(open_session([endpoint])) as bus:
-            assert all(bus.is_alive(name) for name in (*SERVICES, "recorder"))
-            with pytest.raises(Refusal) as caught:
-                bus.ask(topics.SIM_STEP, m.Step(ticks=1))
-            assert caught.value.code == "wrong_clock"
-            assert bus.ask(topics.DESCRIPTION, m.Empty()).clock == "paced"
-    finally:
-        process.send_signal(signal.SIGINT)
-        rest, _ = process.communicate(timeout=60.0)
-    assert process.returncode == 0, "".join(said) + rest
-    assert "Traceback" not in "".join(said) + rest
-    assert endpoint in "".join(said) + rest
-    assert "ended with status" not in rest
-    assert trace.stat().st_size > 0
-
-
-@pytest.mark.realtime
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("flag", ["--listen", "--connect"])
-def test_ctrl_c_while_everything_starts(tmp_path: Path, flag: str, number: signal.Signals):
-    """Ends with status 0 and leaves no process, whether the services are still to come or wait for a bus in vain."""
-    line = [sys.executable, "-m", "services", flag, free_endpoint()]
-    line += ["--library", str(tmp_path / "library"), "--record", str(tmp_path / "trace.rrd")]
-    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    wait_for(lambda: len(children(process.pid)) == len(SERVICES) + 1, "the services to be started")
-    started = children(process.pid)
-    process.send_signal(number)
-    said, _ = process.communicate(timeout=60.0)
-    assert process.returncode == 0, said
-    assert "Traceback" not in said
-    assert "volley is ready" not in said
-    assert [child for child in started if Path(f"/proc/{child}").exists()] == []
-
-
-def test_a_sim_that_cannot_start_is_told_at_once(tmp_path: Path):
-    """Nobody waits for the bus that it was to host, here at an address that belongs to no machine."""
-    line = [sys.executable, "-m", "services", "--listen", "tcp/192.0.2.1:7447", "--insecure"]
-    line += ["--library", str(tmp_path / "library"), "--record", str(tmp_path / "trace.rrd")]
-    done = subprocess.run(line, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert "volley: sim ended with status 1" in done.stderr
-
-
-def children(pid: int) -> list[int]:
-    """Return the processes that a process has started."""
-    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]

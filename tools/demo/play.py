@@ -20,12 +20,17 @@ POLL_S = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """A strike that was played: the planner's reply, the controller's result, and the ball's speed after it, m/s."""
+    """A strike that was played: the planner's reply, the controller's result, and the ball's speed after it, m/s.
+
+    `robot_s`, `wall_s`: how long its run lasted by the robot's clock and by the wall's.
+    """
 
     strike: Strike
     reply: m.GoalReply
     result: m.Result
     ball_speed: float
+    robot_s: float
+    wall_s: float
 
     def broken_promises(self) -> list[str]:
         """Return a sentence for each promise that was not kept."""
@@ -73,6 +78,7 @@ class Player:
         self._say("placing arm and ball")
         start = None if strike.start is None else list(strike.start)
         self._bus.ask(topics.SIM_RESET, m.Reset(positions=start, seed=seed))
+        began = time.monotonic()
         if strike.noise:
             self._bus.ask(topics.SIM_DISTURB, noise_request(strike))
         time.sleep(SETTLE_S)
@@ -87,7 +93,8 @@ class Player:
         result = self._wait(reply)
         self._say("watching the ball")
         time.sleep(FLIGHT_S)
-        return Outcome(strike, reply, result, self._ball_speed())
+        robot_s, wall_s = self._bus.ask(topics.STATE_QUERY, m.Empty()).time, time.monotonic() - began
+        return Outcome(strike, reply, result, self._ball_speed(), robot_s, wall_s)
 
     def _wait(self, reply: m.GoalReply) -> m.Result:
         """Ask for the result until the goal is over."""

@@ -9,6 +9,9 @@ from rich.text import Text
 from protocol import messages as m
 from tools.demo.play import Outcome
 
+SLOW = 0.95
+"""Robot time over wall time below which the table says so."""
+
 
 def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
     """Return one row for each strike."""
@@ -36,6 +39,16 @@ def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
             kept,
         )
     return shown
+
+
+def speed(outcomes: list[Outcome], cycle: m.Cycle) -> str:
+    """Return a sentence about robot time beside the wall clock, and about the controller's answers."""
+    ratio = sum(outcome.robot_s for outcome in outcomes) / sum(outcome.wall_s for outcome in outcomes)
+    cost = " (the machine is slow or busy, which costs nothing but this)" if ratio < SLOW else ""
+    return (
+        f"robot time ran at {ratio:.2f} of the wall clock{cost}; an answer of the controller took "
+        f"{cycle.late_us.p50:.0f} µs in the median, {cycle.late_us.p99:.0f} µs at the 99th percentile"
+    )
 
 
 def closest_limit(report: m.Report, joint_names: Sequence[str]) -> str:

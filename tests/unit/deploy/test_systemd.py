@@ -12,7 +12,7 @@ import tyro
 import deploy
 from deploy.processes import PROCESSES, Process
 from services.common.realtime import EXIT_TAKEN
-from services.common.supervisor import PATIENCE_S
+from services.common.supervisor import ENDING_S
 
 DIRECTORY = Path(deploy.__file__).parent / "systemd"
 PYTHON = "/opt/volley/.venv/bin/python"
@@ -83,7 +83,7 @@ def test_limits_and_ends(process: Process):
     assert "RestrictRealtime" not in settings, "it forbids SCHED_FIFO"
     assert str(EXIT_TAKEN) in settings["RestartPreventExitStatus"].split()
     assert settings["Restart"] == "on-failure"
-    assert settings["TimeoutStopSec"] == f"{PATIENCE_S:.0f}s"
+    assert settings["TimeoutStopSec"] == f"{ENDING_S:.0f}s"
     assert (settings["User"], settings["NoNewPrivileges"], settings["CapabilityBoundingSet"]) == ("volley", "yes", "")
 
 

@@ -37,7 +37,7 @@ def outcome(result: str = "succeeded", error: float = 1e-3, ball_speed: float = 
     hit = m.Hit(time=1.0, position_error=[0.0, 0.0], velocity_error=[0.0, 0.0], truth_error=errors)
     reply = m.GoalReply(goal_id="g", start_time=0.0, duration=1.0, total_duration=1.1, report=report(**changes))
     played = m.Result(goal_id="g", outcome=result, reason="", hit=hit)  # type: ignore[arg-type]
-    return Outcome(STRIKE, reply, played, ball_speed)
+    return Outcome(STRIKE, reply, played, ball_speed, robot_s=1.8, wall_s=2.0)
 
 
 def test_kept_promises_are_silent() -> None:

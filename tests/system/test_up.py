@@ -1,0 +1,209 @@
+"""`python -m services`, which is `volley up`: what it says, and how everything ends with it."""
+
+import contextlib
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from harness import SERVICES, wait_for
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import open_session
+from protocol.errors import Refusal
+from services.common.cli import free_endpoint
+
+pytestmark = pytest.mark.realtime
+
+ALL = len(SERVICES) + 1
+READY_S = 60.0
+KILLED_S = 4.0
+"""How long services may live on without their supervisor; by themselves they take 1 s, and a busy machine is slow."""
+
+
+@dataclass(frozen=True, slots=True)
+class Up:
+    """A running `python -m services`; what all its processes print goes to `log`."""
+
+    process: subprocess.Popen
+    endpoint: str
+    log: Path
+
+    def said(self) -> str:
+        """What was printed so far."""
+        return self.log.read_text()
+
+    def wait_ready(self) -> None:
+        """Return once it says that it is ready."""
+        wait_for(lambda: "volley is ready" in self.said(), "everything to be ready", READY_S)
+
+    def descendants(self) -> list[int]:
+        """All processes that it and its processes have started."""
+        found = [self.process.pid]
+        for pid in found:
+            for task in Path(f"/proc/{pid}/task").iterdir():
+                found += map(int, (task / "children").read_text().split())
+        return found[1:]
+
+
+def command(endpoint: str, scratch: Path, flag: str = "--listen") -> list[str]:
+    """The command line, with files in `scratch`."""
+    line = [sys.executable, "-m", "services", flag, endpoint, "--library", str(scratch / "library")]
+    return [*line, "--record", str(scratch / "trace.rrd")]
+
+
+@contextlib.contextmanager
+def up(scratch: Path, flag: str = "--listen") -> Iterator[Up]:
+    """Start everything, and end it by Ctrl-C unless it has ended."""
+    endpoint, log = free_endpoint(), scratch / "log"
+    with log.open("w") as output:
+        process = subprocess.Popen(command(endpoint, scratch, flag), stdout=output, stderr=output)
+    try:
+        yield Up(process, endpoint, log)
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(timeout=60.0)
+
+
+def is_running(pid: int) -> bool:
+    """Whether a process is there, and not just to be waited for."""
+    with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    return False
+
+
+def test_everything_from_start_to_ctrl_c(tmp_path: Path):
+    """It says what to do next, serves the arm, paced, and a live view on loopback, and ends all with status 0."""
+    with up(tmp_path) as services:
+        services.wait_ready()
+        said = services.said()
+        assert f"volley goal forehand --wait --connect {services.endpoint}" in said
+        assert f"rerun {tmp_path / 'trace.rrd'}" in said
+        found = re.search(r"http://(127\.0\.0\.1:(\d+))/\?url=\S+", said)
+        assert found is not None, said
+        wait_for(lambda: is_web_page(found[0]), "the web viewer to answer")
+        assert listening_addresses(int(found[2])) == {"127.0.0.1"}
+        with Bus(open_session([services.endpoint])) as bus:
+            assert all(bus.is_alive(name) for name in (*SERVICES, "recorder"))
+            with pytest.raises(Refusal) as caught:
+                bus.ask(topics.SIM_STEP, m.Step(ticks=1))
+            assert caught.value.code == "wrong_clock"
+            assert bus.ask(topics.DESCRIPTION, m.Empty()).clock == "paced"
+        started = services.descendants()
+        assert len(started) == ALL + 1, "the services and the web viewer"
+    assert services.process.returncode == 0, services.said()
+    assert "Traceback" not in services.said()
+    assert "ended with status" not in services.said()
+    assert not any(map(is_running, started))
+    assert (tmp_path / "trace.rrd").stat().st_size > 0
+
+
+def is_web_page(address: str) -> bool:
+    """Whether a web page is served there."""
+    with contextlib.suppress(OSError), urllib.request.urlopen(address, timeout=5.0) as page:
+        return b"<html" in page.read()
+    return False
+
+
+def listening_addresses(port: int) -> set[str]:
+    """The addresses of this machine at which somebody listens on `port`."""
+    rows = [line.split() for file in ("tcp", "tcp6") for line in Path(f"/proc/net/{file}").read_text().splitlines()[1:]]
+    hexadecimal = {row[1].partition(":")[0] for row in rows if row[3] == "0A" and int(row[1].split(":")[1], 16) == port}
+    return {socket.inet_ntop(socket.AF_INET, bytes.fromhex(text)[::-1]) for text in hexadecimal if len(text) == 8}
+
+
+def test_a_killed_supervisor_takes_everything_with_it(tmp_path: Path):
+    """Services, the process that learns and the web viewer; the arm, in the middle of a motion, is stopped first."""
+    with up(tmp_path) as services:
+        services.wait_ready()
+        with Bus(open_session([services.endpoint])) as bus:
+            samples = [[0.1 * k / 100, *5 * [0.0]] for k in range(100)]
+            bus.ask(topics.LEARN, m.Learn(name="nod", positions=samples, rate=100.0))
+            started = services.descendants()
+            assert len(started) == ALL + 2, "the services, the process that learns, and the web viewer"
+            reply = bus.ask(topics.GOAL, m.Goal(primitive="forehand", duration=3.0, goal_id="long"))
+            wait_for(lambda: bus.ask(topics.STATE_QUERY, m.Empty()).time > reply.start_time + 0.5, "the arm to move")
+            services.process.kill()
+            killed = time.monotonic()
+            wait_for(lambda: not any(map(is_running, started)), "every process to end")
+            took = time.monotonic() - killed
+    assert took < KILLED_S
+    assert "goal long canceled" in services.said()
+    assert "fell silent" not in services.said()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("flag", ["--listen", "--connect"])
+def test_ended_while_everything_starts(tmp_path: Path, flag: str, number: signal.Signals):
+    """It leaves no process, whether the services are still to come or wait for a bus in vain."""
+    with up(tmp_path, flag) as services:
+        wait_for(lambda: len(services.descendants()) >= ALL, "the services to be started")
+        started = services.descendants()
+        services.process.send_signal(number)
+        services.process.wait(timeout=60.0)
+        wait_for(lambda: not any(map(is_running, started)), "every process to end")
+    assert services.process.returncode == (-number if number is signal.SIGKILL else 0), services.said()
+    assert "Traceback" not in services.said()
+    assert "volley is ready" not in services.said()
+
+
+def refused(endpoint: str, scratch: Path, *more: str) -> str:
+    """Start everything where it cannot, and return what it says, in one line."""
+    done = subprocess.run([*command(endpoint, scratch), *more], capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    return done.stderr
+
+
+def test_a_second_instance_is_told_of_the_first(tmp_path: Path):
+    """In one sentence, before anything is started."""
+    with up(tmp_path) as services:
+        services.wait_ready()
+        said = refused(services.endpoint, tmp_path)
+    assert said.count("\n") == 1
+    assert f"robot arm runs already on {services.endpoint}; use it" in said
+
+
+def test_a_port_that_is_taken_is_told(tmp_path: Path):
+    """In one sentence, by a program that is no part of Volley."""
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        said = refused(f"tcp/127.0.0.1:{other.getsockname()[1]}", tmp_path)
+    assert said.count("\n") == 1
+    assert "another program listens on" in said
+    assert "--listen" in said
+
+
+def test_a_robot_that_cannot_be_read_is_told(tmp_path: Path):
+    """In one sentence."""
+    said = refused(free_endpoint(), tmp_path, "--robot-config", str(tmp_path / "absent.toml"))
+    assert said.count("\n") == 1
+    assert "absent.toml" in said
+
+
+def test_a_sim_that_cannot_start_is_told_at_once(tmp_path: Path):
+    """Nobody waits for the bus that it was to host, here at an address that belongs to no machine."""
+    said = refused("tcp/192.0.2.1:7447", tmp_path, "--insecure")
+    assert "volley: sim ended with status 1" in said
+
+
+def test_services_started_by_hand_outlive_their_parent(tmp_path: Path):
+    """Here the shell that started a sim ends at once."""
+    endpoint, log = free_endpoint(), tmp_path / "log"
+    line = f"{sys.executable} -m services.sim --listen {endpoint} < /dev/null > {log} 2>&1 & echo $!"
+    pid = int(subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=True).stdout)
+    try:
+        with Bus(open_session([endpoint])) as bus:
+            wait_for(lambda: bus.is_alive("sim"), "the sim to be ready")
+            assert is_running(pid)
+    finally:
+        os.kill(pid, signal.SIGTERM)
+        wait_for(lambda: not is_running(pid), "the sim to end")
