@@ -1,6 +1,7 @@
 """`python -m services`: everything with one robot, until Ctrl-C."""
 
 import contextlib
+import os
 import subprocess
 import threading
 import time
@@ -58,6 +59,7 @@ def main() -> None:
     """Start all, say what to do next, wait, end all."""
     began = time.monotonic()
     flags = tyro.cli(Flags)
+    os.environ.setdefault("RUST_LOG", "warn,re_log_encoding=error")  # rerun warns of traces without an index
     console = Console(soft_wrap=True, highlight=False)
     stopping = realtime.stop_on_signals()
     try:

@@ -16,7 +16,7 @@ Numbers = Sequence[Any] | np.ndarray
 
 APPLICATION = "volley"
 SCALARS = rr.Scalars.descriptor_scalars()
-LIVE_MEMORY = "1GiB"
+LIVE_MEMORY = "256MiB"
 """What the viewer server keeps for viewers that connect later; the oldest is dropped first."""
 
 
