@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Process:
     """One service.
 
-    `module` is run with `python -m`; `hosts_bus` tells who listens while the others connect; `flags` names the flags
-    of its own that `python -m services` hands on.
+    `module` is run with `python -m`. The service with `hosts_bus` listens, and the others connect to it. `flags` names
+    the service's own flags that `python -m services` hands on.
     """
 
     name: str
@@ -23,4 +23,4 @@ PROCESSES = (
     Process("planner", "services.planner", flags=("library", "lead")),
     Process("controller", "services.controller"),
 )
-"""The controller is stopped first, while the arm still answers it, and the sim last."""
+"""The controller stops first, while the sim still answers it, and the sim last."""

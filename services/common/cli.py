@@ -1,4 +1,4 @@
-"""Command lines: the flags that all services share, and the flags of each that `python -m services` passes on."""
+"""Command lines: the flags that all services share, and those of each service that `python -m services` hands on."""
 
 import errno
 import socket
@@ -18,7 +18,7 @@ from services.common.logs import LogForm
 from services.common.tls_check import exposed_endpoints
 
 EXPOSED = (
-    "will not listen on {}: any machine could join there without a certificate, and whoever joins can move the arm; "
+    "will not listen on {}: any machine could join there without a certificate and move the arm; "
     "listen on tcp/127.0.0.1:PORT, or start the sim by itself on tls/ADDRESS:PORT with --zenoh-config "
     "deploy/zenoh/router.json5 (docs/operations.md), or allow it with --insecure"
 )
@@ -31,15 +31,15 @@ class Options:
 
     Attributes:
         robot: Name of the robot on the bus, the second part of every key; by default the one in the robot config.
-        robot_config: TOML file beside an MJCF file that describes the robot.
-        connect: Endpoints of the bus to join, as tcp/HOST:PORT. By default tcp/127.0.0.1:7447, unless this
-            service hosts the bus.
+        robot_config: TOML file that describes the robot, beside its MJCF file.
+        connect: Endpoints of the bus to join, as tcp/HOST:PORT; by default tcp/127.0.0.1:7447, unless this service
+            hosts the bus.
         listen: Endpoints on which this service hosts the bus.
         zenoh_config: Further Zenoh settings, a json5 file.
-        insecure: Let machines in that show no certificate; whoever reaches the bus can move the arm.
-        loop_core: Core that sim and controller share and the other services leave to them; by default the last one,
-            unless the process was given only some of the machine's. Each arm of a machine needs a core of its own.
-        log: What services log on stderr: text for a terminal, json for one object a line.
+        insecure: Accept machines without a certificate; every machine that reaches the bus can then move the arm.
+        loop_core: Core that sim and controller share and the other services avoid; by default the last one, unless the
+            process may use only some of the machine's cores. Each arm on a machine needs a core of its own.
+        log: Form of the log on stderr: text for a terminal, json for one object a line.
     """
 
     robot: str | None = None
@@ -113,8 +113,8 @@ def open_bus(
     process.
 
     Raises:
-        zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` said so.
-        SystemExit: the service would let in other machines without asking for a certificate.
+        zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` returned True.
+        SystemExit: other machines could join without a certificate.
     """
     listen, connect = options.listen, options.connect
     if not listen and not connect and not options.zenoh_config:
@@ -124,11 +124,11 @@ def open_bus(
 
 
 def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[str]) -> None:
-    """Return where a session with these endpoints asks every other machine for a certificate, or need not.
+    """Raise SystemExit where a session with these endpoints accepts other machines without a certificate.
 
     Raises:
         zenoh.ZError: the configuration is invalid.
-        SystemExit: it would not ask; the sentence names the endpoints and what would work.
+        SystemExit: the sentence names the endpoints and what would work.
     """
     exposed = exposed_endpoints(session_config(connect, listen, options.zenoh_config))
     if exposed and not options.insecure:
@@ -155,7 +155,7 @@ class PlannerFlags:
 
     Attributes:
         library: Directory of the learned primitives; made on first start, with the shipped demonstrations learned.
-        lead: Fixed time ahead of now at which a plan begins, s; by default it follows the time that planning takes.
+        lead: Fixed time from now to the start of a plan, s; by default it follows the time that planning takes.
     """
 
     library: Path = DEFAULT_LIBRARY
@@ -168,10 +168,10 @@ class RecorderFlags:
 
     Attributes:
         record: The trace to write; an existing file is overwritten. By default volley-DATE-TIME.rrd in the current
-            directory, unless --live is given.
-        unindexed: End the trace without the index by which viewers jump in it, and which takes 1 MB of memory a second
-            until then: for recordings of hours. `rerun rrd optimize` adds it afterwards.
-        live: Serve a live view on loopback, to be opened with `rerun`.
+            directory; `services.recorder` by itself writes none where --live is given.
+        unindexed: Leave out the index at the trace's end, which lets viewers jump in it and takes the recorder 1 MB of
+            memory a second: for recordings of hours. `rerun rrd optimize` adds it afterwards.
+        live: Serve a live view on loopback, for `rerun` or a browser.
         live_port: Port of the live view.
     """
 

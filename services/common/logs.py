@@ -1,6 +1,6 @@
-"""What a service logs: sentences for a terminal, or one JSON object a line for a machine.
+"""Logs of the services: sentences for a terminal, or one JSON object a line for a machine.
 
-A record that speaks of a goal or of a refusal names it in a field: `extra={"goal_id": …, "code": …}`.
+A record about a goal or a refusal carries it in a field: `extra={"goal_id": …, "code": …}`.
 """
 
 import json
@@ -15,7 +15,7 @@ LogForm = Literal["text", "json"]
 
 
 class JsonFormatter(logging.Formatter):
-    """Makes a record one line of JSON.
+    """Formats a record as one line of JSON.
 
     The fields are `time` (RFC 3339 in UTC, to the millisecond), `service`, `level`, `message`, `goal_id`, `code` and
     `traceback`; the last three are null where there is none.
@@ -30,7 +30,7 @@ class JsonFormatter(logging.Formatter):
         self._service = service
 
     def format(self, record: logging.LogRecord) -> str:
-        """Return the line, without its end; all ASCII, so that no locale can spoil it."""
+        """Return the line, without a newline; all ASCII, so that it does not depend on the locale."""
         return json.dumps(
             {
                 "time": self.formatTime(record),
@@ -45,7 +45,7 @@ class JsonFormatter(logging.Formatter):
 
 
 def formatter(service: str, form: LogForm) -> logging.Formatter:
-    """Return what makes a record of `service` a line: `time service level: sentence`, or JSON."""
+    """Return the formatter of `service`'s records: `time service level: sentence`, or JSON."""
     if form == "json":
         return JsonFormatter(service)
     return logging.Formatter(f"%(asctime)s {service} %(levelname)s: %(message)s")
@@ -63,7 +63,7 @@ def start_logging(service: str, form: LogForm) -> logging.Logger:
 
 
 def _log_uncaught(log: logging.Logger) -> None:
-    """Log what would otherwise be printed as a bare traceback, of every thread."""
+    """Log uncaught exceptions of every thread, in place of printing a bare traceback."""
 
     def uncaught(kind: type[BaseException], error: BaseException | None, trace: TracebackType | None) -> None:
         if error is not None and not isinstance(error, SystemExit):
@@ -74,7 +74,7 @@ def _log_uncaught(log: logging.Logger) -> None:
 
 
 class ThrottledLog:
-    """Warns of what may happen at every tick, but only once a second; each warning counts those before it."""
+    """Logs a warning that may come at every tick at most once a second, with the count of all so far."""
 
     def __init__(self, log: logging.Logger) -> None:
         self._log = log

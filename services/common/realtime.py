@@ -1,4 +1,4 @@
-"""What a process asks of the operating system: real-time scheduling, deadlines, a clean end."""
+"""Real-time scheduling, deadlines, and the signals that end a process."""
 
 import contextlib
 import ctypes
@@ -16,7 +16,7 @@ EXIT_TAKEN = 3
 """Exit status of a service that finds its place on the bus taken."""
 
 SPIN_NS = 30_000
-"""Of each wait: less, and deadlines are kept less well; more holds up whoever shares the core."""
+"""Busy-wait the last 30 µs: shorter adds jitter, longer takes time from processes on this core."""
 PR_SET_TIMERSLACK = 29
 MCL_CURRENT_AND_FUTURE = 3
 
@@ -24,10 +24,10 @@ MCL_CURRENT_AND_FUTURE = 3
 def stop_on_signals() -> threading.Event:
     """Return an event that SIGTERM, SIGINT and the end of the supervisor set, in place of killing the process.
 
-    A thread of its own waits for the signals, and this one blocks them: in Python 3.11 a signal that interrupts
+    A separate thread waits for the signals, and this one blocks them: in Python 3.11 a signal that interrupts
     `SimpleQueue.get` near the end of its timeout leaves it waiting for ever. Threads that a library made before this
-    call do not block them; the handlers keep a signal that reaches one of those from killing the process, and set the
-    event when this thread next runs: wait for it in short pieces.
+    call do not block them. The handlers keep a signal that reaches one of those from killing the process, and set the
+    event when this thread next runs: wait for the event with a short timeout, in a loop.
     """
     stopping = threading.Event()
     numbers = {signal.SIGTERM, signal.SIGINT}
@@ -45,9 +45,9 @@ def stop_on_signals() -> threading.Event:
 
 
 def end_like_ctrl_c() -> None:
-    """Let the first SIGTERM raise KeyboardInterrupt, so that whatever was begun is ended in order.
+    """Make the first SIGTERM raise KeyboardInterrupt, so that context managers end what they started.
 
-    Later ones are ignored: they would break off the ending and leave processes behind. `timeout` sends two.
+    Later ones are ignored: they would interrupt that and leave processes behind. `timeout` sends two.
     """
 
     def interrupt(*_: object) -> None:
@@ -60,9 +60,9 @@ def end_like_ctrl_c() -> None:
 def split_cores(loop_core: int | None) -> tuple[set[int], set[int]]:
     """Return the cores of the loops of sim and controller, and those of everything else.
 
-    The loops take turns, so they share one core, `loop_core` or by default the last: a message that stays there wakes
-    nobody up on another, and a plan elsewhere is not interrupted several times a tick. A process that may use only some
-    of the machine's cores, since somebody has chosen them, uses those for both.
+    The two loops take turns, so they share one core, `loop_core` or by default the last: a message between them wakes
+    no other core, and a plan elsewhere is not interrupted several times a tick. A process that may use only some of the
+    machine's cores uses those for both.
     """
     usable = os.sched_getaffinity(0)
     if loop_core is None:
@@ -73,7 +73,7 @@ def split_cores(loop_core: int | None) -> tuple[set[int], set[int]]:
 
 
 def keep_to(cores: set[int]) -> list[str]:
-    """Keep this thread, and those that it makes from now on, to `cores`; return what was not obtained, as sentences."""
+    """Restrict this thread, and those it starts later, to `cores`; return what was not granted, as sentences."""
     try:
         os.sched_setaffinity(0, cores)
     except (OSError, ValueError, OverflowError) as error:
@@ -82,10 +82,10 @@ def keep_to(cores: set[int]) -> list[str]:
 
 
 def become_real_time(priority: int) -> list[str]:
-    """Ask for what a 1 kHz loop needs and return what was not obtained, as sentences; never fail for want of it.
+    """Ask for what a 1 kHz loop needs and return what was not granted, as sentences.
 
-    SCHED_FIFO holds for threads made later, so call this before the Zenoh session is opened. Python's own switch
-    interval of 5 ms would keep a message that arrives while the loop computes waiting for longer than a tick.
+    Threads inherit SCHED_FIFO when they start, so call this before the Zenoh session is opened. With Python's default
+    switch interval of 5 ms, a message that arrives while the loop computes would wait for longer than a tick.
     """
     sys.setswitchinterval(1e-4)
     libc = ctypes.CDLL(None, use_errno=True)
@@ -113,13 +113,13 @@ def may_be_real_time() -> bool:
 
 
 def become_polite(niceness: int = 5) -> None:
-    """Leave the cores to the real-time loops when both want them."""
+    """Lower this process's priority by `niceness`, in favour of the real-time loops."""
     with contextlib.suppress(OSError):
         os.nice(niceness)
 
 
 def freeze_garbage() -> None:
-    """Collect once, then never again: after warm-up, so that no collection interrupts the loop."""
+    """Collect garbage once, then never again; call it after warm-up, so that no collection interrupts the loop."""
     gc.collect()
     gc.freeze()
     gc.disable()
@@ -127,9 +127,9 @@ def freeze_garbage() -> None:
 
 @dataclass(slots=True)
 class Deadlines:
-    """Absolute deadlines `period_ns` apart; after a stall they are anchored anew instead of run back to back.
+    """Absolute deadlines `period_ns` apart; after a stall of more than a period they continue from the present time.
 
-    `stalls` counts those, and `lag_ns` the time they took.
+    `stalls` counts the stalls, and `lag_ns` is the time they took in all.
     """
 
     period_ns: int
@@ -138,13 +138,13 @@ class Deadlines:
     lag_ns: int = 0
 
     def near(self, ahead_ns: int) -> None:
-        """Sleep until `ahead_ns` before the deadline that `wait` will wait for."""
+        """Sleep until `ahead_ns` before the next deadline."""
         left = self.next_ns + self.period_ns - ahead_ns - time.monotonic_ns()
         if left > 0:
             time.sleep(left * 1e-9)
 
     def wait(self) -> None:
-        """Sleep until the next deadline, spinning for the last 30 µs."""
+        """Sleep until the next deadline, busy-waiting the last 30 µs."""
         self.next_ns += self.period_ns
         left = self.next_ns - time.monotonic_ns()
         if left < -self.period_ns:

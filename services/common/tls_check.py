@@ -1,4 +1,4 @@
-"""Whether a session would let in other machines without asking them for a certificate."""
+"""Whether a Zenoh session accepts other machines without a certificate."""
 
 import ipaddress
 import json
@@ -11,19 +11,19 @@ ANY_ADDRESS = "0.0.0.0"
 
 
 def exposed_endpoints(config: zenoh.Config) -> list[str]:
-    """Return the endpoints on which a session of `config` listens to other machines without mutual TLS.
+    """Return the endpoints on which a session of `config` accepts other machines without mutual TLS.
 
-    What Zenoh listens on when nothing is said counts as well: on every interface, as a router and as a peer.
+    Zenoh's default endpoints count too: as a router or a peer it listens on every interface.
     """
     mutual = json.loads(config.get_json("transport/link/tls/enable_mtls")) is True
     return [endpoint for endpoint in listening(config) if not _is_guarded(endpoint, mutual)]
 
 
 def listening(config: zenoh.Config) -> list[str]:
-    """Return the endpoints on which a session of `config` listens, said or not."""
+    """Return the endpoints on which a session of `config` listens, configured or by default."""
     mode = json.loads(config.get_json("mode")) or "peer"
-    said = json.loads(config.get_json("listen/endpoints"))
-    return said.get(mode, []) if isinstance(said, dict) else said
+    endpoints = json.loads(config.get_json("listen/endpoints"))
+    return endpoints.get(mode, []) if isinstance(endpoints, dict) else endpoints
 
 
 def _is_guarded(endpoint: str, mutual: bool) -> bool:

@@ -4,7 +4,6 @@ import base64
 import os
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,10 +12,9 @@ from pathlib import Path
 import msgpack
 import pytest
 
-from protocol.bus.bus import Bus
-from protocol.bus.sessions import DEFAULT_ENDPOINT, open_session
-from services.common.cli import Options, free_endpoint
-from services.common.supervisor import Supervisor, command_lines
+from protocol.bus.sessions import DEFAULT_ENDPOINT
+from services.common.cell import running_cell
+from tools.shell.__main__ import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -33,19 +31,10 @@ def lines(prefix: str) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The bus of services in real time. They forgive silence and plan far ahead: a busy machine fails no test here."""
-    scratch = tmp_path_factory.mktemp("readme")
-    shutil.copytree(ROOT / "deploy" / "robots", scratch / "robots")
-    config = scratch / "robots" / "arm.toml"
-    config.write_text(config.read_text().replace("silence_ticks = 20 ", "silence_ticks = 2000 "))
-    endpoint = free_endpoint()
-    flags = {"library": scratch / "library", "lead": 1.0}
-    commands = command_lines(Options(robot_config=config, listen=(endpoint,)), flags)
-    del commands["recorder"]
-    with Supervisor(commands) as services, Bus(open_session([endpoint])) as bus:
-        services.wait_ready(bus)
-        yield endpoint
+def endpoint() -> Iterator[str]:
+    """The bus of running services, which wait for a busy machine."""
+    with running_cell(names=["sim", "planner", "controller"]) as cell:
+        yield cell.endpoint
 
 
 def run(command: list[str]) -> str:
@@ -60,33 +49,42 @@ def run(command: list[str]) -> str:
 def test_make_targets_exist() -> None:
     """Every `make` command of the README is a target of the Makefile."""
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    named = {line.split()[1] for line in lines("make ")}
+    named = {line.split()[1] for line in lines("make ")} | set(re.findall(r"`make ([a-z]+)`", README))
     assert named
     assert named <= targets
 
 
-def test_services_take_the_flags_shown() -> None:
-    """`python -m services` knows every flag that the README gives it."""
-    shown = re.findall(r"python -m services (--[^`\n]*)", README)
-    known = run([sys.executable, "-m", "services", "--help"])
+def test_up_takes_the_flags_shown() -> None:
+    """`volley up` knows every flag that the README gives it, and values such as the clock's."""
+    shown = re.findall(r"volley up (--[^`\n]*)", README)
+    known = run(["volley", "up", "--help"])
     assert shown
     for flags in shown:
-        assert all(flag in known for flag in shlex.split(flags) if flag.startswith("--"))
+        for word in shlex.split(flags):
+            assert word in known or word.endswith(".toml"), word
+
+
+def test_commands_named_exist() -> None:
+    """Every `volley` command of the text is one."""
+    named = set(re.findall(r"volley ([a-z]+)", README))
+    assert {"up", "goal", "learn", "preflight", "drill"} <= named
+    assert named <= set(COMMANDS)
 
 
 def test_client_lines_work(endpoint: str) -> None:
-    """Every client command of the README succeeds; `watch`, which ends on Ctrl-C only, is told to help."""
-    commands = lines("python -m tools.shell")
+    """Every command of the README succeeds; those that start something, or end on Ctrl-C only, are asked for help."""
+    commands = [shlex.split(line, comments=True) for line in lines("volley ")]
     assert len(commands) >= 3
-    for line in commands:
-        words = [sys.executable, *shlex.split(line)[1:]]
-        run([*words, "--help"] if words[-1] == "watch" else [*words, "--connect", endpoint])
+    for words in commands:
+        asks = not COMMANDS[words[1]].is_main and words[1] != "watch"
+        run([*words, "--connect", endpoint] if asks else [*words[:2], "--help"])
 
 
-def test_ten_lines_of_python_send_a_goal(endpoint: str) -> None:
-    """The bare client's block prints a reply, and imports nothing of the project."""
-    (block,) = blocks("python")
-    printed = run([sys.executable, "-I", "-c", block.replace(DEFAULT_ENDPOINT, endpoint)])
+def test_lines_of_python_play_a_goal(endpoint: str) -> None:
+    """The client library's block prints the outcome; the bare client's prints a reply without the project's modules."""
+    library, bare = (block.replace(DEFAULT_ENDPOINT, endpoint) for block in blocks("python"))
+    assert run([sys.executable, "-c", library]).startswith("succeeded [")
+    printed = run([sys.executable, "-I", "-c", bare])
     assert "goal_id" in printed
     assert "code" not in printed
 

@@ -1,1 +1,1 @@
-"""Five strikes from one demonstration, in real time, reported and recorded."""
+"""Five strikes from one demonstration: played, reported and recorded."""

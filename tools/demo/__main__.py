@@ -43,14 +43,14 @@ class Flags:
 
 
 def main() -> int:
-    """Return 0 where every strike kept what it promised, 1 otherwise."""
+    """Return 0 where every strike kept its promises, 1 otherwise."""
     flags = tyro.cli(Flags)
     console = Console()
     realtime.end_like_ctrl_c()
     try:
         outcomes, cycle = run(flags, console)
     except (NotReady, Refusal, NoAnswer, ValueError) as error:
-        console.print(f"[bold red]the demo broke off[/bold red]: {error}")
+        console.print(f"[bold red]the demo ended early[/bold red]: {error}")
         return 1
     except KeyboardInterrupt:
         console.print("interrupted")
@@ -63,7 +63,7 @@ def main() -> int:
 
 
 def run(flags: Flags, console: Console) -> tuple[list[Outcome], m.Cycle]:
-    """Start everything on a bus of its own, strike, and end everything; return what came of it."""
+    """Start everything on a bus of its own, strike, end everything; return the outcomes and the controller's timing."""
     values: dict[str, object] = {"clock": flags.clock, "record": flags.record, "live": flags.live}
     with running_cell(flags.common, values, quiet=not flags.verbose) as cell:
         outcomes = strike_all(cell.bus, console)
@@ -71,7 +71,7 @@ def run(flags: Flags, console: Console) -> tuple[list[Outcome], m.Cycle]:
 
 
 def strike_all(bus: Bus, console: Console) -> list[Outcome]:
-    """Play every strike, showing what goes on."""
+    """Play every strike, showing progress."""
     columns = SpinnerColumn(), TextColumn("{task.description}: {task.fields[doing]}"), TimeElapsedColumn()
     with Progress(*columns, console=console, transient=True) as progress:
         shown = progress.add_task("", doing="")
@@ -84,7 +84,7 @@ def strike_all(bus: Bus, console: Console) -> list[Outcome]:
 
 
 def report_broken(outcomes: list[Outcome], console: Console) -> int:
-    """Say which promises were broken; return the exit status."""
+    """Print which promises were broken; return the exit status."""
     status = 0
     for outcome in outcomes:
         for sentence in outcome.broken_promises():
@@ -94,7 +94,7 @@ def report_broken(outcomes: list[Outcome], console: Console) -> int:
 
 
 def viewer() -> str:
-    """Return how to call the Rerun viewer that was installed beside this Python."""
+    """Return the command of the Rerun viewer in this environment."""
     beside = Path(sys.executable).with_name("rerun")
     return str(beside.relative_to(Path.cwd())) if beside.is_relative_to(Path.cwd()) else "rerun"
 

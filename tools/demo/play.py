@@ -1,4 +1,4 @@
-"""Plays one strike on running services and gathers what came of it."""
+"""Plays one strike on running services and collects its result."""
 
 import time
 from collections.abc import Callable
@@ -33,7 +33,7 @@ class Outcome:
     wall_s: float
 
     def broken_promises(self) -> list[str]:
-        """Return a sentence for each promise that was not kept."""
+        """Return a sentence for each promise of the strike that was broken."""
         result, strike = self.result, self.strike
         if result.hit is None or result.hit.truth_error is None:
             return [f"the goal was {result.outcome} before the hit: {result.reason}"]
@@ -44,9 +44,9 @@ class Outcome:
         if not self.reply.report.certified:
             broken.append("the plan has no certificate for its limits")
         if position > strike.position_bound:
-            broken.append(f"the hit is {position:.2g} rad off, promised were {strike.position_bound:.2g}")
+            broken.append(f"the hit is {position:.2g} rad off, more than {strike.position_bound:.2g}")
         if velocity > strike.velocity_bound:
-            broken.append(f"the hit is {velocity:.2g} rad/s off, promised were {strike.velocity_bound:.2g}")
+            broken.append(f"the hit is {velocity:.2g} rad/s off, more than {strike.velocity_bound:.2g}")
         if not self.ball_speed:
             broken.append("the racket missed the ball")
         return broken
@@ -69,7 +69,7 @@ class Player:
         bus.listen(topics.CONTACT, self._contacts.put)
 
     def play(self, strike: Strike, seed: int) -> Outcome:
-        """Place arm and ball, strike, wait for rest.
+        """Place arm and ball, strike, and wait until the arm rests.
 
         Raises:
             Refusal: the goal or a disturbance was refused.
@@ -97,7 +97,7 @@ class Player:
         return Outcome(strike, reply, result, self._ball_speed(), robot_s, wall_s)
 
     def _wait(self, reply: m.GoalReply) -> m.Result:
-        """Ask for the result until the goal is over."""
+        """Return the result once the goal has ended."""
         time.sleep(reply.total_duration)
         while True:
             result = self._bus.ask(topics.RESULT, m.ResultRequest(goal_id=reply.goal_id))
@@ -106,7 +106,7 @@ class Player:
             time.sleep(POLL_S)
 
     def _ball_speed(self) -> float:
-        """The ball's speed after the racket left it, m/s; 0 where it was not touched."""
+        """The ball's speed after the racket left it, m/s; 0 where the racket missed it."""
         speed = 0.0
         while True:
             try:

@@ -21,7 +21,7 @@ def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
         shown.add_column(heading, justify="right", no_wrap=True)
     shown.add_column("closest limit", min_width=14)
     shown.add_column("", no_wrap=True, min_width=6)
-    shown.caption = "off by: the true arm at the hit, worst joint; unlike: acceleration beside the demonstration's, rms"
+    shown.caption = "off by: the true arm at the hit, worst joint; unlike: acceleration less the demonstration's, rms"
     for outcome in outcomes:
         report = outcome.reply.report
         position, velocity = outcome.true_errors() if outcome.result.hit else (float("nan"), float("nan"))
@@ -52,9 +52,9 @@ def speed(outcomes: list[Outcome], cycle: m.Cycle) -> str:
 
 
 def closest_limit(report: m.Report, joint_names: Sequence[str]) -> str:
-    """Return the limits that shape the plan, or else the one it comes closest to.
+    """Return the active limits of the plan, or else the limit that it comes closest to.
 
-    Jerk is left out: the stop after the hit always brakes with all the jerk it may.
+    Jerk is left out: the stop after the hit always uses all of it.
     """
     shaping = sorted({f"{active.joint} {active.quantity}" for active in report.active if active.quantity != "jerk"})
     if shaping:

@@ -1,4 +1,4 @@
-"""The five strikes of the demo, and what each promises."""
+"""The five strikes of the demo, and the errors that each allows at the hit."""
 
 from dataclasses import dataclass
 
@@ -26,7 +26,7 @@ EXCURSION, SPEED = 1.22, 4.6  # rad, rad/s: of joint_1 in the demonstration
 
 @dataclass(frozen=True, slots=True)
 class Strike:
-    """A goal, where the arm stands before it, what disturbs it, and the errors at the hit that it promises.
+    """A goal, the arm's pose before it, what disturbs it, and the errors that it allows at the hit.
 
     `start`: rad, None for home. `position_bound`, `velocity_bound`: the largest error of the true arm on any joint at
     the hit, rad and rad/s.
@@ -42,7 +42,7 @@ class Strike:
 
 
 def goal(velocities: tuple[float, ...] = HIT_VELOCITIES, **fields: object) -> m.Goal:
-    """Return a forehand to where the ball stands."""
+    """Return a goal that hits the ball with the forehand."""
     return m.Goal(primitive="forehand", positions=list(HIT), velocities=list(velocities), **fields)  # type: ignore[arg-type]
 
 

@@ -16,7 +16,7 @@ from tools.preflight.verdict import Sample, measure, promise
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Say what this machine can promise a 1 kHz loop.
+    """Measure what this machine can promise a 1 kHz loop.
 
     Attributes:
         seconds: How long to run the loop.

@@ -1,4 +1,4 @@
-"""What the operating system says about a machine, each fact with what would be better; privileges are not needed."""
+"""Facts about a machine from the operating system, each with what would be better; no privileges are needed."""
 
 import os
 import platform
@@ -10,10 +10,10 @@ from protocol.bus.sessions import RECORDER
 from services.common.steal_time import stolen_share
 
 CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter")
-"""Clock sources that are read without a system call."""
+"""Clock sources that a process reads without a system call."""
 
 FAIR = 1e-5
-"""Share of the time: 36 ms an hour."""
+"""Acceptable share of stolen time: 36 ms an hour."""
 
 CORES = 4
 """One for the sim or the robot's driver, one for the controller, two for the rest."""
@@ -21,10 +21,10 @@ CORES = 4
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """One line of the table. `good` is None where the machine does not say; `advice` is empty where nothing is amiss.
+    """One line of the table. `good` is None where the machine does not say; `advice` says what would be better.
 
-    `needed`: without it the machine is not fit for an arm, however well the sample went. `timing`: it bears on ticks.
-    `braking`: where it is amiss, an arm may brake now and then.
+    `needed`: without it the machine is not fit for an arm, however well the measurement went. `timing`: it affects
+    ticks. `braking`: where it is bad, an arm may brake now and then.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Fact:
 
 
 def granted(missing: Sequence[str]) -> tuple[Fact, Fact, Fact]:
-    """Return what `realtime.become_real_time`, which returned `missing`, was given."""
+    """Return what `realtime.become_real_time` was granted; it returned `missing`."""
     by_name = {sentence.split()[0].rstrip(":"): sentence for sentence in missing}
     scheduler, memory, slack = (by_name.get(name) for name in ("SCHED_FIFO", "mlockall", "timer"))
     return (
@@ -48,43 +48,43 @@ def granted(missing: Sequence[str]) -> tuple[Fact, Fact, Fact]:
 
 
 def cores(usable: int, isolated: str) -> Fact:
-    """Judge how many cores this process may use, and which the kernel keeps free of others."""
+    """Judge the number of usable cores; `isolated` lists those that the kernel keeps free of other processes."""
     found = f"{usable} usable, isolated: {isolated or 'none'}"
     return Fact("cores", found, usable >= CORES, f"{CORES} or more, two of them isolated (isolcpus=2,3)")
 
 
 def governor(names: Sequence[str]) -> Fact:
-    """Judge the frequency governors of the cores; virtual machines have none."""
+    """Judge the frequency governors of the cores; a virtual machine has none."""
     good = set(names) == {"performance"} if names else None
-    return Fact("governor", ", ".join(sorted(set(names))) or "not told", good, "cpupower frequency-set -g performance")
+    return Fact("governor", ", ".join(sorted(set(names))) or "unknown", good, "cpupower frequency-set -g performance")
 
 
 def kernel(version: str, realtime: str) -> Fact:
-    """Judge by `uname -v` and /sys/kernel/realtime what may interrupt a real-time process."""
+    """Judge the kernel's preemption by `uname -v` and /sys/kernel/realtime."""
     if realtime == "1" or "PREEMPT_RT" in version.split():
         return Fact("kernel", "PREEMPT_RT", True)
     named = [word for word in version.split() if word.startswith("PREEMPT")]
-    return Fact("kernel", named[0] if named else "no preemption named", False, "a PREEMPT_RT kernel")
+    return Fact("kernel", named[0] if named else "no preemption model named", False, "a PREEMPT_RT kernel")
 
 
 def clock(source: str) -> Fact:
     """Judge the clock source."""
-    return Fact("clock source", source or "not told", source in CLOCKS if source else None, "clocksource=tsc")
+    return Fact("clock source", source or "unknown", source in CLOCKS if source else None, "clocksource=tsc")
 
 
 def host(share: float | None) -> Fact:
-    """Judge the share of the cores' time that the host of a virtual machine has withheld."""
+    """Judge the share of the cores' time that the host of a virtual machine has stolen."""
     if share is None:
-        return Fact("host", "not told", None)
-    found = f"has withheld {share:.3%} of the time" if share >= FAIR else f"less than {FAIR:.3%} withheld"
-    advice = "a machine that is not virtual, or cores that its host keeps for it alone"
+        return Fact("host", "unknown", None)
+    found = f"has stolen {share:.3%} of the time" if share >= FAIR else f"less than {FAIR:.3%} stolen"
+    advice = "real hardware, or cores that the host dedicates to this machine"
     return Fact("host", found, share < FAIR, advice, braking=True)
 
 
 def receive_buffer(allowed: int | None) -> Fact:
-    """Judge net.core.rmem_max, bytes: whether what is said to a recorder that is stopped may wait for it."""
+    """Judge net.core.rmem_max, bytes: whether messages to a suspended recorder fit into its socket."""
     wanted = RECORDER.backlog_bytes
-    found = "not told" if allowed is None else f"{allowed >> 10} KiB"
+    found = "unknown" if allowed is None else f"{allowed >> 10} KiB"
     good = None if allowed is None else allowed >= wanted
     return Fact("receive buffer", found, good, f"sysctl -w net.core.rmem_max={wanted}", timing=False)
 
@@ -106,7 +106,7 @@ def read_facts(missing: Sequence[str]) -> list[Fact]:
 
 
 def _read(path: Path) -> str:
-    """Return the text of a file that may not be there."""
+    """Return the text of a file, empty where there is none."""
     try:
         return path.read_text().strip()
     except OSError:

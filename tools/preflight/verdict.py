@@ -1,4 +1,4 @@
-"""From a sample of late ticks and the facts to what a machine can promise."""
+"""What a machine can promise, from a sample of late ticks and the facts."""
 
 import time
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from tools.preflight.facts import Fact
 
 TICK_US = 1000.0
 QUARTER_US = TICK_US / 4
-"""A tick that begins later than this leaves the controller's answer too little time."""
+"""A tick that begins later than this leaves the controller too little time to answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +54,12 @@ def promise(sample: Sample, facts: Sequence[Fact]) -> tuple[bool, str]:
     amiss = [fact.name for fact in facts if fact.good is False and fact.timing]
     worst = f"the worst of {sample.count} ticks came {sample.max_us:.0f} µs late"
     if sample.missed:
-        return False, f"not 1 kHz: {worst}, more than a tick; simulate here, and expect ticks to be lost under load"
+        return False, f"not 1 kHz: {worst}, more than a tick; simulate here, on the clock paced"
     if lacking:
-        return False, f"1 kHz while nothing else wants the cores: {worst}, but {' and '.join(lacking)} was refused"
+        return False, f"1 kHz only while the cores are idle otherwise: {worst}, but {' and '.join(lacking)} was refused"
     if sample.late or amiss:
         reasons = [f"{sample.late} ticks later than {QUARTER_US:.0f} µs"] * bool(sample.late) + amiss
         braking = any(fact.good is False and fact.braking for fact in facts)
-        what = "a core withheld, for which the arm may brake" if braking else "a late tick, which the arm rides out"
+        what = "a stolen core, for which the arm may brake" if braking else "a late tick, which the arm tolerates"
         return True, f"1 kHz with now and then {what}: {worst}; see to {', '.join(reasons)}"
-    return True, f"1 kHz under load: {worst}, and nothing is amiss; the drill's soak is the longer proof"
+    return True, f"1 kHz under load: {worst}, and nothing is missing; the drill's soak tests it for longer"

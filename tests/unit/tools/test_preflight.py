@@ -37,7 +37,7 @@ def test_what_was_asked_for_and_refused():
         ("#1 SMP PREEMPT_RT Debian 6.12.9-1", "", "PREEMPT_RT", True),
         ("#1 SMP PREEMPT Debian", "1", "PREEMPT_RT", True),
         ("#1 SMP PREEMPT_DYNAMIC Debian", "", "PREEMPT_DYNAMIC", False),
-        ("#1 SMP Debian", "0", "no preemption named", False),
+        ("#1 SMP Debian", "0", "no preemption model named", False),
     ],
 )
 def test_kernels(version, realtime, found, good):
@@ -71,8 +71,8 @@ def test_samples():
         (PUNCTUAL, GOOD, True, "1 kHz under load"),
         (with_one(300.0), GOOD, True, "1 ticks later than 250 µs"),
         (PUNCTUAL, [*GOOD, Fact("governor", "powersave", False)], True, "see to governor"),
-        (PUNCTUAL, [*GOOD, Fact("governor", "not told", None)], True, "1 kHz under load"),
-        (PUNCTUAL, [*GOOD, facts.host(0.0004)], True, "now and then a core withheld"),
+        (PUNCTUAL, [*GOOD, Fact("governor", "unknown", None)], True, "1 kHz under load"),
+        (PUNCTUAL, [*GOOD, facts.host(0.0004)], True, "now and then a stolen core"),
         (PUNCTUAL, [*GOOD, facts.receive_buffer(212992)], True, "1 kHz under load"),
         (PUNCTUAL, [Fact("scheduler", "no", False, needed=True)], False, "scheduler was refused"),
         (with_one(1500.0), GOOD, False, "not 1 kHz: the worst of 1001 ticks came 1500 µs late"),
