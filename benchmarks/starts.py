@@ -24,6 +24,7 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import open_session
 from protocol.errors import NoAnswer, Refusal
+from protocol.messages import Clock
 from services.common.cli import free_endpoint
 
 READY = b"volley is ready"
@@ -43,16 +44,17 @@ def busy(count: int) -> Iterator[None]:
             loop.wait()
 
 
-def start(scratch: Path, log: Path) -> float:
+def start(scratch: Path, log: Path, clock: Clock) -> float:
     """Start, play a goal, end; return the seconds until all was ready.
 
     Raises:
         RuntimeError: it did not come up, did not play the goal, or did not end; the sentence says which.
     """
     endpoint, began = free_endpoint(), time.monotonic()
-    line = [sys.executable, "-m", "services", "--listen", endpoint, "--library", str(scratch / "library")]
+    line = [sys.executable, "-m", "services", "--listen", endpoint, "--clock", clock]
+    line += ["--library", str(scratch / "library"), "--record", str(scratch / "trace.rrd")]
     with log.open("wb") as output:
-        process = subprocess.Popen([*line, "--record", str(scratch / "trace.rrd")], stdout=output, stderr=output)
+        process = subprocess.Popen(line, stdout=output, stderr=output)
     try:
         while READY not in log.read_bytes():
             if process.poll() is not None or time.monotonic() > began + PATIENCE_S:
@@ -85,7 +87,7 @@ def play(endpoint: str) -> None:
         raise RuntimeError(f"the goal was {result.outcome}: {result.reason}")
 
 
-def main(starts: int = 50, beside: int = 4, logs: Path | None = None) -> None:
+def main(starts: int = 50, beside: int = 4, clock: Clock = "paced", logs: Path | None = None) -> None:
     """Start this often beside so many busy processes; print and save the times, and keep the logs of what failed."""
     seconds, failures = [], []
     with busy(beside):
@@ -93,13 +95,13 @@ def main(starts: int = 50, beside: int = 4, logs: Path | None = None) -> None:
             with TemporaryDirectory() as scratch:
                 log = Path(scratch) / "log"
                 try:
-                    seconds.append(start(Path(scratch), log))
+                    seconds.append(start(Path(scratch), log, clock))
                 except RuntimeError as failure:
                     failures.append(f"start {number} {failure}")
                     if logs is not None:
                         logs.mkdir(parents=True, exist_ok=True)
                         (logs / f"start-{number}.log").write_bytes(log.read_bytes())
-    found = {"starts": starts, "busy processes": beside, "cores": os.cpu_count(), "failures": failures}
+    found = {"starts": starts, "busy processes": beside, "clock": clock, "cores": os.cpu_count(), "failures": failures}
     found |= {f"p{part} s": float(np.percentile(seconds, part)) for part in (0, 50, 90, 100) if seconds}
     print(found)
     print(f"saved to {save('starts', found).name}")
