@@ -77,14 +77,19 @@ class Loop:
             if query.owner == "planner":
                 self._bus.serve(UNREAD_LEARN if query is topics.LEARN else query, self.inbox)
         self._bus.announce("planner")
-        self._bus.watch_alive(topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else None)
+        self._bus.watch_alive(
+            topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else arm_appeared.clear()
+        )
         while not stopping.is_set():
             item = self.inbox.take(0.1)
             watch.look(time.monotonic())
             puts.look()
             if arm_appeared.is_set():
                 arm_appeared.clear()
-                self._lead.stepped = is_stepped(self._bus)
+                if (stepped := is_stepped(self._bus)) is None:
+                    arm_appeared.set()  # ask again
+                else:
+                    self._lead.stepped = stepped
             self.do(item)
             # Never while one plans: after each what is new, when there is time everything.
             gc.collect(1 if item is not None else 2)
@@ -181,9 +186,9 @@ class Loop:
         self._learner.submit(asking, head, body)
 
 
-def is_stepped(bus: Bus) -> bool:
-    """Return whether the arm's clock advances on request only."""
+def is_stepped(bus: Bus) -> bool | None:
+    """Return whether the arm's clock advances on request only; None where the arm does not answer."""
     try:
         return bus.ask(topics.DESCRIPTION, m.Empty(), timeout=1.0).clock == "stepped"
     except (NoAnswer, Refusal):
-        return False
+        return None

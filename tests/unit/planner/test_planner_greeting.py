@@ -1,0 +1,44 @@
+"""The planner asks an arm that appears for its clock until it is answered."""
+
+import logging
+import threading
+from pathlib import Path
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.queues import Inbox
+from protocol.bus.sessions import open_session
+from robot.description import load_robot
+from services.common.cli import free_endpoint
+from services.planner.core import Lead, Planner
+from services.planner.library import Library
+from services.planner.loop import Loop
+from tests.waiting import eventually
+
+LOG = logging.getLogger("planner")
+ROBOT = load_robot()
+LIMITS = m.RobotLimits(positions=[], velocities=[], accelerations=[], jerks=[], torques=[])
+STEPPED = m.Description(joint_names=[], home=[], limits=LIMITS, rate_hz=1000.0, clock="stepped", run=1)
+
+
+def test_a_greeting_that_is_not_answered_is_repeated(tmp_path: Path):
+    """As beside other work, where an answer may take longer than the planner waits."""
+    endpoint, stopping, lead = free_endpoint(), threading.Event(), Lead(ROBOT.tick)
+    with Bus(open_session(listen=[endpoint])) as arm, Bus(open_session([endpoint])) as bus:
+        library = Library(tmp_path, LOG)
+        loop = Loop(bus, Planner(bus, ROBOT, library, lead, LOG), library, ROBOT, lead, LOG)
+        thread = threading.Thread(target=loop.serve, args=(stopping,))
+        thread.start()
+        try:
+            greetings: Inbox[PendingQuery] = Inbox()
+            arm.serve(topics.DESCRIPTION, greetings)
+            arm.announce(topics.ROBOT_SIDE)
+            assert greetings.take(10.0) is not None, "the first, which is left without an answer"
+            again = greetings.take(10.0)
+            assert again is not None
+            again.reply(STEPPED)
+            assert eventually(lambda: lead.stepped)
+        finally:
+            stopping.set()
+            thread.join()
