@@ -49,12 +49,12 @@ def running_cell(
         logs: Directory for the services' logs; by default they go to stderr, or nowhere where `quiet`.
         quiet: Keep the logs from stderr.
         wrap: Returns, for a service's name and command line, the command line to start in its place.
-        give_up: Asked 20 times a second; once true, the block is entered although the cell is not ready.
+        give_up: Called 20 times a second; once it returns True, nothing is waited for any longer.
 
     Raises:
         NotReady: a service ended, or did not become ready in time; the sentence says which and why.
         ValueError: the robot config cannot be read.
-        zenoh.ZError: the bus cannot be joined.
+        zenoh.ZError: the bus cannot be joined, or `give_up` returned True before there was one.
     """
     if not options.listen and not options.connect:
         options = replace(options, listen=(free_endpoint(),))

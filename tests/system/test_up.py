@@ -189,6 +189,15 @@ def test_a_robot_that_cannot_be_read_is_told(tmp_path: Path):
     assert "absent.toml" in said
 
 
+def test_a_robot_that_cannot_be_used_is_told(tmp_path: Path):
+    """By every service in a sentence, without a traceback."""
+    config = tmp_path / "arm.toml"
+    config.write_text('name = "arm"\n')
+    said = refused(free_endpoint(), tmp_path, "--robot-config", str(config))
+    assert "missing required field" in said
+    assert "Traceback" not in said
+
+
 def test_a_sim_that_cannot_start_is_told_at_once(tmp_path: Path):
     """Nobody waits for the bus that it was to host, here at an address that belongs to no machine."""
     said = refused("tcp/192.0.2.1:7447", tmp_path, "--insecure")

@@ -1,5 +1,6 @@
 """The shared flags."""
 
+import socket
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ import tyro
 import zenoh
 
 from protocol.bus.sessions import open_session
-from services.common.cli import Options, free_endpoint, open_bus
+from services.common.cli import Options, free_endpoint, free_port, is_taken, open_bus, robot_name
 
 
 @pytest.fixture
@@ -36,6 +37,34 @@ def test_endpoints_are_free():
     for endpoint in endpoints:
         assert endpoint.startswith("tcp/127.0.0.1:")
         open_session(listen=[endpoint]).close()
+
+
+def test_a_port_that_is_taken_is_replaced():
+    """By one that is free; one that is free is kept."""
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        taken = other.getsockname()[1]
+        assert is_taken(f"tcp/127.0.0.1:{taken}")
+        assert free_port(taken) != taken
+    assert not is_taken(f"tcp/127.0.0.1:{taken}")
+    assert free_port(taken) == taken
+
+
+@pytest.mark.parametrize(
+    "endpoint", ["unixsock-stream//tmp/volley", "tcp/no.such.host.invalid:7447", "tcp/192.0.2.1:7447"]
+)
+def test_what_cannot_be_known_is_not_called_taken(endpoint: str):
+    """Zenoh says what is wrong with it."""
+    assert not is_taken(endpoint)
+
+
+def test_the_name_of_the_robot(tmp_path: Path):
+    """The flag's, or that of the robot config, whose other fields are not read."""
+    config = tmp_path / "leg.toml"
+    with pytest.raises(ValueError, match=r"leg\.toml does not name a robot"):
+        robot_name(Options(robot_config=config))
+    config.write_text('name = "leg"\nmodel = "absent.xml"\n')
+    assert robot_name(Options(robot_config=config)) == "leg"
+    assert robot_name(Options("left", robot_config=config)) == "left"
 
 
 def test_the_robot_config_names_the_robot_unless_a_flag_does(router: str):

@@ -1,0 +1,53 @@
+"""A cell is started and awaited in one way, and why it did not come up is said."""
+
+import sys
+
+import pytest
+import zenoh
+
+from services.common.cell import running_cell
+from services.common.cli import Options, free_endpoint
+from services.common.supervisor import NotReady
+
+
+def broken(program: str):
+    """Return a wrap that starts `program` in the place of every service."""
+    return lambda _name, _line: [sys.executable, "-c", program]
+
+
+def test_the_last_words_of_a_service_that_died_are_told():
+    """Although its log went nowhere."""
+    with (
+        pytest.raises(NotReady, match="planner ended with status 1: out of oil"),
+        running_cell(names=["planner"], quiet=True, wrap=broken("raise SystemExit('out of oil')")),
+    ):
+        pass
+
+
+def test_what_to_do_about_a_place_that_is_taken_is_told():
+    with (
+        pytest.raises(NotReady, match=r"sim ended with status 3: one of this robot runs already .* --listen"),
+        running_cell(names=["sim"], quiet=True, wrap=broken("raise SystemExit(3)")),
+    ):
+        pass
+
+
+def test_the_first_service_hosts_the_bus_where_the_usual_one_is_not_started():
+    """Or nobody, where all join one."""
+    endpoint, hosting = free_endpoint(), []
+
+    def note(_: str, line: list[str]) -> list[str]:
+        hosting.append("--listen" in line)
+        return [sys.executable, "-c", "raise SystemExit(1)"]
+
+    for options in (Options(listen=(endpoint,)), Options(connect=(endpoint,))):
+        with pytest.raises(NotReady), running_cell(options, names=["planner", "controller"], quiet=True, wrap=note):
+            pass
+    assert hosting == [True, False, False, False]
+
+
+def test_who_gives_up_before_there_is_a_bus_is_told_so():
+    """Long before the service, which never hosts it, would count as silent."""
+    sleeping = broken("import time; time.sleep(60)")
+    with pytest.raises(zenoh.ZError), running_cell(names=["sim"], quiet=True, wrap=sleeping, give_up=lambda: True):
+        pass
