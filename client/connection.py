@@ -13,7 +13,7 @@ from client.arms import Arm, AsyncArm
 from client.link import Link
 from client.waiting import AwaitedMailbox, BlockingMailbox, Mailbox
 from protocol.bus.bus import Bus
-from protocol.bus.sessions import DEFAULT_ENDPOINT, NO_HUB, open_session
+from protocol.bus.sessions import DEFAULT_ENDPOINT, NO_ROUTER, open_session
 
 ROBOT = "arm"
 """The name of the robot that ships with Volley."""
@@ -84,7 +84,7 @@ def _link(
         session = open_session(endpoints, (), file, give_up=lambda: time.monotonic() > deadline)
     except zenoh.ZError as error:
         where = " or ".join(endpoints)
-        if NO_HUB not in str(error):
+        if NO_ROUTER not in str(error):
             raise ValueError(f"the bus at {where} cannot be joined: {error}") from None
         raise NoRouter(
             f"no router at {where}: start the robot with volley up, or name the endpoint of another"

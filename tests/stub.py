@@ -68,7 +68,7 @@ class Stub:
 
 
 @dataclass(frozen=True, slots=True)
-class Hub:
+class Router:
     """The stub's bus, which all tests of a module share."""
 
     bus: Bus
@@ -78,7 +78,7 @@ class Hub:
 
 
 @contextmanager
-def hosted() -> Iterator[Hub]:
+def hosted() -> Iterator[Router]:
     """Host a bus on which every request is served."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -87,18 +87,18 @@ def hosted() -> Iterator[Hub]:
         inbox = Inbox[PendingQuery]()
         for query in QUERIES:
             bus.serve(query, inbox)
-        yield Hub(bus, endpoint, inbox, {topic.key: bus.publisher(topic) for topic in PUBLICATIONS})
+        yield Router(bus, endpoint, inbox, {topic.key: bus.publisher(topic) for topic in PUBLICATIONS})
 
 
 @contextmanager
-def answering(hub: Hub) -> Iterator[Stub]:
-    """Answer on the hub for the length of the block."""
-    stub = Stub(hub.bus, hub.endpoint, hub.publishers)
+def answering(router: Router) -> Iterator[Stub]:
+    """Answer on the router for the length of the block."""
+    stub = Stub(router.bus, router.endpoint, router.publishers)
     stopping = threading.Event()
 
     def serve() -> None:
         while not stopping.is_set():
-            asking = hub.inbox.take(0.02)
+            asking = router.inbox.take(0.02)
             if asking is not None:
                 stub.answer(asking)
 

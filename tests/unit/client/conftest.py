@@ -5,18 +5,18 @@ from collections.abc import Iterator
 import pytest
 
 from client import Arm, connect
-from tests.stub import Hub, Stub, answering, hosted
+from tests.stub import Router, Stub, answering, hosted
 
 
 @pytest.fixture(scope="module")
-def hub() -> Iterator[Hub]:
-    with hosted() as hub:
-        yield hub
+def router() -> Iterator[Router]:
+    with hosted() as router:
+        yield router
 
 
 @pytest.fixture
-def robot(hub: Hub) -> Iterator[Stub]:
-    with answering(hub) as stub:
+def robot(router: Router) -> Iterator[Stub]:
+    with answering(router) as stub:
         yield stub
 
 

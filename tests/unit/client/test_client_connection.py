@@ -40,18 +40,18 @@ def test_a_configuration_names_its_endpoints(tmp_path, robot):
         assert arm.status().mode == "tracking"
 
 
-def test_no_answer_says_why(hub, robot):
+def test_no_answer_says_why(router, robot):
     with connect(robot.endpoint, "leg") as leg:
         with pytest.raises(NoAnswer, match=r"the controller is not running, or not on this bus; start .* volley up$"):
             leg.status()
-        hub.bus.announce("sim")
+        router.bus.announce("sim")
         with pytest.raises(NoAnswer, match=r"no robot has the name 'leg' on this bus; choose from 'arm'$"):
             leg.status()
     robot.silent.add("status")
     with connect(robot.endpoint, timeout=0.2) as arm:
         with pytest.raises(NoAnswer, match=r"the controller is not running; what runs is sim$"):
             arm.status()
-        hub.bus.announce("controller")
+        router.bus.announce("controller")
         with pytest.raises(NoAnswer, match=r"the controller runs, but did not answer in time$"):
             arm.status()
 

@@ -99,9 +99,9 @@ def test_a_handle_stops_its_own_motion(robot, arm):
     assert robot.asked[1] == ("cancel", m.Cancel(goal_id="forehand-7"))
 
 
-def test_a_lease_is_held_for_its_block(robot, hub, arm):
+def test_a_lease_is_held_for_its_block(robot, router, arm):
     tokens: list[bool] = []
-    hub.bus.watch_alive(client_alive_key("*"), lambda _, alive: tokens.append(alive))
+    router.bus.watch_alive(client_alive_key("*"), lambda _, alive: tokens.append(alive))
     with arm.lease() as name:
         assert eventually(lambda: tokens == [True])
         arm.goal("forehand")

@@ -39,10 +39,10 @@ def test_the_oldest_are_dropped():
     assert asyncio.run(awaited()) == [7, 8, 9]
 
 
-def test_a_malformed_message_ends_no_stream(robot, hub, arm):
+def test_a_malformed_message_ends_no_stream(robot, router, arm):
     stream = arm.stream(topics.CONTACT)
     arm.state()
-    hub.bus.session.put(hub.bus.key(topics.CONTACT.key), b"{")
+    router.bus.session.put(router.bus.key(topics.CONTACT.key), b"{")
     robot.publish(topics.CONTACT, contact(1.0))
     with pytest.raises(Refusal):
         next(stream)

@@ -18,7 +18,7 @@ from protocol.codec import encode, matrix_bytes
 from protocol.errors import Refusal
 from protocol.topics import ENDED, QUERIES, STATUS, client_alive_key
 from tests.golden.examples import EXAMPLES, HIT, PIECES, RESULT
-from tests.stub import Hub, Stub, answering, hosted
+from tests.stub import Router, Stub, answering, hosted
 from tests.waiting import PATIENCE_S, eventually
 from tools.shell.__main__ import COMMANDS, main
 
@@ -26,14 +26,14 @@ WORDS = [f"{value}" for value in HIT]
 
 
 @pytest.fixture(scope="module")
-def hub() -> Iterator[Hub]:
-    with hosted() as hub:
-        yield hub
+def router() -> Iterator[Router]:
+    with hosted() as router:
+        yield router
 
 
 @pytest.fixture
-def robot(hub: Hub) -> Iterator[Stub]:
-    with answering(hub) as stub:
+def robot(router: Router) -> Iterator[Stub]:
+    with answering(router) as stub:
         yield stub
 
 
@@ -220,11 +220,11 @@ def test_waiting_follows_the_motion_to_its_end(robot, capsys, outcome, status):
     assert f"{outcome} · because" in capsys.readouterr().out
 
 
-def test_lease_is_held_until_the_motion_has_ended(robot, hub):
+def test_lease_is_held_until_the_motion_has_ended(robot, router):
     running = m.Result(goal_id="forehand-7", outcome="running")
     robot.answers["result"] = [running, RESULT]
     tokens: list[tuple[int, bool]] = []
-    hub.bus.watch_alive(client_alive_key("me"), lambda key, alive: tokens.append((len(robot.asked), alive)))
+    router.bus.watch_alive(client_alive_key("me"), lambda key, alive: tokens.append((len(robot.asked), alive)))
     assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--lease", "--client-id", "me") == 0
     assert eventually(lambda: len(tokens) == 2)
     (_, first), (asked, last) = tokens
@@ -277,9 +277,9 @@ def test_silence_exits_with_4(robot, capsys):
 
 @pytest.mark.parametrize("flags", [[], ["--json"]])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_watch_ends_cleanly(robot, hub, flags, number):
-    publisher = hub.publishers[STATUS.key]
-    command = [Path(sys.executable).with_name("volley"), "watch", "--connect", hub.endpoint, *flags]
+def test_watch_ends_cleanly(robot, router, flags, number):
+    publisher = router.publishers[STATUS.key]
+    command = [Path(sys.executable).with_name("volley"), "watch", "--connect", router.endpoint, *flags]
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
     assert eventually(lambda: not publisher_matches(publisher)), "the process of another test still listens"
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
