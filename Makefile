@@ -1,16 +1,16 @@
-# The project's commands; each makes the environment it needs.
+# The project's commands. Each one makes the environment that it needs.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup demo paper imitation test check format clean help
+.PHONY: setup demo paper imitation pages test check format clean help
 .DEFAULT_GOAL := help
 
-help: ## this list
+help: ## print this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /  make \1\t/'
 
-setup: $(STAMP) ## the environment, .venv with pinned dependencies
+setup: $(STAMP) ## make the environment: .venv with pinned dependencies
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Volley needs Python 3.11 or newer; name one with: make PYTHON=python3.12")'
@@ -18,19 +18,23 @@ $(STAMP): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check,paper,bench]'
 	@touch $@
 
-demo: setup ## five strikes in real time, a table and a trace
+demo: setup ## play five strikes; prints a table and writes a trace
 	$(BIN)/python -m tools.demo
 
-paper: setup ## the paper's figures, table and traces, made anew
+paper: setup ## make the paper's figures, table and traces
 	$(BIN)/python -m experiments
 
-imitation: setup ## docs/imitation.md, its figures and numbers, made anew
+imitation: setup ## make docs/imitation.md, its figures and numbers
 	$(BIN)/python -m experiments.imitation
 
-test: setup ## every test, about ten minutes
+pages: setup ## make docs/protocol.md and docs/api.md
+	$(BIN)/python -m tools.pages.protocol > docs/protocol.md
+	$(BIN)/python -m tools.pages.api > docs/api.md
+
+test: setup ## run every test, about ten minutes
 	$(BIN)/python -m pytest
 
-check: setup ## lint, format, types, import direction
+check: setup ## check lint, format, types and import direction
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports

@@ -1,4 +1,4 @@
-"""Volley's planner beside its peers and on the bus: `python -m benchmarks.planning`, `.latency` and `.memory`.
+"""Measurements of speed: `python -m benchmarks.planning`, `.latency`, `.memory` and others; see README.md.
 
 Everything runs on one BLAS thread, as the planner does.
 """

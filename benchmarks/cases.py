@@ -13,39 +13,42 @@ from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
 
 OF_JOINTS = "control_points", "position_rms", "position_max", "fit_rms", "noise_estimate"
-"""What a primitive holds for each joint."""
+"""Fields of a primitive with one entry a joint."""
 
 FOREHAND = Path(__file__).parents[1] / "deploy" / "demonstrations" / "forehand.csv"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Case:
-    """A goal that limits shape, and the one asked for before it: 5 mrad away, 1 % longer."""
+    """A goal with active limits, and the goal planned before it: 5 mrad away, 1 % longer."""
 
     request: MotionRequest
     before: MotionRequest
 
 
 def forehand(basis_count: int = 50, joints: int = 6) -> Primitive:
-    """The demonstration that ships with Volley, of its first `joints` joints (repeated beyond six)."""
+    """Learn the demonstration that ships with Volley, its first `joints` joints (repeated beyond six)."""
     data = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
     columns = 1 + np.arange(joints) % (data.shape[1] - 1)
     return learn(Demonstration(data[:, 0], data[:, columns]), basis_count=basis_count)
 
 
 def joints_of(primitive: Primitive, joints: slice) -> Primitive:
-    """Some joints of a primitive, as a primitive."""
+    """Return some joints of a primitive, as a primitive."""
     return replace(primitive, **{name: getattr(primitive, name)[joints] for name in OF_JOINTS})
 
 
 def joint_of(primitive: Primitive, joint: int) -> Primitive:
-    """One joint of a primitive, as a primitive."""
+    """Return one joint of a primitive, as a primitive."""
     return joints_of(primitive, slice(joint, joint + 1))
 
 
 def draw(primitive: Primitive, count: int, seed: int) -> list[Case]:
-    """`count` cases in which every joint's velocity, acceleration and jerk limits lie at 0.85 or 0.95 of what the
-    motion without limits would use, and its position limits inside of where it would go. Refused goals are left out."""
+    """Return `count` random cases with active limits; refused goals are left out.
+
+    Every joint's velocity, acceleration and jerk limits are 0.85 or 0.95 of the peaks of the motion without limits, and
+    its position limits are inside the range of that motion.
+    """
     rng = np.random.default_rng(seed)
     cases: list[Case] = []
     while len(cases) < count:
@@ -64,7 +67,7 @@ def draw(primitive: Primitive, count: int, seed: int) -> list[Case]:
 
 
 def _wish(primitive: Primitive, rng: np.random.Generator) -> MotionRequest:
-    """A goal near the demonstrated one, without limits."""
+    """Return a random goal near the demonstrated one, without limits."""
     joints = primitive.joint_count
     free = np.full(joints, np.nan)
     start = Boundary(primitive.start.positions + rng.uniform(-0.05, 0.05, joints), np.zeros(joints), np.zeros(joints))
@@ -83,7 +86,7 @@ def _nearby(request: MotionRequest) -> MotionRequest:
 
 
 def _tight(wished: Plan, fraction: float) -> Limits:
-    """Limits inside what the wished motion uses, outside of what its ends fix, with room to stop after it."""
+    """Return limits inside the peaks of a motion, outside its ends, with room to stop after it."""
     request, extremes = wished.request, wished.report.extremes
     largest = {name: np.abs(values).max(axis=1) * fraction for name, values in extremes.items()}
     ends = np.stack([request.start.positions, request.goal.positions])
@@ -91,7 +94,7 @@ def _tight(wished: Plan, fraction: float) -> Limits:
     reach = centre[:, None] + fraction * (extremes["position"] - centre[:, None])
     velocities = np.maximum(largest["velocity"], 1.02 * np.abs(request.goal.velocities)) + 1e-2
     accelerations, jerks = largest["acceleration"], largest["jerk"]
-    # The stop from the goal with the acceleration at its limit travels this far.
+    # Distance travelled by a stop from the goal that begins with the acceleration at its limit.
     stop = np.abs(request.goal.velocities) ** 2 / (2 * accelerations) + accelerations**3 / (24 * jerks**2)
     stop += np.abs(request.goal.velocities) * accelerations / jerks
     after = request.goal.positions + 1.1 * np.sign(request.goal.velocities) * stop

@@ -1,4 +1,4 @@
-"""One plan of one joint by Volley and by others, and its distance from the optimum."""
+"""Plans of one joint by Volley and by others, and the distance from the optimum."""
 
 import gc
 from collections.abc import Callable
@@ -18,11 +18,11 @@ from motion.primitive import Primitive
 from motion.request import MotionRequest
 
 PAPER = "CVXOPT, full"
-"""The solver that times are compared with: the paper's, on its whole problem."""
+"""The reference for times: the paper's solver on its whole problem."""
 
 
 def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, Column]:
-    """Give every case of one joint to every solver in turn, so that all see the same machine."""
+    """Give every case of one joint to every solver in turn, so that all run under the same conditions."""
     full = [FullProblem(primitive) for primitive in primitives]
     dmps = [dmp_solver(primitive) for primitive in primitives]
     columns: dict[str, Column] = {}
@@ -30,7 +30,7 @@ def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[
         gc.collect(1)
         primitive, request = primitives[joint], case.request
         works = _volley(primitive, case) | _others(full[joint], dmps[joint], request)
-        # Judged only when all are done: what judges fills the caches with its own.
+        # Judged only after all have run, because judging fills the caches.
         for name, (seconds, answer) in {name: timed(work) for name, work in works.items()}.items():
             column = columns.setdefault(name, Column())
             if answer is None:
@@ -42,7 +42,7 @@ def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[
 
 
 def _volley(primitive: Primitive, case: Case) -> dict[str, Callable[[], Answer]]:
-    """A plan with its stop, limits looked at, and report: control points."""
+    """Return calls that make a whole plan, with stop, limits and report; they return control points."""
     request, warm = case.request, plan(primitive, case.before).warm
     return {
         "Volley, cold": lambda: plan(primitive, request).control_points[0],
@@ -53,7 +53,7 @@ def _volley(primitive: Primitive, case: Case) -> dict[str, Callable[[], Answer]]
 def _others(
     problem: FullProblem, dmp: Callable[[MotionRequest], Answer], request: MotionRequest
 ) -> dict[str, Callable[[], Answer]]:
-    """The solution alone: weights, or accelerations of those that have none."""
+    """Return calls that only solve; they return weights, or accelerations where there are none."""
     return {
         "PIQP, full": lambda: problem.piqp(request),
         PAPER: lambda: problem.cvxopt(request),
@@ -73,13 +73,13 @@ def _accelerations(name: str, answer: np.ndarray, request: MotionRequest) -> np.
 
 
 def beside_optimum(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, float]:
-    """Return Volley's imitation error over that of the paper's optimum: median, worst, and over how many goals."""
+    """Return Volley's imitation error over that of the paper's optimum: median, worst, number of goals."""
     ratios = []
     for joint, case in cases:
         primitive, request = primitives[joint], case.request
         try:
             best = plan_gaussian(primitive, request).report.imitation_rms[0]
-        except MotionError:  # the paper's method cannot be held against where it finds nothing
+        except MotionError:  # no comparison where the paper's method finds no plan
             continue
         ratios.append(float(plan(primitive, request).report.imitation_rms[0] / best))
     return {"median": float(np.median(ratios)), "worst": max(ratios), "goals": len(ratios)}

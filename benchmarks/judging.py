@@ -1,4 +1,4 @@
-"""What a solver did over many goals of one joint, judged from the accelerations alone."""
+"""The performance of a solver over many goals of one joint, judged from the accelerations alone."""
 
 from dataclasses import dataclass, field
 
@@ -9,13 +9,16 @@ from motion.primitive import Primitive
 from motion.request import MotionRequest
 
 FINE = np.linspace(0, 1, 10001)
-"""Where motions are judged, ten times finer than the instants of the full problem."""
+"""Instants at which motions are judged, ten times finer than those of the full problem."""
 
 
 @dataclass
 class Column:
-    """What one solver did: seconds, worst violation in parts of half a limit's range, imitation error in parts of the
-    demonstration's rms acceleration, and how many goals it did not solve."""
+    """The results of one solver.
+
+    seconds: of each solved goal. violations: the worst of each, as a part of half a limit's range. errors: of the
+    imitation, as a part of the demonstration's rms acceleration. unsolved: number of goals.
+    """
 
     seconds: list[float] = field(default_factory=list)
     violations: list[float] = field(default_factory=list)
@@ -28,7 +31,7 @@ class Column:
         return {**milliseconds(self.seconds), **worst, "solved": len(self.violations), "unsolved": self.unsolved}
 
     def judge(self, primitive: Primitive, request: MotionRequest, accelerations: np.ndarray) -> None:
-        """Integrate accelerations (n,), equally spaced over the motion, and note violation and imitation error."""
+        """Integrate accelerations (n,), equally spaced over the motion, and append violation and imitation error."""
         s = np.linspace(0, 1, len(accelerations))
         step = request.duration / (len(s) - 1)
         velocities = _integrated(accelerations, step, request.start.velocities[0])

@@ -1,8 +1,8 @@
 """`python -m benchmarks.latency`: from a client's goal to the arm's first command of the new motion, in real time.
 
-All services run as they do in use. Plan-only goals show planning and the bus; the same goals played show what a client
-waits for; a stream of goals for one hit at 50 per second shows replanning; corrections at 100 and 250 per second show
-what a swing bears whose target moves until shortly before the hit.
+All services run as in normal operation. Plan-only goals measure planning and the bus. The same goals played measure the
+time until the arm moves, and a stream of 50 goals a second for one hit measures replanning. Corrections at 100 and 250
+a second move the target of a swing until shortly before its hit.
 """
 
 import signal
@@ -32,25 +32,25 @@ HIT_AFTER_S = 1.4
 STREAM_S = 0.7
 SETTLED_S = 1.0
 SWING_S, LAST_S = 1.2, 0.08
-"""A corrected swing, and how long before its hit the last correction is asked for."""
+"""Duration of a corrected swing, and time before its hit at which the last correction is sent, s."""
 
 WANDER = 0.04
-"""How far from the target, rad, the first estimate of it may be; the error shrinks with the square of the time left."""
+"""Largest error, rad, of the first estimate of the target; it shrinks with the square of the time left."""
 
 FIRST = 10
-"""Goals after a start for which the planner takes a lead of its own, not knowing yet how long it takes."""
+"""Goals after a start for which the planner uses a default lead, since it has measured no planning times yet."""
 
 
 @dataclass(frozen=True, slots=True)
 class Latencies:
-    """Milliseconds from request to reply, and to the first command; how many goals were refused, by code."""
+    """Milliseconds from request to reply and to the first command; number of refused goals by code."""
 
     reply: list[float]
     first_command: list[float]
     refused: dict[str, int]
 
     def summary(self) -> dict[str, float | dict[str, int]]:
-        """Medians and 99th percentiles."""
+        """Return medians and 99th percentiles."""
         found: dict[str, float | dict[str, int]] = {"goals": len(self.reply), "refused": self.refused}
         for name, values in (("reply", self.reply), ("first_command", self.first_command)):
             for part in (50, 99):
@@ -59,7 +59,7 @@ class Latencies:
 
 
 def tight_goal(rng: np.random.Generator, **fields: object) -> m.Goal:
-    """A strike with active limits, its target moved a little."""
+    """Return a strike with active limits and a slightly random target."""
     wanted = goal(FASTER, limits=TIGHT, **fields)
     positions = np.array(wanted.positions)
     moved = (positions + rng.uniform(-0.01, 0.01, len(positions))).tolist()
@@ -67,7 +67,7 @@ def tight_goal(rng: np.random.Generator, **fields: object) -> m.Goal:
 
 
 class Client:
-    """Asks for goals and notes how long each took."""
+    """A client that sends goals and measures their latencies."""
 
     def __init__(self, bus: Bus) -> None:
         self.bus = bus
@@ -77,7 +77,7 @@ class Client:
         self.refused: dict[str, int] = {}
 
     def ask(self, wanted: m.Goal) -> m.GoalReply | None:
-        """The reply, or None for a refusal."""
+        """Send a goal; return the reply, or None for a refusal."""
         began, began_ns = time.perf_counter(), time.time_ns()
         try:
             answer = self.bus.ask(topics.GOAL, wanted)
@@ -89,7 +89,7 @@ class Client:
         return answer
 
     def collect(self) -> None:
-        """Note the controller's stamps of the first commands of all goals that got that far."""
+        """Collect the controller's times of the first commands of all goals that had one."""
         for goal_id, asked in self.asked.items():
             try:
                 stamp = self.bus.ask(topics.RESULT, m.ResultRequest(goal_id=goal_id)).stamps.first_command
@@ -100,13 +100,13 @@ class Client:
         self.asked = {}
 
     def latencies(self) -> Latencies:
-        """Return everything noted so far."""
+        """Return the latencies so far."""
         self.collect()
         return Latencies(self.reply, self.first, self.refused)
 
 
 def plan_only(bus: Bus, count: int) -> Latencies:
-    """Goals that move nothing, from home."""
+    """Measure goals that are only planned, from home."""
     client, rng = Client(bus), np.random.default_rng(1)
     rest = m.Start(positions=list(bus.ask(topics.DESCRIPTION, m.Empty()).home), velocities=[0.0] * 6)
     for _ in range(count):
@@ -115,7 +115,7 @@ def plan_only(bus: Bus, count: int) -> Latencies:
 
 
 def cold(bus: Bus, count: int) -> Latencies:
-    """The same goals, each with a primitive that was learned just before and never planned with."""
+    """Measure the same goals, each with a primitive that was just learned and never planned with."""
     client, rng = Client(bus), np.random.default_rng(1)
     rest = m.Start(positions=list(bus.ask(topics.DESCRIPTION, m.Empty()).home), velocities=[0.0] * 6)
     samples = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
@@ -128,7 +128,7 @@ def cold(bus: Bus, count: int) -> Latencies:
 
 
 def played(bus: Bus, count: int, seed: int) -> Latencies:
-    """Goals that move the arm, each asked for while the one before is under way."""
+    """Measure goals that move the arm, each sent while the previous one is under way."""
     client, rng = Client(bus), np.random.default_rng(seed)
     for _ in range(count):
         client.ask(tight_goal(rng, duration=1.0))
@@ -138,8 +138,10 @@ def played(bus: Bus, count: int, seed: int) -> Latencies:
 
 
 def streamed(bus: Bus, strikes: int) -> Latencies:
-    """Fifty goals a second for the same hit, its target drifting, each asked for when it is due, whether or not those
-    before were answered."""
+    """Measure fifty goals a second for one hit with a drifting target.
+
+    Each goal is sent on time, whether or not the previous ones were answered.
+    """
     client, rng = Client(bus), np.random.default_rng(3)
     with ThreadPoolExecutor(max_workers=RATE_HZ) as askers:
         for _ in range(strikes):
@@ -154,7 +156,7 @@ def streamed(bus: Bus, strikes: int) -> Latencies:
 
 
 def corrected(bus: Bus, rate_hz: float, seconds: float) -> Latencies:
-    """Swings whose goals are corrected at a rate, each correction asked for when it is due."""
+    """Measure corrections of swings at a rate, each sent on time."""
     client, rng = Client(bus), np.random.default_rng(4)
     with ThreadPoolExecutor(max_workers=round(rate_hz)) as askers:
         until = time.monotonic() + seconds
@@ -171,7 +173,7 @@ def corrected(bus: Bus, rate_hz: float, seconds: float) -> Latencies:
 def _correct(
     client: Client, first: m.GoalReply, rate_hz: float, rng: np.random.Generator, askers: ThreadPoolExecutor
 ) -> None:
-    """Correct one swing from its begin to shortly before its hit, the target nearing the goal's."""
+    """Correct one swing from its start to shortly before its hit; the target converges to the goal's."""
     hit_in = first.start_time + first.duration - client.bus.ask(topics.STATE_QUERY, m.Empty()).time
     began, far = time.monotonic(), rng.uniform(-WANDER, WANDER, len(first.positions))
     for k in range(round((hit_in - LAST_S) * rate_hz)):
@@ -183,7 +185,7 @@ def _correct(
 
 
 def main(goals: int = 100, strikes: int = 5, seconds: float = 60.0) -> None:
-    """Measure with this many goals of each kind and corrections for so long; print and save what was found."""
+    """Measure this many goals of each kind and corrections for this long; print and save the results."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # leaves the block below, which ends the services
     with running_cell(flags={"clock": "realtime"}, names=["sim", "planner", "controller"], quiet=True) as cell:
         bus = cell.bus
@@ -201,7 +203,7 @@ def main(goals: int = 100, strikes: int = 5, seconds: float = 60.0) -> None:
 
 
 def report(found: dict[str, dict[str, float | dict[str, int]]], cycle: m.Cycle) -> None:
-    """Print and save."""
+    """Print and save the results."""
     names = ("reply_p50_ms", "reply_p99_ms", "first_command_p50_ms", "first_command_p99_ms")
     table = Table("", "goals", *(name.replace("_", " ") for name in names), "refused", title="Latency")
     for name, row in found.items():

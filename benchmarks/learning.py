@@ -1,7 +1,7 @@
-"""`python -m benchmarks.learning`: how near learning comes to what was shown, and what it takes.
+"""`python -m benchmarks.learning`: errors and duration of learning.
 
-Accelerations are held against the best Savitzky-Golay filter of order 5 in hindsight, the window with the least error
-of all that fit into the recording; positions against the movement itself.
+Accelerations are compared with the best Savitzky-Golay filter of order 5 in hindsight, the window with the smallest
+error of all that fit into the recording; positions with the movement itself.
 """
 
 import time
@@ -52,16 +52,16 @@ SIZES = (1000, 7), (100_000, 20)
 WINDOWS = 30
 DEMOS = Path(__file__).resolve().parents[2] / "shared" / "demos"
 DEMO_DURATION = 4.0
-"""s; the recordings there have no times."""
+"""Assumed duration, s, of recordings without times."""
 
 
 def rms(values: np.ndarray) -> float:
-    """Root of the mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
 def acceleration_errors(movement: Movement, recorder: Recorder, seed: int) -> tuple[float, float]:
-    """Rms error, rad/s², of what is learned and of the best filter."""
+    """Return the rms error, rad/s², of the learned primitive and of the best filter."""
     times, positions = recorder.record(movement, seed)
     assert movement.accelerations is not None
     s = np.linspace(0, 1, 1001)
@@ -77,7 +77,7 @@ def acceleration_errors(movement: Movement, recorder: Recorder, seed: int) -> tu
 
 
 def accelerations(seeds: int) -> list[dict[str, object]]:
-    """Errors of every case over the seeds."""
+    """Return the errors of every case over the seeds."""
     rows: list[dict[str, object]] = []
     for movement, recorder in track(ACCELERATIONS, "accelerations", transient=True):
         errors = np.array([acceleration_errors(movement, recorder, seed) for seed in range(seeds)])
@@ -98,7 +98,7 @@ def accelerations(seeds: int) -> list[dict[str, object]]:
 
 
 def places(seeds: int) -> list[dict[str, object]]:
-    """Largest distance from the movement, rad, of every movement and recorder, the worst seed."""
+    """Return the largest distance from the movement, rad, for every movement and recorder over the seeds."""
     rows: list[dict[str, object]] = []
     for movement in track(PLACES, "places", transient=True):
         for recorder in RECORDERS:
@@ -116,7 +116,7 @@ def places(seeds: int) -> list[dict[str, object]]:
 
 
 def recordings() -> list[dict[str, object]]:
-    """The same of recordings of an arm, from their own samples: of each, the joint nearest to its bound or beyond."""
+    """Return the same for recordings of an arm, compared with their samples: the worst joint of each."""
     rows: list[dict[str, object]] = []
     for path in sorted(DEMOS.glob("*.csv")):
         positions = np.loadtxt(path, delimiter=",", skiprows=1)[:, 1:]
@@ -136,7 +136,7 @@ def _place(case: str, beside: float, span: float, noise: float, count: int) -> d
 
 
 def durations() -> dict[str, float]:
-    """Seconds that learning takes, the second time."""
+    """Return the duration of learning, s, the second time."""
     rng = np.random.default_rng(0)
     found = {}
     for samples, joints in SIZES:
@@ -152,7 +152,7 @@ def durations() -> dict[str, float]:
 
 
 def main(seeds: int = 200, place_seeds: int = 5) -> None:
-    """Record every movement this many times, and print and save what is learned of it."""
+    """Record every movement this many times, learn it, and print and save the errors."""
     console = Console()
     compared, kept, shown, took = accelerations(seeds), places(place_seeds), recordings(), durations()
     title = f"Acceleration error, rad/s² rms: median (worst) of {seeds}"

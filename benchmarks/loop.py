@@ -1,7 +1,7 @@
-"""`python -m benchmarks.loop`: how fast the stepped clock runs, how well the real one is kept, what the recorder costs.
+"""`python -m benchmarks.loop`: speed of the stepped clock, punctuality of the real one, cost of the recorder.
 
-Stepped: sim, planner and controller in lock-step. Real time: all services, an arm that strikes now and then; the
-recorder's share of a core is its CPU time over the wall's, and its loss what the trace lacks of either stream.
+Stepped: sim, planner and controller in lock-step. Real time: all services, with occasional strikes. The recorder's
+share of a core is its CPU time over wall time; its losses are the ticks that are missing in the trace.
 """
 
 import os
@@ -39,7 +39,7 @@ class Flags:
 
 
 def stepped() -> dict[str, float]:
-    """Ticks per second of lock-step over the robot's rate, by block."""
+    """Return the ticks a second of lock-step over the robot's rate, by block."""
     with running_cell(flags={"clock": "stepped"}, names=["sim", "planner", "controller"], quiet=True) as cell:
         time.sleep(SETTLED_S)
         cell.bus.ask(topics.SIM_RESET, m.Reset())
@@ -52,7 +52,7 @@ def stepped() -> dict[str, float]:
 
 
 def real_time(scratch: str, seconds: float) -> dict[str, float]:
-    """On-time ratio and response times of the loop, CPU share and losses of the recorder."""
+    """Return on-time ratio and response times of the loop, CPU share and losses of the recorder."""
     file = Path(scratch) / "loop.rrd"
     with running_cell(flags={"clock": "realtime", "record": file}, quiet=True) as cell:
         time.sleep(SETTLED_S)
@@ -77,7 +77,7 @@ def real_time(scratch: str, seconds: float) -> dict[str, float]:
 
 
 def lost(file: Path) -> dict[str, float]:
-    """Ticks that the trace lacks of either stream; a command that was never given is no loss of the recorder."""
+    """Return the ticks of each stream that are missing in the trace; a command that was never sent is no loss."""
     trace = read_trace(file)
     missing = {}
     for stream, curve in (("state", "measured"), ("command", "reference")):
@@ -87,7 +87,7 @@ def lost(file: Path) -> dict[str, float]:
 
 
 def cpu_seconds(pid: int) -> float:
-    """User and system time that a process has used."""
+    """Return the user and system time, s, of a process."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 

@@ -1,4 +1,4 @@
-"""What a benchmark ran on, and where its results go."""
+"""The machine of a benchmark, and its file of results."""
 
 import json
 import os
@@ -11,7 +11,7 @@ PACKAGES = ("numpy", "scipy", "piqp", "cvxopt", "daqp", "clarabel", "ruckig", "m
 
 
 def describe() -> dict[str, object]:
-    """Processor, cores, load and versions."""
+    """Return processor, cores, load and versions."""
     names = [
         line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line
     ]
@@ -25,7 +25,7 @@ def describe() -> dict[str, object]:
 
 
 def save(name: str, results: object) -> Path:
-    """Write results with the machine's description beside this file."""
+    """Write results, with a description of the machine, into `results`."""
     RESULTS.mkdir(exist_ok=True)
     path = RESULTS / f"{name}.json"
     path.write_text(json.dumps({"machine": describe(), "results": results}, indent=2) + "\n")

@@ -1,5 +1,4 @@
-"""`python -m benchmarks.memory`: the memory that planning takes over many goals, resident: in this process, and in a
-planner's that is asked over the bus."""
+"""`python -m benchmarks.memory`: resident memory over many goals, in this process and in a planner on the bus."""
 
 import gc
 from dataclasses import replace
@@ -19,17 +18,17 @@ from protocol import topics
 from services.common.cell import running_cell
 
 MARKS = 20
-"""How often memory is read along the way."""
+"""Number of readings of the memory."""
 
 
 def resident_kb(process: int | str = "self") -> int:
-    """Resident memory of a process, kB."""
+    """Return the resident memory of a process, kB."""
     lines = Path(f"/proc/{process}/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS"))
 
 
 def here(goals: int, seed: int) -> dict[str, object]:
-    """Six-joint goals, warm, a tenth of them with waypoints of their own time."""
+    """Plan six-joint goals, warm, a tenth of them with waypoints at random times."""
     primitive, rng = forehand(), np.random.default_rng(seed)
     requests = [case.request for case in draw(primitive, 20, seed)]
     warm, refused, kilobytes = None, 0, []
@@ -53,7 +52,7 @@ def here(goals: int, seed: int) -> dict[str, object]:
 
 
 def on_the_wire(goals: int, seed: int) -> dict[str, object]:
-    """Plan-only goals of a planner without an arm, a tenth of them answered with their trajectories."""
+    """Send plan-only goals to a planner without an arm, a tenth of them with the trajectory in the reply."""
     rng, kilobytes = np.random.default_rng(seed), []
     with running_cell(names=["planner"], quiet=True) as cell:
         for k in track(range(goals), "asked of a planner"):
@@ -64,7 +63,7 @@ def on_the_wire(goals: int, seed: int) -> dict[str, object]:
 
 
 def main(goals: int = 100_000, asked: int = 100_000, seed: int = 3) -> None:
-    """Plan and ask this many, and print and save what was resident along the way."""
+    """Plan this many goals here and over the bus; print and save the resident memory."""
     found = {"here": here(goals, seed), "on the wire": on_the_wire(asked, seed)}
     for name, row in found.items():
         print(name, row)

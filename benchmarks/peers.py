@@ -1,7 +1,7 @@
-"""The same goal given to others: solvers on the full problem, and planners that know only part of it.
+"""Other solvers on the full problem, and planners that solve a part of it.
 
-The full problem is the paper's eq. 17 in the weights of one joint's Gaussians, with all limits at 1001 instants; its
-matrices are made once, only right-hand sides are made per goal.
+The full problem is the paper's eq. 17 in the weights of one joint's Gaussians, with all limits at 1001 instants. Its
+matrices are made once; a goal only changes right-hand sides.
 """
 
 from collections.abc import Callable
@@ -25,11 +25,11 @@ from motion.request import MotionRequest
 cvxopt.solvers.options["show_progress"] = False
 
 Answer = np.ndarray | None
-"""Weights (N,) or accelerations (n,) equally spaced over the motion, rad/s²; None where nothing was found."""
+"""Weights (N,) or accelerations (n,) equally spaced over the motion, rad/s²; None if nothing was found."""
 
 
 class FullProblem:
-    """min wᵀΨw − 2θᵀw with equalities and 4004 two-sided rows, for each solver in its own form."""
+    """min wᵀΨw − 2θᵀw with equalities and 4004 two-sided rows, in the form of each solver."""
 
     def __init__(self, primitive: Primitive, basis_count: int = 50) -> None:
         basis, s = make_basis(basis_count), np.linspace(0, 1, 1001)
@@ -46,7 +46,7 @@ class FullProblem:
         self._clarabel = sparse.triu(self.hessian, format="csc"), sparse.csc_matrix(np.vstack([self.equalities, both]))
 
     def sides(self, request: MotionRequest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Targets (3,), lower and upper sides (4004,), for a start at rest without acceleration."""
+        """Return targets (3,), lower and upper sides (4004,), for a start at rest without acceleration."""
         duration, start = request.duration, request.start.positions[0]
         ranges = request.limits.ranges[0] * duration ** np.arange(4.0)[:, None]
         ranges[0] -= start
@@ -54,7 +54,7 @@ class FullProblem:
         return targets, np.repeat(ranges[:, 0], 1001), np.repeat(ranges[:, 1], 1001)
 
     def cvxopt(self, request: MotionRequest) -> np.ndarray | None:
-        """The paper's solver."""
+        """Solve by CVXOPT, the paper's solver."""
         targets, lower, upper = self.sides(request)
         hessian, linear, rows, equalities = self._cvxopt
         sides = cvxopt.matrix(np.concatenate([upper, -lower]))
@@ -62,7 +62,7 @@ class FullProblem:
         return np.array(found["x"])[:, 0] if found["status"] == "optimal" else None
 
     def piqp(self, request: MotionRequest) -> np.ndarray | None:
-        """PIQP, dense."""
+        """Solve by PIQP, dense."""
         targets, lower, upper = self.sides(request)
         hessian, equalities, rows = self._piqp
         solver = piqp.DenseSolver()
@@ -70,7 +70,7 @@ class FullProblem:
         return solver.result.x.copy() if solver.solve() == piqp.PIQP_SOLVED else None
 
     def daqp(self, request: MotionRequest) -> np.ndarray | None:
-        """DAQP, cold."""
+        """Solve by DAQP, cold."""
         targets, lower, upper = self.sides(request)
         sense = np.zeros(len(lower) + 3, dtype=c_int)
         sense[:3] = 5
@@ -79,7 +79,7 @@ class FullProblem:
         return weights if flag >= 1 else None
 
     def clarabel(self, request: MotionRequest) -> np.ndarray | None:
-        """Clarabel; sparse, so not at home here."""
+        """Solve by Clarabel, which is made for sparse problems; this one is dense."""
         targets, lower, upper = self.sides(request)
         settings = clarabel.DefaultSettings()  # pyright: ignore[reportAttributeAccessIssue]
         settings.verbose = False
@@ -91,8 +91,11 @@ class FullProblem:
 
 
 def ruckig_motion(request: MotionRequest, samples: int = 1001) -> Answer:
-    """Ruckig: from start to goal in the duration within velocity, acceleration and jerk limits; no position limits, no
-    imitation, the final acceleration zero."""
+    """Plan by Ruckig, from start to goal in the duration.
+
+    It keeps velocity, acceleration and jerk limits, but no position limits; it imitates nothing and ends with zero
+    acceleration.
+    """
     wanted = ruckig.InputParameter(1)
     start, goal, limits = request.start, request.goal, request.limits
     wanted.current_position, wanted.target_position = start.positions.tolist(), goal.positions.tolist()
@@ -111,7 +114,7 @@ def ruckig_motion(request: MotionRequest, samples: int = 1001) -> Answer:
 
 
 def dmp_solver(primitive: Primitive) -> Callable[[MotionRequest], Answer]:
-    """DMPWithFinalVelocity, learned once: imitation and final velocity, no limits."""
+    """Learn DMPWithFinalVelocity, which imitates and keeps the final velocity, but knows no limits."""
     duration = primitive.duration
     s = np.linspace(0, 1, 1001)
     learned = DMPWithFinalVelocity(n_dims=1, execution_time=duration, dt=duration / 1000, n_weights_per_dim=50)

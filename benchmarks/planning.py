@@ -20,14 +20,20 @@ from services.common.realtime import freeze_garbage
 
 
 def of_one_joint(primitives: list[Primitive], goals: int, seed: int) -> list[tuple[int, Case]]:
-    """Return goals of one joint, as many of each joint as of the others, with the joint's index."""
+    """Return goals of one joint, equally many of each joint, with the joint's index."""
     drawn = [draw(primitive, -(-goals // len(primitives)), seed + k) for k, primitive in enumerate(primitives)]
     return [(joint, case) for joint, cases in enumerate(drawn) for case in cases][:goals]
 
 
 def main(goals: int = 60, beside: int = 200, corrections: int = 100, seed: int = 5) -> None:
-    """Compare on `goals` of one joint with active limits, `beside` for the distance from the optimum, `corrections` of
-    each phase; print and save what was found."""
+    """Compare solvers and measure the planner; print and save the results.
+
+    Args:
+        goals: Goals of one joint with active limits.
+        beside: Goals for the distance from the optimum.
+        corrections: Corrections at each phase.
+        seed: Of the random goals.
+    """
     primitive = forehand()
     primitives = [joint_of(primitive, joint) for joint in range(primitive.joint_count)]
     cases, whole = of_one_joint(primitives, goals, seed), draw(primitive, max(5, goals // 2), seed)
@@ -66,7 +72,7 @@ def report(found: dict[str, dict]) -> None:
 
 
 def times_table(title: str, rows: Mapping[str, Mapping]) -> Table:
-    """Return a table of times and what came of the goals."""
+    """Return a table of times and outcomes."""
     table = Table("", "p50 ms", "p99 ms", "max ms", "outcomes", title=title.capitalize())
     for name, row in rows.items():
         outcomes = ", ".join(f"{count} {outcome}" for outcome, count in sorted(row["outcomes"].items()))

@@ -1,4 +1,4 @@
-"""Movements in closed form and what recording does to them, for the benchmark of learning."""
+"""Movements in closed form and their simulated recordings, for the benchmark of learning."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 Curve = Callable[[np.ndarray], np.ndarray]
 
 TWELVE_BITS = 2 * np.pi / 4096
-"""rad: resolution of an encoder of 12 bit."""
+"""Resolution of an encoder of 12 bit, rad."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +23,9 @@ class Movement:
 
 @dataclass(frozen=True, slots=True)
 class Recorder:
-    """How a movement is recorded: samples a second, noise (rad), resolution (rad), jitter of the times.
+    """A simulated recording: samples a second, noise (rad), resolution (rad), jitter of the times.
 
-    The jitter is a part of the distance between samples; the samples are those of the jittered times.
+    The jitter is a part of the time between samples; the movement is sampled at the jittered times.
     """
 
     rate: float
@@ -38,7 +38,7 @@ class Recorder:
         return ", ".join([*said, f"{self.rate:g} Hz"] + [f"{100 * self.jitter:g} % jitter"] * bool(self.jitter))
 
     def record(self, movement: Movement, seed: int) -> tuple[np.ndarray, np.ndarray]:
-        """Times and positions (n,)."""
+        """Return times and positions (n,)."""
         rng = np.random.default_rng(seed)
         times = np.arange(round(self.rate * movement.duration) + 1) / self.rate
         inside = slice(1, -1)

@@ -1,7 +1,7 @@
-"""`python -m benchmarks.spreading`: whether it pays to plan half of the joints in a process of their own.
+"""`python -m benchmarks.spreading`: whether planning is faster with half of the joints in another process.
 
 PIQP holds Python's lock, so threads cannot share the work. Six joints in one process and three in each of two take
-turns, goal by goal, on an idle machine and beside a running sim and controller; wall times.
+turns, goal by goal, on an idle machine and beside a running sim and controller. Times are wall times.
 """
 
 import multiprocessing
@@ -27,11 +27,11 @@ from services.common.cell import running_cell
 
 SETTLED_S = 2.0
 PAUSE_S = 0.02
-"""Between goals, as when they come at 50 a second: both processes sleep meanwhile."""
+"""Pause between goals, as at 50 goals a second; both processes sleep."""
 
 
 def part(request: MotionRequest, joints: slice) -> MotionRequest:
-    """The request of some joints."""
+    """Return the request of some joints."""
 
     def only(boundary: Boundary) -> Boundary:
         return Boundary(boundary.positions[joints], boundary.velocities[joints], boundary.accelerations[joints])
@@ -42,13 +42,15 @@ def part(request: MotionRequest, joints: slice) -> MotionRequest:
 
 
 def of_joints(warm: Warm, joints: slice) -> Warm:
-    """What the next plan of some joints begins with."""
+    """Return the warm start of some joints."""
     return Warm(warm.points, warm.rows[joints])
 
 
 def work(pipe: Any, primitive: Primitive, warms: list[Warm]) -> None:
-    """Plan the requests that come through the pipe, each with the number of its warm start, until None comes; send back
-    what the other process has to know of the plan."""
+    """Plan the requests from the pipe, each with the index of its warm start, until None is received.
+
+    Send back what the other process needs of the plan.
+    """
     while (asked := pipe.recv()) is not None:
         request, number = asked
         made = plan(primitive, request, warm=warms[number])
@@ -57,7 +59,7 @@ def work(pipe: Any, primitive: Primitive, warms: list[Warm]) -> None:
 
 @contextmanager
 def helper(primitive: Primitive, warms: list[Warm]) -> Iterator[Any]:  # of a pipe, whose type depends on the platform
-    """A process that plans with `primitive`, and the pipe to it."""
+    """Run a process that plans with `primitive`; yield the pipe to it."""
     ours, theirs = multiprocessing.Pipe()
     process = multiprocessing.get_context("spawn").Process(target=work, args=(theirs, primitive, warms), daemon=True)
     process.start()
@@ -67,14 +69,14 @@ def helper(primitive: Primitive, warms: list[Warm]) -> Iterator[Any]:  # of a pi
 
 
 def compare(primitive: Primitive, cases: list[Case], rounds: int) -> dict[str, dict[str, float]]:
-    """Milliseconds of a warm plan of all joints in one process, and of its halves in two."""
+    """Return the milliseconds of a warm plan of all joints in one process, and of its halves in two."""
     count = primitive.joint_count
     first, second = slice(0, count // 2), slice(count // 2, count)
     mine, theirs = joints_of(primitive, first), joints_of(primitive, second)
     warms = [plan(primitive, case.before).warm for case in cases]
     alone, spread = [], []
     with helper(theirs, [of_joints(warm, second) for warm in warms]) as pipe:
-        for _ in range(rounds + 1):  # the first is not counted
+        for _ in range(rounds + 1):  # the first round is not counted
             for number, (case, warm) in enumerate(zip(cases, warms, strict=True)):
                 time.sleep(PAUSE_S)
                 began = time.perf_counter()
@@ -92,14 +94,14 @@ def compare(primitive: Primitive, cases: list[Case], rounds: int) -> dict[str, d
 
 @contextmanager
 def running_arm() -> Iterator[None]:
-    """A sim and a controller in real time."""
+    """Run a sim and a controller in real time."""
     with running_cell(flags={"clock": "realtime"}, names=["sim", "controller"], quiet=True):
         time.sleep(SETTLED_S)
         yield
 
 
 def main(goals: int = 30, rounds: int = 5, seed: int = 7) -> None:
-    """Compare on this many goals of six joints with active limits, each this often, and print and save the times."""
+    """Compare on this many goals of six joints with active limits, each this many times; print and save the times."""
     primitive = forehand()
     cases = draw(primitive, goals, seed)
     found = {}

@@ -1,4 +1,4 @@
-"""What the planner is asked for in use: corrections, goals that cannot be met, alternatives, larger problems."""
+"""Workloads of the planner: corrections, goals that cannot be met, alternatives, larger problems."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -18,17 +18,17 @@ from robot.description import load_robot
 
 PHASES = 0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95
 MOVED, RETIMED = 0.03, 0.03
-"""How far a correction moves the goal, rad, and by which part it changes the time left, at most."""
+"""Largest shift of the goal by a correction, rad, and largest change of the time left, as a part of it."""
 
 ALTERNATIVES = 256
 SHARES = 0.02, 0.1, 0.2, 0.4
-"""Of the duration in which a goal can be met: what is left for one that cannot."""
+"""Durations of goals that cannot be met, as parts of a feasible one."""
 
 Summary = dict[str, float]
 
 
 def _attempt(outcomes: Counter[str], work: Callable[[], object]) -> Callable[[], object]:
-    """The work, with what came of it counted."""
+    """Return the work with its outcome counted."""
 
     def attempt() -> None:
         try:
@@ -58,7 +58,7 @@ def six_joints(primitive: Primitive, cases: list[Case]) -> dict[str, Summary]:
 
 
 def revisions(primitive: Primitive, count: int, seed: int) -> dict[str, dict[str, object]]:
-    """Return the times of corrections at each phase of the demonstrated motion, refused ones included."""
+    """Return the times of corrections at each phase of the demonstrated motion, including refused ones."""
     rng, limits = np.random.default_rng(seed), load_robot().limits
     joints, free = primitive.joint_count, np.full(primitive.joint_count, np.nan)
     rest = np.zeros(joints)
@@ -80,8 +80,11 @@ def revisions(primitive: Primitive, count: int, seed: int) -> dict[str, dict[str
 
 
 def refusals(primitive: Primitive, cases: list[Case]) -> dict[str, dict[str, object]]:
-    """Return the times of goals that cannot be met: in a part of their time, with and without a search for a duration
-    that works; with limits under which none does; with a velocity from which the arm cannot stop."""
+    """Return the times of goals that cannot be met.
+
+    They have too little time, with and without a search for a feasible duration; limits under which no duration is
+    feasible; or a velocity from which the arm cannot stop.
+    """
     shortened = [replace(case.request, duration=case.request.duration * share) for case in cases for share in SHARES]
     slow = [replace(case.request, limits=_scaled(case.request.limits, 0.05)) for case in cases]
     fast = [replace(case.request, goal=_faster(case.request.goal)) for case in cases]
@@ -140,7 +143,7 @@ def growth(count: int) -> dict[str, dict[str, object]]:
 
 
 def with_waypoints(primitive: Primitive, request: MotionRequest, count: int) -> MotionRequest:
-    """Return the request through positions of its own plan, so that it can be kept."""
+    """Return the request with waypoints on its own plan, so that it stays feasible."""
     times = request.duration * np.linspace(0, 1, count + 2)[1:-1]
     through = plan(primitive, request).sample(times).positions
     free = np.full(request.joint_count, np.nan)

@@ -1,1 +1,1 @@
-"""What is deployed: robots, bus configurations, and the table of processes."""
+"""Robots, demonstrations, bus configurations, systemd units and the table of processes."""

@@ -1,6 +1,6 @@
-"""The paper's experiments made anew: figures, a table of numbers, traces."""
+"""The paper's experiments: figures, a table of numbers, traces."""
 
 import os
 
-# Small matrices: threads of their own cost more than they bring, most of all beside other work.
+# Matrices are small: BLAS threads cost more than they gain, most of all beside other processes.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

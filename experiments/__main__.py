@@ -1,4 +1,4 @@
-"""`python -m experiments`: make the paper's figures, the table of numbers and the traces anew."""
+"""`python -m experiments`: make the paper's figures, the table of numbers and the traces."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,10 +26,10 @@ EXPERIMENTS: dict[str, Callable[[], Outcome]] = {
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Make the paper's figures (docs/figures), numbers (experiments/results.json, docs/paper.md) and traces anew.
+    """Make the paper's figures (docs/figures), numbers (experiments/results.json, docs/paper.md) and traces.
 
     Attributes:
-        live: Play fig. 5 on the simulated arm too; without it the table keeps the numbers it has of that.
+        live: Play fig. 5 on the simulated arm too; without it the table keeps its numbers of that.
         out: Directory for the traces fig5.rrd (the arm) and paper.rrd (the curves).
     """
 
@@ -38,7 +38,7 @@ class Flags:
 
 
 def main() -> None:
-    """Run every experiment and write what it brings."""
+    """Run every experiment and write its outcome."""
     flags, console = tyro.cli(Flags), Console()
     todo = dict(EXPERIMENTS)
     if flags.live:
@@ -60,7 +60,7 @@ def main() -> None:
 
 
 def run_all(todo: dict[str, Callable[[], Outcome]], console: Console) -> dict[str, Outcome]:
-    """Run the experiments one after another, showing which."""
+    """Run the experiments one after another, with a progress bar."""
     outcomes = {}
     with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console) as progress:
         for name, run in todo.items():

@@ -1,4 +1,4 @@
-"""What the experiments share: the figures' demonstration, requests of one joint, rows of the table."""
+"""Shared by the experiments: the figures' demonstration, requests of one joint, rows of the table."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -17,17 +17,17 @@ from motion.sampled import SampledPlan
 from motion.trajectory import Samples
 
 STEP = 1e-3
-"""s; the paper integrates by Euler steps of this length."""
+"""Length of the paper's Euler steps, s."""
 
 TIMES = np.linspace(0, 1, 1001)
 
 GOALS = 200
-"""Random goals beside each single case."""
+"""Number of random goals beside each single case."""
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One number of the table: dotted name, value, unit, and what the paper says of it, if it does."""
+    """One number of the table: dotted name, value, unit, and the paper's claim about it, if any."""
 
     name: str
     value: float
@@ -46,7 +46,7 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """What an experiment brings: rows, a picture, curves."""
+    """The outcome of an experiment: rows, a figure, curves."""
 
     rows: list[Row]
     figure: Figure | None = None
@@ -54,9 +54,9 @@ class Outcome:
 
 
 def demonstrated(times: np.ndarray) -> np.ndarray:
-    """Positions, velocities and accelerations (3, n) of d(t) = 2t² + cos(4πt)(1−t) − 1, in closed form.
+    """Return positions, velocities and accelerations (3, n) of d(t) = 2t² + cos(4πt)(1−t) − 1, in closed form.
 
-    It is the demonstration of the authors' published code.
+    This is the demonstration of the authors' published code.
     """
     t, w = times, 4 * np.pi
     cosine, sine = np.cos(w * t), np.sin(w * t)
@@ -70,17 +70,17 @@ def demonstrated(times: np.ndarray) -> np.ndarray:
 
 
 def demonstration(positions: np.ndarray | None = None) -> Demonstration:
-    """The figures' demonstration at 1 kHz, or other positions (n,) at the same times."""
+    """Return the figures' demonstration at 1 kHz, or other positions (n,) at the same times."""
     return Demonstration(TIMES, (demonstrated(TIMES)[0] if positions is None else positions)[:, None])
 
 
 def figure_primitive() -> Primitive:
-    """The primitive of the figures' demonstration, which has no noise to smooth."""
+    """Return the primitive of the figures' demonstration, which needs no smoothing."""
     return learn(demonstration(), "none")
 
 
 def state(position: float, velocity: float) -> Boundary:
-    """A state of one joint with its acceleration free."""
+    """Return a state of one joint with a free acceleration."""
     return Boundary(*(np.array([x]) for x in (position, velocity, np.nan)))
 
 
@@ -88,7 +88,7 @@ DEMONSTRATED_START, DEMONSTRATED_GOAL = state(0.0, -1.0), state(1.0, 3.0)
 
 
 def limits(position: float = np.inf, jerk: float = np.inf) -> Limits:
-    """Limits of one joint: ±position (rad) and ±jerk (rad/s³)."""
+    """Return limits of one joint: ±position (rad) and ±jerk (rad/s³)."""
     free = np.array([np.inf])
     return Limits(np.array([[-position, position]]), free, free, np.array([jerk]))
 
@@ -101,52 +101,52 @@ def ask(
     waypoint: tuple[float, float, float] | None = None,
     rest_fraction: float = 0.0,
 ) -> MotionRequest:
-    """A request of one joint that moves on after the goal, as the paper's do. `waypoint`: time, p, v."""
+    """Return a request of one joint that moves on after the goal, as in the paper. `waypoint`: time, p, v."""
     waypoints = () if waypoint is None else (Waypoint(waypoint[0], *(np.array([x]) for x in waypoint[1:])),)
     return MotionRequest(start, goal, duration, within or limits(), waypoints, rest_fraction, "coast")
 
 
 def gaussian(primitive: Primitive, request: MotionRequest) -> tuple[SampledPlan, Samples]:
-    """The plan by the paper's quadratic program and its exact samples."""
+    """Plan by the paper's quadratic program; return the plan and its exact samples."""
     made = plan_gaussian(primitive, request, STEP)
     return made, sampled(made)
 
 
 def qp(primitive: Primitive, request: MotionRequest) -> tuple[Plan, Samples]:
-    """The plan by Volley's quadratic program on B-splines and its exact samples."""
+    """Plan by Volley's quadratic program on B-splines; return the plan and its exact samples."""
     made = plan(primitive, request, STEP)
     return made, sampled(made)
 
 
 def sampled(made: Plan | SampledPlan) -> Samples:
-    """Samples up to the hit; the last acceleration is the one before anything that follows."""
+    """Return samples up to the hit; the last acceleration is the limit from the left."""
     samples = made.sample(np.arange(made.hit_index + 1) * STEP)
     samples.accelerations[-1] = made.sample(np.array([made.duration - 1e-9])).accelerations[0]
     return samples
 
 
 def dynamic(dmp: Dmp, request: MotionRequest) -> Samples:
-    """The DMP for the same request, by Euler steps."""
+    """Roll out the DMP for the same request, by Euler steps."""
     return dmp.rollout(request.start, request.goal, request.duration, STEP)
 
 
 def polynomial(primitive: Primitive) -> Dmp:
-    """The DMP of eq. 6–7, learned from the same demonstration."""
+    """Return the DMP of eq. 6–7, learned from the same demonstration."""
     return learn_dmp(primitive)
 
 
 def played(duration: float, count: int) -> np.ndarray:
-    """The demonstration's acceleration τ²d̈ (count,), rad/s², when it is played in `duration` s."""
+    """Return the demonstration's acceleration τ²d̈ (count,), rad/s², when it is played in `duration` s."""
     return demonstrated(np.linspace(0, 1, count))[2] / duration**2
 
 
 def rms(values: np.ndarray) -> float:
-    """Root of the mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
 def spread(name: str, values: Iterable[float], unit: str, claim: str | None = None) -> list[Row]:
-    """Median, least and greatest of many."""
+    """Return rows with the median, minimum and maximum of values."""
     array = np.array(list(values))
     return [
         Row(f"{name}.median", float(np.median(array)), unit, claim),
@@ -156,11 +156,11 @@ def spread(name: str, values: Iterable[float], unit: str, claim: str | None = No
 
 
 def column(samples: Samples) -> np.ndarray:
-    """Position, velocity and acceleration (3, n) of the only joint."""
+    """Return position, velocity and acceleration (3, n) of the only joint."""
     return np.stack([samples.positions[:, 0], samples.velocities[:, 0], samples.accelerations[:, 0]])
 
 
 def curves(figure: str, name: str, times: np.ndarray, values: np.ndarray) -> list[Curve]:
-    """Position, velocity and acceleration (3, n) as curves of a figure."""
+    """Return position, velocity and acceleration (3, n) as curves of a figure."""
     quantities = ("position", "velocity", "acceleration")
     return [Curve(f"{figure}/{q}/{name}", times, v) for q, v in zip(quantities, values, strict=True)]

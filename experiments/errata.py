@@ -1,4 +1,4 @@
-"""The paper's three slips, and what each costs if taken literally."""
+"""The paper's three slips, and the error of each if taken literally."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ DURATION = 0.8
 
 
 def run() -> Outcome:
-    """Eq. 16 solved in real time by its KKT system: as it must be, and with each slip."""
+    """Solve eq. 16 in physical time by its KKT system: corrected, and with each slip."""
     primitive = figure_primitive()
     request = ask(DEMONSTRATED_START, state(1.0, 3.0 / DURATION), DURATION)
     right = accelerations(primitive, request)
@@ -52,13 +52,13 @@ def run() -> Outcome:
 def accelerations(
     primitive: Primitive, request: MotionRequest, tau: float | None = None, kept: bool = False, factor: float = 2.0
 ) -> np.ndarray:
-    """g̈ (n,) of min wᵀΨw − factor·τ²θᵀw in real time under eq. 14; the right factor is 2, the right τ T_d/T.
+    """Return g̈ (n,) of min wᵀΨw − factor·τ²θᵀw in physical time under eq. 14; correct are factor 2 and τ = T_d/T.
 
-    `kept` takes θ for the demonstration's duration although Ψ is for the request's.
+    `kept`: use θ of the demonstration's duration although Ψ is of the request's.
     """
     basis, duration = make_basis(BASIS_COUNT), request.duration
     tau = primitive.duration / duration if tau is None else tau
-    # ∫ψ_i d̈ dt: θ of the program, whose linear term is −2θ, is over s, of T_d²·d̈.
+    # ∫ψ_i d̈ dt. The program's linear term is −2θ, with θ integrated over s, of T_d²·d̈.
     theta = -make_programs(primitive, request, BASIS_COUNT)[0].c / 2 / primitive.duration**2
     theta = theta * (primitive.duration if kept else duration)
     end = np.array([1.0])

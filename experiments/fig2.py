@@ -37,7 +37,7 @@ CLAIM = "the QP imitates better, especially in the final part (IV-A)"
 
 
 def run() -> Outcome:
-    """The single case, the variant with accelerations off at the end, random goals."""
+    """Run the single case, the variant without acceleration at the end, and random goals."""
     primitive = figure_primitive()
     request = ask(START, GOAL, DURATION)
     resting = ask(START, GOAL, DURATION, rest_fraction=REST_FRACTION)
@@ -61,7 +61,7 @@ def run() -> Outcome:
 
 
 def single(name: str, motion: np.ndarray) -> list[Row]:
-    """Imitation errors and final errors of one motion (3, n); with Euler's rule as with exact integrals."""
+    """Return imitation errors and final errors of one motion (3, n), by exact integrals and by Euler's rule."""
     deviation = motion[2] - played(DURATION, motion.shape[1])
     euler_velocity = motion[1, 0] + STEP * motion[2, :-1].sum()
     rows = [
@@ -81,12 +81,12 @@ def single(name: str, motion: np.ndarray) -> list[Row]:
 
 
 def last_fifth(values: np.ndarray) -> np.ndarray:
-    """The part of samples over a motion that lies in its last fifth."""
+    """Return the samples in the last fifth of a motion."""
     return values[round(0.8 * (len(values) - 1)) :]
 
 
 def ratios(name: str, dmp: np.ndarray, paper: np.ndarray, duration: float) -> list[Row]:
-    """How many times the paper's imitation error the DMP's is, of accelerations (n,)."""
+    """Return the DMP's imitation error over that of the paper's QP, from accelerations (n,)."""
     aim = played(duration, len(paper))
     return [
         Row(f"{name}.ratio", rms(dmp - aim) / rms(paper - aim), "1", CLAIM),
@@ -95,8 +95,10 @@ def ratios(name: str, dmp: np.ndarray, paper: np.ndarray, duration: float) -> li
 
 
 def random_goals(primitive: Primitive) -> list[Row]:
-    """The DMP's ratios to the paper's QP for many goals: as learned, as learned the authors' way, with exact learning.
-    And what B-splines bring."""
+    """Return the DMP's ratios to the paper's QP for many goals, and those of B-splines.
+
+    The DMP is learned as here, as by the authors, and exactly.
+    """
     rng = np.random.default_rng(2)
     variants = {"dmp": learn_dmp(primitive), "coarse_dmp": learn_dmp(primitive, basis_count=60, gain=50.0)}
     found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in (*variants, "exact")}
@@ -119,13 +121,13 @@ def random_goals(primitive: Primitive) -> list[Row]:
 
 
 def compare(dmp: np.ndarray, paper: np.ndarray) -> tuple[float, float, float]:
-    """Ratio over the whole motion and its last fifth, and the DMP's share of squared deviation in that fifth."""
+    """Return the ratio over the whole motion and its last fifth, and the DMP's share of squared deviation in it."""
     share = np.sum(last_fifth(dmp) ** 2) / np.sum(dmp**2)
     return rms(dmp) / rms(paper), rms(last_fifth(dmp)) / rms(last_fifth(paper)), float(share)
 
 
 def summary(name: str, values: list[tuple[float, float, float]]) -> list[Row]:
-    """Spread of the ratios and how often the DMP is the better one."""
+    """Return the spread of the ratios and how often the DMP is better."""
     whole, end, _ = np.array(values).T
     return [
         *spread(f"{name}.ratio", whole, "1", CLAIM),
@@ -135,8 +137,10 @@ def summary(name: str, values: list[tuple[float, float, float]]) -> list[Row]:
 
 
 def exact_deviations(request: MotionRequest, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """g̈ − τ²d̈ (count,) of the DMP and of the QP with perfect learning: a quintic's and a cubic's second
-    derivative between the differences to the demonstration."""
+    """Return g̈ − τ²d̈ (count,) of the DMP and of the QP with exact learning.
+
+    They are the second derivatives of a quintic and of a cubic between the differences from the demonstration.
+    """
     s, duration = np.linspace(0, 1, count), request.duration
     ends = [
         state(
@@ -152,7 +156,7 @@ def exact_deviations(request: MotionRequest, count: int) -> tuple[np.ndarray, np
 
 
 def picture(times: np.ndarray, shown: dict[str, np.ndarray]) -> Figure:
-    """Both motions, the demonstration in the same time, and how far accelerations are from it."""
+    """Draw the motions, the demonstration in the same time, and the distance of accelerations from it."""
     figure, axes = style.panels(
         "Fig. 2  Another start (0.5 rad), another final velocity (5 rad/s), 0.8 s instead of 1.0 s",
         (*style.UNITS, "acceleration less\ndemonstration's, rad/s²"),
@@ -179,12 +183,12 @@ def picture(times: np.ndarray, shown: dict[str, np.ndarray]) -> Figure:
 
 
 def scaled(times: np.ndarray) -> np.ndarray:
-    """The demonstration (3, n) played in the new duration."""
+    """Return the demonstration (3, n) played in the new duration."""
     return demonstrated(times / DURATION) / DURATION ** np.arange(3)[:, None]
 
 
 def trace(times: np.ndarray, shown: dict[str, np.ndarray]) -> list[Curve]:
-    """All curves of the picture."""
+    """Return all curves of the figure."""
     return [
         curve
         for name, values in {**shown, "demonstration": scaled(times)}.items()

@@ -1,4 +1,4 @@
-"""Section IV-B, fig. 3: position limits of ±2 rad with a margin, for a goal that swings far."""
+"""Section IV-B, fig. 3: position limits of ±2 rad with a margin, for a motion that swings far."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -36,7 +36,7 @@ STILL_GOOD = "feasible and still a good approximation of the demonstration (IV-B
 
 
 def run() -> Outcome:
-    """The single case and random goals."""
+    """Run the single case and random goals."""
     primitive = figure_primitive()
     within = limits(LIMIT - MARGIN)
     bounded, paper = gaussian(primitive, ask(goal=GOAL, within=within))
@@ -68,12 +68,12 @@ def run() -> Outcome:
 
 
 def violation_time(positions: np.ndarray) -> float:
-    """How long (s) the limit itself is passed."""
+    """Return the time (s) beyond the limit itself."""
     return float(np.count_nonzero(np.abs(positions) > LIMIT) * STEP)
 
 
 def random_goals(primitive: Primitive) -> list[Row]:
-    """Goals all over the range: who leaves the limits, by how much, and what keeping them costs."""
+    """Return which methods leave the limits for goals all over the range, by how much, and the cost of keeping them."""
     rng = np.random.default_rng(3)
     dmp, within = polynomial(primitive), limits(LIMIT - MARGIN)
     excess = []
@@ -109,7 +109,7 @@ def random_goals(primitive: Primitive) -> list[Row]:
 
 
 def picture(shown: dict[str, np.ndarray]) -> Figure:
-    """All three quantities with the limit and the margin."""
+    """Draw all three quantities with the limit and the margin."""
     figure, axes = style.panels(
         "Fig. 3  Goal −1.0 rad at 10 rad/s inside position limits of ±2.0 rad (margin 0.05 rad)", style.UNITS
     )

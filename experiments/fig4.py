@@ -1,4 +1,4 @@
-"""Section IV-C, fig. 4: a waypoint at 0.5 s, and what it does to the acceleration."""
+"""Section IV-C, fig. 4: a waypoint at 0.5 s, and its effect on the acceleration."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -36,8 +36,10 @@ RESEMBLES = "the shape highly resembles the demonstrated one (IV-C)"
 
 
 def run() -> Outcome:
-    """Two velocities at the waypoint, by the paper's QP with and without a limit on the jerk, by Volley's with it;
-    random waypoints."""
+    """Run two velocities at the waypoint, and random waypoints.
+
+    The paper's QP is used with and without a limit on the jerk, Volley's with it.
+    """
     primitive = figure_primitive()
     shown, rows = {}, [Row("fig4.demonstration.largest_jerk", largest_jerk(demonstrated(TIMES)[2]), "rad/s³")]
     within = limits(jerk=MAX_JERK)
@@ -52,7 +54,7 @@ def run() -> Outcome:
 
 
 def single(name: str, motion: np.ndarray, velocity: float, jerk: np.ndarray) -> list[Row]:
-    """Errors at the waypoint and at the end, and how the acceleration bends on either side."""
+    """Return errors at the waypoint and at the end, and the jerk on either side of the waypoint."""
     at = round(TIME / STEP)
     deviation = np.diff(motion[2] - demonstrated(TIMES)[2]) / STEP
     before, after = (np.abs(deviation[part]).max() for part in (slice(at - 60, at), slice(at, at + 60)))
@@ -70,12 +72,12 @@ def single(name: str, motion: np.ndarray, velocity: float, jerk: np.ndarray) -> 
 
 
 def largest_jerk(accelerations: np.ndarray) -> float:
-    """Largest change of acceleration (n,) in a sample, rad/s³."""
+    """Return the largest change of acceleration (n,) in a sample, rad/s³."""
     return float(np.abs(np.diff(accelerations)).max() / STEP)
 
 
 def random_waypoints(primitive: Primitive) -> list[Row]:
-    """Waypoints of any time, position and velocity."""
+    """Return errors and jerks at waypoints of random time, position and velocity."""
     rng = np.random.default_rng(4)
     errors, jerks, limited, infeasible = [], [], [], 0
     for _ in range(GOALS):
@@ -104,7 +106,7 @@ def random_waypoints(primitive: Primitive) -> list[Row]:
 
 
 def picture(shown: dict[str, np.ndarray]) -> Figure:
-    """Left the velocity that the demonstration has there, right another."""
+    """Draw the demonstrated velocity at the waypoint (left) and another one (right)."""
     figure, axes = style.panels(
         "Fig. 4  A waypoint at 0.5 s, 1.0 rad: with the demonstration's velocity there (left) and another (right)",
         2 * (*style.UNITS, "jerk, rad/s³"),

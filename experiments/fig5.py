@@ -21,7 +21,7 @@ from motion.tracking import tracking_acceleration
 from motion.trajectory import Samples
 
 NOISE = 0.01
-"""Half-width of the uniform noise as a part of the largest position and of the largest velocity."""
+"""Half-width of the uniform noise, as a part of the largest position and of the largest velocity."""
 
 PUSH, PUSH_FROM, PUSH_TO = 100.0, 0.1, 0.3  # rad/s², s, s
 GAINS = (15.0, 25.0, 50.0, 100.0)
@@ -32,7 +32,7 @@ REJECTS = "manages to reject the noise (fig. 5)"
 
 
 def run() -> Outcome:
-    """Every gain, with the push alone and with noise of many seeds."""
+    """Run every gain, with the push alone and with noise of many seeds."""
     _, reference = gaussian(figure_primitive(), ask())
     rows: list[Row] = []
     shown = {}
@@ -49,7 +49,7 @@ def run() -> Outcome:
 def simulate(
     reference: Samples, gain: float, push: float, rng: np.random.Generator | None = None, runs: int = 1
 ) -> np.ndarray:
-    """True position and velocity (2, n, runs) under eq. 11, each run with noise of its own if there is `rng`."""
+    """Return true position and velocity (2, n, runs) under eq. 11; with `rng` each run has its own noise."""
     out = np.empty((2, len(reference), runs))
     spans = [NOISE * np.abs(values).max() for values in (reference.positions, reference.velocities)]
     y, v = (np.full(runs, values[0, 0]) for values in (reference.positions, reference.velocities))
@@ -63,7 +63,7 @@ def simulate(
 
 
 def measured(name: str, reference: Samples, quiet: np.ndarray, noisy: np.ndarray, noise: np.ndarray) -> list[Row]:
-    """Deviation, recovery and errors at the end of the push alone (2, n, 1) and with noise (2, n, runs)."""
+    """Return deviation, recovery and final errors of the push alone (2, n, 1) and with noise (2, n, runs)."""
     aim = np.stack([reference.positions, reference.velocities])
     quiet, noisy, noise = quiet - aim, noisy - aim, noise - aim
     outside = np.append(round(PUSH_TO / STEP), np.flatnonzero(np.abs(quiet[0, :, 0]) > RECOVERED))
@@ -80,7 +80,7 @@ def measured(name: str, reference: Samples, quiet: np.ndarray, noisy: np.ndarray
 
 
 def picture(reference: np.ndarray, shown: dict[float, np.ndarray]) -> Figure:
-    """Position, velocity and deviation for the paper's gain and the project's."""
+    """Draw position, velocity and deviation for the paper's gain and the project's."""
     figure, axes = style.panels(
         "Fig. 5  A push of 100 rad/s² during 0.1–0.3 s, 1 % noise on both sensors (Euler steps of 1 ms)",
         (*style.UNITS[:2], "position less\nreference, rad", "the same, noise\nwithout push, rad"),
@@ -103,7 +103,7 @@ def picture(reference: np.ndarray, shown: dict[float, np.ndarray]) -> Figure:
 
 
 def trace(reference: np.ndarray, shown: dict[float, np.ndarray]) -> list:
-    """All curves of the picture."""
+    """Return all curves of the figure."""
     found = curves("fig5", "reference", TIMES, reference)
     for gain, motion in shown.items():
         found += curves("fig5", f"gain_{gain:.0f}", TIMES, np.append(motion[:, :, 1], 0 * TIMES[None], axis=0))[:2]

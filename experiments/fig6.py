@@ -40,7 +40,7 @@ DMP_HELPS = "position and velocity in the forcing term help the DMP against nois
 
 
 def run() -> Outcome:
-    """One noisy demonstration to look at, many to count, and the length of the window."""
+    """Learn one noisy demonstration for the figure, many for the statistics, and with windows of several lengths."""
     noise = np.random.default_rng(7).uniform(-AMPLITUDE, AMPLITUDE, (RUNS, len(TIMES)))
     noisy = demonstrated(TIMES)[0] + noise
     rows = [
@@ -70,7 +70,7 @@ def run() -> Outcome:
 
 
 def learned(positions: np.ndarray, smoothing: Smoothing) -> dict[str, np.ndarray]:
-    """Each method's motion (3, n) to the clean demonstration's goal, learned from positions (n,)."""
+    """Return each method's motion (3, n) to the clean demonstration's goal, learned from positions (n,)."""
     primitive = learn(demonstration(positions), smoothing)
     request = ask()
     motions = gaussian(primitive, request)[1], qp(primitive, request)[1], dynamic(polynomial(primitive), request)
@@ -78,7 +78,7 @@ def learned(positions: np.ndarray, smoothing: Smoothing) -> dict[str, np.ndarray
 
 
 def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> Figure:
-    """Left without, right with the filter; below what the window's length does."""
+    """Draw motions without the filter (left), with it (right), and the effect of the window's length (below)."""
     bends, path = "acceleration, rad/s²", "position, rad"
     figure, axes = style.panels(
         "Fig. 6  Noise of 0.01 rad on the demonstration: not filtered (left), Savitzky-Golay of 201 samples (right)",
@@ -118,5 +118,5 @@ def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> 
 
 
 def trace(shown: dict[str, np.ndarray]) -> list[Curve]:
-    """All motions of the picture."""
+    """Return all motions of the figure."""
     return [c for name, motion in shown.items() for c in curves("fig6", name.replace(".", "_"), TIMES, motion)]

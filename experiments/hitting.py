@@ -29,7 +29,7 @@ CLOSE = "start and end close to each other: large accelerations (II-B)"
 
 
 def run() -> Outcome:
-    """Goals that change under way; demonstrations that end near where they begin."""
+    """Measure goals that change during the motion, and demonstrations that end near their start."""
     late, close = {}, {}
     rows: list[Row] = []
     rng = np.random.default_rng(5)
@@ -47,7 +47,7 @@ def run() -> Outcome:
 
 
 def final_velocity_errors(dmp: Dmp, goals: Boundary, at: float) -> np.ndarray:
-    """Errors (rad/s) at the end where the demonstration's goal becomes each of `goals` at s = `at`."""
+    """Return the final velocity errors (rad/s) when the goal changes to each of `goals` at s = `at`."""
     old = ask()
     count = len(goals.positions)
     start, before = (
@@ -60,7 +60,7 @@ def final_velocity_errors(dmp: Dmp, goals: Boundary, at: float) -> np.ndarray:
 
 
 def peak_acceleration(system: System, net: float) -> float:
-    """Largest acceleration (rad/s²) towards a goal 0.5 rad away, learned out and back to `net` rad from the start."""
+    """Return the peak acceleration (rad/s²) to a goal 0.5 rad away, learned from a motion that ends `net` rad away."""
     blend = 10 * TIMES**3 - 15 * TIMES**4 + 6 * TIMES**5
     primitive = learn(demonstration(np.sin(np.pi * TIMES) ** 4 + net * blend), "none")
     request = ask(primitive.start, state(0.5, 0.0))
@@ -68,7 +68,7 @@ def peak_acceleration(system: System, net: float) -> float:
 
 
 def picture(late: dict, close: dict) -> Figure:
-    """Both drawbacks against what brings them out."""
+    """Draw both drawbacks over their causes."""
     figure, axes = style.panels(
         "Section II-B  The two drawbacks of the linearly moving goal, beside the fifth-order one",
         ("final velocity error, rad/s\n(median of 200 new goals)", "largest acceleration, rad/s²"),

@@ -1,8 +1,8 @@
-"""Fig. 5 on the MuJoCo arm: the running services on a bus of their own, on the stepped clock, recorded.
+"""Fig. 5 on the MuJoCo arm: the running services on a router of their own, on the stepped clock, recorded.
 
-The figures' demonstration is played by the first joint, as far as an arm at rest can: it begins at rest. Its DMP
-would begin with a jump of 170 rad/s², which the planner refuses. So both methods are played side by side with the
-forehand that ships with Volley, which begins at rest.
+The first joint plays the figures' demonstration, beginning at rest as the arm does. Its DMP would begin with a jump of
+170 rad/s², which the planner refuses. Both methods are therefore compared on the forehand that ships with Volley, which
+begins at rest.
 """
 
 import math
@@ -31,7 +31,7 @@ SETTLE_TICKS = 20
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A motion to push: its name, its goal, whether the sensors are noisy."""
+    """A motion with a push: its name, its goal, whether the sensors are noisy."""
 
     name: str
     goal: m.Goal
@@ -40,8 +40,10 @@ class Case:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Played:
-    """What came of a case: the first joint's true motion and reference, position and velocity, (2, n) from the
-    start of the motion on, the index of the hit among them, and the controller's result."""
+    """The outcome of a case: the motion of the first joint and the controller's result.
+
+    true, reference: position and velocity, (2, n), from the start of the motion on. hit: index of the hit among them.
+    """
 
     true: np.ndarray
     reference: np.ndarray
@@ -50,7 +52,7 @@ class Played:
 
 
 def run(trace: Path) -> Outcome:
-    """Play every case and record all of them into `trace`."""
+    """Play every case and record all of them in `trace`."""
     trace.parent.mkdir(parents=True, exist_ok=True)
     with running_cell(flags={"clock": "stepped", "record": trace.resolve()}, quiet=True) as cell:
         arm = Arm(cell.bus)
@@ -63,14 +65,14 @@ def run(trace: Path) -> Outcome:
 
 
 def learn_figure(bus: Bus, home: list[float]) -> None:
-    """Have the planner learn the figures' demonstration for the first joint, the others resting at home."""
+    """Let the planner learn the figures' demonstration for the first joint; the others rest at home."""
     positions = np.tile(home, (len(TIMES), 1))
     positions[:, 0] += demonstrated(TIMES)[0]
     bus.ask(topics.LEARN, m.Learn(name="figure", positions=positions.tolist(), rate=1 / STEP, smoothing="none"))
 
 
 def all_cases(home: list[float]) -> list[Case]:
-    """The figures' demonstration, quiet and noisy, and the forehand by either method."""
+    """Return the figures' demonstration, without and with noise, and the forehand by either method."""
     figure = m.Goal(primitive="figure", positions=[home[0] + 1.0, *home[1:]], velocities=[3.0, *5 * [0.0]])
     forehand, dmp = (
         m.Goal(primitive="forehand", positions=list(HIT), velocities=list(HIT_VELOCITIES), method=method)
@@ -95,7 +97,7 @@ class Arm:
         bus.listen(topics.COMMAND, self._commands.put)
 
     def play(self, case: Case, seed: int) -> Played:
-        """Begin a run, play the case with its push, and gather what the arm did."""
+        """Begin a run, play the case with its push, and collect the arm's motion."""
         self._bus.ask(topics.SIM_RESET, m.Reset(seed=seed))
         self._blur(case)
         self._bus.ask(topics.SIM_STEP, m.Step(ticks=SETTLE_TICKS))
@@ -118,23 +120,23 @@ class Arm:
         )
 
     def _blur(self, case: Case) -> None:
-        """Noise with the standard deviation of fig. 5's uniform noise, for that case alone."""
+        """Set sensor noise with the standard deviation of fig. 5's uniform noise, or none."""
         share = NOISE / math.sqrt(3) if case.noisy else 0.0
         position, velocity = (share * float(np.abs(values).max()) for values in demonstrated(TIMES)[:2])
         self._bus.ask(topics.SIM_DISTURB, m.Disturb(kind="sensor_noise", position_std=position, velocity_std=velocity))
 
     def _gathered(self, bodies: SimpleQueue[bytes], message: type, run: int, last: int) -> dict:
-        """All messages of a run by their tick, up to `last`."""
+        """Return all messages of a run by their tick, up to `last`."""
         found = {}
         while last not in found:
-            said = decode(bodies.get(timeout=PATIENCE_S), message)
-            if said.run == run:
-                found[said.tick] = said
+            received = decode(bodies.get(timeout=PATIENCE_S), message)
+            if received.run == run:
+                found[received.tick] = received
         return found
 
 
 def measured(name: str, played: Played) -> list[Row]:
-    """Peak deviation, recovery, and errors of the true arm at the hit."""
+    """Return peak deviation, recovery, and errors of the true arm at the hit."""
     deviation = played.true - played.reference
     outside = np.append(round(PUSH_TO / STEP), np.flatnonzero(np.abs(deviation[0, : played.hit]) > RECOVERED))
     return [
@@ -147,7 +149,7 @@ def measured(name: str, played: Played) -> list[Row]:
 
 
 def picture(shown: dict[str, Played]) -> Figure:
-    """Left the figures' demonstration, right the forehand; the first joint."""
+    """Draw the first joint: the figures' demonstration (left) and the forehand (right)."""
     labels = (*style.UNITS[:2], "position less\nreference, rad")
     figure, axes = style.panels(
         "Fig. 5 on the MuJoCo arm  The same push and noise on its first joint, gain 50/s (stepped clock)",

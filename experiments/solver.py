@@ -1,6 +1,6 @@
-"""Sections III-B and IV: CVXOPT, the paper's solver, on the figures' problems, beside PIQP and beside Volley.
+"""Sections III-B and IV: CVXOPT, the paper's solver, on the figures' problems, beside PIQP and Volley.
 
-Rows called solver.time… are of this run on this machine; nobody compares them.
+Rows called solver.time… depend on the machine and are not tested.
 """
 
 import time
@@ -31,7 +31,7 @@ EVERYTHING = Limits(np.array([[-1.9, 1.9]]), np.array([12.0]), np.array([160.0])
 
 
 def run() -> Outcome:
-    """Each figure's problem, and random ones with limits on everything."""
+    """Solve each figure's problem, and random ones with limits on all quantities."""
     primitive = figure_primitive()
     problems = {
         "fig2": ask(fig2.START, fig2.GOAL, fig2.DURATION),
@@ -56,7 +56,7 @@ def run() -> Outcome:
 
 
 def random_goals(primitive: Primitive) -> list[Row]:
-    """Goals with limits on position, velocity, acceleration and jerk at all 1001 instants."""
+    """Solve random goals with limits on position, velocity, acceleration and jerk at all 1001 instants."""
     rng = np.random.default_rng(8)
     found = []
     while len(found) < RANDOM:
@@ -82,8 +82,11 @@ def random_goals(primitive: Primitive) -> list[Row]:
 def compared(
     primitive: Primitive, request: MotionRequest, repeats: int = REPEATS
 ) -> tuple[float, float, float, float, float]:
-    """How far PIQP's objective is from CVXOPT's, as a part of the demonstration's; Volley's imitation error as a part
-    of CVXOPT's; the least time (s) of CVXOPT and PIQP, solving alone, and of Volley, the whole plan."""
+    """Compare CVXOPT, PIQP and Volley on one problem.
+
+    Return the distance of PIQP's objective from CVXOPT's, as a part of the demonstration's; Volley's imitation error as
+    a part of CVXOPT's; the least time (s) of CVXOPT and of PIQP, for solving alone, and of Volley, for the whole plan.
+    """
     program = make_programs(primitive, request, BASIS_COUNT)[0]
     problem = as_matrices(program)
     solved, theirs = least_time(lambda: solvers.qp(*problem, options={"show_progress": False}), repeats)
@@ -96,7 +99,7 @@ def compared(
 
 
 def as_matrices(program: GaussianProgram) -> list[cvxopt.matrix | None]:
-    """P, q, G, h, A, b for CVXOPT, a row for each side of a limit that there is."""
+    """Return P, q, G, h, A, b for CVXOPT, with a row for each finite side of a limit."""
     sides = (program.G, program.high), (-program.G, -program.low)
     finite = [(matrix[np.isfinite(bound)], bound[np.isfinite(bound)]) for matrix, bound in sides]
     limited = [cvxopt.matrix(np.concatenate(x)) for x in zip(*finite, strict=True)] if len(program.G) else [None, None]
@@ -104,13 +107,13 @@ def as_matrices(program: GaussianProgram) -> list[cvxopt.matrix | None]:
 
 
 def missed(primitive: Primitive, w: np.ndarray) -> float:
-    """Mean square (rad²) of what is left of d″ by the weights w (N,)."""
+    """Return the mean square (rad²) of the residual of d″ with the weights w (N,)."""
     left = rows(BASIS_COUNT)[2] @ w - primitive.duration**2 * primitive.sample(INSTANTS).accelerations[:, 0]
     return float(np.mean(left**2))
 
 
 def least_time(action: Callable[[], Result], repeats: int) -> tuple[Result, float]:
-    """What an action returns, and the least of its times (s): the one least disturbed."""
+    """Return the result of an action, and the least of its times (s), which is the least disturbed one."""
     took, result = [], action()
     for _ in range(repeats):
         began = time.perf_counter()

@@ -1,6 +1,7 @@
 """One style for all figures."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,7 +21,7 @@ COLOURS = {
 
 
 def panels(title: str, labels: Sequence[str], columns: int = 1, height: float = 2.2) -> tuple[Figure, list[Axes]]:
-    """A figure with one panel for each y label, in rows first, time on the lowest x axes."""
+    """Make a figure with one panel for each y label, column by column, and time on the lowest x axes."""
     rows = -(-len(labels) // columns)
     figure = Figure(figsize=(8.0 if columns == 1 else 11.0, 0.8 + height * rows), dpi=110, layout="constrained")
     FigureCanvasAgg(figure)
@@ -35,19 +36,21 @@ def panels(title: str, labels: Sequence[str], columns: int = 1, height: float = 
     return figure, axes
 
 
-def draw(axes: Sequence[Axes], times: np.ndarray, values: Sequence[np.ndarray], name: str, label: str, **more) -> None:
-    """One curve in each panel, in the colour of `name`."""
+def draw(
+    axes: Sequence[Axes], times: np.ndarray, values: Sequence[np.ndarray], name: str, label: str, **more: Any
+) -> None:
+    """Draw one curve in each panel, in the colour of `name`."""
     for ax, curve in zip(axes, values, strict=True):
         ax.plot(times, curve, color=COLOURS[name], label=label, **{"linewidth": 1.6, **more})
 
 
-def bound(ax: Axes, values: Sequence[float], label: str, **more) -> None:
-    """Horizontal lines at limits, named once."""
+def bound(ax: Axes, values: Sequence[float], label: str, **more: Any) -> None:
+    """Draw horizontal lines at limits, with one label."""
     for number, value in enumerate(values):
         style = {"linestyle": "--", "linewidth": 1.2, "color": COLOURS["limit"], **more}
         ax.axhline(value, label=label if number == 0 else None, **style)
 
 
-def legend(ax: Axes, **more) -> None:
-    """The legend of a panel."""
+def legend(ax: Axes, **more: Any) -> None:
+    """Add the legend of a panel."""
     ax.legend(fontsize=8, framealpha=0.9, **more)

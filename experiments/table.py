@@ -13,7 +13,7 @@ PAGE = ROOT / "docs" / "paper.md"
 FIGURES = ROOT / "docs" / "figures"
 
 NOUGHT = 1e-12
-"""What is smaller is rounding, and written as 0."""
+"""Smaller values are rounding and written as 0."""
 
 _VALUE = re.compile(r"<!--= (\S+) -->.*?<!---->")
 _ROWS = re.compile(r"(<!-- rows: ([^>]*?) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -25,23 +25,23 @@ def write_results(rows: Iterable[Row], path: Path = RESULTS) -> None:
     lines = []
     for row in rows:
         value = 0.0 if abs(row.value) < NOUGHT else float(f"{row.value:.6g}")
-        said = {"name": row.name, "value": value, "unit": row.unit}
+        entry = {"name": row.name, "value": value, "unit": row.unit}
         if row.paper_claim is not None:
-            said["paper_claim"] = row.paper_claim
-        lines.append(json.dumps(said, ensure_ascii=False))
+            entry["paper_claim"] = row.paper_claim
+        lines.append(json.dumps(entry, ensure_ascii=False))
     path.write_text("[\n" + ",\n".join(lines) + "\n]\n", encoding="utf-8")
 
 
 def read_results(path: Path = RESULTS) -> list[Row]:
-    """The rows of the committed table."""
-    return [Row(**said) for said in json.loads(path.read_text(encoding="utf-8"))]
+    """Return the rows of the committed table."""
+    return [Row(**entry) for entry in json.loads(path.read_text(encoding="utf-8"))]
 
 
 def quote(page: str, rows: Iterable[Row]) -> str:
-    """The page with every number in it replaced by that of the table.
+    """Return the page with every number replaced by that of the table.
 
     `<!--= NAME -->…<!---->` holds one value, `<!-- rows: PREFIX … -->` to `<!-- end -->` a table of all rows whose
-    name begins with one of the prefixes. Raises KeyError for a name that is not there.
+    name begins with one of the prefixes. Raises KeyError for an unknown name.
     """
     by_name = {row.name: row for row in rows}
     page = _VALUE.sub(lambda found: f"<!--= {found[1]} -->{shown(by_name[found[1]].value)}<!---->", page)
@@ -49,7 +49,7 @@ def quote(page: str, rows: Iterable[Row]) -> str:
 
 
 def as_table(by_name: dict[str, Row], prefixes: list[str]) -> list[str]:
-    """Markdown lines; median, least and greatest of one thing in one line."""
+    """Return Markdown lines; median, minimum and maximum share a line."""
     lines = ["| | | |", "|---|---:|---|"]
     for prefix in prefixes:
         found = [row for name, row in by_name.items() if name == prefix or name.startswith(f"{prefix}.")]
@@ -66,7 +66,7 @@ def as_table(by_name: dict[str, Row], prefixes: list[str]) -> list[str]:
 
 
 def shown(value: float) -> str:
-    """Three significant digits."""
+    """Return a number with three significant digits."""
     if value == 0:
         return "0"
     return f"{value:.3g}" if 1e-3 <= abs(value) < 1e3 else f"{value:.2e}" if abs(value) < 1 else f"{value:.0f}"

@@ -11,7 +11,7 @@ from experiments.common import Curve
 
 
 def write_trace(found: Iterable[Curve], path: Path) -> None:
-    """Write all curves to `path`, each an entity of its own on the timeline sim_time."""
+    """Write all curves to `path`, each as an entity on the timeline sim_time."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with rr.RecordingStream("volley-paper") as stream:
         stream.save(path)

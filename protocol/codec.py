@@ -1,8 +1,8 @@
-"""Between bytes and messages: `msgpack` for the bytes, `msgspec` for the types.
+"""Encode and decode messages: `msgpack` for the bytes, `msgspec` for the types.
 
-A body is read by its types, so that of one that does not fit nothing is built: a million lists, unpacked before they
-are looked at, would stand in the way of a 1 kHz loop in the same process for half a second. Only a small one is then
-unpacked all the same, to say better what is wrong with it.
+msgspec decodes straight into the message type, so a wrong payload is rejected before any of it is built: to unpack a
+million lists first would block a 1 kHz loop in the same process for half a second. Only a small wrong payload is
+unpacked afterwards, to explain what is wrong with it.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ MAX_DEPTH = 8
 MAX_FIELD = 120
 MAX_SENTENCE = 400
 MAX_ERROR = 2000
-"""Characters of msgspec's sentence that are looked at; a sender's field name may be part of it."""
+"""Characters of msgspec's message that are parsed; it may contain a field name of any length."""
 MAX_EXPLAINED = 1 << 12
-"""Bytes of a body that is unpacked to say what is wrong with it."""
+"""Largest body, bytes, that is unpacked to explain its refusal."""
 MAX_BEGINNING = 64
-"""Bytes of a body that are looked at to see whether it is JSON."""
+"""Bytes of a body that are searched for JSON."""
 _WHERE = re.compile(r"^(?P<what>.*?)(?: - at (?P<key>`key` in )?`\$\.?(?P<path>.*?)`)?$", re.DOTALL)
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _FINITE = re.compile(r"Expected `float` [<>]= ")
 _NAMED = re.compile(r"(unknown|required) field `(.*?)`")
 _JSON = re.compile(rb"\s*(\{\s*[\"}]|\[\s*[\[\]{\"\d-])")
-"""How a JSON map or array begins; in msgpack these bytes are a small number that more follows."""
+"""How a JSON map or array begins; in msgpack these bytes would be a small number followed by more."""
 
 
 def encode(message: msgspec.Struct) -> bytes:
@@ -60,17 +60,17 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = SMALL) -> Kind:
 
 
 def check_size(size: int, max_bytes: int) -> None:
-    """Refuse a body of `size` bytes where that is more than `max_bytes`.
+    """Refuse a body of more than `max_bytes` bytes.
 
     Raises:
         Refusal: `bad_message`.
     """
     if size > max_bytes:
-        raise bad_message("", f"the body has {size} bytes; at most {max_bytes} are taken here")
+        raise bad_message("", f"the body has {size} bytes; at most {max_bytes} are allowed here")
 
 
 def check_request_size(topic: Query, size: int) -> None:
-    """Refuse a request of `size` bytes where that is more than its topic takes.
+    """Refuse a request of more bytes than its topic takes.
 
     Raises:
         Refusal: `bad_message`, naming the topic.
@@ -112,12 +112,12 @@ def matrix(data: bytes | None, rows: int, columns: int, field: str) -> np.ndarra
     values = np.frombuffer(data, "<f8").reshape(rows, columns)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
-        raise bad_message(field, f"{field}[{row}][{column}] is {values[row, column]}; only finite numbers are taken")
+        raise bad_message(field, f"{field}[{row}][{column}] is {values[row, column]}; it must be finite")
     return values
 
 
 def matrix_bytes(values: np.ndarray) -> bytes:
-    """Return `values` of any shape as the wire has them: little-endian float64, the last index fastest."""
+    """Return `values` of any shape in the wire format: little-endian float64, the last index fastest."""
     import numpy as np
 
     return np.ascontiguousarray(values, "<f8").tobytes()
@@ -131,7 +131,7 @@ def _plain(value: Any) -> object:
 
 
 def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Refusal:
-    """Say what is wrong with a body that could not be read."""
+    """Return the refusal that explains why a body could not be decoded."""
     if _JSON.match(data[:MAX_BEGINNING]):
         return bad_message("", "the body looks like JSON; send the same as msgpack")
     body: Any = {}
@@ -147,12 +147,12 @@ def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Re
     if isinstance(error, msgspec.ValidationError):
         return _explain(error, kind, body)
     if isinstance(error, RecursionError | msgpack.StackError):
-        return bad_message("", f"the body is nested too deep; at most {MAX_DEPTH} levels are taken")
+        return bad_message("", f"the body is nested too deep; at most {MAX_DEPTH} levels are allowed")
     return bad_message("", f"the body is not msgpack: {str(error) or type(error).__name__}")
 
 
 def _short(text: str, length: int) -> str:
-    """Cut what a sender made long: a refusal is small whatever it refuses."""
+    """Cut text that a sender made long, so that refusals stay small."""
     return text if len(text) <= length else f"{text[: length - 1]}…"
 
 
@@ -161,7 +161,7 @@ def _describe(body: Any) -> str:
 
 
 def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: dict[str, Any]) -> Refusal:
-    """Turn msgspec's sentence and JSON path into the refusal that names the field; a larger `body` is not known."""
+    """Turn msgspec's message and JSON path into a refusal that names the field. A large `body` is passed as {}."""
     matched = _WHERE.match(_short(str(error), MAX_ERROR))
     what, path = (matched["what"], matched["path"] or "") if matched else (str(error), "")
     value = _value_at(body, path)
@@ -170,7 +170,7 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
         which = f"the key {strange[0]!r:.40}" if strange else "a key that is no string"
         return bad_message(path, f"{path or 'the body'} has {which}; keys are strings")
     if _FINITE.match(what):
-        return bad_message(path, f"{path} is {value or 'not finite'}; only finite numbers are taken")
+        return bad_message(path, f"{path} is {value or 'not finite'}; it must be finite")
     if _depth(value) > MAX_DEPTH:
         return bad_message(path, f"{_short(path, MAX_FIELD)} is nested more than {MAX_DEPTH} deep")
     named = _NAMED.search(what)
@@ -188,7 +188,7 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
 
 
 def _value_at(body: Any, path: str) -> Any:
-    """Return what lies at a path like `waypoints[0].positions[2]`, or None."""
+    """Return the value at a path like `waypoints[0].positions[2]`, or None."""
     try:
         for name, index in _STEP.findall(path):
             body = body[int(index)] if index else body[name]
@@ -198,7 +198,7 @@ def _value_at(body: Any, path: str) -> Any:
 
 
 def _depth(value: Any) -> int:
-    """How deep the first entries of maps and lists are nested."""
+    """Return how deep the first entries of maps and lists are nested."""
     depth = 0
     while isinstance(value, dict | list) and value:
         value = next(iter(value.values() if isinstance(value, dict) else value))

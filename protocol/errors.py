@@ -22,13 +22,15 @@ CODES: Mapping[str, tuple[str, ...]] = {
     "fault": ("fault",),
     "wrong_clock": (),
 }
-"""Every code with the fields of its `detail`. `unavailable` adds `goal_id` where a goal may have started,
-`solver_failed` `min_duration` where time ran out, and any refusal of a goal with alternatives `alternatives`, their
-codes."""
+"""Every code with the fields of its `detail`.
+
+Some refusals add fields: `unavailable` `goal_id` where a goal may have started, `solver_failed` `min_duration` where
+planning time ran out, and the refusal of a goal with alternatives `alternatives`, their codes.
+"""
 
 
 class Refusal(Exception):
-    """A request that is answered with `reply_err`.
+    """A refused request: its owner replies with `reply_err`.
 
     `code` is one of `CODES`, `message` a sentence that a person can act on, `detail` holds at least the
     fields that `CODES` lists for the code.
@@ -45,7 +47,7 @@ class Refusal(Exception):
 
 
 class NoAnswer(Exception):
-    """A request that nobody answered: no owner, no bus, or an owner that is silent."""
+    """A request without a reply: no owner, no bus, or an owner that does not answer."""
 
     def __init__(self, service: str, key: str, reason: str = "") -> None:
         super().__init__(f"no answer on {key}: {reason or f'the {service} is not running, or not on this bus'}")

@@ -1,4 +1,4 @@
-"""The table of every key on the bus. Topics, queues, recording and the reference page derive from it."""
+"""The table of every key on the bus. Queues, permissions, recording and the reference page derive from it."""
 
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -16,19 +16,18 @@ MIB = 1 << 20
 QUEUE_LENGTH = 16
 MAX_PLAN_S = 60.0
 MAX_ID = 128
-"""Characters of a goal's or a client's id."""
+"""Largest length of a goal's or a client's id, characters."""
 ROBOT_SIDE = "sim"
-"""In the liveliness token of the robot side, simulated or real: the first robot was a simulation, and the contract only
-grows."""
+"""Name of the robot side, simulated or real, in its liveliness token: the first robot was a simulation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Query(Generic[RequestT, ReplyT]):
     """A request and its reply on `key`, answered by `owner`.
 
-    `reads`: changes nothing, and may therefore be asked with a wildcard key. `timeout_s`: how long a client waits.
-    `max_bytes`: of the request; where a 1 kHz loop reads it, no more than it unpacks in a tick. `smaller`: what to send
-    in place of a request that is larger.
+    `reads`: the request changes nothing, so its key may be a wildcard. `timeout_s`: how long a client waits for the
+    reply. `max_bytes`: largest request; where a 1 kHz loop decodes it, what it can decode within a tick. `smaller`:
+    what to send instead of a request that is too large.
     """
 
     key: str
@@ -44,10 +43,10 @@ class Query(Generic[RequestT, ReplyT]):
 
 @dataclass(frozen=True, slots=True)
 class Publication(Generic[MessageT]):
-    """What `owner` publishes on `key`, at `rate_hz` or, where that is None, when it happens.
+    """A message that `owner` publishes on `key`, at `rate_hz` or, where that is None, when it happens.
 
-    `max_age_s`: older than this it no longer counts as news, None where it never ages. `stream`: real-time priority,
-    and where time is real the latest wins.
+    `max_age_s`: an older message is stale; None: it never is. `stream`: sent with real-time priority; in real time
+    only the newest message is kept.
     """
 
     key: str
@@ -79,32 +78,32 @@ REFERENCE = Query(
     "controller",
     m.ReferenceRequest,
     m.Reference,
-    "where the arm will be",
+    "return the reference some time from now",
     reads=True,
     timeout_s=1.0,
 )
 CANCEL = Query("cancel", "controller", m.Cancel, m.Canceled, "stop the motion")
-RESET = Query("reset", "controller", m.Empty, m.ModeReply, "leave a latched fault, at rest only")
-RESULT = Query("result", "controller", m.ResultRequest, m.Result, "how a goal went", reads=True)
-STATUS_QUERY = Query("status", "controller", m.Empty, m.Status, "the latest status", reads=True)
-STATE_QUERY = Query("state", "robot", m.Empty, m.State, "the latest state", reads=True)
-DESCRIPTION = Query("description", "robot", m.Empty, m.Description, "what the arm is", reads=True)
+RESET = Query("reset", "controller", m.Empty, m.ModeReply, "leave a latched fault; only at rest")
+RESULT = Query("result", "controller", m.ResultRequest, m.Result, "return the outcome of a goal", reads=True)
+STATUS_QUERY = Query("status", "controller", m.Empty, m.Status, "return the latest status", reads=True)
+STATE_QUERY = Query("state", "robot", m.Empty, m.State, "return the latest state", reads=True)
+DESCRIPTION = Query("description", "robot", m.Empty, m.Description, "describe the arm", reads=True)
 RECOVER = Query("recover", "robot", m.Empty, m.Recovered, "leave a reflex, a stop or the brake", timeout_s=30.0)
 SIM_STEP = Query("sim/step", "robot", m.Step, m.Stepped, "advance the stepped clock", timeout_s=120.0)
 SIM_RESET = Query("sim/reset", "robot", m.Reset, m.ResetDone, "begin a new run")
-SIM_DISTURB = Query("sim/disturb", "robot", m.Disturb, m.Disturbed, "push the arm, blur its sensors, lose messages")
+SIM_DISTURB = Query("sim/disturb", "robot", m.Disturb, m.Disturbed, "push the arm, add sensor noise, drop messages")
 
-STATE = Publication("state", "robot", m.State, "what the arm measures", rate_hz=1000.0, max_age_s=0.02, stream=True)
+STATE = Publication("state", "robot", m.State, "the measured state", rate_hz=1000.0, max_age_s=0.02, stream=True)
 COMMAND = Publication(
-    "command", "controller", m.Command, "what the arm shall do", rate_hz=1000.0, max_age_s=0.02, stream=True
+    "command", "controller", m.Command, "the accelerations to apply", rate_hz=1000.0, max_age_s=0.02, stream=True
 )
-PLAN = Publication("plan", "planner", m.Plan, "an accepted motion, whole")
+PLAN = Publication("plan", "planner", m.Plan, "a whole accepted motion")
 REFUSED = Publication("refused", "planner", m.Refused, "a goal that was refused")
-STATUS = Publication("status", "controller", m.Status, "the controller at a glance", rate_hz=50.0, max_age_s=0.5)
-ENDED = Publication("ended", "controller", m.Result, "how a goal went")
+STATUS = Publication("status", "controller", m.Status, "a summary of the controller", rate_hz=50.0, max_age_s=0.5)
+ENDED = Publication("ended", "controller", m.Result, "the outcome of a goal")
 CONTACT = Publication("contact", "robot", m.Contact, "two bodies touched")
 BALL = Publication("ball", "robot", m.BallState, "the ball", rate_hz=100.0, max_age_s=0.5)
-DISTURBANCE = Publication("disturbance", "robot", m.Disturbance, "what disturbs the arm now")
+DISTURBANCE = Publication("disturbance", "robot", m.Disturbance, "the disturbances that act now")
 
 QUERIES: tuple[Query, ...] = (
     GOAL,
@@ -133,7 +132,7 @@ def alive_key(service: str) -> str:
 
 
 def claim_key(service: str, session: str) -> str:
-    """Return the key of the token by which a session claims the place of a service, without the robot's prefix."""
+    """Return the key of the token by which a session claims a service for itself, without the robot's prefix."""
     return f"alive/{service}/{session}"
 
 

@@ -12,7 +12,7 @@ from robot.shipped import DEFAULT_ROBOT_CONFIG
 
 
 class RobotError(ValueError):
-    """A robot description that cannot be used; `str()` names the file, the key and what would work."""
+    """An invalid robot description; `str()` names the file, the key and what would work."""
 
 
 class _Joints(msgspec.Struct, forbid_unknown_fields=True):
@@ -40,7 +40,7 @@ class _Description(msgspec.Struct, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotConfig:
-    """What every service knows of the robot. J joints, in the order of `joint_names`.
+    """The validated description of a robot of J joints, in the order of `joint_names`.
 
     home: (J,), rad. limits: positions from the model, the rest from the TOML; ±inf where the model has none.
     torques: (J,), N·m, the largest of either sign, inf where the model has none. alpha: gain of eq. 11, 1/s.
@@ -72,12 +72,12 @@ class RobotConfig:
         return 1.0 / self.rate_hz
 
     def load_model(self) -> mujoco.MjModel:
-        """A fresh MuJoCo model of the robot and what stands around it."""
+        """Load the MuJoCo model of the robot and its surroundings."""
         return mujoco.MjModel.from_xml_path(str(self.mjcf_path))
 
 
 def load_robot(path: Path | str = DEFAULT_ROBOT_CONFIG) -> RobotConfig:
-    """The robot described by the TOML file at `path`. Raises RobotError in a sentence."""
+    """Return the robot that the TOML file at `path` describes. Raises RobotError."""
     path = Path(path)
     try:
         description = msgspec.toml.decode(path.read_bytes(), type=_Description)
@@ -97,8 +97,8 @@ def load_robot(path: Path | str = DEFAULT_ROBOT_CONFIG) -> RobotConfig:
 
 
 def joint_ids(model: mujoco.MjModel, names: tuple[str, ...]) -> list[int]:
-    """Indices of the named joints in the model. Raises RobotError for one absent or with several axes."""
-    # MuJoCo's enumerations do not equal the numbers in its arrays.
+    """Return the indices of the named joints. Raises RobotError for a joint that is missing or has several axes."""
+    # MuJoCo's enumeration members do not compare equal to the numbers in its arrays.
     single_axis = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     available = [model.joint(i).name for i in range(model.njnt) if model.jnt_type[i] in single_axis]
     for name in names:
@@ -108,7 +108,7 @@ def joint_ids(model: mujoco.MjModel, names: tuple[str, ...]) -> list[int]:
 
 
 def _config(description: _Description, model: mujoco.MjModel, mjcf_path: Path) -> RobotConfig:
-    """The validated configuration."""
+    """Validate a description against its model."""
     joints = description.joints
     names = tuple(joints.names)
     if not names or len(set(names)) < len(names):
@@ -136,7 +136,7 @@ def _config(description: _Description, model: mujoco.MjModel, mjcf_path: Path) -
 
 
 def _vector(joints: _Joints, key: str) -> np.ndarray:
-    """One of the table's vectors, (J,)."""
+    """Return a vector of the table, (J,)."""
     values = np.array(getattr(joints, key), dtype=float)
     if len(values) != len(joints.names):
         raise RobotError(f"joints.{key}: has {len(values)} values for {len(joints.names)} joints")
@@ -144,7 +144,7 @@ def _vector(joints: _Joints, key: str) -> np.ndarray:
 
 
 def _bounds(joints: _Joints, key: str) -> np.ndarray:
-    """A vector of symmetric limits, (J,); inf is allowed."""
+    """Return a vector of symmetric limits, (J,); inf is allowed."""
     values = _vector(joints, key)
     for name, value in zip(joints.names, values, strict=True):
         if not value > 0:
@@ -153,7 +153,7 @@ def _bounds(joints: _Joints, key: str) -> np.ndarray:
 
 
 def _home(joints: _Joints, positions: np.ndarray) -> np.ndarray:
-    """The home pose, (J,), inside the ranges (J, 2)."""
+    """Return the home pose, (J,), checked against the ranges (J, 2)."""
     home = _vector(joints, "home")
     for name, value, (low, high) in zip(joints.names, home, positions, strict=True):
         if not (low <= value <= high and np.isfinite(value)):
@@ -168,7 +168,7 @@ def _check_site(model: mujoco.MjModel, name: str) -> None:
 
 
 def _torque_limit(model: mujoco.MjModel, joint: int) -> float:
-    """Largest torque (N·m) the joint can get in either direction: the joint's own limit and its actuator's."""
+    """Return the largest torque (N·m) in either direction, from the limits of the joint and of its actuators."""
     limit = np.inf
     if model.jnt_actfrclimited[joint]:
         limit = np.abs(model.jnt_actfrcrange[joint]).min()
@@ -185,7 +185,7 @@ def _torque_limit(model: mujoco.MjModel, joint: int) -> float:
 
 
 def _is_motor(model: mujoco.MjModel, actuator: int) -> bool:
-    """Whether the actuator's control is its force, so that the range of one is the range of the other."""
+    """Return whether the control of the actuator is its force, so that both have the same range."""
     return (
         model.actuator_gaintype[actuator] == int(mujoco.mjtGain.mjGAIN_FIXED)
         and model.actuator_biastype[actuator] == int(mujoco.mjtBias.mjBIAS_NONE)

@@ -7,7 +7,7 @@ from robot.description import RobotConfig, joint_ids
 
 
 class Kinematics:
-    """Pose and velocity of the tool site, in the world frame. Holds its own MuJoCo data: one per thread."""
+    """Pose and velocity of the tool site in the world frame. It holds its own MuJoCo data: use one per thread."""
 
     def __init__(self, config: RobotConfig) -> None:
         self.model = config.load_model()

@@ -5,7 +5,7 @@ from pathlib import Path
 _DEPLOY = Path(__file__).resolve().parents[1] / "deploy"
 
 DEFAULT_ROBOT_CONFIG = _DEPLOY / "robots" / "arm.toml"
-"""The robot that is started where no other is named."""
+"""The default robot."""
 
 DEMONSTRATIONS = _DEPLOY / "demonstrations"
-"""CSV files that a new library learns, one primitive each."""
+"""CSV files, one demonstration each, that a new library learns."""

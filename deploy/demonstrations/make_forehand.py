@@ -1,9 +1,9 @@
-"""Makes forehand.csv: a forehand of the arm in deploy/robots, from rest at home to the hit.
+"""Make forehand.csv: a forehand of the arm in deploy/robots, from rest at home to the hit.
 
     python -m deploy.demonstrations.make_forehand
 
 Three key poses joined by quintics. Home and hit are the poses of the paper's arm; the backswing goes further than
-the paper's, which leaves a third of a radian to gather speed in. The demonstration ends at the hit, at full speed.
+the paper's, whose third of a radian is too short to gain speed. The demonstration ends at the hit, at full speed.
 """
 
 import csv
@@ -35,13 +35,13 @@ def forehand(home: list[float]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def render() -> str:
-    """The whole of forehand.csv."""
+    """Return the text of forehand.csv."""
     joints = tomllib.loads(ROBOT.read_text())["joints"]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time", *joints["names"]])
     for time, positions in zip(*forehand(joints["home"]), strict=True):
-        # Nine decimals: coarser ones would show in the second derivative. Adding 0.0 turns -0.0 into 0.0.
+        # Nine decimals: coarser rounding would show in the second derivative. Adding 0.0 turns -0.0 into 0.0.
         writer.writerow([f"{time:.3f}", *(f"{round(float(value), 9) + 0.0:.9f}" for value in positions)])
     return text.getvalue()
 

@@ -1,1 +1,1 @@
-"""A robot cell on a network: who may do what, as data, and the Zenoh configurations and certificates made from it."""
+"""A robot cell on a network: a permission table, and the Zenoh configurations and certificates made from it."""

@@ -1,7 +1,7 @@
-"""`python -m deploy.zenoh.certificates DIR`: a certificate authority and a certificate for every role, to try a cell.
+"""`python -m deploy.zenoh.certificates DIR`: a certificate authority and a certificate for every role, for a first try.
 
-The authority's key lies beside what it signed, so this is for tests and first steps; a plant signs the same common
-names with its own authority. Needs OpenSSL 3.
+The authority's key is written beside the certificates, so this is for tests and first steps; a plant signs the same
+common names with its own authority. Needs OpenSSL 3.
 """
 
 import ipaddress
@@ -23,10 +23,10 @@ class Authority:
     """Make ca.pem and, for every role, ROLE.pem and ROLE.key.
 
     Attributes:
-        directory: Where the files go; existing ones are overwritten.
+        directory: Directory of the files; existing ones are overwritten.
         robot: Name of the robot; the common names are ROLE.ROBOT.
         hosts: Names and addresses at which the robot is reached.
-        days: How long the certificates hold. Zenoh knows no revocation: keep this short.
+        days: Validity of the certificates. Zenoh has no revocation: keep this short.
     """
 
     directory: Annotated[Path, tyro.conf.Positional]
@@ -36,7 +36,7 @@ class Authority:
 
 
 def make_authority(authority: Authority) -> None:
-    """Make the authority and the certificates of all roles; keys are readable by their owner alone.
+    """Make the authority and the certificates of all roles; only their owner can read the keys.
 
     Raises:
         subprocess.CalledProcessError: openssl failed; its `stderr` says why.

@@ -1,6 +1,6 @@
 """`python -m deploy.zenoh.configure`: write the Zenoh configurations of a robot cell, one for each participant.
 
-`router.json5` is for whoever hosts the bus (the robot side), `ROLE.json5` for the rest.
+`router.json5` is for the process that hosts the router (the robot side), `ROLE.json5` for the others.
 """
 
 import json
@@ -18,7 +18,7 @@ from protocol.topics import alive_key
 HEADER = "// Made by: python -m deploy.zenoh.configure{flags}\n"
 SERVICES = {role.name for role in ROLES if {alive_key(process.name) for process in PROCESSES} & set(role.tokens)}
 HOST_ROLE = "robot"
-"""Whose certificate the host of the bus shows."""
+"""Role whose certificate the router shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Cell:
     Attributes:
         out: Directory of the files; this package's own by default.
         robot: Name of the robot, as in its keys.
-        host: Name or address at which the others reach the robot; its certificate must bear it.
+        host: Name or address at which the others reach the robot; the router's certificate must contain it.
         port: Port of the bus.
         tls: Directory of the certificates on the machines that use the files: ca.pem, ROLE.pem and ROLE.key.
     """
@@ -41,7 +41,7 @@ class Cell:
 
 
 def router_config(cell: Cell) -> dict[str, Any]:
-    """Return the configuration of the host of the bus: mutual TLS, nothing else, and the permission table."""
+    """Return the configuration of the router: mutual TLS only, and the permission table."""
     return {
         "mode": "router",
         "listen": {"endpoints": [f"tls/0.0.0.0:{cell.port}"]},
@@ -59,7 +59,7 @@ def router_config(cell: Cell) -> dict[str, Any]:
 
 
 def client_config(cell: Cell, role: str) -> dict[str, Any]:
-    """Return the configuration of a participant who joins the bus as `role`."""
+    """Return the configuration of a participant that joins the bus as `role`."""
     return {
         "mode": "client",
         "connect": {"endpoints": [f"tls/{cell.host}:{cell.port}"]},
@@ -67,7 +67,7 @@ def client_config(cell: Cell, role: str) -> dict[str, Any]:
         "transport": _transport(
             cell,
             {
-                "enable_mtls": True,  # or the certificate is not shown
+                "enable_mtls": True,  # without it the certificate is not shown
                 "verify_name_on_connect": True,
                 "connect_certificate": str(cell.tls / f"{role}.pem"),
                 "connect_private_key": str(cell.tls / f"{role}.key"),
@@ -83,10 +83,10 @@ def _transport(cell: Cell, own: dict[str, Any], more: dict[str, Any]) -> dict[st
 
 
 def access_control(robot: str) -> dict[str, Any]:
-    """Return the permission table in the terms of Zenoh's access control.
+    """Return the permission table as a configuration of Zenoh's access control.
 
-    A message is judged where it enters; what was let in may leave to every known role, since nobody hears what he has
-    not been allowed to subscribe to or to answer.
+    A message is checked where it enters the router. What has entered may leave to every known role, since a participant
+    only receives what it was allowed to subscribe to or to answer.
     """
     rules = [_rule("leave", "egress", Permission(MESSAGES, ("**",)), robot)]
     rules += [_rule(f"all-{p.messages[0]}", "ingress", p, robot) for p in reading()]
@@ -108,7 +108,7 @@ def _rule(name: str, flow: str, permission: Permission, robot: str) -> dict[str,
 
 
 def texts(cell: Cell) -> dict[str, str]:
-    """Return the text of every file by its name."""
+    """Return the text of every file, by file name."""
     configs = {"router": router_config(cell), **{role.name: client_config(cell, role.name) for role in ROLES}}
     default = Cell()
     differing = [name for name in ("robot", "host", "port", "tls") if getattr(cell, name) != getattr(default, name)]
@@ -117,7 +117,7 @@ def texts(cell: Cell) -> dict[str, str]:
 
 
 def write(cell: Cell) -> None:
-    """Write the files, making the directory where it is missing."""
+    """Write the files; the directory is made if it is missing."""
     cell.out.mkdir(parents=True, exist_ok=True)
     for name, text in texts(cell).items():
         (cell.out / name).write_text(text)

@@ -1,7 +1,7 @@
 """The permission table of a robot cell, derived from the topic table: which role may send what on which key.
 
-A role is what a certificate's common name says, `ROLE.ROBOT`. The bus's router judges every message where it enters,
-so the table names what a role may *send*; whatever it does not name is refused.
+A role is given by a certificate's common name, `ROLE.ROBOT`. The router checks every message where it enters, so the
+table lists what a role may *send*; everything else is refused.
 """
 
 from dataclasses import dataclass
@@ -20,15 +20,15 @@ MESSAGES = (
     "liveliness_token",
     *WATCH_ALIVE,
 )
-"""Everything that Zenoh's access control tells apart."""
+"""All kinds of messages that Zenoh's access control distinguishes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Role:
     """One kind of participant.
 
-    A role owns the topics whose `owner` has its name. `asks` are the requests it may send beyond those that read;
-    `tokens` the liveliness tokens it may hold, keys without the robot's prefix.
+    A role owns the topics whose `owner` has its name. `asks`: requests that it may send besides those that only read.
+    `tokens`: liveliness tokens that it may hold, as keys without the robot's prefix.
     """
 
     name: str
@@ -39,14 +39,14 @@ class Role:
 
 @dataclass(frozen=True, slots=True)
 class Permission:
-    """The messages that may be sent on keys, given without the robot's prefix."""
+    """Kinds of messages that may be sent on keys; the keys lack the robot's prefix."""
 
     messages: tuple[str, ...]
     keys: tuple[str, ...]
 
 
 def serving(service: str) -> tuple[str, ...]:
-    """Return the tokens that a service holds: that it is there, and its claim on the place."""
+    """Return the tokens that a service holds: that it is alive, and its claim to be the only instance."""
     return alive_key(service), claim_key(service, "*")
 
 
@@ -55,14 +55,14 @@ SIMULATING = (topics.SIM_STEP, topics.SIM_RESET, topics.SIM_DISTURB)
 
 ROLES = (
     Role("robot", "the robot side, simulated or real", tokens=serving(ROBOT_SIDE)),
-    Role("planner", "plans, and alone may execute", asks=(topics.EXECUTE,), tokens=serving("planner")),
-    Role("controller", "alone may command", tokens=serving("controller")),
+    Role("planner", "plans; the only role that may execute", asks=(topics.EXECUTE,), tokens=serving("planner")),
+    Role("controller", "the only role that may command", tokens=serving("controller")),
     Role("recorder", "reads", tokens=serving("recorder")),
     Role("operator", "sends goals, teaches, stops", asks=OPERATING, tokens=(client_alive_key("*"),)),
     Role("viewer", "reads"),
     Role(
         "tester",
-        "an operator who may also step and disturb a simulated arm; not for a cell with a real one",
+        "an operator that may also step and disturb a simulated arm; not for a cell with a real arm",
         asks=(*OPERATING, *SIMULATING),
         tokens=(client_alive_key("*"),),
     ),
@@ -75,7 +75,7 @@ def common_name(role: str, robot: str) -> str:
 
 
 def reading() -> tuple[Permission, ...]:
-    """Return what every role may send: subscriptions, requests that change nothing, questions who is alive."""
+    """Return what every role may send: subscriptions, requests that change nothing, liveliness queries."""
     return (
         Permission(("declare_subscriber",), tuple(topic.key for topic in PUBLICATIONS)),
         Permission(("query",), tuple(topic.key for topic in QUERIES if topic.reads)),
@@ -84,7 +84,7 @@ def reading() -> tuple[Permission, ...]:
 
 
 def acting(role: Role) -> tuple[Permission, ...]:
-    """Return what `role` may send beyond `reading`."""
+    """Return what `role` may send besides `reading`."""
     permissions = (
         Permission(("put",), tuple(topic.key for topic in PUBLICATIONS if topic.owner == role.name)),
         Permission(("declare_queryable", "reply"), tuple(topic.key for topic in QUERIES if topic.owner == role.name)),

@@ -1,1 +1,1 @@
-"""Imitation in position: how near plans come to recordings, the numbers and pictures of docs/imitation.md."""
+"""Imitation in position: the distance of plans from recordings, the numbers and figures of docs/imitation.md."""

@@ -1,4 +1,4 @@
-"""`python -m experiments.imitation`: make docs/imitation.md, its numbers and its pictures."""
+"""`python -m experiments.imitation`: make docs/imitation.md, its numbers and its figures."""
 
 from collections.abc import Callable
 from typing import Annotated, Any, Literal, get_args
@@ -18,31 +18,31 @@ FIGURES = PAGE.parent / "figures"
 
 TableName = Literal["movements", "arms", "poses", "letters", "limited", "adapted"]
 Made = tuple[list[Any], Figure]
-"""Rows of a table, and its picture."""
+"""Rows of a table, and its figure."""
 
 
 def movements() -> Made:
-    """Movements in closed form; of each recorder the worst recording."""
+    """Make rows of movements in closed form: the worst recording of each recorder."""
     rows = [synthetic(movement, recorder) for movement in track(PLACES, "movements") for recorder in RECORDERS]
     return rows, pictures.movements(PLACES)
 
 
 def arms() -> Made | None:
-    """Every joint of every recording of an arm; None where the recordings are absent."""
+    """Make rows of every joint of every recording of an arm; None if the recordings are absent."""
     if not (found := list(recorded.arms())):
         return None
     return [row for recording in track(found, "arms") for row in of_recording(recording)], pictures.arms(found)
 
 
 def poses() -> Made | None:
-    """The worst coordinate of every recording of a tool; None where the recordings are absent."""
+    """Make rows of the worst coordinate of every recording of a tool; None if the recordings are absent."""
     if not (found := list(recorded.poses())):
         return None
     return [nearest_to_bound(of_recording(recording)) for recording in track(found, "poses")], pictures.poses(found)
 
 
 def letters() -> Made | None:
-    """The worst recording of every letter; None where the package with the recordings is absent."""
+    """Make rows of the worst recording of every letter; None if the package with the recordings is absent."""
     if not (found := list(recorded.letters())):
         return None
     rows = [
@@ -53,12 +53,12 @@ def letters() -> Made | None:
 
 
 def limited() -> Made:
-    """A pick and place under speed limits."""
+    """Make rows of a pick and place under speed limits."""
     return list(conditions.limited()), pictures.limited()
 
 
 def adapted() -> Made:
-    """Movements between other ends."""
+    """Make rows of movements between other ends."""
     return list(conditions.adapted()), pictures.adapted()
 
 
@@ -75,10 +75,10 @@ MAKERS: dict[TableName, Callable[[], Made | None]] = {
 def main(
     tables: Positional[tuple[Annotated[TableName, tyro.conf.arg(metavar="TABLE")], ...]] = (),
 ) -> None:
-    """Make the tables, by default all of them; the others keep their rows, as do those whose recordings are absent.
+    """Make tables, by default all of them; the others, and those whose recordings are absent, keep their rows.
 
     Args:
-        tables: Which.
+        tables: Tables to make.
     """
     console, rows = Console(), results.read()
     for name in tables or get_args(TableName):

@@ -1,4 +1,4 @@
-"""A pick and place under speed limits, and movements played between other ends, against what was shown."""
+"""Compare with the demonstration: a pick and place under speed limits, and movements between other ends."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,21 +12,21 @@ from motion.primitive import Primitive
 from motion.request import Boundary
 
 RATIOS = 1.01, 0.95, 0.9, 0.8, 0.7
-"""Speed limits, in parts of the demonstrated peak."""
+"""Speed limits, as parts of the demonstrated peak."""
 
 NO_PLACES = 1e6
-"""s: with so long a place time the place term of the cost vanishes, and the paper's cost is left."""
+"""Place time, s, that is so long that the place term vanishes and the paper's cost is left."""
 
 PLACE_TIMES: dict[str, float | None] = {"none": NO_PLACES, "default": None, "0.25": 0.25}
 ENDS_TIMES: dict[str, float | None] = {"none": None, "0.5": 0.5, "0.25": 0.25}
 
 AWAY = 1.0
-"""s from either end: what is called the middle of a motion."""
+"""Distance, s, of the middle of a motion from its ends."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limited:
-    """A pick and place under a speed limit: largest and rms distance from what was shown, rad, and of accelerations."""
+    """A pick and place under a speed limit: largest and rms deviation, rad, and rms acceleration error, rad/s²."""
 
     ratio: float
     places: str
@@ -37,7 +37,7 @@ class Limited:
 
 @dataclass(frozen=True, slots=True)
 class Adapted:
-    """A movement played between other ends: distance from what was shown, rad, in all and in the middle."""
+    """A movement between other ends: largest deviation, rad, over the whole motion and in its middle."""
 
     name: str
     place_time: str
@@ -48,7 +48,7 @@ class Adapted:
 
 
 def limited() -> Iterator[Limited]:
-    """The pick and place under speed limits, with and without a place term."""
+    """Yield the pick and place under speed limits, with and without a place term."""
     primitive = learned(PICK_AND_PLACE, CLEAN)
     times = np.linspace(0, PICK_AND_PLACE.duration, GRID)
     shown, signal = PICK_AND_PLACE.positions(times), accelerations(PICK_AND_PLACE, times)
@@ -62,12 +62,12 @@ def limited() -> Iterator[Limited]:
 
 
 def peak_speed(primitive: Primitive) -> float:
-    """Largest speed of a demonstration, rad/s."""
+    """Return the largest speed of a demonstration, rad/s."""
     return float(np.abs(primitive.sample(np.linspace(0, 1, GRID)).velocities).max())
 
 
 def other_ends() -> dict[str, tuple[Movement, Primitive, Boundary, Boundary]]:
-    """Movements with the ends between which they are played."""
+    """Return movements with the ends between which they are played."""
     work, pen, slow = (learned(movement, CLEAN) for movement in (PICK_AND_PLACE, HANDWRITING, SLOW))
     still = np.zeros(1)
     return {
@@ -88,7 +88,7 @@ def other_ends() -> dict[str, tuple[Movement, Primitive, Boundary, Boundary]]:
 
 
 def adapted() -> Iterator[Adapted]:
-    """Movements played between other ends, their differences made up for over the whole motion or near the ends."""
+    """Yield movements between other ends, with differences spread over the whole motion or kept near the ends."""
     for name, (movement, primitive, start, goal) in other_ends().items():
         times = np.linspace(0, movement.duration, GRID)
         middle = (times >= AWAY) & (times <= movement.duration - AWAY)

@@ -1,4 +1,4 @@
-"""Plans under a demonstration's own conditions, start, goal and duration, against what was shown."""
+"""Compare plans under a demonstration's own conditions (start, goal and duration) with the demonstration."""
 
 from dataclasses import dataclass
 
@@ -14,16 +14,16 @@ from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
 
 SHARE = 0.01
-"""Of the joint's range: the bound on a deviation, where that is more than the floor."""
+"""Bound on a deviation, as a part of the joint's range, if that is more than the floor."""
 
 SEEDS = 5
-"""Recordings of a movement by a recorder; the worst counts."""
+"""Number of recordings of a movement by each recorder; the worst one counts."""
 
 GRID = 4001
 """Instants at which a plan is compared with a movement in closed form."""
 
 STEP = 1e-3
-"""s; for second differences."""
+"""Step of second differences, s."""
 
 CLEAN = Recorder(500)
 
@@ -32,9 +32,9 @@ CLEAN = Recorder(500)
 class Own:
     """One joint played under its demonstration's own conditions, rad and rad/s².
 
-    acceleration_error: rms against the movement; where that is not known the standard error that learning reports.
-    signal: rms of the acceleration. kink: largest distance of a sample from the middle of its neighbours, None for
-    movements in closed form.
+    acceleration_error: rms distance from the movement, or the standard error that learning reports if the movement is
+    unknown. signal: rms of the acceleration. kink: largest distance of a sample from the middle of its neighbours, None
+    for movements in closed form.
     """
 
     name: str
@@ -54,12 +54,12 @@ class Own:
 
 
 def bound(span: float, noise: float, floor: float = FLOOR) -> float:
-    """The largest deviation (rad) allowed of a joint with this range and noise."""
+    """Return the largest allowed deviation (rad) of a joint with this range and noise."""
     return max(SHARE * span, floor, 2 * noise)
 
 
 def accelerations(movement: Movement, times: np.ndarray) -> np.ndarray:
-    """Accelerations (n,) of a movement, by second differences where they are not known in closed form."""
+    """Return the accelerations (n,) of a movement, by second differences if there is no closed form."""
     if movement.accelerations is not None:
         return movement.accelerations(times)
     before, here, after = (movement.positions(times + shift) for shift in (-STEP, 0.0, STEP))
@@ -67,7 +67,7 @@ def accelerations(movement: Movement, times: np.ndarray) -> np.ndarray:
 
 
 def learned(movement: Movement, recorder: Recorder, seed: int = 0) -> Primitive:
-    """What is learned from one recording of a movement."""
+    """Learn a primitive from one recording of a movement."""
     times, positions = recorder.record(movement, seed)
     return learn(Demonstration(times, positions[:, None]))
 
@@ -79,7 +79,7 @@ def ask(
     speed: float = np.inf,
     place_time: float | None = None,
 ) -> Plan:
-    """The plan in the demonstration's duration, from its own start to its own goal where no others are given."""
+    """Plan in the demonstration's duration, by default from its own start to its own goal."""
     joints = primitive.joint_count
     none = Limits.unlimited(joints)
     limits = Limits(none.positions, np.full(joints, speed), none.accelerations, none.jerks)
@@ -88,12 +88,12 @@ def ask(
 
 
 def free(boundary: Boundary, shift: float = 0.0) -> Boundary:
-    """The same state, `shift` rad away and with its acceleration free."""
+    """Return the same state, `shift` rad away and with a free acceleration."""
     return Boundary(boundary.positions + shift, boundary.velocities, np.full(len(boundary.positions), np.nan))
 
 
 def synthetic(movement: Movement, recorder: Recorder, seeds: int = SEEDS) -> Own:
-    """The worst plan of several recordings of a movement, against the movement itself."""
+    """Return the worst plan of several recordings of a movement, compared with the movement itself."""
     times = np.linspace(0, movement.duration, GRID)
     shown, signal = movement.positions(times), accelerations(movement, times)
     functions, deviations, errors = 0, [], []
@@ -108,7 +108,7 @@ def synthetic(movement: Movement, recorder: Recorder, seeds: int = SEEDS) -> Own
 
 
 def of_recording(recording: Recorded) -> list[Own]:
-    """The plan against the samples, each joint or coordinate."""
+    """Compare the plan with the samples, for each joint or coordinate."""
     demonstration = recording.demonstration
     primitive = learn(demonstration)
     played = ask(primitive).sample(demonstration.times - demonstration.times[0])
@@ -133,5 +133,5 @@ def of_recording(recording: Recorded) -> list[Own]:
 
 
 def nearest_to_bound(rows: list[Own]) -> Own:
-    """The row whose deviation is the largest part of its bound."""
+    """Return the row whose deviation is the largest part of its bound."""
     return max(rows, key=lambda row: row.deviation / row.bound)

@@ -17,10 +17,10 @@ ABSENT = "Not measured: the recordings were absent when this page was made."
 
 
 def quote(page: str, results: Results) -> str:
-    """The page with its tables and numbers made from the results.
+    """Return the page with its tables and numbers made from the results.
 
     `<!--= NAME -->…<!---->` holds one of the `facts`, `<!-- table: NAME -->` to `<!-- end -->` a table. Raises KeyError
-    for a name that is not there.
+    for an unknown name.
     """
     known, tables = facts(results), {name: _table(name, rows) for name, rows in results.items()}
     page = _FACT.sub(lambda found: f"<!--= {found[1]} -->{known[found[1]]}<!---->", page)
@@ -28,7 +28,7 @@ def quote(page: str, results: Results) -> str:
 
 
 def facts(results: Results) -> dict[str, str]:
-    """Numbers that sentences quote, by name."""
+    """Return the numbers that sentences quote, by name."""
     known = {"seeds": str(SEEDS)}
     for name, kind in KINDS.items():
         if kind is Own:
@@ -123,7 +123,7 @@ def _milli(value: float) -> str:
 
 
 def _digits(value: float) -> str:
-    """Two significant digits, three from 100 on; rounding as 0."""
+    """Return a number with two significant digits, three from 100 on; values below 1e-4 as 0."""
     if value < 1e-4:
         return "0"
     return f"{value:.2g}" if value < 99.5 else f"{value:.0f}"

@@ -1,4 +1,4 @@
-"""Pictures of demonstrations and of what is played."""
+"""Figures of demonstrations and of plans."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -28,11 +28,11 @@ RECORDER = Recorder(500, tick=TWELVE_BITS)
 RATIO = 0.8
 LETTERS_A_ROW = 6
 SECONDS = {WIPING.name: 3.0, HANDWRITING.name: 3.0}
-"""What is shown of movements that would be a black patch."""
+"""Seconds shown of movements with too many strokes to be legible."""
 
 
 def movements(cases: Sequence[Movement]) -> Figure:
-    """Each movement as demonstrated, and its plan learned from an encoder of 12 bit; below how far they are apart."""
+    """Draw each movement and its plan, learned from an encoder of 12 bit, and their distance below."""
     title = f"Demonstration and plan, recorded with {RECORDER} (an encoder of 12 bit)"
     figure, axes = _columns(title, ("position, rad", "deviation, mrad"), len(cases), height=1.9)
     for case, (position, deviation) in zip(cases, axes, strict=True):
@@ -46,7 +46,7 @@ def movements(cases: Sequence[Movement]) -> Figure:
 
 
 def arms(recordings: Sequence[Recorded]) -> Figure:
-    """Each joint of each recording as demonstrated and as planned; at the bottom the largest deviation of any."""
+    """Draw each joint of each recording and its plan, and the largest deviation of any joint at the bottom."""
     joints = [f"joint {name}, rad" for name in recordings[0].joints]
     title = "Demonstration and plan: household tasks, shown by hand to an arm of seven joints"
     figure, axes = _columns(title, (*joints, "deviation, mrad"), len(recordings), height=1.2)
@@ -61,7 +61,7 @@ def arms(recordings: Sequence[Recorded]) -> Figure:
 
 
 def poses(recordings: Sequence[Recorded]) -> Figure:
-    """The tool's path from the side and its rotation, of every recording."""
+    """Draw the tool's path from the side and its rotation, for every recording."""
     figure, axes = _columns("Demonstration and plan: the tool's poses in a pouring task", 6 * ("",), 3, height=1.7)
     panels = [(column[row], column[row + 1]) for row in (0, 2, 4) for column in axes]
     for recording, (path, rotation) in zip(recordings, panels, strict=True):
@@ -77,7 +77,7 @@ def poses(recordings: Sequence[Recorded]) -> Figure:
 
 
 def letters(recordings: Sequence[Recorded]) -> Figure:
-    """The first recording of every letter and its plan, on paper."""
+    """Draw the first recording of every letter and its plan, on paper."""
     rows = -(-len(recordings) // LETTERS_A_ROW)
     figure, axes = _columns("Demonstration and plan: handwriting, mm", rows * ("",), LETTERS_A_ROW, height=1.5)
     panels = [column[row] for row in range(rows) for column in axes]
@@ -94,7 +94,7 @@ def letters(recordings: Sequence[Recorded]) -> Figure:
 
 
 def limited() -> Figure:
-    """The pick and place under a speed limit, with and without a place term."""
+    """Draw the pick and place under a speed limit, with and without a place term."""
     primitive = learned(PICK_AND_PLACE, CLEAN)
     times = np.linspace(0, PICK_AND_PLACE.duration, GRID)
     shown, speed = PICK_AND_PLACE.positions(times), RATIO * peak_speed(primitive)
@@ -114,7 +114,7 @@ def limited() -> Figure:
 
 
 def adapted() -> Figure:
-    """Movements between other ends, the differences spread over the whole motion or kept near the ends."""
+    """Draw movements between other ends, with differences spread over the whole motion or kept near the ends."""
     cases = other_ends()
     labels = "position, rad", "deviation, rad", "acceleration, rad/s²"
     figure, axes = _columns("Played between other ends", labels, len(cases), height=2.2)
@@ -140,20 +140,20 @@ def adapted() -> Figure:
 
 
 def _own(recording: Recorded) -> tuple[np.ndarray, np.ndarray, Samples]:
-    """Times (n,), what was shown (n, J) and what is played."""
+    """Return times (n,), the demonstration (n, J) and the plan."""
     demonstration = recording.demonstration
     times = demonstration.times - demonstration.times[0]
     return times, demonstration.positions, ask(learn(demonstration)).sample(times)
 
 
 def _pair(ax: Axes, x: np.ndarray, shown: np.ndarray, along: np.ndarray, played: np.ndarray) -> None:
-    """A demonstration, broad and grey, and its plan, thin and black, on top of it."""
+    """Draw a demonstration, broad and grey, and its plan on top, thin and black."""
     ax.plot(x, shown, **SHOWN)
     ax.plot(along, played, label="plan", **PLAYED)
 
 
 def _title(column: Sequence[Axes], title: str, movement: Movement) -> None:
-    """A column's title, and the seconds that are shown of a movement of many strokes."""
+    """Set a column's title, and the range of time of a movement with many strokes."""
     if shown := SECONDS.get(movement.name):
         title = f"{title} (first {shown:g} s)"
         for ax in column:
@@ -162,12 +162,12 @@ def _title(column: Sequence[Axes], title: str, movement: Movement) -> None:
 
 
 def _legend(figure: Figure, ax: Axes) -> None:
-    """The legend of a panel below the figure."""
+    """Add the legend of a panel below the figure."""
     handles, labels = ax.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8)
 
 
 def _columns(title: str, labels: Sequence[str], count: int, height: float) -> tuple[Figure, list[list[Axes]]]:
-    """Columns of panels, labelled at the left."""
+    """Make columns of panels, labelled at the left."""
     figure, axes = style.panels(title, [*labels, *(count - 1) * len(labels) * [""]], columns=count, height=height)
     return figure, [axes[k : k + len(labels)] for k in range(0, len(axes), len(labels))]

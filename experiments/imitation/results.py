@@ -1,4 +1,4 @@
-"""The numbers of docs/imitation.md, docs/imitation.json."""
+"""The numbers of docs/imitation.md, in docs/imitation.json."""
 
 import json
 from dataclasses import asdict
@@ -18,10 +18,10 @@ KINDS = {
     "limited": Limited,
     "adapted": Adapted,
 }
-"""The tables, and what a row of each is."""
+"""The tables, and the type of their rows."""
 
 Results = dict[str, list[Any]]
-"""Rows by table; a table of recordings that were absent whenever this was made has none."""
+"""Rows by table; a table of recordings that were always absent has none."""
 
 
 def write(results: Results, path: Path = RESULTS) -> None:
@@ -34,7 +34,7 @@ def write(results: Results, path: Path = RESULTS) -> None:
 
 
 def read(path: Path = RESULTS) -> Results:
-    """The committed rows."""
+    """Return the committed rows."""
     tables = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     return {name: [kind(**row) for row in tables.get(name, [])] for name, kind in KINDS.items()}
 

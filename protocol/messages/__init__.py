@@ -1,8 +1,8 @@
 """The messages of the wire contract, version 1.
 
 Units are SI throughout: rad, rad/s, rad/s², rad/s³, s, N·m, m, m/s, N·s. Vectors over joints are lists in
-the order of `joint_names`. Matrices and arrays are `bytes`: little-endian float64, the last index fastest. Requests
-refuse unknown fields; publications and replies may gain fields, so their readers ignore unknown ones.
+the order of `joint_names`. Matrices and arrays are `bytes`: little-endian float64, the last index fastest. Unknown
+fields of requests are refused; publications and replies may gain fields, so readers ignore unknown ones.
 """
 
 from protocol.messages.arm import (

@@ -1,4 +1,4 @@
-"""The robot, simulated or real: states, description, recovery; the sim's clock and what disturbs it."""
+"""The robot, simulated or real: states, description, recovery, the clock of the sim, disturbances."""
 
 from typing import Literal
 
@@ -21,21 +21,21 @@ from protocol.messages.base import (
 
 
 class State(Message, kw_only=True):
-    """What the arm measures.
+    """The measured state of the arm.
 
     Attributes:
-        run: names one life of the arm: Unix ns of its start, in stepped time the seed
+        run: number of this run of the arm: Unix ns of its start, in stepped time the seed
         tick: counted from the start of the run
         time: tick / rate
         positions: measured
         velocities: measured
-        torques: applied over the tick before
-        saturated: where the torque was clipped
-        brake: the arm stops itself because commands stopped
-        applied_tick: of the state that the newest applied command answered, −1 before the first
-        truth: free of sensor noise, null on a real arm
-        condition: whether the arm follows commands; what keeps it from it: its own brake, a reflex, its user's stop, a
-            hand that guides it, or that it is not ready
+        torques: applied over the previous tick
+        saturated: whether the torque of each joint was clipped
+        brake: the arm brakes because commands are missing
+        applied_tick: tick of the state that the newest applied command answered, −1 before the first
+        truth: positions and velocities without sensor noise, null on a real arm
+        condition: `ready`: the arm follows commands; otherwise the reason why it does not: its own brake, a reflex, the
+            user's stop, hand guiding, or that it is not ready
         reason: of the condition, a sentence
     """
 
@@ -72,7 +72,7 @@ class RobotLimits(Struct, kw_only=True):
 
 
 class Description(Message, kw_only=True):
-    """What the arm is.
+    """Description of the arm.
 
     Attributes:
         joint_names: in the order of every vector
@@ -81,10 +81,10 @@ class Description(Message, kw_only=True):
         rate_hz: ticks per second
         clock: `realtime`; `stepped`: advanced by `sim/step`; `paced`: no faster than the wall clock, where each tick
             waits for the controller's answer to the last
-        run: names this life of the arm
+        run: number of this run of the arm
         delay_ticks: a command that answers tick k is applied at k + delay_ticks
-        modes: how the arm may be led
-        torques_are: what its states say of torques
+        modes: in which the arm can be driven
+        torques_are: origin of the torques in its states
     """
 
     joint_names: Names
@@ -121,7 +121,7 @@ class Step(Request, kw_only=True):
 
 
 class Stepped(Message, kw_only=True):
-    """Where the clock stands."""
+    """The time after the last step."""
 
     tick: int
     time: Number
@@ -140,7 +140,7 @@ class Reset(Request, kw_only=True):
     Attributes:
         positions: of the arm at rest, null: home
         ball: null: on its tee
-        seed: of the sensor noise; names the run where the clock is stepped
+        seed: of the sensor noise; with a stepped clock also the number of the run
     """
 
     positions: Vector | None = None
@@ -149,7 +149,7 @@ class Reset(Request, kw_only=True):
 
 
 class ResetDone(Message, kw_only=True):
-    """The new run stands at tick 0."""
+    """The new run is at tick 0."""
 
     tick: int
     time: Number
@@ -157,16 +157,16 @@ class ResetDone(Message, kw_only=True):
 
 
 class Disturb(Request, kw_only=True):
-    """Disturb the arm: push it, blur its sensors, or lose messages.
+    """Disturb the arm: push it, add sensor noise, or drop messages.
 
     Attributes:
-        kind: what; the fields below that belong to another kind stay null
+        kind: of the disturbance; fields that belong to another kind stay null
         values: of `acceleration` (rad/s²) or `torque` (N·m) on each joint
         start_time: of `acceleration` or `torque`, null: now
         duration: of `acceleration`, `torque` or `loss`
-        position_std: of `sensor_noise`: standard deviation of measured positions, rad, until the next such request
-        velocity_std: of `sensor_noise`: standard deviation of measured velocities, rad/s, until the next such request
-        stream: of `loss`: whose messages are lost
+        position_std: of `sensor_noise`: standard deviation of measured positions, rad, until it is set again
+        velocity_std: of `sensor_noise`: standard deviation of measured velocities, rad/s, until it is set again
+        stream: of `loss`: the messages that are lost
     """
 
     kind: Literal["acceleration", "torque", "sensor_noise", "loss"]
@@ -189,9 +189,9 @@ class Contact(Message, kw_only=True):
 
     Attributes:
         time: of the contact
-        bodies: their names
+        bodies: names of the bodies
         impulse: over the contact, N·s
-        ball_velocity: after the contact, null where the ball took no part
+        ball_velocity: after the contact, null for a contact without the ball
     """
 
     time: Number
@@ -209,15 +209,15 @@ class BallState(Message, kw_only=True):
 
 
 class ActiveDisturbance(Struct, kw_only=True):
-    """One disturbance that acts now; fields as in the request that made it.
+    """A disturbance that acts now; fields as in its request.
 
     Attributes:
         kind: as in the request
         values: on each joint
         position_std: rad
         velocity_std: rad/s
-        stream: whose messages are lost
-        end_time: null where it lasts until the next such request
+        stream: the messages that are lost
+        end_time: null where it lasts until it is set again
     """
 
     kind: str
@@ -229,7 +229,7 @@ class ActiveDisturbance(Struct, kw_only=True):
 
 
 class Disturbance(Message, kw_only=True):
-    """Everything that disturbs the arm now."""
+    """All disturbances that act now."""
 
     time: Number
     active: list[ActiveDisturbance]

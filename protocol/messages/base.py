@@ -1,4 +1,4 @@
-"""What messages are made of."""
+"""Types and messages that several messages share."""
 
 import sys
 from typing import Annotated, Any, Literal
@@ -13,7 +13,7 @@ Vector = list[Number]
 PartialVector = list[Number | None]
 Range = tuple[Number, Number]
 Names = Annotated[list[str], Meta(max_length=MAX_JOINTS)]
-"""Of joints."""
+"""Names of joints."""
 Outcome = Literal["running", "succeeded", "preempted", "canceled", "aborted"]
 Mode = Literal["holding", "tracking", "stopping", "fault"]
 Clock = Literal["realtime", "stepped", "paced"]
@@ -23,13 +23,13 @@ TorqueSource = Literal["commanded", "measured"]
 
 
 class Message(Struct, kw_only=True):
-    """What every message has: the version of the contract, 1."""
+    """Base of every message: the version of the contract, 1."""
 
     version: Literal[1] = 1
 
 
 class Request(Message, forbid_unknown_fields=True):
-    """A message that asks for something; unknown fields are refused."""
+    """Base of every request; unknown fields are refused."""
 
 
 class Empty(Request, kw_only=True):
@@ -37,7 +37,7 @@ class Empty(Request, kw_only=True):
 
 
 class Stamps(Struct, frozen=True):
-    """When a goal reached each stage, Unix ns; null where it has not.
+    """Times at which a goal reached each stage, Unix ns; null for stages not reached.
 
     Attributes:
         requested: the planner received it
@@ -74,12 +74,12 @@ class ErrorBody(Struct, kw_only=True):
 
 
 class Waypoint(Struct, forbid_unknown_fields=True, kw_only=True):
-    """A place or velocity on the way, met exactly, on a tick or not.
+    """Positions or velocities to pass through exactly, at any time, not only on a tick.
 
     Attributes:
         time_from_start: 0 < time < duration
-        positions: null, whole or for one joint: free
-        velocities: null, whole or for one joint: free
+        positions: null, as a whole or for one joint: free
+        velocities: null, as a whole or for one joint: free
     """
 
     time_from_start: Number

@@ -6,24 +6,24 @@ from protocol.messages.base import Message, Mode, Number, Outcome, Point, Reques
 
 
 class Accepted(Message, kw_only=True):
-    """A trajectory will be played from `start_time` on."""
+    """The trajectory is accepted and begins at `start_time`."""
 
     goal_id: str
     start_time: Number
 
 
 class ReferenceRequest(Request, kw_only=True):
-    """Ask where the arm will be.
+    """Ask for the reference some time from now.
 
     Attributes:
-        lead: from now, s
+        lead: time from now, s
     """
 
     lead: Number
 
 
 class Reference(Message, kw_only=True):
-    """Where everything accepted so far will have the arm.
+    """The state of the reference trajectory at one time, given everything accepted so far.
 
     Attributes:
         time: the first tick ≥ now + lead
@@ -31,7 +31,7 @@ class Reference(Message, kw_only=True):
         positions: of the reference
         velocities: of the reference
         accelerations: of the reference
-        goal_id: whose motion this is a point of; null at rest, and once that motion is stopping
+        goal_id: of the motion that this state belongs to; null at rest and while a motion is being stopped
     """
 
     time: Number
@@ -46,18 +46,18 @@ class Cancel(Request, kw_only=True):
     """Stop the motion.
 
     Attributes:
-        goal_id: stop only this one, null: whatever moves
+        goal_id: stop this motion only; null: any motion
     """
 
     goal_id: str | None = None
 
 
 class Canceled(Message, kw_only=True):
-    """The arm is on its way to rest.
+    """The arm is stopping.
 
     Attributes:
-        goal_id: what was stopped, null where nothing moved
-        stop_time: when the arm is at rest
+        goal_id: of the stopped motion, null where nothing moved
+        stop_time: time at which the arm is at rest
     """
 
     goal_id: str | None
@@ -71,19 +71,19 @@ class ModeReply(Message, kw_only=True):
 
 
 class ResultRequest(Request, kw_only=True):
-    """Ask how a goal went."""
+    """Ask for the outcome of a goal."""
 
     goal_id: str
 
 
 class Hit(Struct, kw_only=True):
-    """The errors at exactly the hit time.
+    """Tracking errors at exactly the hit time.
 
     Attributes:
         time: of the hit, or of the next state where that tick's was lost
-        position_error: measured less reference
-        velocity_error: measured less reference
-        truth_error: true less reference, null where the truth is not known
+        position_error: measured minus reference
+        velocity_error: measured minus reference
+        truth_error: true minus reference, null where the true state is not known
     """
 
     time: Number
@@ -93,15 +93,15 @@ class Hit(Struct, kw_only=True):
 
 
 class Result(Message, kw_only=True):
-    """How a goal went; errors are reported, not judged.
+    """The outcome of a goal; errors are reported, not judged.
 
     Attributes:
-        goal_id: which goal
-        outcome: `succeeded` means played to rest
-        reason: in words
+        goal_id: of the goal
+        outcome: `succeeded`: played to rest
+        reason: a sentence
         hit: null where the hit was not reached
         peak_tracking_error: largest of any joint at any time, rad
-        stamps: when it reached each stage
+        stamps: times at which it reached each stage
     """
 
     goal_id: str
@@ -113,7 +113,7 @@ class Result(Message, kw_only=True):
 
 
 class Lateness(Struct, kw_only=True):
-    """From a state in the loop's hand to the departure of its command, of the last 1000 answers.
+    """Time from a received state to its published command, over the last 1000 answers.
 
     Attributes:
         p50: median, µs
@@ -127,14 +127,14 @@ class Lateness(Struct, kw_only=True):
 
 
 class Cycle(Struct, kw_only=True):
-    """The controller's loop since the run began.
+    """Statistics of the controller's loop since the run began.
 
     Attributes:
         count: states answered
-        missed: ticks never seen or answered too late
+        missed: ticks that were lost or answered too late
         on_time_ratio: share of the ticks answered in time
-        late_us: the time that the last 1000 answers took
-        refused: states that were old, doubled or malformed, in all runs
+        late_us: duration of the last 1000 answers
+        refused: states that were old, duplicated or malformed, over all runs
     """
 
     count: int
@@ -145,19 +145,19 @@ class Cycle(Struct, kw_only=True):
 
 
 class Status(Message, kw_only=True):
-    """The controller at a glance.
+    """A summary of the controller.
 
     Attributes:
         time: on the robot's clock
-        mode: holding a pose, tracking a plan, stopping, or in a fault, which only `reset` or a new run of the arm ends
+        mode: holding a pose, tracking a plan, stopping, or in a fault, which only `reset` or a new run ends
         epoch: raised by every accept, cancel, fault, reset and new run
-        goal_id: what is played, null for nothing
-        time_from_start: of what is played
-        reference: where the arm should be
-        feedback: where it was measured
-        error: measured less reference
-        cycle: the controller's loop
-        fault: in words, null for none
+        goal_id: of the motion under way, null for none
+        time_from_start: of that motion
+        reference: of the reference trajectory
+        feedback: measured
+        error: measured minus reference
+        cycle: statistics of the controller's loop
+        fault: a sentence, null for none
     """
 
     time: Number
@@ -178,11 +178,11 @@ class Command(Message, kw_only=True):
     Attributes:
         run: of the state
         tick: of the state
-        source: who commands
+        source: name of the sender
         accelerations: to apply
-        positions: of the reference behind them
-        velocities: of the reference behind them
-        goal_id: what is played, null for nothing
+        positions: of the reference
+        velocities: of the reference
+        goal_id: of the motion under way, null for none
         next: of the reference at the end of the tick
         feedforward: mean acceleration of the reference over the tick: `accelerations` less feedback
     """

@@ -1,4 +1,4 @@
-"""What a client asks of the planner's motions, and the answer."""
+"""Goals for the planner, and its replies."""
 
 from typing import Annotated, Any, Literal
 
@@ -8,16 +8,16 @@ from protocol.messages.base import Message, Number, PartialVector, Range, Reques
 from protocol.messages.trajectories import Trajectory
 
 MAX_ALTERNATIVES = 256
-"""Further ends of one goal."""
+"""Largest number of further ends of one goal."""
 
 
 class Start(Struct, forbid_unknown_fields=True, kw_only=True):
-    """Where a planned motion begins.
+    """The state in which a planned motion begins.
 
     Attributes:
         positions: of each joint
         velocities: null: zero
-        accelerations: null, whole or for one joint: free
+        accelerations: null, as a whole or for one joint: free
     """
 
     positions: Vector
@@ -26,7 +26,7 @@ class Start(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class GoalLimits(Struct, forbid_unknown_fields=True, kw_only=True):
-    """Tighter limits for one goal; null, whole or for one joint, means the robot's own.
+    """Tighter limits for one goal; null, as a whole or for one joint: the robot's own.
 
     Attributes:
         positions: [low, high] of each joint
@@ -42,12 +42,12 @@ class GoalLimits(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class Alternative(Struct, forbid_unknown_fields=True, kw_only=True):
-    """A further end of a goal; what is null is as in the goal.
+    """A further end of a goal; null fields are those of the goal.
 
     Attributes:
-        positions: where each joint ends
-        velocities: with which velocity
-        accelerations: with which acceleration; null for one joint: free
+        positions: final position of each joint
+        velocities: final velocities
+        accelerations: final accelerations; null for one joint: free
         duration: from the start, in place of the goal's `duration` or `arrival_time`
         arrival_time: on the robot's clock, in place of the goal's `duration` or `arrival_time`
     """
@@ -60,50 +60,49 @@ class Alternative(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 Alternatives = Annotated[list[Alternative], Meta(max_length=10 * MAX_ALTERNATIVES)]
-"""The planner says it better where there are only ten times too many."""
+"""Up to ten times too many are decoded, so that the planner can explain the refusal."""
 
 
 class Goal(Request, kw_only=True):
     """Play `primitive` to `positions`.
 
     Attributes:
-        primitive: what to imitate
-        positions: where each joint ends, null: where the primitive ends
-        velocities: with which velocity, null: zero, or the demonstrated one where `positions` is null too
-        accelerations: with which acceleration; null, whole or for one joint: free where the final velocity is not zero,
-            zero where it is
-        alternatives: up to 256 further ends; of this one and those the feasible one is played that imitates best: the
-            least mean square of g̈ − τ²d̈, each joint in units of its acceleration limit. Where all are refused, the
-            detail of this one's refusal has `alternatives: [code, …]`
-        duration: from the start, rounded up to a tick; without it and `arrival_time` as long as the demonstration
+        primitive: name of the primitive to imitate
+        positions: final position of each joint, null: the primitive's own
+        velocities: final velocities, null: zero, or the demonstrated ones where `positions` is null too
+        accelerations: final accelerations; null, as a whole or for one joint: free where the final velocity is not
+            zero, otherwise zero
+        alternatives: up to 256 further ends. The planner plays the feasible end that imitates best: the least mean
+            square of g̈ − τ²d̈, each joint in units of its acceleration limit. If every end is refused, the detail of
+            the goal's own refusal has `alternatives: [code, …]`
+        duration: from the start, rounded up to a tick; without it and `arrival_time`: that of the demonstration
         arrival_time: on the robot's clock, to the nearest tick; not together with `duration`
         fastest: the shortest duration inside the limits; not with `duration` or `arrival_time`
-        revises: correct the motion of this goal_id, also where it was corrected since: imitate what is left of the
-            demonstration. Without `duration` and `arrival_time` the hit keeps its time. `unknown_goal` where that
-            motion is not under way, `late` where its hit has passed when this one begins, `superseded` where another
-            motion replaced it, `invalid_goal` where it is another primitive's
-        goal_id: names the motion in everything that follows, 1 to 128 characters, null: made by the planner; the same
-            one with the same body answers as the first did and moves nothing, with another body it is `duplicate`
-        client_id: whose goal it is, at most 128 characters
-        lease: the client holds the liveliness token `alive/client/CLIENT_ID`, its loss cancels the motion, and until
-            the end other clients' goals get `not_holder`
-        start: null: go on from where everything accepted so far will have the arm; given only with `plan_only`
-        waypoints: places to meet on the way, 0.01 of the duration or more from each other and from the ends
-        limits: tighter than the robot's own; where both say something the tighter holds
+        revises: correct the motion of this goal_id, or of any later correction of it: imitate what is left of the
+            demonstration. Without `duration` and `arrival_time` the hit keeps its time. Refused as `unknown_goal` if
+            that motion is not under way, `late` if its hit has passed when this one begins, `superseded` if another
+            motion replaced it, `invalid_goal` if it plays another primitive
+        goal_id: name of the motion in all messages, 1 to 128 characters, null: the planner chooses one. The same id
+            with the same body returns the first reply and moves nothing; with another body it is a `duplicate`
+        client_id: name of the client, at most 128 characters
+        lease: the client holds the liveliness token `alive/client/CLIENT_ID`; its loss cancels the motion, and until
+            the motion ends goals of other clients are refused as `not_holder`
+        start: null: the reference at the time at which the motion begins; given only with `plan_only`
+        waypoints: at least 0.01 of the duration from each other and from the ends
+        limits: tighter than the robot's own; where both have a limit, the tighter one holds
         rest_fraction: final part of the duration with exactly zero acceleration, 0 ≤ ρ < 1; `accelerations` must then
             be null or 0
-        place_time: s of the demonstration, 0.05 or more: keep the demonstrated places, but for about this long at each
-            end, where the start or goal differs; null: spread the difference over the whole motion
+        place_time: s of the demonstration, at least 0.05: keep the demonstrated positions, except within about this
+            time of an end that differs; null: spread the difference over the whole motion
         follow_through: s, 0 to 0.5: keep the final velocity this long after the goal, then stop; `accelerations` must
             then be null or 0
         tail: after the goal: stop inside the limits, or coast on with the final velocity (only with `plan_only`)
         method: the quadratic program on splines (`qp`), the same on Gaussians as in the paper (`gaussian`), or the
-            movement primitive that both are compared with (`dmp`). The last two have no certificate, their limits are
-            checked on their samples; `dmp` takes no waypoints, `rest_fraction`, `accelerations` or
-            `start.accelerations`
-        plan_only: reply without moving
-        include_trajectory: reply with the samples
-        preempt: take the place of a motion that runs; false: `busy` while there is one
+            movement primitive that both are compared with (`dmp`). The limits of the last two are checked on their
+            samples only; `dmp` takes no waypoints, `rest_fraction`, `accelerations` or `start.accelerations`
+        plan_only: plan and reply, but do not move
+        include_trajectory: include the samples in the reply
+        preempt: replace a motion that is under way; false: refuse the goal as `busy` while there is one
     """
 
     primitive: str
@@ -132,7 +131,7 @@ class Goal(Request, kw_only=True):
 
 
 class FinalError(Struct, kw_only=True):
-    """How far the plan ends from what was asked, recomputed from the solution: rad, rad/s."""
+    """Distance of the plan's end from the requested one, recomputed from the solution: rad, rad/s."""
 
     positions: Vector
     velocities: Vector
@@ -144,7 +143,7 @@ class ActiveLimit(Struct, kw_only=True):
     Attributes:
         joint: its name
         quantity: position, velocity, acceleration or jerk
-        time_from_start: when
+        time_from_start: time at which it is active
     """
 
     joint: str
@@ -153,7 +152,7 @@ class ActiveLimit(Struct, kw_only=True):
 
 
 class Extremes(Struct, kw_only=True):
-    """[least, greatest] value of each joint over the whole motion, between samples included."""
+    """[min, max] of each joint over the whole motion, between samples included."""
 
     positions: list[Range]
     velocities: list[Range]
@@ -162,7 +161,7 @@ class Extremes(Struct, kw_only=True):
 
 
 class Margin(Struct, kw_only=True):
-    """How far each joint stays from the nearest limit; null where there is none."""
+    """Smallest distance of each joint from its limits; null where there is none."""
 
     positions: PartialVector
     velocities: PartialVector
@@ -171,7 +170,7 @@ class Margin(Struct, kw_only=True):
 
 
 class Distance(Struct, kw_only=True):
-    """How far two curves are apart over the whole motion, rad a joint.
+    """Distance between two curves over the whole motion, rad, one value a joint.
 
     Attributes:
         rms: root mean square
@@ -183,7 +182,7 @@ class Distance(Struct, kw_only=True):
 
 
 class Deviation(Struct, kw_only=True):
-    """How far the plan is from where it might have been.
+    """Distance of the plan from the demonstration and from the plan without limits.
 
     Attributes:
         from_demonstration: from the demonstrated positions, in the motion's own time
@@ -195,20 +194,20 @@ class Deviation(Struct, kw_only=True):
 
 
 class Report(Struct, kw_only=True):
-    """What the planner knows of its plan, recomputed from the solution.
+    """Properties of a plan, recomputed from the solution.
 
     Attributes:
         imitation_rms: root mean square of g̈ − τ²d̈ over the motion, rad/s² a joint
         deviation: from the demonstration and by the limits, null where it was not computed
-        phase: where in the demonstration the motion began: 0, or what a motion that it corrects had reached
-        basis_count: functions a joint, 0 where that was not told
-        final_error: how far the plan ends from what was asked
+        phase: phase of the demonstration at which the motion begins: 0, or the one that a corrected motion had reached
+        basis_count: basis functions a joint, 0 where it is not reported
+        final_error: distance of the plan's end from the requested one
         extremes: [min, max] of each quantity over all time, tail included
-        margin: smallest distance to each limit, null where there is none
+        margin: smallest distance from each limit, null where there is none
         active: the limits that shape the plan
-        certified: no limit is passed at any time, between samples included
+        certified: the limits hold at all times, between samples included
         solve_ms: time spent on the quadratic programs of all joints
-        rounds: of row generation, the most of any joint
+        rounds: of constraint generation, the most of any joint
         rows: limit rows in the last program, the most of any joint
     """
 
@@ -227,18 +226,18 @@ class Report(Struct, kw_only=True):
 
 
 class GoalReply(Message, kw_only=True):
-    """The plan: accepted and about to be played, unless the goal said `plan_only`.
+    """The plan: accepted and about to be played, unless the goal has `plan_only`.
 
     Attributes:
-        goal_id: names the motion
+        goal_id: name of the motion
         start_time: on the robot's clock
-        duration: to the goal
-        total_duration: to rest
-        positions: where each joint ends
-        velocities: with which velocity
-        alternative: which end that is: 0 the goal's own, 1 the first of its `alternatives`
-        trajectory: with `include_trajectory`, sampled; of a motion over 20 s every nth sample, as `dt` says
-        report: what the planner knows of its plan
+        duration: from the start to the goal
+        total_duration: from the start to rest
+        positions: final positions that are played
+        velocities: final velocities that are played
+        alternative: the end that is played: 0 is the goal's own, 1 the first of its `alternatives`
+        trajectory: with `include_trajectory`: samples; of a motion over 20 s every nth sample, see its `dt`
+        report: properties of the plan
     """
 
     goal_id: str
@@ -253,19 +252,19 @@ class GoalReply(Message, kw_only=True):
 
 
 class Refused(Message, kw_only=True):
-    """A goal that the planner refused, said once its sender has the answer.
+    """A goal that the planner refused, published after the reply to its sender.
 
-    What is turned away before it reaches the planner, because too many requests wait there or the key has a wildcard,
-    is not published: only its sender knows of it. Of a body that does not decode nothing is known but the refusal.
+    A request that is refused before it reaches the planner, because its queue is full or the key has a wildcard, is
+    not published. If the body does not decode, only the refusal itself is known.
 
     Attributes:
-        goal_id: as in the goal, cut to 128 characters, or made for it; null where its body did not decode
-        client_id: whose goal it is, may be empty
-        primitive: what it was to imitate, empty where that is not known
-        code: as answered, see [codes](#codes)
-        message: as answered
-        detail: as answered
-        requested: the planner received it
+        goal_id: as in the goal, cut to 128 characters, or the planner's; null where its body did not decode
+        client_id: of the goal, may be empty
+        primitive: of the goal, empty where it is not known
+        code: as in the reply, see [codes](#codes)
+        message: as in the reply
+        detail: as in the reply
+        requested: time at which the planner received it
     """
 
     goal_id: str | None

@@ -7,7 +7,7 @@ from msgspec import Meta, Struct, field
 from protocol.messages.base import MAX_JOINTS, Message, Number, Point, Request, Vector
 
 Samples = Annotated[list[Annotated[Vector, Meta(max_length=MAX_JOINTS)]], Meta(max_length=1_000_000)]
-"""Of a demonstration; the planner says it better where it is only ten times too many."""
+"""Of a demonstration. Up to ten times too many are decoded, so that the planner can explain the refusal."""
 
 
 class SavitzkyGolay(Struct, forbid_unknown_fields=True, kw_only=True):
@@ -31,7 +31,7 @@ class Learn(Request, kw_only=True):
         joint_count: columns of the matrix
         rate: samples per second; this or `times`
         times: of the samples, s, rising
-        smoothing: auto (a penalised spline, by the noise found), none, or this filter
+        smoothing: auto (a penalised spline, its penalty chosen by the noise), none, or this filter
         replace: overwrite a primitive of this name
     """
 
@@ -45,21 +45,21 @@ class Learn(Request, kw_only=True):
 
 
 class Learned(Message, kw_only=True):
-    """What was learned.
+    """The learned primitive.
 
     Attributes:
         name: of the primitive
         duration: of the demonstration
-        basis_count: splines a joint
-        fit_rms: standard error of the learned accelerations, or rms against an explicit filter's, rad/s² a joint
+        basis_count: basis functions a joint
+        fit_rms: standard error of the learned accelerations, or their rms distance from the filter's, rad/s² a joint
         noise_estimate: of the positions, rad a joint
-        smoothing: the filter that was asked for, null for a penalised spline or none
-        position_rms: between the learned movement and its samples, rad a joint
-        position_max: the largest of these distances, rad a joint
-        start: where the learned movement begins
-        goal: where it ends
-        samples: of the demonstration
-        warnings: sentences on what is odd about the recording, or was not learned well
+        smoothing: the requested filter, null for a penalised spline or none
+        position_rms: rms distance of the learned movement from its samples, rad a joint
+        position_max: largest distance, rad a joint
+        start: state in which the learned movement begins
+        goal: state in which it ends
+        samples: number of samples of the demonstration
+        warnings: sentences on implausible properties of the recording and on what was not learned well
     """
 
     name: str
@@ -80,10 +80,10 @@ class PrimitiveEntry(Struct, kw_only=True):
     """One primitive of the library.
 
     Attributes:
-        name: to ask for it
-        joint_count: its joints
+        name: of the primitive
+        joint_count: number of its joints
         duration: of the demonstration
-        samples: of the demonstration
+        samples: number of samples of the demonstration
         created: Unix s
     """
 
@@ -95,7 +95,7 @@ class PrimitiveEntry(Struct, kw_only=True):
 
 
 class Primitives(Message, kw_only=True):
-    """The library, by name."""
+    """The library, sorted by name."""
 
     primitives: list[PrimitiveEntry]
 

@@ -1,4 +1,4 @@
-"""Motions on their way from the planner to the controller, and as published."""
+"""Motions: as the planner sends them to the controller, and as it publishes them."""
 
 from typing import Annotated
 
@@ -7,9 +7,9 @@ from msgspec import UNSET, Meta, Struct, UnsetType, field
 from protocol.messages.base import Message, Names, Number, PartialVector, Range, Stamps, Waypoint
 
 MAX_PIECES = 4096
-"""Of one motion."""
+"""Largest number of pieces of one motion."""
 COEFFICIENTS = 6
-"""Of one piece and joint: degree 5 or less."""
+"""Coefficients of one piece and joint: degree 5 or less."""
 
 Breaks = Annotated[list[Number], Meta(max_length=MAX_PIECES + 1)]
 
@@ -20,8 +20,8 @@ class Pieces(Struct, forbid_unknown_fields=True, kw_only=True):
     Attributes:
         breaks: the m + 1 times at which the pieces begin and the last one ends, s from `start_time`, not decreasing,
             the first 0; 1 to 4096 pieces
-        coefficients: array of m × joints × 6: what the powers 0 to 5 of the time since the piece's begin are multiplied
-            with, rad, rad/s, rad/s², …
+        coefficients: array of m × joints × 6, of the powers 0 to 5 of the time since the piece began: rad, rad/s,
+            rad/s², …
     """
 
     breaks: Breaks
@@ -29,21 +29,21 @@ class Pieces(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class Motion(Message, kw_only=True):
-    """What a trajectory has, as a request and as published.
+    """Fields of a motion, in a request and as published.
 
     Attributes:
-        goal_id: the goal it serves
-        client_id: whose goal it is, at most 128 characters
+        goal_id: of the goal
+        client_id: name of the client, at most 128 characters
         lease: as in the [Goal](#goal)
         preempt: as in the [Goal](#goal)
-        epoch: the controller's when the plan was made: a plan made under an older one is `superseded`
+        epoch: of the controller when the plan was made; a plan with an older epoch is refused as `superseded`
         joint_names: in the controller's order
         start_time: of sample 0
-        dt: from one sample to the next: 1 / `rate_hz`; in a reply or published, of a motion over 20 s, a multiple of it
-        count: number of samples; where only `pieces` are there, of ticks from 0 to the first one at or after their end
-        hit_index: the sample at the goal; where samples lie more than a tick apart, the nearest
-        stamps: so far
-        pieces: the motion at all times, where it is made of polynomials; left out where it is not
+        dt: time between samples: 1 / `rate_hz`; in a reply or published, for a motion over 20 s, a multiple of it
+        count: number of samples; with `pieces` alone: ticks from 0 to the first one at or after their end
+        hit_index: index of the sample at the goal, or of the nearest one
+        stamps: of the stages reached so far
+        pieces: the motion as polynomials, left out where it is none
     """
 
     goal_id: str
@@ -57,16 +57,16 @@ class Motion(Message, kw_only=True):
     count: int
     hit_index: int
     stamps: Stamps = Stamps()
-    # Not null where there are none: the first clients refuse a trajectory with a field that they do not know.
+    # Left out, not null: clients of the first version refuse a trajectory with a field that they do not know.
     pieces: Pieces | UnsetType | None = UNSET
 
 
 class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):
     """A motion from `start_time` through the goal to rest.
 
-    A request has either the three matrices or `pieces`. Pieces are smaller, and checked for all times instead of at the
-    samples: inside the limits, positions, velocities and accelerations without a jump at the breaks, and the last piece
-    constant; it may have no length.
+    A request has either the three matrices or `pieces`. Pieces are smaller, and the controller checks them for all
+    times instead of at samples: inside the limits; positions, velocities and accelerations continuous at the breaks;
+    the last piece constant, of any length, zero included.
 
     Attributes:
         positions: matrix of `count` × joints
@@ -80,7 +80,7 @@ class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):
 
 
 class PlanLimits(Struct, kw_only=True):
-    """The limits a plan was made under, the robot's and the goal's together.
+    """The limits of a plan, the robot's and the goal's combined.
 
     Attributes:
         positions: [low, high] of each joint, null where there is none
@@ -96,17 +96,17 @@ class PlanLimits(Struct, kw_only=True):
 
 
 class Plan(Motion, kw_only=True):
-    """A trajectory that was accepted, with what it was made of.
+    """An accepted trajectory, with the goal's conditions.
 
     Attributes:
         positions: matrix of `count` × joints
         velocities: matrix of `count` × joints
         accelerations: matrix of `count` × joints
-        primitive: what it imitates
-        revises: the goal whose motion it corrects, null for none
-        phase: where in the demonstration it began
-        limits: it was made under
-        waypoints: as asked for
+        primitive: name of the imitated primitive
+        revises: goal_id of the motion that it corrects, null for none
+        phase: phase of the demonstration at which it began
+        limits: of the plan
+        waypoints: of the goal
         demonstration: the demonstrated positions from `phase` on, warped to the duration: matrix of (`hit_index` + 1) ×
             joints
     """

@@ -158,7 +158,7 @@ def test_numbers_that_are_not_finite_are_refused_by_path(message, number, data):
     container[key] = number
     with pytest.raises(Refusal) as refused:
         decode(packed(body), type(message))
-    assert refused.value.message == f"{path} is {number}; only finite numbers are taken"
+    assert refused.value.message == f"{path} is {number}; it must be finite"
     assert refused.value.detail == {"field": path}
 
 

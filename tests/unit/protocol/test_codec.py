@@ -152,7 +152,7 @@ def test_numbers_that_are_not_finite_are_named_in_a_large_body():
     samples = [[0.0, 1.0]] * 10_000 + [[0.0, float("nan")]]
     with pytest.raises(Refusal) as refused:
         decode(cast(bytes, msgpack.packb({"name": "wipe", "positions": samples, "rate": 100.0})), m.Learn, 16 * MIB)
-    assert refused.value.message == "positions[10000][1] is not finite; only finite numbers are taken"
+    assert refused.value.message == "positions[10000][1] is not finite; it must be finite"
 
 
 def test_refusal_stays_short_whatever_was_sent():
@@ -188,7 +188,7 @@ def test_matrix_with_a_number_that_is_not_finite(number):
     values[1, 0] = number
     with pytest.raises(Refusal) as refused:
         matrix(matrix_bytes(values), 3, 2, "velocities")
-    assert refused.value.message == f"velocities[1][0] is {number}; only finite numbers are taken"
+    assert refused.value.message == f"velocities[1][0] is {number}; it must be finite"
 
 
 def test_refusals_carry_what_their_code_promises():

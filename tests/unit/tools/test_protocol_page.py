@@ -1,5 +1,6 @@
-"""The reference page is what the code generates, complete, and its links lead somewhere."""
+"""docs/protocol.md is current and complete, and its links lead to headings."""
 
+import inspect
 import re
 from pathlib import Path
 
@@ -26,8 +27,8 @@ def test_every_message_has_one_table():
 
 def test_every_key_has_its_section():
     text = page()
-    assert all(f"### Ask `{query.key}`\n" in text for query in QUERIES)
-    assert all(f"### Hear `{publication.key}`\n" in text for publication in PUBLICATIONS)
+    assert all(f"### Request `{query.key}`\n" in text for query in QUERIES)
+    assert all(f"### Publication `{publication.key}`\n" in text for publication in PUBLICATIONS)
 
 
 def test_links_lead_to_headings():
@@ -41,7 +42,7 @@ def test_links_lead_to_headings():
 def test_described_fields_exist_and_are_all_described():
     for kind in vars(m).values():
         if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and "Attributes:" in (kind.__doc__ or ""):
-            described = re.findall(r"^ {8}(\w+): ", kind.__doc__ or "", re.MULTILINE)
+            described = re.findall(r"^ {4}(\w+): ", inspect.cleandoc(kind.__doc__ or ""), re.MULTILINE)
             inherited = getattr(kind.__base__, "__struct_fields__", ())
             assert set(described) == set(kind.__struct_fields__) - set(inherited), kind.__name__
 
