@@ -50,8 +50,7 @@ class Stop(NamedTuple):
         )
 
     def reach(self, positions: np.ndarray) -> np.ndarray:
-        """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of J joints that stop from `positions`
-        (J,)."""
+        """Return the extremes of position, velocity, acceleration and jerk (J, 4, 2) of stops from `positions` (J,)."""
         low, high, back, fast = self._ahead()
         first, last = np.where(self.bending > 0, self.jerk, 0.0), np.where(self.peak > 0, self.jerk, 0.0)
         lowest = np.array([low, back, -self.peak, -first])
@@ -136,8 +135,7 @@ def stop_extremes(
     max_accelerations: np.ndarray,
     max_jerks: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Lowest and highest position and velocity (p_min, p_max, v_min, v_max) of the stop from each state, of any shapes
-    that broadcast."""
+    """Return the extremes (p_min, p_max, v_min, v_max) of the stop from each state; all shapes must broadcast."""
     return fastest_stop(velocities, accelerations, max_accelerations, max_jerks).extremes(positions)
 
 

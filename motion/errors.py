@@ -86,8 +86,10 @@ class SolverFailed(MotionError):
 
 
 class OutOfTime(SolverFailed):
-    """The plan would have taken longer than a plan may; the status is "time". `min_duration` (s) is a duration that
-    works, None where none was found."""
+    """Planning exceeded its budget; the status is "time".
+
+    `min_duration` (s) is a feasible duration, None where none was found.
+    """
 
     def __init__(self, joint: int, min_duration: float | None = None) -> None:
         remedy = "ask for a longer duration" if min_duration is None else f"a duration of {min_duration:.6g} s works"

@@ -84,8 +84,10 @@ class Limits:
     def exceeded(
         self, quantity: np.ndarray, values: np.ndarray, slack: np.ndarray | float = 0.0
     ) -> LimitExceeded | None:
-        """Return what is wrong with the first joint's first value (F, J) beyond its limit by more than rounding and
-        `slack`, None where all lie inside."""
+        """Return the error of the first joint's first value (F, J) that violates its limit, None if there is none.
+
+        Violations up to rounding and `slack` are ignored.
+        """
         found = np.argwhere(self.outside(quantity, values, np.maximum(self.slack.T[quantity], slack)).T)
         if not len(found):
             return None

@@ -105,8 +105,10 @@ def plan(
 
 
 def prepare(primitive: Primitive) -> None:
-    """Build what plans of a primitive share, which takes up to a second for hundreds of functions, so that the first
-    goal does not wait for it."""
+    """Build what all plans of a primitive share, so that its first goal does not wait for it.
+
+    This takes up to a second for hundreds of functions.
+    """
     joints = primitive.joint_count
     rest, free = np.zeros(joints), np.full(joints, np.nan)
     start = Boundary(primitive.start.positions, rest, rest)
@@ -211,8 +213,7 @@ def _refusal(
 
 
 def _judge(primitive: Primitive, final: np.ndarray, effort: Effort) -> Judge:
-    """Return what judges whether joints can be planned in a duration, with the intervals `final` of final
-    accelerations."""
+    """Return a function that judges whether joints can be planned in a duration; `final`: see `arriving`."""
 
     def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
         try:

@@ -76,8 +76,10 @@ def fit(s: np.ndarray, positions: np.ndarray, duration: float, basis_count: int 
 
 
 def interpolate(s: np.ndarray, positions: np.ndarray, duration: float, basis_count: int | None = None) -> Fit:
-    """Fit as `fit` does, but without smoothing: with the fewest functions that pass through the samples, or the most
-    that these determine."""
+    """Fit without smoothing.
+
+    The fit uses the fewest functions that pass through the samples, or the most that the samples determine.
+    """
     near = np.maximum(THROUGH * np.ptp(positions, axis=0), FLOOR)
     *coarser, finest = [basis_count] if basis_count else _ladder(len(s), duration)
     for count in coarser:

@@ -50,9 +50,9 @@ class InfeasibleRows(Exception):
 
 @dataclass(slots=True, eq=False)
 class Solution:
-    """The optima of n joints: motions x (n, N + 2), their control points `values` (n, R), and for each joint the rows
-    that carry a multiplier, with it.
+    """The optima of n joints: motions, control points, active rows.
 
+    x: (n, N + 2). values: control points (n, R). For each joint, the rows that carry a multiplier, and the multipliers.
     Row side·R + i keeps control point i above its lower (side 0) or below its upper limit (side 1). rounds: programs
     that each joint took; size: rows of the largest.
     """
@@ -157,8 +157,11 @@ def _beside(problem: Problem, joint: int, warm: np.ndarray, first: np.ndarray) -
 
 
 def _violated(over: np.ndarray, first: bool = False) -> dict[int, np.ndarray]:
-    """By joint, of those that have some, the rows at the peaks of positive `over` (n, 2, R); the `first` time also some
-    along each stretch. Each joint has a peak of its own: its first control point is the start, which is decided."""
+    """Return the rows at the peaks of positive `over` (n, 2, R), by joint, for the joints that have some.
+
+    The `first` time there are also some along each stretch. No peak reaches from one joint into the next: a joint's
+    first control point is its start, which is fixed.
+    """
     flat, size = over.ravel(), over[0].size
     positive = (flat > 0).nonzero()[0]
     if not positive.size:

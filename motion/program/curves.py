@@ -41,8 +41,10 @@ def _at_steps(count: int) -> np.ndarray:
 
 
 def curves_of_pieces(pieces: np.ndarray) -> np.ndarray:
-    """The same (J, 5, 3m + 1) of m equal pieces (m, J, 6) of any motion: coefficients of powers of the time since the
-    piece began, in units of its length."""
+    """Return the same (J, 5, 3m + 1) for m pieces (m, J, 6) of equal length.
+
+    pieces: coefficients of powers of the time since the piece began, in units of its length.
+    """
     count, joints, _ = pieces.shape
     values = (pieces.reshape(-1, 6) @ _POWERS).reshape(count, joints, STEPS + 1, ORDERS)
     curves = np.empty((joints, ORDERS, STEPS * count + 1))

@@ -50,8 +50,10 @@ def least_distance_in_doubt(matrix: np.ndarray, excess: np.ndarray) -> Answer:
 
 @lru_cache(maxsize=128)
 def _dual_solver(size: int, tight: bool, _: int) -> piqp.DenseSolver:
-    """A solver for that many multipliers, made once a thread: half of the time of a small program is to set it up. What
-    it solved before leaves no trace in what it solves next."""
+    """Return a solver for that many multipliers, made once a thread.
+
+    Its setup takes half of the time of a small program. Earlier solutions do not influence later ones.
+    """
     solver = _solver(TIGHT_TOLERANCE if tight else TOLERANCE)
     solver.settings.preconditioner_iter = 0
     solver.settings.tau = 0.995

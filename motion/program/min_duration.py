@@ -24,8 +24,7 @@ REFINING = 0.3
 
 
 class Verdict(NamedTuple):
-    """Of a duration: it works (no joint), or the joint for which it does not, for certain or because its effort was
-    spent."""
+    """Verdict on a duration: feasible (no joint), or the joint that fails, for certain or because effort ran out."""
 
     joint: int | None = None
     certain: bool = True
@@ -43,8 +42,11 @@ def stretched(request: MotionRequest, duration: float) -> MotionRequest:
 
 
 def at_full_speed(request: MotionRequest) -> float:
-    """Return the time (s) that the way from start to goal takes at the velocity limits, and the change of velocity at
-    those of acceleration: no motion is faster."""
+    """Return a lower bound (s) of the duration.
+
+    It is the time of the way from start to goal at the velocity limits, and of the change of velocity at the
+    acceleration limits.
+    """
     start, goal, limits = request.start, request.goal, request.limits
     ways = np.abs(goal.positions - start.positions) / limits.velocities
     changes = np.abs(goal.velocities - start.velocities) / limits.accelerations

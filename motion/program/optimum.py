@@ -21,8 +21,10 @@ ROUNDING = 4 * np.finfo(float).eps
 
 @dataclass(frozen=True, slots=True)
 class Warm:
-    """The rows of a plan that carried multipliers, an array for each joint: the next plan of these joints begins with
-    them. They belong to hulls with `points` control points."""
+    """Rows of a plan that carried multipliers, an array for each joint; the next plan begins with them.
+
+    They belong to hulls with `points` control points.
+    """
 
     points: int
     rows: list[np.ndarray]
@@ -58,8 +60,10 @@ def _verified(problem: Problem, found: Solution) -> Solution:
 
 
 def works(problem: Problem, joint: int, effort: Effort, most: float) -> bool | None:
-    """Return whether a joint can be planned, None where that is not known after `most` effort. Raises OutOfTime where
-    none is left."""
+    """Return whether a joint can be planned, None if that is unknown after `most` effort.
+
+    Raises OutOfTime if no effort is left.
+    """
     effort.spend_on_look(joint)
     share = effort.share(most)
     try:

@@ -24,8 +24,9 @@ _ROUNDS = 5
 
 
 def arriving(request: MotionRequest) -> np.ndarray:
-    """The interval (J, 2) in which each joint's acceleration at the end of its moving part must lie, the position
-    limits of the stop left aside.
+    """Return the interval (J, 2) of the acceleration at the end of each joint's moving part.
+
+    Position limits of the stop are not considered here.
 
     A given acceleration is an interval of no width. The velocity peaks at v + a|a|/2J during the stop.
     """
@@ -63,8 +64,10 @@ def final_accelerations(request: MotionRequest, remedy: bool = True) -> np.ndarr
 
 
 def never_stops(request: MotionRequest, ends: list[Boundary]) -> np.ndarray:
-    """Return for which of many ends (n,) and which joints even the final acceleration that helps most leaves no room
-    for the stop: (n, J). Others may have none either."""
+    """Return for which of n ends and which joints no final acceleration leaves room for the stop: (n, J).
+
+    The test is necessary only: others may have no room either.
+    """
     joints = np.tile(np.arange(request.joint_count), len(ends))
     vectors = ([getattr(end, name) for end in ends] for name in ("positions", "velocities", "accelerations"))
     each = _ending_at(request, Boundary(*map(np.concatenate, vectors)), joints)

@@ -133,8 +133,10 @@ class Planner:
     def _play(
         self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int, turn: int
     ) -> Steps[tuple[m.GoalReply, Callable[[], m.Plan]]]:
-        """Plan and execute; once more where the plan came late or another plan came between, but never in the place of
-        a goal that came after this one."""
+        """Plan and execute, once more if the plan was late or superseded.
+
+        A plan never replaces that of a newer goal.
+        """
         for last in (False, True):
             self._check_newest(goal_id, turn)
             began = time.monotonic()

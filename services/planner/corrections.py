@@ -11,8 +11,10 @@ KEPT = 1000
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """What a correction goes on with: the phase that the demonstration has reached at the splice, and the hit's time on
-    the robot's clock unless the goal says otherwise."""
+    """Start of a correction: the demonstration's phase at the splice, and the time of the hit on the robot's clock.
+
+    A goal with a time of its own replaces the time of the hit.
+    """
 
     phase: float
     hit_time: float
@@ -34,8 +36,11 @@ class _Played:
 
 
 class Corrections:
-    """The newest accepted motions by goal_id. Forgotten first is what was played or corrected longest ago, so that the
-    first goal of a long chain of corrections stays known while they name it."""
+    """The newest accepted motions by goal_id.
+
+    The motion that was played or corrected longest ago is dropped first, so that the first goal of a long chain of
+    corrections stays known while corrections name it.
+    """
 
     def __init__(self) -> None:
         self._played: OrderedDict[str, _Played] = OrderedDict()

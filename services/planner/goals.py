@@ -26,8 +26,10 @@ REPEATS_START = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Origin:
-    """Where and when a motion begins; `epoch` is the controller's, 0 without one. `correction`: of a motion under
-    way."""
+    """State and time at which a motion begins.
+
+    `epoch`: of the controller, 0 without one. `correction`: of a motion under way.
+    """
 
     time: float
     epoch: int
@@ -104,8 +106,10 @@ def origin_of(goal: m.Goal, reference: m.Reference | None, corrections: Correcti
 
 
 def _goal_boundary(goal: m.Goal, primitive: Primitive, joints: int) -> Boundary:
-    """The goal's own end; without positions that of the primitive, with the demonstrated velocities unless some are
-    given."""
+    """Return the goal's own end; without positions that of the primitive.
+
+    Its velocities are then the demonstrated ones unless the goal has some.
+    """
     positions, velocities = goal.positions, goal.velocities
     if positions is None:
         positions = primitive.goal.positions.tolist()

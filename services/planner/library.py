@@ -84,8 +84,11 @@ class Library:
             ) from None
 
     def check_name(self, name: str, replace: bool) -> None:
-        """Raise a Refusal unless `name` may be written: `bad_message` for a bad name or a full library,
-        `exists` for a taken name."""
+        """Check that `name` may be written.
+
+        Raises:
+            Refusal: `bad_message` for a malformed name or a full library, `exists` for a name in use.
+        """
         if not _NAME.fullmatch(name):
             raise bad_message(
                 "name", f"name {name[:SHOWN]!r} must be 1 to 64 letters, digits, - or _, not starting with - or _"
@@ -169,8 +172,10 @@ class Library:
             leftover.unlink()
 
     def _read(self, path: Path) -> tuple[Primitive, float]:
-        """Return the primitive in a file; of the form that held Gaussian weights it is rewritten, to be converted
-        only once."""
+        """Return the primitive in a file.
+
+        A file with Gaussian weights, of an earlier version, is rewritten, so that it is converted only once.
+        """
         # Given a path, numpy leaves the file open where it is not an archive.
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {key: archive[key] for key in archive}

@@ -90,8 +90,10 @@ class Solver:
     def _best(
         self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, warm: Warm | None
     ) -> tuple[int, Plan]:
-        """The best end and its plan. Where none was found and time ran out for the goal's own, that one is planned as
-        if it were alone: its refusal is the goal's, and its plan is better than none."""
+        """Return the best end and its plan.
+
+        If none was found and planning time ran out for the goal's own end, that end is planned as if it were alone.
+        """
         found = ends(goal, request, self._config, origin)
         try:
             return plan_best(primitive, request, found, self._config.tick, warm)

@@ -257,8 +257,10 @@ def estimated(left: int, duration: int) -> np.ndarray:
 
 
 def test_a_swing_corrected_at_100_hz(stack: Stack):
-    """For its whole length, the target moving until 50 ms before the hit: smooth, on the last target, and all in all
-    hardly farther from the demonstration than had the last target been known from the start."""
+    """The target moves until 50 ms before the hit; the swing is smooth and ends on the last target.
+
+    It is hardly farther from the demonstration than if the last target had been known from the start.
+    """
     duration = 1000
     first = last = stack.strike(positions=estimated(duration, duration).tolist())
     hit = stack.ticks(hit_time(first))

@@ -74,8 +74,10 @@ LOOPS, OTHERS = split_cores(None)
 
 @pytest.mark.skipif(LOOPS == OTHERS, reason="there is one core, or only some were given to this process")
 def test_sim_and_controller_share_a_core(tmp_path: Path):
-    """With the threads of Zenoh, which run several times a tick; the planner has no part in it, nor have the threads
-    that take requests."""
+    """They share it with their Zenoh threads, which run several times a tick.
+
+    The planner and the threads that handle requests run elsewhere.
+    """
     with running(tmp_path) as stack:
         for name, process in stack.services.running.items():
             tasks = list(Path(f"/proc/{process.pid}/task").iterdir())

@@ -116,8 +116,10 @@ class InSeconds:
         return np.linalg.solve(kkt, right)[: len(matrix)]
 
     def optimum(self, inside: float = 0.0) -> np.ndarray | None:
-        """The best weights (N,) that keep every limit at the `INSTANTS`, `inside` of it by this part of its range; None
-        where nothing does. What is fixed lies where it lies. Raises Inconclusive."""
+        """Return the best weights (N,) that keep every limit at the `INSTANTS`, None if there are none.
+
+        inside: distance from each limit, as a part of its range; fixed values are exempt. Raises Inconclusive.
+        """
         rows, _ = self.fixed
         factor = np.linalg.cholesky(self._gram(self.stiffness)[0])
         full, r = np.linalg.qr(np.linalg.solve(factor, rows.T), mode="complete")

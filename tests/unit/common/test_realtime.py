@@ -103,8 +103,10 @@ Cores = set[int]
 
 
 def cores(given: Cores | None = None, loop_core: int | None = None) -> tuple[Cores, Cores, Cores, Cores, list[str]]:
-    """Of a process that may use the cores `given`: those, the loops', everybody else's, those of a loop's later
-    threads, and what it did not obtain."""
+    """Return the cores of a process that may use `given`.
+
+    They are those, the loops', all others', those of a loop's later threads, and what it did not obtain.
+    """
     line = [sys.executable, "-c", CORES, repr((given, loop_core))]
     return eval(subprocess.run(line, stdout=subprocess.PIPE, text=True, check=True).stdout)
 
