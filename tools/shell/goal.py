@@ -88,7 +88,7 @@ class GoalFlags:
 
 
 def goal(flags: Annotated[GoalFlags, arg(name="")], *, shell: Shared) -> int:
-    """Play a primitive to its own end, or to another, as `volley goal forehand --positions .17 .47 .86 -.08 0 .1 --wait`.
+    """Play a primitive to its own end, or to another: `volley goal forehand --positions .17 .47 .86 -.08 0 .1 --wait`.
 
     Ctrl-C while waiting leaves the motion running, unless it has a lease.
     """
