@@ -20,7 +20,7 @@ KEPT = 256
 
 
 class Results:
-    """The results of a robot's goals: heard as they are published, asked for where that does not come."""
+    """The results of a robot's goals: received as they are published, otherwise requested."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -30,7 +30,7 @@ class Results:
         self._listens = False
 
     def expect(self, goal_id: str | None) -> None:
-        """Listen from now on, before a goal is sent; what was heard of an earlier goal of the same id is forgotten."""
+        """Listen from now on, before a goal is sent; what was received of an earlier goal of the same id is dropped."""
         with self._lock:
             if not self._listens:
                 self._link.subscribe(ENDED, self._hear)

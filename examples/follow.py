@@ -17,11 +17,11 @@ EVERY = 10
 
 async def print_progress(arm: AsyncArm) -> None:
     """Print a line now and then, without end."""
-    heard = 0
+    received = 0
     async with arm.stream(topics.STATUS) as statuses:
         async for status in statuses:
-            heard += 1
-            if heard % EVERY == 0:
+            received += 1
+            if received % EVERY == 0:
                 worst = max(map(abs, status.error.positions))
                 print(f"{status.time:8.3f} s  {status.mode:8}  off the reference by {worst:.1e} rad")
 

@@ -12,7 +12,7 @@ SILENT_S = topics.STATUS.max_age_s or 0.5
 
 
 class ControllerWatch:
-    """Hears every `status`; `look`, called often, logs what has changed since."""
+    """Receives every `status`; `look`, called often, logs what has changed since."""
 
     def __init__(self, bus: Bus, log: logging.Logger) -> None:
         self._log = log

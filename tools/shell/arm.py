@@ -85,8 +85,8 @@ def disturb(
         values: Of the push on each joint, rad/s² or N·m.
         at: When the push begins, s on the robot's clock; by default now.
         duration: Of the push or the loss, s.
-        position_std: Standard deviation of measured positions, rad, until told otherwise.
-        velocity_std: Standard deviation of measured velocities, rad/s, until told otherwise.
+        position_std: Standard deviation of measured positions, rad, until it is set again.
+        velocity_std: Standard deviation of measured velocities, rad/s, until it is set again.
         stream: Whose messages are lost.
         shell: How to reach the robot.
     """
