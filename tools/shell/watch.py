@@ -33,19 +33,19 @@ WATCHED: tuple[Publication, ...] = (STATUS, PLAN, REFUSED, ENDED, CONTACT, DISTU
 
 @dataclass(slots=True)
 class View:
-    """What the screen knows. `heard` is when the newest status arrived, monotonic s, None before the first."""
+    """What the screen knows. `received` is when the newest status arrived, monotonic s, None before the first."""
 
     joint_names: list[str]
     stepped: bool
     status: m.Status | None = None
-    heard: float | None = None
+    received: float | None = None
     alive: set[str] = field(default_factory=set)
     events: deque[str] = field(default_factory=lambda: deque(maxlen=EVENTS_SHOWN))
 
     def take(self, topic: Publication, message: Struct | Refusal, now: float) -> None:
         """Take in one publication, or the refusal that says why it cannot be read."""
         if isinstance(message, m.Status):
-            self.status, self.heard = message, now
+            self.status, self.received = message, now
         elif isinstance(message, Refusal):
             self.events.append(f"malformed {topic.key}: {message}")
         else:
@@ -95,9 +95,9 @@ def render(view: View, now: float) -> RenderableType:
 
 def silent(view: View, now: float) -> str:
     """Return what to say where no fresh status comes, otherwise nothing."""
-    if view.heard is None:
+    if view.received is None:
         return "no status yet: " + ("waiting for the controller" if view.alive else "nobody is on this bus")
-    age = now - view.heard
+    age = now - view.received
     if age <= (STATUS.max_age_s or 0.0):
         return ""
     if "controller" not in view.alive:
