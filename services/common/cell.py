@@ -89,5 +89,5 @@ def _wait_for_controller(bus: Bus, give_up: Callable[[], bool]) -> None:
             bus.ask(topics.STATUS_QUERY, m.Empty())
             return
         if time.monotonic() > deadline:
-            raise NotReady(f"the controller did not hear of the arm within {READY_S:.0f} s")
+            raise NotReady(f"the controller did not detect the arm within {READY_S:.0f} s")
         time.sleep(0.05)
