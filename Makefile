@@ -27,9 +27,10 @@ paper: setup ## make the paper's figures, table and traces
 imitation: setup ## make docs/imitation.md, its figures and numbers
 	$(BIN)/python -m experiments.imitation
 
-pages: setup ## make docs/protocol.md and docs/api.md
+pages: setup ## make docs/protocol.md, docs/api.md and docs/trace.md
 	$(BIN)/python -m tools.pages.protocol > docs/protocol.md
 	$(BIN)/python -m tools.pages.api > docs/api.md
+	$(BIN)/python -m tools.pages.trace > docs/trace.md
 
 test: setup ## run every test, about ten minutes
 	$(BIN)/python -m pytest
