@@ -60,16 +60,13 @@ class Requests(Generic[GoalT, MotionT]):
 
     @Twofold
     async def goal(self, primitive: str, **fields: Unpack[GoalFields]) -> GoalT:
-        """Plan a motion and play it; it has begun, or is about to, when this returns.
+        """Plan a motion, play it, and return a handle to wait for its end, stop it or correct it.
 
         With no fields the demonstration is played to its own end, from where the arm will be.
 
         Args:
             primitive: What to imitate; `primitives` lists them.
             fields: See `GoalFields`.
-
-        Returns:
-            A handle, to wait for the motion's end, to stop it and to correct it.
         """
         return await self._send(primitive, fields)
 
@@ -277,16 +274,10 @@ class Requests(Generic[GoalT, MotionT]):
             velocity_std: Standard deviation of measured velocities, rad/s.
             stream: Whose messages are lost.
         """
-        request = m.Disturb(
-            kind=kind,
-            values=_listed(values),
-            start_time=start_time,
-            duration=duration,
-            position_std=position_std,
-            velocity_std=velocity_std,
-            stream=stream,
-        )
-        return await self._link.ask(topics.SIM_DISTURB, request)
+        push = {"values": _listed(values), "start_time": start_time, "duration": duration}
+        noise = {"position_std": position_std, "velocity_std": velocity_std}
+        request: dict[str, Any] = {"kind": kind, **push, **noise, "stream": stream}
+        return await self._link.ask(topics.SIM_DISTURB, m.Disturb(**request))
 
     async def _send(self, primitive: str, fields: GoalFields) -> GoalT:
         """Send a goal to be played and return its handle."""
