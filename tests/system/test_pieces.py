@@ -85,7 +85,7 @@ def test_polynomials_that_leave_the_limits_move_nothing(stack: Stack):
 
 def test_what_is_put_instead_of_asked_is_logged(stack: Stack):
     """By the owner of the request, with what to do instead; nothing moves."""
-    for key, owner in (("goal", "planner"), ("execute", "controller"), ("sim/reset", "robot")):
+    for key, owner in (("goal", "planner"), ("execute", "controller"), ("sim/reset", "sim")):
         log = stack.folder / f"{owner}.log"
         body = b"\x80"
         stack.bus.session.put(stack.bus.key(key), body, congestion_control=zenoh.CongestionControl.BLOCK)
