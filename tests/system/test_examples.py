@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness import SERVICES, Stack, running
+from harness import SERVICES, Stack, running, wait_for_controller
 
 from client import connect
 
@@ -53,6 +53,15 @@ def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
     """Services on the default clock, which no busy machine upsets."""
     with running(tmp_path_factory.mktemp("services"), clock="paced") as stack:
         yield stack
+
+
+@pytest.fixture
+def stack(services: Stack) -> Stack:
+    """The services at the start of a new run, which `Stack.reset` begins on the stepped clock alone."""
+    with connect(services.endpoint) as arm:
+        arm.reset_sim()
+    wait_for_controller(services)
+    return services
 
 
 def run(name: str, *arguments: str) -> str:
