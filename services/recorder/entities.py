@@ -137,12 +137,12 @@ REFUSALS = Entity(
 RUN_EVENT = Entity("/events/run", EVENT, (*STATE, *COMMAND), "a run begins")
 GOAL_EVENT = Entity("/events/goal", EVENT, GOAL, "a goal is planned, refused or ended", needs="a goal")
 CONTACT_EVENT = Entity("/events/contact", EVENT, CONTACT, "two bodies touched", needs="a contact")
-CONTROLLER_EVENT = Entity("/events/controller", EVENT, (*STATUS, *STATE), "modes, faults, late ticks, a braking arm")
+CONTROLLER_EVENT = Entity("/events/controller", EVENT, (*STATUS, *STATE), "modes, faults, late ticks, an unready arm")
 DISTURBANCE_EVENT = Entity("/events/disturbance", EVENT, DISTURBANCE, "disturbances change", needs="a disturbance")
 RECORDER_EVENT = Entity("/events/recorder", EVENT, OWN, "what is missing in the trace", needs="something missing")
 MODE_LANE = Entity("/lanes/mode", LANE, STATUS, "the controller's mode")
 GOAL_LANE = Entity("/lanes/goal", LANE, COMMAND, "the goal that the reference serves", needs="a plan")
-BRAKE_LANE = Entity("/lanes/brake", LANE, STATE, "`braking` while the arm brakes by itself")
+CONDITION_LANE = Entity("/lanes/condition", LANE, STATE, "the arm's condition, empty while it is ready")
 DISTURBANCE_LANE = Entity("/lanes/disturbance", LANE, DISTURBANCE, "kinds that are active", needs="a disturbance")
 
 # --- timing -----------------------------------------------------------------------------------------------
@@ -202,7 +202,7 @@ SECTIONS: dict[str, tuple[Entity, ...]] = {
     "Arm": (TORQUES, SATURATED, APPLIED_TICK, TRUE_POSITION, TRUE_VELOCITY),
     "Runs and goals": (RUNS, PLANS, GOALS, HIT_POSITION_ERROR, HIT_VELOCITY_ERROR, REFUSALS),
     "Events": (RUN_EVENT, GOAL_EVENT, CONTACT_EVENT, CONTROLLER_EVENT, DISTURBANCE_EVENT, RECORDER_EVENT),
-    "Lanes": (MODE_LANE, GOAL_LANE, BRAKE_LANE, DISTURBANCE_LANE),
+    "Lanes": (MODE_LANE, GOAL_LANE, CONDITION_LANE, DISTURBANCE_LANE),
     "Timing": (LATE, *LOOP.values(), POSITION_ERROR, VELOCITY_ERROR),
     "Recorder": (STATES_MISSING, COMMANDS_MISSING, MALFORMED),
     "World": (

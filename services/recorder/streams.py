@@ -18,12 +18,12 @@ TRAIL_COLOUR = (245, 158, 66)
 
 
 class StateWriter:
-    """Measured curves, the brake, and the poses of the arm's bodies at 100 Hz."""
+    """Measured curves, the arm's condition, and the poses of the arm's bodies at 100 Hz."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
         self._stride = max(1, round(context.rate_hz / POSES_HZ))
-        self._brake: bool | None = None
+        self._condition = ""
         self._trail = Trail(context, self._stride)
 
     def write(self, received: list[Received[m.State]]) -> None:
@@ -43,7 +43,7 @@ class StateWriter:
         trace.scalars(entities.SATURATED.path, rows, np.array([state.saturated for state in states]))
         trace.scalars(entities.APPLIED_TICK.path, rows, [state.applied_tick for state in states])
         self._write_truth(ticks, received)
-        self._write_brake(ticks, received)
+        self._write_condition(ticks, received)
         self._write_poses(ticks, received)
 
     def _write_truth(self, ticks: list[int], received: list[Received[m.State]]) -> None:
@@ -55,15 +55,20 @@ class StateWriter:
             trace.scalars(entities.TRUE_POSITION.path, rows, np.array([truth.positions for _, _, truth in known]))
             trace.scalars(entities.TRUE_VELOCITY.path, rows, np.array([truth.velocities for _, _, truth in known]))
 
-    def _write_brake(self, ticks: list[int], received: list[Received[m.State]]) -> None:
+    def _write_condition(self, ticks: list[int], received: list[Received[m.State]]) -> None:
+        """Write where the arm stops to be ready, and why, and where it is ready again."""
         context = self._context
         for tick, one in zip(ticks, received, strict=True):
-            if one.message.brake != self._brake:
-                row = context.row(tick, one.wall_ns)
-                context.trace.states(entities.BRAKE_LANE.path, row, ["braking" if one.message.brake else None])
-                if one.message.brake:
-                    context.event(entities.CONTROLLER_EVENT, row, "the arm brakes: it gets no commands", "WARN")
-                self._brake = one.message.brake
+            state = one.message
+            # An older robot side says only that it brakes.
+            condition = "braking" if state.brake else state.condition
+            if condition != self._condition:
+                self._condition = condition
+                row, ready = context.row(tick, one.wall_ns), condition == "ready"
+                context.trace.states(entities.CONDITION_LANE.path, row, [None if ready else condition])
+                if not ready:
+                    reason = f": {state.reason}" if state.reason else ""
+                    context.event(entities.CONTROLLER_EVENT, row, f"the arm is {condition}{reason}", "WARN")
 
     def _write_poses(self, ticks: list[int], received: list[Received[m.State]]) -> None:
         """Write the pose of every body of the arm, and the tool's trail."""

@@ -176,7 +176,7 @@ def _(reply: m.State, names: Sequence[str]) -> RenderableType:
         f"tick {reply.tick} of run {reply.run}",
         f"{reply.time:.3f} s",
         f"applied the answer to tick {reply.applied_tick}" if reply.applied_tick >= 0 else "no command applied yet",
-        "BRAKE" if reply.brake else "",
+        "" if reply.condition == "ready" else f"{reply.condition.upper()} {reply.reason}".strip(),
     )
     columns: list[tuple[str, Sequence[object]]] = [
         ("position [rad]", reply.positions),

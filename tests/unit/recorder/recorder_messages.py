@@ -1,6 +1,7 @@
 """Publications for the recorder's tests, of an arm with six joints."""
 
 from collections import deque
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ class Waiting(deque[tuple[bytes, int]]):
         return self.popleft() if self else None
 
 
-def state(tick: int, run: int = RUN, seed: int = 0, brake: bool = False, truth: bool = True) -> m.State:
+def state(tick: int, run: int = RUN, seed: int = 0, brake: bool = False, truth: bool = True, **changes: Any) -> m.State:
     """A state whose numbers use all their bits."""
     noise = np.random.default_rng((tick, seed))
     return m.State(
@@ -36,6 +37,7 @@ def state(tick: int, run: int = RUN, seed: int = 0, brake: bool = False, truth: 
         brake=brake,
         applied_tick=tick - 1,
         truth=m.Point(positions=noise.normal(0, 1, 6).tolist(), velocities=VALUES) if truth else None,
+        **changes,
     )
 
 

@@ -144,6 +144,7 @@ def test_a_trace_reads_alike_with_and_without_its_index(tmp_path: Path, index: b
 
 def test_states_read_back_to_the_last_bit(desk: Desk) -> None:
     states = [state(tick, brake=tick > 320) for tick in range(350)]
+    states += [state(tick, condition="reflex", reason="joint 4 was pushed") for tick in range(350, 360)]
     for some in (states[:7], states[7:200], states[200:]):
         desk.publish(STATE, *some, at=1_700_000_000_000_000_123)
         desk.end_batch()
@@ -157,14 +158,16 @@ def test_states_read_back_to_the_last_bit(desk: Desk) -> None:
     assert np.array_equal(trace.scalars("/arm/true_position"), [truth.positions for truth in truths])
     assert np.array_equal(trace.scalars("/arm/true_velocity"), [truth.velocities for truth in truths])
     times = trace.column("/joints/joint_1/position/measured").times
-    assert np.array_equal(times["tick"], range(350))
-    assert np.array_equal(times["sim_time"], np.arange(350) * 1_000_000)
+    assert np.array_equal(times["tick"], range(360))
+    assert np.array_equal(times["sim_time"], np.arange(360) * 1_000_000)
     assert set(times["wall"].tolist()) == {1_700_000_000_000_000_123}
-    brake = trace.column("/lanes/brake", "StateChange:state")
-    assert [(row, tick) for row, tick in zip(brake.values, brake.times["tick"].tolist(), strict=True)] == [
+    condition = trace.column("/lanes/condition", "StateChange:state")
+    assert [(row, tick) for row, tick in zip(condition.values, condition.times["tick"].tolist(), strict=True)] == [
         ([""], 0),
         (["braking"], 321),
+        (["reflex"], 350),
     ]
+    assert "the arm is reflex: joint 4 was pushed" in trace.texts("/events/controller")
 
 
 def test_states_of_an_arm_that_does_not_know_its_truth(desk: Desk) -> None:
