@@ -79,7 +79,9 @@ class Hosts:
         self.network = network
         self._stack = stack
         client = str(Path(__file__).parent / "remote_client.py")
-        self._start("robot", "-m", "services.sim", "--listen", cell.endpoint, "--zenoh-config", cell.file("router"))
+        # On the clock `paced` the arm would wait for a subscriber that is cut off.
+        sim = ("--clock", "realtime", "--listen", cell.endpoint, "--zenoh-config", cell.file("router"))
+        self._start("robot", "-m", "services.sim", *sim)
         self._start("robot", "-m", "services.controller", "--zenoh-config", cell.file("controller"))
         flags = ("--zenoh-config", cell.file("planner"), "--library", library, "--lead", "0.3")
         self._start("planner", "-m", "services.planner", *flags)
