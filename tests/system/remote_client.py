@@ -21,7 +21,8 @@ def answer(bus: Bus, key: str, fields: dict) -> object:
     if verb == "alive":
         return bus.is_alive(name)
     if verb == "hold":
-        return bus.announce(f"client/{name}")
+        bus.announce(f"client/{name}")
+        return None
     topic = next(topic for topic in topics.QUERIES if topic.key == key)
     try:
         return msgspec.to_builtins(bus.ask(topic, topic.request(**fields)))
