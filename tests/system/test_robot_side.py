@@ -46,7 +46,7 @@ def services(robot: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[S
 
 @pytest.fixture
 def stack(services: Stack) -> Stack:
-    """The services with the arm ready and at rest, whatever the test before left; states are listened to anew."""
+    """The services with the arm ready and at rest, whatever the test before left; states are received again."""
     wait_for(lambda: rests(services), "the arm to rest")
     services.recover()
     services.drain(topics.STATE)

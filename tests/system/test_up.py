@@ -145,7 +145,7 @@ def test_a_killed_supervisor_takes_everything_with_it(tmp_path: Path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 @pytest.mark.parametrize("flag", ["--listen", "--connect"])
 def test_ended_while_everything_starts(tmp_path: Path, flag: str, number: signal.Signals):
-    """It leaves no process, whether the services are still to come or wait for a bus in vain."""
+    """It leaves no process, whether the services are still to come or wait for a bus that does not come."""
     with up(tmp_path, flag) as services:
         wait_for(lambda: len(services.descendants()) >= ALL, "the services to be started")
         started = services.descendants()

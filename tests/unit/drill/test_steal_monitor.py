@@ -116,7 +116,7 @@ def scenario(run: Callable[[Lab], Measured], clock: Clock = "realtime", *others:
 
 def test_a_scenario_with_steal_is_carried_out_again(lab: Lab, host: Host):
     """The outcome has what fell short, or the error."""
-    tries = iter([{"late ticks": 7}, ScenarioError("waited in vain"), {"late ticks": 0}])
+    tries = iter([{"late ticks": 7}, ScenarioError("waited too long"), {"late ticks": 0}])
 
     def run(_: Lab) -> Measured:
         host.steal(core=0, steps=10, after=1.0)
@@ -129,7 +129,7 @@ def test_a_scenario_with_steal_is_carried_out_again(lab: Lab, host: Host):
     assert outcome.held
     assert outcome.before == (
         "a core was stolen for 100 ms; late ticks: 7",
-        "a core was stolen for 100 ms; ScenarioError: waited in vain",
+        "a core was stolen for 100 ms; ScenarioError: waited too long",
     )
     assert next(tries, None) is None
 
@@ -171,7 +171,7 @@ def test_a_row_without_a_timed_bound_is_final(lab: Lab, host: Host):
 
     def run(_: Lab) -> Measured:
         host.steal(core=0, steps=50)
-        raise ScenarioError("waited in vain")
+        raise ScenarioError("waited too long")
 
     assert carry_out(Scenario("nothing", "nothing happens", "realtime", (JUMPS,), run), lab).before == ()
 

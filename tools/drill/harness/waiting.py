@@ -19,6 +19,6 @@ def wait_for(condition: Callable[[], object], what: str, patience: float = PATIE
     began = time.monotonic()
     while not condition():
         if time.monotonic() - began > patience:
-            raise ScenarioError(f"waited {patience:g} s in vain for {what}")
+            raise ScenarioError(f"waited {patience:g} s for {what}")
         time.sleep(0.002)
     return time.monotonic() - began
