@@ -12,10 +12,11 @@ help: ## print this list
 
 setup: $(STAMP) ## make the environment: .venv with pinned dependencies
 
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): pyproject.toml constraints.txt tests/models.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Volley needs Python 3.11 or newer; name one with: make PYTHON=python3.12")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check,paper,bench]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -r tests/models.txt
 	@touch $@
 
 demo: setup ## play five strikes; prints a table and writes a trace
