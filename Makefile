@@ -33,8 +33,9 @@ pages: setup ## make docs/protocol.md, docs/api.md and docs/trace.md
 	$(BIN)/python -m tools.pages.api > docs/api.md
 	$(BIN)/python -m tools.pages.trace > docs/trace.md
 
-test: setup ## run every test, about ten minutes
-	$(BIN)/python -m pytest
+test: setup ## run every test: one process a core, then those that need the wall clock
+	$(BIN)/python -m pytest -n auto --dist loadfile -m 'not realtime'
+	$(BIN)/python -m pytest -m realtime
 
 check: setup ## check lint, format, types and import direction
 	$(BIN)/ruff check .

@@ -68,8 +68,7 @@ def main() -> None:
         with running_cell(options, values, give_up=stopping.is_set) as cell, viewer(recorder) as address:
             if not stopping.is_set():
                 took = time.monotonic() - began
-                for line in greeting(flags.sim, options, recorder, cell.endpoint, address, took):
-                    console.print(line)
+                console.print("\n".join(greeting(flags.sim, options, recorder, cell.endpoint, address, took)))
             wait(cell, stopping, console)
             console.print("stopping")
     except (NotReady, ValueError) as error:
