@@ -126,6 +126,19 @@ QUERIES: tuple[Query, ...] = (
 PUBLICATIONS: tuple[Publication, ...] = (STATE, COMMAND, PLAN, REFUSED, STATUS, ENDED, CONTACT, BALL, DISTURBANCE)
 
 
+def check_robot_name(name: str) -> None:
+    """Return where `name` can be the second part of every key.
+
+    Raises:
+        ValueError: it cannot.
+    """
+    if not all(name.split("/")) or set(name) & set("*$?#"):
+        raise ValueError(
+            f"name: {name!r} cannot be a part of a key; it needs at least one character, none of * $ ? #, "
+            "and a / only between others"
+        )
+
+
 def alive_key(service: str) -> str:
     """Return the key of a service's liveliness token, without the robot's prefix."""
     return f"alive/{service}"

@@ -1,5 +1,6 @@
-"""The robot's description: a TOML file beside an MJCF model."""
+"""The robot's description: a TOML file beside an MJCF or URDF model."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,45 +9,41 @@ import mujoco
 import numpy as np
 
 from motion.limits import Limits
+from robot.joints import bounds, home, inside, joint_range, ranges, torques
+from robot.model import TOOL_SITE, Tool, check_tool, compile_model, joint_ids
+from robot.schema import CollisionTable, Description, OnFault, RobotError, ToolFrame, read_description
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 
-
-class RobotError(ValueError):
-    """An invalid robot description; `str()` names the file, the key and what would work."""
-
-
-class _Joints(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `joints` of the TOML, in the order of every vector on the wire."""
-
-    names: list[str]
-    home: list[float]
-    velocities: list[float]
-    accelerations: list[float]
-    jerks: list[float]
+MAX_GAIN = 2.0
+"""Eq. 11 is unstable where alpha, times the length of a tick, is larger."""
 
 
-class _Description(msgspec.Struct, forbid_unknown_fields=True):
-    """The TOML file."""
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """Largest error at a hit on any joint, rad and rad/s; inf: any."""
 
-    name: str
-    model: str
-    tool_site: str
-    rate_hz: float
-    alpha: float
-    silence_ticks: int
-    max_tracking_error: float
-    joints: _Joints
+    positions: float = np.inf
+    velocities: float = np.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """The least distance (m) that plans keep from contact, and the pairs of bodies that may touch."""
+
+    margin: float
+    ignore: frozenset[frozenset[str]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotConfig:
     """The validated description of a robot of J joints, in the order of `joint_names`.
 
-    home: (J,), rad. limits: positions from the model, the rest from the TOML; ±inf where the model has none.
+    home: (J,), rad. limits: positions from the model or tighter, the rest from the TOML; ±inf where the model has none.
     torques: (J,), N·m, the largest of either sign, inf where the model has none. alpha: gain of eq. 11, 1/s.
     rate_hz: ticks per second. silence_ticks: ticks without a fresh command before the arm brakes.
-    max_tracking_error: rad, on any joint. tool_site: the racket's centre in the model, its z axis the
-    striking face's normal.
+    max_tracking_error: rad, on any joint. on_fault: what the arm does beyond it: hold the measured pose, or stop along
+    its reference. tolerance: default of a goal's. tool: a racket's centre, for example, its z axis the normal of the
+    striking face. held: joints beside the arm's, and the value (rad, m) at which each is held.
     """
 
     name: str
@@ -58,7 +55,11 @@ class RobotConfig:
     rate_hz: float
     silence_ticks: int
     max_tracking_error: float
-    tool_site: str
+    on_fault: OnFault
+    tolerance: Tolerance
+    tool: Tool
+    held: Mapping[str, float]
+    collision: Collision
     mjcf_path: Path
 
     @property
@@ -72,122 +73,98 @@ class RobotConfig:
         return 1.0 / self.rate_hz
 
     def load_model(self) -> mujoco.MjModel:
-        """Load the MuJoCo model of the robot and its surroundings."""
-        return mujoco.MjModel.from_xml_path(str(self.mjcf_path))
+        """Compile the MuJoCo model of the robot and its surroundings, with the tool's site."""
+        return compile_model(self.mjcf_path, self.tool)
 
 
 def load_robot(path: Path | str = DEFAULT_ROBOT_CONFIG) -> RobotConfig:
     """Return the robot that the TOML file at `path` describes. Raises RobotError."""
     path = Path(path)
-    try:
-        description = msgspec.toml.decode(path.read_bytes(), type=_Description)
-    except OSError as error:
-        raise RobotError(f"{path}: cannot be read ({error.strerror}); name a robot's TOML file") from error
-    except msgspec.DecodeError as error:
-        raise RobotError(f"{path}: {error}") from error
+    description = read_description(path)
     mjcf_path = path.parent / description.model
     try:
-        model = mujoco.MjModel.from_xml_path(str(mjcf_path))
-    except ValueError as error:
-        raise RobotError(f"{path}: model {description.model!r} cannot be loaded: {error}") from error
-    try:
-        return _config(description, model, mjcf_path)
+        tool = _tool(description)
+        return _config(description, compile_model(mjcf_path, tool), mjcf_path, tool)
     except RobotError as error:
         raise RobotError(f"{path}: {error}") from error
 
 
-def joint_ids(model: mujoco.MjModel, names: tuple[str, ...]) -> list[int]:
-    """Return the indices of the named joints. Raises RobotError for a joint that is missing or has several axes."""
-    # MuJoCo's enumeration members do not compare equal to the numbers in its arrays.
-    single_axis = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-    available = [model.joint(i).name for i in range(model.njnt) if model.jnt_type[i] in single_axis]
-    for name in names:
-        if name not in available:
-            raise RobotError(f"joints.names: the model has no joint {name!r}; it has {', '.join(available)}")
-    return [model.joint(name).id for name in names]
-
-
-def _config(description: _Description, model: mujoco.MjModel, mjcf_path: Path) -> RobotConfig:
+def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, tool: Tool) -> RobotConfig:
     """Validate a description against its model."""
     joints = description.joints
     names = tuple(joints.names)
     if not names or len(set(names)) < len(names):
         raise RobotError("joints.names: needs one or more names, each once")
-    for key in ("rate_hz", "alpha", "silence_ticks", "max_tracking_error"):
-        value = getattr(description, key)
-        if not 0 < value < np.inf:
-            raise RobotError(f"{key}: {value} is not a finite number greater than 0")
     ids = joint_ids(model, names)
-    _check_site(model, description.tool_site)
-    positions = np.where(model.jnt_limited[ids, None], model.jnt_range[ids], [-np.inf, np.inf])
+    _check_numbers(description)
+    check_tool(model, tool, ids)
+    positions = ranges(joints, model, ids)
     return RobotConfig(
         name=description.name,
         joint_names=names,
-        home=_home(joints, positions),
-        limits=Limits(positions, *(_bounds(joints, key) for key in ("velocities", "accelerations", "jerks"))),
-        torques=np.array([_torque_limit(model, joint) for joint in ids]),
+        home=home(joints, model, ids, positions),
+        limits=Limits(positions, *(bounds(joints, key) for key in ("velocities", "accelerations", "jerks"))),
+        torques=torques(joints, model, ids),
         alpha=description.alpha,
         rate_hz=description.rate_hz,
         silence_ticks=description.silence_ticks,
         max_tracking_error=description.max_tracking_error,
-        tool_site=description.tool_site,
+        on_fault=description.on_fault,
+        tolerance=_tolerance(description),
+        tool=tool,
+        held=_held(description, model),
+        collision=_collision(description.collision, model),
         mjcf_path=mjcf_path,
     )
 
 
-def _vector(joints: _Joints, key: str) -> np.ndarray:
-    """Return a vector of the table, (J,)."""
-    values = np.array(getattr(joints, key), dtype=float)
-    if len(values) != len(joints.names):
-        raise RobotError(f"joints.{key}: has {len(values)} values for {len(joints.names)} joints")
-    return values
+def _check_numbers(description: Description) -> None:
+    for key in ("rate_hz", "alpha", "silence_ticks", "max_tracking_error"):
+        value = getattr(description, key)
+        if not 0 < value < np.inf:
+            raise RobotError(f"{key}: {value} is not a finite number greater than 0")
+    largest = MAX_GAIN * description.rate_hz
+    if description.alpha > largest:
+        raise RobotError(
+            f"alpha: {description.alpha:g} makes tracking unstable at {description.rate_hz:g} ticks a second; "
+            f"it must be at most {largest:g}, and a tenth of that tracks well"
+        )
 
 
-def _bounds(joints: _Joints, key: str) -> np.ndarray:
-    """Return a vector of symmetric limits, (J,); inf is allowed."""
-    values = _vector(joints, key)
-    for name, value in zip(joints.names, values, strict=True):
+def _tool(description: Description) -> Tool:
+    tool = description.tool
+    if not isinstance(tool, ToolFrame):
+        return Tool(tool)
+    if not np.isfinite(tool.position).all():
+        raise RobotError(f"tool.position: {list(tool.position)} is not finite")
+    length = float(np.linalg.norm(tool.quaternion))
+    if not 0 < length < np.inf:
+        raise RobotError(f"tool.quaternion: {list(tool.quaternion)} is no rotation; [1, 0, 0, 0] is none")
+    return Tool(TOOL_SITE, tool.body, tool.position, tool.quaternion)
+
+
+def _tolerance(description: Description) -> Tolerance:
+    given = msgspec.structs.asdict(description.tolerance)
+    for key, value in given.items():
         if not value > 0:
-            raise RobotError(f"joints.{key}: {name}: {value} is not greater than 0")
-    return values
+            raise RobotError(f"tolerance.{key}: {value} is not greater than 0")
+    return Tolerance(**given)
 
 
-def _home(joints: _Joints, positions: np.ndarray) -> np.ndarray:
-    """Return the home pose, (J,), checked against the ranges (J, 2)."""
-    home = _vector(joints, "home")
-    for name, value, (low, high) in zip(joints.names, home, positions, strict=True):
-        if not (low <= value <= high and np.isfinite(value)):
-            raise RobotError(f"joints.home: {name}: {value} lies outside its range {low:.6g} to {high:.6g}")
-    return home
+def _held(description: Description, model: mujoco.MjModel) -> dict[str, float]:
+    """Return the held joints, checked against their ranges."""
+    held = description.held
+    for name, value, joint in zip(held, held.values(), joint_ids(model, tuple(held), "held"), strict=True):
+        if name in description.joints.names:
+            raise RobotError(f"held.{name}: is one of joints.names, which move; leave it out here or there")
+        held[name] = inside(f"held.{name}", value, joint_range(model, joint))
+    return held
 
 
-def _check_site(model: mujoco.MjModel, name: str) -> None:
-    sites = [model.site(i).name for i in range(model.nsite)]
-    if name not in sites:
-        raise RobotError(f"tool_site: the model has no site {name!r}; it has {', '.join(sites) or 'none'}")
-
-
-def _torque_limit(model: mujoco.MjModel, joint: int) -> float:
-    """Return the largest torque (N·m) in either direction, from the limits of the joint and of its actuators."""
-    limit = np.inf
-    if model.jnt_actfrclimited[joint]:
-        limit = np.abs(model.jnt_actfrcrange[joint]).min()
-    drives = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
-    for actuator in range(model.nu):
-        if model.actuator_trntype[actuator] not in drives or model.actuator_trnid[actuator, 0] != joint:
-            continue
-        gear = abs(model.actuator_gear[actuator, 0])
-        if model.actuator_forcelimited[actuator]:
-            limit = min(limit, gear * np.abs(model.actuator_forcerange[actuator]).min())
-        if _is_motor(model, actuator) and model.actuator_ctrllimited[actuator]:
-            limit = min(limit, gear * np.abs(model.actuator_ctrlrange[actuator]).min())
-    return float(limit)
-
-
-def _is_motor(model: mujoco.MjModel, actuator: int) -> bool:
-    """Return whether the control of the actuator is its force, so that both have the same range."""
-    return (
-        model.actuator_gaintype[actuator] == int(mujoco.mjtGain.mjGAIN_FIXED)
-        and model.actuator_biastype[actuator] == int(mujoco.mjtBias.mjBIAS_NONE)
-        and model.actuator_gainprm[actuator, 0] == 1.0
-    )
+def _collision(table: CollisionTable, model: mujoco.MjModel) -> Collision:
+    if not 0 <= table.margin < np.inf:
+        raise RobotError(f"collision.margin: {table.margin} is not a finite number of 0 or more")
+    bodies = {model.body(i).name for i in range(model.nbody)}
+    for name in {name for pair in table.ignore for name in pair} - bodies:
+        raise RobotError(f"collision.ignore: the model has no body {name!r}; it has {', '.join(sorted(bodies))}")
+    return Collision(table.margin, frozenset(map(frozenset, table.ignore)))

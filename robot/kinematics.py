@@ -3,7 +3,8 @@
 import mujoco
 import numpy as np
 
-from robot.description import RobotConfig, joint_ids
+from robot.description import RobotConfig
+from robot.model import joint_ids
 
 
 class Kinematics:
@@ -15,7 +16,7 @@ class Kinematics:
         ids = joint_ids(self.model, config.joint_names)
         self._qpos = self.model.jnt_qposadr[ids]
         self._dofs = self.model.jnt_dofadr[ids]
-        self._site = self.model.site(config.tool_site).id
+        self._site = self.model.site(config.tool.site).id
         self._jacobian = np.zeros((3, self.model.nv))
 
     def tool_pose(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -19,6 +20,7 @@ from protocol.bus.sessions import DEFAULT_ENDPOINT
 from services.common import realtime, web_viewer
 from services.common.cell import RunningCell, running_cell
 from services.common.cli import (
+    MISUSED,
     Common,
     Options,
     PlannerFlags,
@@ -71,7 +73,10 @@ def main() -> None:
                 console.print("\n".join(greeting(flags.sim, options, recorder, cell.endpoint, address, took)))
             wait(cell, stopping, console)
             console.print("stopping")
-    except (NotReady, ValueError) as error:
+    except ValueError as error:
+        print(f"volley: {error}", file=sys.stderr)
+        raise SystemExit(MISUSED) from None
+    except NotReady as error:
         raise SystemExit(f"volley: {error}") from None
     except zenoh.ZError as error:
         if not stopping.is_set():

@@ -2,7 +2,6 @@
 
 import errno
 import socket
-import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,8 @@ import tyro
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import CLIENT, DEFAULT_ENDPOINT, SessionTimeouts, open_session, session_config
 from protocol.messages import Clock
+from protocol.topics import check_robot_name
+from robot.schema import read_description
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from services.common.logs import LogForm
 from services.common.tls_check import exposed_endpoints
@@ -22,6 +23,8 @@ EXPOSED = (
     "listen on tcp/127.0.0.1:PORT, or start the sim by itself on tls/ADDRESS:PORT with --zenoh-config "
     "deploy/zenoh/router.json5 (docs/operations.md), or allow it with --insecure"
 )
+MISUSED = 2
+"""Exit status where a file or a command line cannot be meant."""
 DEFAULT_LIBRARY = Path.home() / ".local" / "share" / "volley" / "library"
 
 
@@ -83,17 +86,16 @@ def is_taken(endpoint: str) -> bool:
 
 
 def robot_name(options: Options) -> str:
-    """Return the robot's name on the bus: the flag's, or the one in the robot config, of which nothing else is read.
+    """Return the robot's name on the bus: the flag's, or the one in the robot config, whose model is not read.
 
     Raises:
-        ValueError: the configuration cannot be read; the sentence names it.
+        ValueError: the robot config, or the flag's name, cannot be used; the sentence says why.
     """
-    if options.robot:
-        return options.robot
-    try:
-        return str(tomllib.loads(options.robot_config.read_text())["name"])
-    except (OSError, KeyError, tomllib.TOMLDecodeError) as error:
-        raise ValueError(f"--robot-config {options.robot_config} does not name a robot: {error}") from None
+    description = read_description(options.robot_config)
+    if options.robot is None:
+        return description.name
+    check_robot_name(options.robot)
+    return options.robot
 
 
 Common = Annotated[Options, tyro.conf.arg(name="")]

@@ -63,17 +63,10 @@ def start_logging(service: str, form: LogForm) -> logging.Logger:
 
 
 def _log_uncaught(log: logging.Logger) -> None:
-    """Log uncaught exceptions of every thread, in place of printing a bare traceback.
-
-    A robot description that cannot be used is the user's error: its sentence is enough.
-    """
+    """Log uncaught exceptions of every thread, in place of printing a bare traceback."""
 
     def uncaught(kind: type[BaseException], error: BaseException | None, trace: TracebackType | None) -> None:
-        from robot.description import RobotError  # which takes MuJoCo with it
-
-        if isinstance(error, RobotError):
-            log.error("%s", error)
-        elif error is not None and not isinstance(error, SystemExit):
+        if error is not None and not isinstance(error, SystemExit):
             log.critical("uncaught %s: %s", kind.__name__, error, exc_info=(kind, error, trace))
 
     sys.excepthook = uncaught

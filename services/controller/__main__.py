@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 import tyro
 
 from protocol.bus.bus import Bus
-from robot.description import load_robot
 from services.common import realtime
 from services.common.cli import Common, Options
 from services.common.logs import start_logging
+from services.common.robot_config import load_configured
 from services.common.single_instance import Outcome, SingleInstance
 from services.controller.handshake import WrongRobot
 from services.controller.loop import ControllerLoop
@@ -30,7 +30,7 @@ def main() -> None:
     flags = tyro.cli(Flags)
     log = start_logging("controller", flags.common.log)
     stopping = realtime.stop_on_signals()
-    config = load_robot(flags.common.robot_config)
+    config = load_configured(flags.common, log)
     loops, others = realtime.split_cores(flags.common.loop_core)
     for missing in realtime.keep_to(loops) + realtime.become_real_time(priority=50):
         log.warning("without %s: ticks may come late", missing)

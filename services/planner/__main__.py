@@ -8,11 +8,12 @@ import tyro
 
 from motion.errors import InvalidMotion
 from protocol.bus.bus import Bus
-from robot.description import RobotConfig, load_robot
+from robot.description import RobotConfig
 from robot.shipped import DEMONSTRATIONS
 from services.common import realtime
 from services.common.cli import Common, Options, PlannerFlags
 from services.common.logs import start_logging
+from services.common.robot_config import load_configured
 from services.common.single_instance import SingleInstance
 from services.planner.core import Planner
 from services.planner.lead import Lead
@@ -40,7 +41,7 @@ def main() -> None:
     stopping = realtime.stop_on_signals()
     _, others = realtime.split_cores(flags.common.loop_core)
     realtime.keep_to(others)
-    config = load_robot(flags.common.robot_config)
+    config = load_configured(flags.common, log)
     library = Library(flags.own.library, log)
     if library.is_new:
         learn_shipped(library, config, log)

@@ -10,10 +10,11 @@ import tyro
 
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import RECORDER
-from robot.description import RobotConfig, load_robot
+from robot.description import RobotConfig
 from services.common import realtime
 from services.common.cli import Common, Options, RecorderFlags
 from services.common.logs import start_logging
+from services.common.robot_config import load_configured
 from services.common.single_instance import SingleInstance
 from services.recorder.blueprint import build_blueprint
 from services.recorder.recorder import Recorder
@@ -41,7 +42,7 @@ def main() -> None:
     _, others = realtime.split_cores(flags.common.loop_core)
     realtime.keep_to(others)
     realtime.become_polite()
-    config = load_robot(flags.common.robot_config)
+    config = load_configured(flags.common, log)
     instance = SingleInstance("recorder", flags.common, config.name, log, timeouts=RECORDER)
 
     def serve(bus: Bus) -> None:

@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from robot.description import RobotConfig, joint_ids
+from robot.description import RobotConfig
+from robot.model import joint_ids
 from services.recorder import entities
 from services.recorder.writer import TraceWriter
 
@@ -26,7 +27,7 @@ class Scene:
         self._data = mujoco.MjData(self.model)
         self._joints = joint_ids(self.model, config.joint_names)
         self._qpos = self.model.jnt_qposadr[self._joints]
-        self._tool = self.model.site(config.tool_site).id
+        self._tool = self.model.site(config.tool.site).id
         self.body_names = [self.model.body(body).name for body in range(self.model.nbody)]
         roots = set(self.model.body_rootid[self.model.jnt_bodyid[self._joints]].tolist())
         self.arm = [b for b in range(1, self.model.nbody) if self.model.body_rootid[b] in roots]

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from robot.description import RobotConfig, joint_ids
+from robot.description import RobotConfig
+from robot.model import joint_ids
 
 BALL = "ball"
 TEE = "tee"

@@ -15,7 +15,7 @@ from protocol.errors import NoAnswer, Refusal
 from robot.description import load_robot
 from services.common import realtime
 from services.common.cell import running_cell
-from services.common.cli import Common, Options
+from services.common.cli import MISUSED, Common, Options
 from services.common.supervisor import NotReady
 from tools.demo.play import Outcome, Player
 from tools.demo.report import speed, table
@@ -49,7 +49,10 @@ def main() -> int:
     realtime.end_like_ctrl_c()
     try:
         outcomes, cycle = run(flags, console)
-    except (NotReady, Refusal, NoAnswer, ValueError) as error:
+    except ValueError as error:
+        console.print(f"volley: {error}", highlight=False, soft_wrap=True)
+        return MISUSED
+    except (NotReady, Refusal, NoAnswer) as error:
         console.print(f"[bold red]the demo ended early[/bold red]: {error}")
         return 1
     except KeyboardInterrupt:

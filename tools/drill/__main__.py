@@ -11,9 +11,10 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from robot.schema import RobotError
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from services.common import realtime
-from services.common.cli import Options
+from services.common.cli import MISUSED, Options
 from tools.drill.harness.lab import Lab
 from tools.drill.report import listing, save, table, write_markdown
 from tools.drill.run import carry_out
@@ -59,12 +60,15 @@ def main() -> int:
         scenarios = chosen(flags.only)
     except KeyError as error:
         console.print(f"volley: {error.args[0]}", highlight=False)
-        return 2
+        return MISUSED
     if flags.list:
         console.print(listing(scenarios))
         return 0
     try:
         outcomes = drill(scenarios, flags, console)
+    except RobotError as error:
+        console.print(f"volley: {error}", highlight=False)
+        return MISUSED
     except KeyboardInterrupt:
         console.print("interrupted")
         return 130

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from protocol.bus.bus import Bus
 from protocol.messages import Clock
 from protocol.topics import ROBOT_SIDE
-from robot.description import RobotConfig, load_robot
+from robot.description import RobotConfig
 from services.common import realtime
 from services.common.cli import Options
 from services.common.logs import start_logging
+from services.common.robot_config import load_configured
 from services.common.robot_side.backend import RobotFailed
 from services.common.robot_side.clocks import keep_time
 from services.common.robot_side.loop import RobotLoop
@@ -28,7 +29,7 @@ def run_robot(name: str, options: Options, clock: Clock, build: Build, keep: Cal
     """
     log = start_logging(name, options.log)
     stopping = realtime.stop_on_signals()
-    config = load_robot(options.robot_config)
+    config = load_configured(options, log)
     loops, others = realtime.split_cores(options.loop_core)
     _ask_for_real_time(loops, clock, log)
 

@@ -8,6 +8,7 @@ import tyro
 import zenoh
 
 from protocol.bus.sessions import open_session
+from robot.shipped import DEFAULT_ROBOT_CONFIG
 from services.common.cli import Options, free_endpoint, free_port, is_taken, open_bus, robot_name
 
 
@@ -58,13 +59,16 @@ def test_what_cannot_be_known_is_not_called_taken(endpoint: str):
 
 
 def test_the_name_of_the_robot(tmp_path: Path):
-    """The flag's, or that of the robot config, whose other fields are not read."""
+    """The flag's, or that of the robot config, whose model is not read."""
     config = tmp_path / "leg.toml"
-    with pytest.raises(ValueError, match=r"leg\.toml does not name a robot"):
+    with pytest.raises(ValueError, match=r"leg\.toml: cannot be read"):
         robot_name(Options(robot_config=config))
-    config.write_text('name = "leg"\nmodel = "absent.xml"\n')
+    toml = DEFAULT_ROBOT_CONFIG.read_text().replace('"arm"', '"leg"').replace('"arm.xml"', '"absent.xml"')
+    config.write_text(toml)
     assert robot_name(Options(robot_config=config)) == "leg"
     assert robot_name(Options("left", robot_config=config)) == "left"
+    with pytest.raises(ValueError, match=r"name: 'le\?t' cannot be a part of a key"):
+        robot_name(Options("le?t", robot_config=config))
 
 
 def test_the_robot_config_names_the_robot_unless_a_flag_does(router: str):

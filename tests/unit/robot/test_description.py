@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+import models
 import mujoco
 import numpy as np
 import pytest
 
-from robot.description import RobotError, load_robot
+from robot.description import Collision, RobotError, Tolerance, load_robot
 from robot.kinematics import Kinematics
+from robot.model import Tool, compile_model
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 
 PAPER_POSES = {
@@ -26,9 +28,15 @@ TWO_LINKS = """
         <joint name="b" axis="0 0 1"/>
         <geom type="capsule" size="0.05" fromto="0 0 0 0.5 0 0"/>
         <site name="tip" pos="0.5 0 0"/>
+        <body name="finger" pos="0.5 0 0">
+          <joint name="grip" type="slide" axis="0 1 0" limited="true" range="0 0.04"/>
+          <geom type="box" size="0.01 0.01 0.01"/>
+        </body>
       </body>
     </body>
+    <site name="ground"/>
   </worldbody>
+  <keyframe><key name="up" qpos="0.6 0.5 0.03"/></keyframe>
   <actuator>{actuators}</actuator>
 </mujoco>
 """
@@ -36,7 +44,7 @@ TWO_LINKS = """
 TWO_LINKS_TOML = """
 name = "two"
 model = "two.xml"
-tool_site = "tip"
+tool = "tip"
 rate_hz = 500
 alpha = 50.0
 silence_ticks = 20
@@ -124,20 +132,94 @@ def test_a_position_servos_control_range_is_no_torque(tmp_path: Path):
         ("home = [0.1, 0.2]", "home = [2.5, 0.2]", "joints.home: a: 2.5 lies outside its range -1.5 to 1.5"),
         ("home = [0.1, 0.2]", "home = [0.1, nan]", "joints.home: b: nan lies outside"),
         ("jerks = [5.0, 6.0]", "jerks = [5.0, 0.0]", "joints.jerks: b: 0.0 is not greater than 0"),
-        ('names = ["a", "b"]', 'names = ["a", "c"]', "the model has no joint 'c'; it has a, b"),
+        ('names = ["a", "b"]', 'names = ["a", "c"]', "joints.names: the model has no joint 'c'; it has a, b, grip"),
         ('names = ["a", "b"]', 'names = ["a", "a"]', "joints.names: needs one or more names, each once"),
-        ('tool_site = "tip"', 'tool_site = "tool"', "the model has no site 'tool'; it has tip"),
-        ('model = "two.xml"', 'model = "three.xml"', "model 'three.xml' cannot be loaded"),
+        ('tool = "tip"', 'tool = "tool"', "tool: the model has no site 'tool'; it has ground, tip"),
+        ('tool = "tip"', 'tool = "ground"', "tool: none of joints.names moves 'ground'"),
+        ('tool = "tip"', 'tool = {body = "hand"}', "tool: the model has no body 'hand'; it has upper, lower, finger"),
+        ('tool = "tip"', 'tool = {body = "lower", quaternion = [0, 0, 0, 0]}', "tool.quaternion: [0.0, 0.0, 0.0, 0.0]"),
+        ('tool = "tip"', 'tool = {body = "lower", position = [0, 0, inf]}', "tool.position: [0.0, 0.0, inf] is not"),
+        ('name = "two"', 'name = "two*"', "name: 'two*' cannot be a part of a key"),
+        ('name = "two"', 'name = "/two"', "name: '/two' cannot be a part of a key"),
+        ("alpha = 50.0", "alpha = 1001.0", "alpha: 1001 makes tracking unstable at 500 ticks a second; it must be at"),
+        ("alpha = 50.0", 'alpha = 50.0\non_fault = "go on"', "Invalid enum value 'go on' - at `$.on_fault`"),
+        ("[joints]", "[tolerance]\npositions = 0.0\n[joints]", "tolerance.positions: 0.0 is not greater than 0"),
+        ("[joints]", "[held]\nc = 0.0\n[joints]", "held: the model has no joint 'c'; it has a, b, grip"),
+        ("[joints]", "[held]\nb = 0.0\n[joints]", "held.b: is one of joints.names"),
+        ("[joints]", "[held]\ngrip = 0.1\n[joints]", "held.grip: 0.1 lies outside its range 0 to 0.04"),
+        ("[joints]", "[collision]\nmargin = -1.0\n[joints]", "collision.margin: -1.0 is not a finite"),
+        ("[joints]", '[collision]\nignore = [["upper", "x"]]\n[joints]', "collision.ignore: the model has no body 'x'"),
+        ("[joints]", "[joints]\npositions = [[-2.0, 1.0], [-1.0, 1.0]]", "a: -2 to 1 is wider than the model's"),
+        ("[joints]", "[joints]\npositions = [[1.0, -1.0], [-1.0, 1.0]]", "joints.positions: a: 1 to -1 is no range"),
+        ("[joints]", "[joints]\ntorques = [9.0, 1.0]", "joints.torques: a: 9 N·m is more than the model's 7 N·m"),
+        ("home = [0.1, 0.2]", 'home = "keyframe:away"', "'keyframe:away' is no keyframe of the model; it has"),
+        ('model = "two.xml"', 'model = "three.xml"', "model: 'three.xml' cannot be loaded"),
     ],
 )
 def test_errors_are_sentences_that_name_file_and_key(tmp_path: Path, old: str, new: str, sentence: str):
     assert old in TWO_LINKS_TOML
-    limits = 'limited="true" range="-85.9436693 85.9436693"'
+    limits = 'limited="true" range="-85.9436693 85.9436693" actuatorfrcrange="-7 7"'
     path = write_robot(tmp_path, TWO_LINKS_TOML.replace(old, new), first=limits)
     with pytest.raises(RobotError) as raised:
         load_robot(path)
     assert sentence in str(raised.value)
+    assert "\n" not in str(raised.value)
     assert str(path) in str(raised.value)
+
+
+def test_what_a_description_leaves_out(tmp_path: Path):
+    robot = load_robot(write_robot(tmp_path))
+    assert (robot.tool, robot.on_fault, robot.held) == (Tool("tip"), "hold", {})
+    assert robot.tolerance == Tolerance(np.inf, np.inf)
+    assert robot.collision == Collision(0.01, frozenset())
+
+
+FULL = """
+on_fault = "stop"
+[tolerance]
+velocities = 0.1
+[held]
+grip = 0.04
+[collision]
+margin = 0.002
+ignore = [["upper", "finger"]]
+[joints]
+positions = [[-1.0, inf], [-inf, 2.0]]
+torques = [5.0, inf]
+"""
+
+
+def test_what_a_description_may_add(tmp_path: Path):
+    toml = TWO_LINKS_TOML.replace("[joints]", FULL).replace("[0.1, 0.2]", '"keyframe:up"')
+    robot = load_robot(write_robot(tmp_path, toml, first='limited="true" range="-85.9436693 85.9436693"'))
+    assert (robot.on_fault, robot.held, robot.home.tolist()) == ("stop", {"grip": 0.04}, [0.6, 0.5])
+    assert robot.tolerance == Tolerance(velocities=0.1)
+    assert robot.collision == Collision(0.002, frozenset([frozenset(["upper", "finger"])]))
+    np.testing.assert_allclose(robot.limits.positions, [[-1.0, 1.5], [-np.inf, 2.0]])
+    np.testing.assert_array_equal(robot.torques, [5.0, np.inf])
+
+
+def test_a_position_that_was_rounded_is_the_end_of_its_range(tmp_path: Path):
+    toml = TWO_LINKS_TOML.replace("[0.1, 0.2]", "[1.5708, 0.2]\npositions = [[-1.571, 1.571], [-inf, inf]]")
+    robot = load_robot(write_robot(tmp_path, toml, first='limited="true" range="-90 90"'))
+    assert robot.home[0] == robot.limits.positions[0, 1] == np.pi / 2
+
+
+def test_a_tool_on_a_body(tmp_path: Path):
+    toml = TWO_LINKS_TOML.replace('"tip"', '{body = "lower", position = [0.5, 0, 0.1], quaternion = [0, 2, 0, 0]}')
+    position, rotation = Kinematics(load_robot(write_robot(tmp_path, toml))).tool_pose(np.zeros(2))
+    np.testing.assert_allclose(position, [1.0, 0, 0.1], atol=1e-12)
+    np.testing.assert_allclose(rotation, np.diag([1, -1, -1]), atol=1e-12)
+
+
+@pytest.mark.parametrize("model", [models.UR5E_URDF, models.SO101_URDF])
+def test_links_of_a_urdf_stay_bodies(model: Path):
+    """So that the tool can be any of them, and the picture has their names."""
+    spec = mujoco.MjSpec.from_file(str(model))
+    names = {body.name for body in spec.bodies} - {"world"}
+    compiled = compile_model(model, Tool("tip", max(names)))
+    assert {compiled.body(i).name for i in range(compiled.nbody)} >= names
+    assert compiled.site("tip").name == "tip"
 
 
 def test_a_missing_file_is_named(tmp_path: Path):

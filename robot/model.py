@@ -1,0 +1,91 @@
+"""The MuJoCo model of a robot: compiled from its file, and where its joints are in it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+
+from robot.schema import RobotError
+
+TOOL_SITE = "volley_tool"
+"""Name of the site that stands for a tool which is given as a frame on a body."""
+# MuJoCo's enumeration members do not compare equal to the numbers in its arrays.
+SINGLE_AXIS = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """The tool's frame: the site of this name in the compiled model.
+
+    body, position (m), quaternion (w, x, y, z): where the site is added; body is None where the model has it already.
+    """
+
+    site: str
+    body: str | None = None
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+
+def compile_model(path: Path, tool: Tool) -> mujoco.MjModel:
+    """Compile the MJCF or URDF file at `path`, with the tool's site.
+
+    Links of a URDF that are fixed to each other remain bodies of their own, so that each can carry the tool.
+
+    Raises:
+        RobotError: MuJoCo cannot load it, or it has no such body.
+    """
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        if path.suffix.lower() == ".urdf":
+            spec.compiler.fusestatic = False
+        if tool.body is not None:
+            _add_site(spec, tool)
+        return spec.compile()
+    except RobotError:
+        raise
+    except ValueError as error:
+        raise RobotError(f"model: {path.name!r} cannot be loaded: {' '.join(str(error).split())}") from error
+
+
+def joint_ids(model: mujoco.MjModel, names: tuple[str, ...], key: str = "joints.names") -> list[int]:
+    """Return the indices of the named joints.
+
+    Raises:
+        RobotError: a joint is missing or has several axes; `key` is where the TOML names it.
+    """
+    available = [model.joint(i).name for i in range(model.njnt) if model.jnt_type[i] in SINGLE_AXIS]
+    for name in names:
+        if not name or name not in available:
+            raise RobotError(f"{key}: the model has no joint {name!r}; it has {_listed(available)}")
+    return [model.joint(name).id for name in names]
+
+
+def check_tool(model: mujoco.MjModel, tool: Tool, joints: list[int]) -> None:
+    """Return where one of the joints moves the tool.
+
+    Raises:
+        RobotError: the model has no such site, or none of the joints moves it.
+    """
+    sites = [model.site(i).name for i in range(model.nsite)]
+    if tool.site not in sites:
+        raise RobotError(f"tool: the model has no site {tool.site!r}; it has {_listed(sites)}")
+    body = model.site_bodyid[model.site(tool.site).id]
+    moving = {int(model.jnt_bodyid[joint]) for joint in joints}
+    name = tool.body or tool.site
+    while body:
+        if int(body) in moving:
+            return
+        body = model.body_parentid[body]
+    raise RobotError(f"tool: none of joints.names moves {name!r}; name a site or a body at the end of the arm")
+
+
+def _add_site(spec: mujoco.MjSpec, tool: Tool) -> None:
+    body = spec.body(tool.body)
+    if body is None:
+        bodies = [body.name for body in spec.bodies if body.name != "world"]
+        raise RobotError(f"tool: the model has no body {tool.body!r}; it has {_listed(bodies)}")
+    body.add_site(name=tool.site, pos=tool.position, quat=tool.quaternion)
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(filter(None, names)) or "none"

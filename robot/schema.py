@@ -1,0 +1,83 @@
+"""The TOML file of a robot, as it is written. Reading it needs no model."""
+
+import math
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from protocol.topics import check_robot_name
+
+OnFault = Literal["hold", "stop"]
+
+
+class RobotError(ValueError):
+    """An invalid robot description; `str()` is a sentence that names the file, the key and what would work."""
+
+
+class ToolFrame(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Table `tool`: a frame on a body. Position in m, quaternion as w, x, y, z, both in the body's frame."""
+
+    body: str
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+
+class ToleranceTable(msgspec.Struct, forbid_unknown_fields=True):
+    """Table `tolerance`: the largest error at a hit on any joint, rad and rad/s."""
+
+    positions: float = math.inf
+    velocities: float = math.inf
+
+
+class JointsTable(msgspec.Struct, forbid_unknown_fields=True):
+    """Table `joints`, in the order of every vector on the wire."""
+
+    names: list[str]
+    home: list[float] | str
+    velocities: list[float]
+    accelerations: list[float]
+    jerks: list[float]
+    positions: list[tuple[float, float]] | None = None
+    torques: list[float] | None = None
+
+
+class CollisionTable(msgspec.Struct, forbid_unknown_fields=True):
+    """Table `collision`: the least distance that plans keep, m, and pairs of bodies that may touch."""
+
+    margin: float = 0.01
+    ignore: list[tuple[str, str]] = msgspec.field(default_factory=list)
+
+
+class Description(msgspec.Struct, forbid_unknown_fields=True):
+    """The TOML file. `tool` is the name of a site, or a frame on a body."""
+
+    name: str
+    model: str
+    tool: str | ToolFrame
+    rate_hz: float
+    alpha: float
+    silence_ticks: int
+    max_tracking_error: float
+    joints: JointsTable
+    on_fault: OnFault = "hold"
+    tolerance: ToleranceTable = msgspec.field(default_factory=ToleranceTable)
+    held: dict[str, float] = msgspec.field(default_factory=dict)
+    collision: CollisionTable = msgspec.field(default_factory=CollisionTable)
+
+
+def read_description(path: Path) -> Description:
+    """Return the TOML file at `path`, whose fields are there and of the right type.
+
+    Raises:
+        RobotError: it cannot be read, a field is missing, unknown or of another type, or the name cannot be a part
+            of a key.
+    """
+    try:
+        description = msgspec.toml.decode(path.read_bytes(), type=Description)
+        check_robot_name(description.name)
+    except OSError as error:
+        raise RobotError(f"{path}: cannot be read ({error.strerror}); name a robot's TOML file") from error
+    except ValueError as error:  # msgspec's errors and the decoding of its text are ones
+        raise RobotError(f"{path}: {error}") from error
+    return description
