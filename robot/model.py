@@ -29,7 +29,8 @@ class Tool:
 def compile_model(path: Path, tool: Tool) -> mujoco.MjModel:
     """Compile the MJCF or URDF file at `path`, with the tool's site.
 
-    Links of a URDF that are fixed to each other remain bodies of their own, so that each can carry the tool.
+    Links of a URDF that are fixed to each other remain bodies of their own, so that each can carry the tool. Links that
+    a joint connects may overlap in a URDF, so they do not collide.
 
     Raises:
         RobotError: MuJoCo cannot load it, or it has no such body.
@@ -38,6 +39,7 @@ def compile_model(path: Path, tool: Tool) -> mujoco.MjModel:
         spec = mujoco.MjSpec.from_file(str(path))
         if path.suffix.lower() == ".urdf":
             spec.compiler.fusestatic = False
+            _exclude_neighbours(spec)
         if tool.body is not None:
             _add_site(spec, tool)
         return spec.compile()
@@ -77,6 +79,15 @@ def check_tool(model: mujoco.MjModel, tool: Tool, joints: list[int]) -> None:
             return
         body = model.body_parentid[body]
     raise RobotError(f"tool: none of joints.names moves {name!r}; name a site or a body at the end of the arm")
+
+
+def _exclude_neighbours(spec: mujoco.MjSpec) -> None:
+    """Let no body collide with what its joint connects it to, even where that is fixed to the world."""
+    for body in spec.bodies:
+        neighbour = body.parent if body.joints else None
+        while neighbour is not None and neighbour.parent is not None:
+            spec.add_exclude(bodyname1=neighbour.name, bodyname2=body.name)
+            neighbour = None if neighbour.joints else neighbour.parent
 
 
 def _add_site(spec: mujoco.MjSpec, tool: Tool) -> None:

@@ -214,12 +214,15 @@ def test_a_tool_on_a_body(tmp_path: Path):
 
 @pytest.mark.parametrize("model", [models.UR5E_URDF, models.SO101_URDF])
 def test_links_of_a_urdf_stay_bodies(model: Path):
-    """So that the tool can be any of them, and the picture has their names."""
+    """So that the tool can be any of them, and the picture has their names; neighbours may overlap."""
     spec = mujoco.MjSpec.from_file(str(model))
     names = {body.name for body in spec.bodies} - {"world"}
     compiled = compile_model(model, Tool("tip", max(names)))
     assert {compiled.body(i).name for i in range(compiled.nbody)} >= names
     assert compiled.site("tip").name == "tip"
+    data = mujoco.MjData(compiled)
+    mujoco.mj_forward(compiled, data)
+    assert data.ncon == 0
 
 
 def test_a_missing_file_is_named(tmp_path: Path):
