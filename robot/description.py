@@ -1,6 +1,7 @@
 """The robot's description: a TOML file beside an MJCF or URDF model."""
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,6 +45,8 @@ class RobotConfig:
     max_tracking_error: rad, on any joint. on_fault: what the arm does beyond it: hold the measured pose, or stop along
     its reference. tolerance: default of a goal's. tool: a racket's centre, for example, its z axis the normal of the
     striking face. held: joints beside the arm's, and the value (rad, m) at which each is held.
+    model: the robot and its surroundings in MuJoCo, with the tool's site, without geoms that touch nothing; only to be
+    read.
     """
 
     name: str
@@ -61,6 +64,7 @@ class RobotConfig:
     held: Mapping[str, float]
     collision: Collision
     mjcf_path: Path
+    model: mujoco.MjModel
 
     @property
     def joint_count(self) -> int:
@@ -72,9 +76,9 @@ class RobotConfig:
         """Length of a tick, s."""
         return 1.0 / self.rate_hz
 
-    def load_model(self) -> mujoco.MjModel:
-        """Compile the MuJoCo model of the robot and its surroundings, with the tool's site."""
-        return compile_model(self.mjcf_path, self.tool)
+    def load_model(self, visual: bool = False) -> mujoco.MjModel:
+        """Return a copy of the model; `visual`: one that is compiled with what is only for the eye."""
+        return compile_model(self.mjcf_path, self.tool, visual) if visual else copy(self.model)
 
 
 def load_robot(path: Path | str = DEFAULT_ROBOT_CONFIG) -> RobotConfig:
@@ -115,6 +119,7 @@ def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, to
         held=_held(description, model),
         collision=_collision(description.collision, model),
         mjcf_path=mjcf_path,
+        model=model,
     )
 
 

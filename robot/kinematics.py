@@ -11,7 +11,7 @@ class Kinematics:
     """Pose and velocity of the tool site in the world frame. It holds its own MuJoCo data: use one per thread."""
 
     def __init__(self, config: RobotConfig) -> None:
-        self.model = config.load_model()
+        self.model = config.model
         self._data = mujoco.MjData(self.model)
         ids = joint_ids(self.model, config.joint_names)
         self._qpos = self.model.jnt_qposadr[ids]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import mujoco
 
+from robot.compilation import compile_spec
 from robot.schema import RobotError
 
 TOOL_SITE = "volley_tool"
@@ -26,8 +27,8 @@ class Tool:
     quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
 
-def compile_model(path: Path, tool: Tool) -> mujoco.MjModel:
-    """Compile the MJCF or URDF file at `path`, with the tool's site.
+def compile_model(path: Path, tool: Tool, visual: bool = False) -> mujoco.MjModel:
+    """Compile the MJCF or URDF file at `path`, with the tool's site; `visual`: with what is only for the eye.
 
     Links of a URDF that are fixed to each other remain bodies of their own, so that each can carry the tool. Links that
     a joint connects may overlap in a URDF, so they do not collide.
@@ -42,7 +43,7 @@ def compile_model(path: Path, tool: Tool) -> mujoco.MjModel:
             _exclude_neighbours(spec)
         if tool.body is not None:
             _add_site(spec, tool)
-        return spec.compile()
+        return compile_spec(spec, visual)
     except RobotError:
         raise
     except ValueError as error:

@@ -23,7 +23,7 @@ class Scene:
     """The model with its own data. Bodies are those that move with the arm's joints, in model order."""
 
     def __init__(self, config: RobotConfig) -> None:
-        self.model = config.load_model()
+        self.model = config.load_model(visual=True)
         self._data = mujoco.MjData(self.model)
         self._joints = joint_ids(self.model, config.joint_names)
         self._qpos = self.model.jnt_qposadr[self._joints]

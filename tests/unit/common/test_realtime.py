@@ -153,3 +153,31 @@ def test_a_second_sigterm_does_not_interrupt_the_ending():
         signal.raise_signal(signal.SIGTERM)
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+LOCKED = """
+import re, threading
+import numpy
+from services.common import realtime
+missing = realtime.become_real_time(1)
+waiting = threading.Event()
+for _ in range(20):
+    threading.Thread(target=waiting.wait, daemon=True).start()
+with open("/proc/self/status") as status:
+    resident = next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
+with open("/proc/self/smaps") as maps:
+    blocks = re.split(r"(?m)^(?=[0-9a-f]+-)", maps.read())
+code = [block for block in blocks if "openblas" in block and " r-xp" in block]
+sizes = [re.findall(r"^(?:Size|Rss): +([0-9]+)", block, re.M) for block in code]
+print((missing, resident, sizes))
+"""
+
+
+def test_locked_memory_holds_all_code_but_no_unused_stacks():
+    line = [sys.executable, "-c", LOCKED]
+    missing, resident, sizes = eval(subprocess.run(line, stdout=subprocess.PIPE, text=True, check=True).stdout)
+    if missing:
+        pytest.skip(f"not granted: {missing}")
+    assert sizes
+    assert all(size == loaded for size, loaded in sizes)
+    assert resident < 150_000  # kB; twenty stacks of 8 MB are 160,000
