@@ -158,6 +158,7 @@ class Requests(Generic[GoalT, MotionT]):
         *,
         rate: float | None = None,
         times: Vector | None = None,
+        joint_names: Sequence[str] | None = None,
         smoothing: Literal["auto", "none"] | m.SavitzkyGolay = "auto",
         replace: bool = False,
     ) -> m.Learned:
@@ -168,6 +169,7 @@ class Requests(Generic[GoalT, MotionT]):
             positions: (N, J), rad: 10 to 100,000 samples of J joints.
             rate: Samples a second; this or `times`.
             times: (N,), s, rising.
+            joint_names: Of the columns, in any order; by default the arm's own, in its order.
             smoothing: `auto` smooths each joint as its noise asks for; `none` follows every sample; or this filter.
             replace: Overwrite a primitive of this name; False refuses it as `exists`.
 
@@ -183,6 +185,7 @@ class Requests(Generic[GoalT, MotionT]):
             name=name,
             positions=matrix_bytes(matrix),
             joint_count=matrix.shape[1],
+            joint_names=None if joint_names is None else list(joint_names),
             rate=rate,
             times=None if times is None else list(times),
             smoothing=smoothing,

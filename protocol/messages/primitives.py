@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
-from protocol.messages.base import MAX_JOINTS, Message, Number, Point, Request, Vector
+from protocol.messages.base import MAX_JOINTS, Message, Names, Number, Point, Request, Vector
 
 Samples = Annotated[list[Annotated[Vector, Meta(max_length=MAX_JOINTS)]], Meta(max_length=1_000_000)]
 """Of a demonstration. Up to ten times too many are decoded, so that the planner can explain the refusal."""
@@ -29,6 +29,7 @@ class Learn(Request, kw_only=True):
         name: of the primitive, 1 to 64 letters, digits, - or _, the first a letter or digit
         positions: 10 to 100,000 samples, each an array of at most 64 joints; or a matrix, with `joint_count`
         joint_count: columns of the matrix
+        joint_names: of the columns, in their order: those of the arm, in any order. Null: the arm's own, in its order
         rate: samples per second; this or `times`
         times: of the samples, s, rising
         smoothing: auto (a penalised spline, its penalty chosen by the noise), none, or this filter
@@ -38,6 +39,7 @@ class Learn(Request, kw_only=True):
     name: str
     positions: Samples | bytes
     joint_count: int | None = None
+    joint_names: Names | None = None
     rate: Number | None = None
     times: Vector | None = None
     smoothing: Literal["auto", "none"] | SavitzkyGolay = "auto"
@@ -85,6 +87,8 @@ class PrimitiveEntry(Struct, kw_only=True):
         duration: of the demonstration
         samples: number of samples of the demonstration
         created: Unix s
+        robot: name of the robot that it was learned on, empty in a library of an earlier version
+        joint_names: of the arm that it was learned on, empty in a library of an earlier version
     """
 
     name: str
@@ -92,6 +96,8 @@ class PrimitiveEntry(Struct, kw_only=True):
     duration: Number
     samples: int
     created: Number
+    robot: str = ""
+    joint_names: Names = field(default_factory=list)
 
 
 class Primitives(Message, kw_only=True):

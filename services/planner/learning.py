@@ -27,13 +27,13 @@ MAX_SAMPLES = 100_000
 """Samples of a demonstration: 100 s at 1 kHz, or a minute and more of a slower arm."""
 
 
-def demonstration_of(request: m.Learn) -> Demonstration:
-    """Return the recording in `request`.
+def demonstration_of(request: m.Learn, names: Sequence[str]) -> Demonstration:
+    """Return the recording in `request`, its columns in the order of the arm's joint `names`.
 
     Raises:
         Refusal: `bad_message`, naming the field.
     """
-    positions = _positions(request)
+    positions = _of_the_arm(_positions(request), request.joint_names, names)
     if len(positions) > MAX_SAMPLES:
         sentence = f"positions has {len(positions)} samples; at most {MAX_SAMPLES} are taken, so send every nth"
         raise bad_message("positions", sentence)
@@ -100,6 +100,22 @@ def _smoothing(asked: AskedSmoothing) -> Smoothing:
     if asked.order > MAX_ORDER:
         raise bad_message("smoothing.order", f"smoothing.order is {asked.order}; it must lie in 2 to {MAX_ORDER}")
     return SavitzkyGolay(asked.window_s, asked.order)
+
+
+def _of_the_arm(positions: np.ndarray, given: Sequence[str] | None, names: Sequence[str]) -> np.ndarray:
+    """Return the columns in the order of the arm's joints."""
+    columns, arm = positions.shape[1], ", ".join(names)
+    if given is None:
+        if columns != len(names):
+            sentence = f"positions have {columns} columns; the arm has the {len(names)} joints {arm}"
+            raise bad_message("positions", f"{sentence}: send one column a joint")
+        return positions
+    if len(given) != columns:
+        raise bad_message("joint_names", f"joint_names has {len(given)} names for {columns} columns of positions")
+    if sorted(given) != sorted(names):
+        sentence = f"joint_names are {', '.join(given)}; the arm's are {arm}: send the name on this arm of each column"
+        raise bad_message("joint_names", sentence)
+    return positions[:, [list(given).index(name) for name in names]]
 
 
 def _positions(request: m.Learn) -> np.ndarray:

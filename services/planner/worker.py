@@ -91,7 +91,7 @@ def outcome(role: "Role", body: bytes, limits: Limits, names: Sequence[str]) -> 
 def learned(body: bytes, limits: Limits, names: Sequence[str]) -> Lesson:
     """Learn from the body of a `learn` request. Raises Refusal."""
     request = decode(body, m.Learn, LEARN.max_bytes)
-    demonstration = demonstration_of(request)
+    demonstration = demonstration_of(request, names)
     primitive = learn_demonstration(demonstration, request.smoothing)
     return Lesson(primitive, warnings_of(demonstration, primitive, limits, names))
 

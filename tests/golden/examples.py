@@ -209,6 +209,7 @@ LIBRARY: dict[str, Struct] = {
     "Learn": m.Learn(
         name="wipe",
         positions=[[0.0, 0.5], [0.125, 0.5], [0.25, 0.375]],
+        joint_names=["lift", "swing"],
         times=[0.0, 0.0125, 0.025],
         smoothing=m.SavitzkyGolay(window_s=0.2, order=5),
         replace=True,

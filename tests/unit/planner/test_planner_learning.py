@@ -14,6 +14,7 @@ from services.planner.learning import demonstration_of, learn_demonstration, lea
 
 TIMES = np.arange(200) / 200
 PATH = np.sin(np.outer(TIMES, [1.0, 2.0, 3.0]))
+NAMES = ("a", "b", "c")
 
 
 def request(**fields: object) -> m.Learn:
@@ -23,7 +24,7 @@ def request(**fields: object) -> m.Learn:
 
 def learn_from_request(asked: m.Learn) -> Primitive:
     """Return what is learned from a request."""
-    return learn_demonstration(demonstration_of(asked), asked.smoothing)
+    return learn_demonstration(demonstration_of(asked, NAMES), asked.smoothing)
 
 
 def test_every_way_to_say_the_same_gives_the_same():
@@ -74,6 +75,10 @@ def test_the_ends_are_told():
         ("positions", {"positions": np.zeros((200, 65)).tolist()}),
         ("joint_count", {"positions": bytes(24)}),
         ("joint_count", {"joint_count": 4}),
+        ("positions", {"positions": PATH[:, :2].tolist()}),
+        ("joint_names", {"joint_names": ["a", "b"]}),
+        ("joint_names", {"joint_names": ["a", "b", "d"]}),
+        ("joint_names", {"joint_names": ["a", "b", "b"]}),
         ("rate", {"rate": None}),
         ("rate", {"times": TIMES.tolist()}),
         ("rate", {"rate": 0.0}),
@@ -96,6 +101,17 @@ def test_what_cannot_be_learned(field: str, fields: dict[str, object]):
         learn_from_request(request(**fields))
     assert (caught.value.code, caught.value.detail["field"]) == ("bad_message", field)
     assert field in caught.value.message
+
+
+def test_columns_are_put_in_the_order_of_the_arm():
+    plain = learn_from_request(request())
+    named = learn_from_request(request(positions=PATH[:, [2, 0, 1]].tolist(), joint_names=["c", "a", "b"]))
+    assert np.array_equal(named.control_points, plain.control_points)
+
+
+def test_another_arm_is_named_with_ours():
+    with pytest.raises(Refusal, match=r"joint_names are a, b, z; the arm's are a, b, c: send the name on this arm"):
+        learn_from_request(request(joint_names=["a", "b", "z"]))
 
 
 def test_stamps_that_run_backwards_are_said_so():

@@ -47,7 +47,7 @@ def test_a_lesson_warns():
 
 @pytest.mark.parametrize(
     ("sent", "field"),
-    [(b"{", ""), (encode(m.Learn(name="w", positions=[[0.0]], rate=1.0)), "rate"), (body(times=[0.0]), "rate")],
+    [(b"{", ""), (encode(m.Learn(name="w", positions=[[0.0, 0.0]], rate=1.0)), "rate"), (body(times=[0.0]), "rate")],
 )
 def test_a_bad_request_is_refused_by_field(sent: bytes, field: str):
     failure = outcome(learned, sent, LIMITS, NAMES)

@@ -40,9 +40,11 @@ def test_what_the_first_clients_say_and_hear_still_decodes(path):
 
 
 def _with_defaults(now: Any, stored: Any) -> Any:
-    """`stored` with the fields that only `now` has: those of maps inside maps."""
+    """`stored` with the fields that only `now` has: those of maps inside maps and lists."""
     if isinstance(now, dict) and isinstance(stored, dict):
         return now | {name: _with_defaults(now.get(name), value) for name, value in stored.items()}
+    if isinstance(now, list) and isinstance(stored, list) and len(now) == len(stored):
+        return [_with_defaults(*pair) for pair in zip(now, stored, strict=True)]
     return stored
 
 
