@@ -8,27 +8,34 @@ from robot.model import joint_ids
 
 
 class Kinematics:
-    """Pose and velocity of the tool site in the world frame. It holds its own MuJoCo data: use one per thread."""
+    """Pose and velocity of the tool site in the world frame. It holds its own MuJoCo data: use one per thread.
+
+    model: MuJoCo's. joint_ids: of the arm's joints in it. site: the tool's number. resting: (nq,), positions of the
+    model with the held joints where they are held.
+    """
 
     def __init__(self, config: RobotConfig) -> None:
         self.model = config.model
+        self.joint_ids = joint_ids(self.model, config.joint_names)
+        self.site = self.model.site(config.tool.site).id
         self._data = mujoco.MjData(self.model)
-        ids = joint_ids(self.model, config.joint_names)
-        self._qpos = self.model.jnt_qposadr[ids]
-        self._dofs = self.model.jnt_dofadr[ids]
-        self._site = self.model.site(config.tool.site).id
+        held = self.model.jnt_qposadr[joint_ids(self.model, tuple(config.held))]
+        self._data.qpos[held] = list(config.held.values())
+        self.resting = self._data.qpos.copy()
+        self._qpos = self.model.jnt_qposadr[self.joint_ids]
+        self._dofs = self.model.jnt_dofadr[self.joint_ids]
         self._jacobian = np.zeros((3, self.model.nv))
 
     def tool_pose(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position (3,), m, and rotation matrix (3, 3) of the tool at joint positions (J,)."""
         self._place(positions)
-        rotation = self._data.site_xmat[self._site].reshape(3, 3)
-        return self._data.site_xpos[self._site].copy(), rotation.copy()
+        rotation = self._data.site_xmat[self.site].reshape(3, 3)
+        return self._data.site_xpos[self.site].copy(), rotation.copy()
 
     def tool_velocity(self, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
         """Linear velocity (3,), m/s, of the tool at joint positions and velocities (J,)."""
         self._place(positions)
-        mujoco.mj_jacSite(self.model, self._data, self._jacobian, None, self._site)
+        mujoco.mj_jacSite(self.model, self._data, self._jacobian, None, self.site)
         return self._jacobian[:, self._dofs] @ velocities
 
     def _place(self, positions: np.ndarray) -> None:
