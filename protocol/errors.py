@@ -13,6 +13,7 @@ CODES: Mapping[str, tuple[str, ...]] = {
     "limit": ("joint", "quantity", "value", "bound"),
     "infeasible": ("joint", "quantity", "time_from_start", "min_duration", "waypoint_times"),
     "cannot_stop": ("joint", "max_velocity"),
+    "unreachable": ("distance", "angle", "reason", "nearest"),
     "solver_failed": ("joint", "status"),
     "late": ("goal_id",),
     "superseded": ("goal_id",),

@@ -133,11 +133,14 @@ class InverseKinematics:
     def velocities(self, target: ToolTarget, positions: np.ndarray, limits: np.ndarray) -> np.ndarray:
         """Return the joint velocities (J,) that move the tool as the target says, least in units of the limits (J,).
 
-        Joints that would pass their limit keep it and the others make up for it, where the arm is redundant.
+        Joints that would pass their limit keep it and the others make up for it, where the arm is redundant. A target
+        without velocities is at rest.
 
         Raises:
             Unreachable: they pass a limit, or no velocities move the tool so.
         """
+        if target.velocity is None and target.angular_velocity is None:
+            return np.zeros(len(positions))
         rows, wanted = self._motion(target, positions)
         scale = np.where(np.isfinite(limits), limits, 1.0)
         free, found = np.ones(len(positions), dtype=bool), np.zeros(len(positions))
@@ -292,6 +295,11 @@ class InverseKinematics:
             f"the tool's velocity needs {abs(found[worst]):.3g} rad/s of {self._names[worst]}, whose limit is "
             f"{limits[worst]:.3g} rad/s; {np.floor(100 * share) / 100:.2f} of that velocity works"
         )
+
+
+def rotation_of(quaternion: np.ndarray) -> np.ndarray:
+    """Return the rotation matrix (3, 3) of a quaternion (4,) w, x, y, z of any length but 0."""
+    return mink.SO3(wxyz=quaternion / np.linalg.norm(quaternion)).as_matrix()
 
 
 def _step(

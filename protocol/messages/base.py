@@ -12,6 +12,8 @@ Number = Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)]
 Vector = list[Number]
 PartialVector = list[Number | None]
 Range = tuple[Number, Number]
+Triple = tuple[Number, Number, Number]
+Quaternion = tuple[Number, Number, Number, Number]
 Names = Annotated[list[str], Meta(max_length=MAX_JOINTS)]
 """Names of joints."""
 Outcome = Literal["running", "succeeded", "preempted", "canceled", "aborted"]
@@ -73,6 +75,24 @@ class ErrorBody(Struct, kw_only=True):
     detail: dict[str, Any]
 
 
+class ToolGoal(Struct, forbid_unknown_fields=True, kw_only=True):
+    """Pose and velocity of the tool's site in the world frame.
+
+    Attributes:
+        position: m
+        orientation: quaternion w, x, y, z, of any length but 0; null: free
+        axis: direction in which the tool's z axis points, of any length but 0; not with `orientation`; null: free
+        velocity: m/s, null: zero, or free where both velocities of a waypoint are null
+        angular_velocity: rad/s, null: zero, or free where there is a `velocity`
+    """
+
+    position: Triple
+    orientation: Quaternion | None = None
+    axis: Triple | None = None
+    velocity: Triple | None = None
+    angular_velocity: Triple | None = None
+
+
 class Waypoint(Struct, forbid_unknown_fields=True, kw_only=True):
     """Positions or velocities to pass through exactly, at any time, not only on a tick.
 
@@ -80,8 +100,10 @@ class Waypoint(Struct, forbid_unknown_fields=True, kw_only=True):
         time_from_start: 0 < time < duration
         positions: null, as a whole or for one joint: free
         velocities: null, as a whole or for one joint: free
+        tool: where the tool is, in place of `positions` and `velocities`
     """
 
     time_from_start: Number
     positions: PartialVector | None = None
     velocities: PartialVector | None = None
+    tool: ToolGoal | None = None

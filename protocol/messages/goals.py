@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct, field
 
-from protocol.messages.base import Message, Number, PartialVector, Range, Request, Vector, Waypoint
+from protocol.messages.base import Message, Number, PartialVector, Range, Request, ToolGoal, Vector, Waypoint
 from protocol.messages.trajectories import Trajectory
 
 MAX_ALTERNATIVES = 256
@@ -72,6 +72,9 @@ class Goal(Request, kw_only=True):
         velocities: final velocities, null: zero, or the demonstrated ones where `positions` is null too
         accelerations: final accelerations; null, as a whole or for one joint: free where the final velocity is not
             zero, otherwise zero
+        tool: where the tool ends and how it moves, in place of `positions` and `velocities`: of the postures found the
+            one that imitates best is played, and a correction keeps to the posture that it corrects. Not with
+            `alternatives`; the reply's `positions` and `velocities` say what is played
         alternatives: up to 256 further ends. The planner plays the feasible end that imitates best: the least mean
             square of g̈ − τ²d̈, each joint in units of its acceleration limit. If every end is refused, the detail of
             the goal's own refusal has `alternatives: [code, …]`
@@ -109,6 +112,7 @@ class Goal(Request, kw_only=True):
     positions: Vector | None = None
     velocities: Vector | None = None
     accelerations: PartialVector | None = None
+    tool: ToolGoal | None = None
     alternatives: Alternatives = field(default_factory=list)
     duration: Number | None = None
     arrival_time: Number | None = None

@@ -22,7 +22,7 @@ from services.planner.lead import Lead
 from services.planner.library import Library, Written
 from services.planner.messages import executed_message, goal_reply, plan_message, refused_message, sampled_message
 from services.planner.refusals import not_executed
-from services.planner.solving import ELSEWHERE, Made, Solver, Steps
+from services.planner.solving import ELSEWHERE, Made, Solver, Steps, effort_of
 from services.planner.warm_up import warm_up
 
 
@@ -95,6 +95,7 @@ class Planner:
             return
         primitive = self._library.get(goal.primitive)
         check_goal(goal, primitive, self._config)
+        self._solver.prepare(goal)
         turn = next(self._turns)
         if goal.method in ELSEWHERE:
             yield None
@@ -153,7 +154,7 @@ class Planner:
                 self._log.warning("goal %s: %s", goal_id, refusal, extra={"goal_id": goal_id, "code": refusal.code})
                 continue
             finally:
-                self._lead.note(time.monotonic() - began, goal.method)
+                self._lead.note(time.monotonic() - began, effort_of(goal))
             self._newest = turn
             self._note_played(goal, goal_id, made)
             sampled = partial(sampled_message, made, goal, goal_id, self._config, stamps)
@@ -170,7 +171,8 @@ class Planner:
     def _note_played(self, goal: m.Goal, goal_id: str, made: Made) -> None:
         """Remember a motion that was accepted, for goals that correct it."""
         phase = made.plan.report.phase
-        self._corrections.note(goal, goal_id, made.origin.time, made.plan.duration, phase)
+        posture = made.plan.request.goal.positions.tolist()
+        self._corrections.note(goal, goal_id, made.origin.time, made.plan.duration, phase, posture)
         what = f"corrects {goal.revises} at phase {phase:.3f}, " if goal.revises else ""
         solved = goal_id, goal.primitive, what, made.plan.duration, made.solve_ms
         self._log.info("goal %s: %s, %s%.3f s, solved in %.1f ms", *solved, extra={"goal_id": goal_id})
@@ -179,7 +181,7 @@ class Planner:
         return origin_of(goal, reference, self._corrections, self._config)
 
     def _ask_reference(self, goal: m.Goal, again: bool) -> Callable[[], m.Reference]:
-        return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds(again, goal.method)))
+        return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds(again, effort_of(goal))))
 
     def _reference(self, answer: Callable[[], m.Reference], optional: bool) -> m.Reference | None:
         try:

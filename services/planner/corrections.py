@@ -1,6 +1,7 @@
 """Motions that the planner had played, so that a goal can correct one that is under way."""
 
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from protocol import messages as m
@@ -13,11 +14,12 @@ KEPT = 1000
 class Correction:
     """Start of a correction: the demonstration's phase at the splice, and the time of the hit on the robot's clock.
 
-    A goal with a time of its own replaces the time of the hit.
+    A goal with a time of its own replaces the time of the hit. `posture`: joint positions at the hit, rad.
     """
 
     phase: float
     hit_time: float
+    posture: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +31,7 @@ class _Played:
     start_time: float
     hit_time: float
     phase: float
+    posture: tuple[float, ...]
 
     def phase_at(self, time: float) -> float:
         """Where in the demonstration the motion is at a time of its own: it runs evenly from its first phase to 1."""
@@ -45,13 +48,17 @@ class Corrections:
     def __init__(self) -> None:
         self._played: OrderedDict[str, _Played] = OrderedDict()
 
-    def note(self, goal: m.Goal, goal_id: str, start_time: float, duration: float, phase: float) -> None:
-        """Note a motion that the controller accepted; `duration` to the hit, s."""
+    def note(
+        self, goal: m.Goal, goal_id: str, start_time: float, duration: float, phase: float, posture: Sequence[float]
+    ) -> None:
+        """Note a motion that the controller accepted; `duration` to the hit, s, `posture` there."""
         revised = self._played.get(goal.revises or "")
         chain = revised.chain if revised else goal_id
         if goal.revises in self._played:
             self._played.move_to_end(goal.revises)
-        self._played[goal_id] = _Played(chain, goal.primitive, start_time, start_time + duration, phase)
+        self._played[goal_id] = _Played(
+            chain, goal.primitive, start_time, start_time + duration, phase, tuple(posture)
+        )
         while len(self._played) > KEPT:
             self._played.popitem(last=False)
 
@@ -80,7 +87,7 @@ class Corrections:
         if current is None:
             sentence = f"the motion of goal {goal.revises!r} was replaced or stopped; send the goal without `revises`"
             raise Refusal("superseded", sentence, goal_id=goal.revises)
-        return Correction(current.phase_at(reference.time), current.hit_time)
+        return Correction(current.phase_at(reference.time), current.hit_time, current.posture)
 
     def _newest(self, chain: str) -> _Played:
         return next(played for played in reversed(self._played.values()) if played.chain == chain)

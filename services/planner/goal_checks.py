@@ -1,5 +1,7 @@
 """What contradicts itself in a goal, whatever the start."""
 
+import math
+
 from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import check_lengths
@@ -8,6 +10,8 @@ from protocol.topics import MAX_ID, MAX_PLAN_S
 from robot.description import RobotConfig
 
 MAX_FOLLOW_THROUGH_S = 0.5
+SHORTEST, LONGEST = 1e-6, 1e6
+"""Of a direction or a quaternion, which are scaled to a length of 1."""
 
 
 def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
@@ -31,6 +35,7 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
     if goal.follow_through > 0 and goal.tail == "coast":
         raise _invalid("follow_through", "follow_through is for tail 'stop'; an arm that coasts has no end of it")
     _check_method(goal)
+    __check_pose(goal)
     _check_alternatives(goal, config.joint_count)
 
 
@@ -87,6 +92,34 @@ def _check_method(goal: m.Goal) -> None:
         asked["start.accelerations"] = goal.start is not None and goal.start.accelerations is not None
     for field in (field for field, is_asked in asked.items() if is_asked):
         raise _invalid(field, f"{field} is for method 'qp', and this goal asks for {goal.method!r}; leave one out")
+
+
+def __check_pose(goal: m.Goal) -> None:
+    """Refuse what says a second time, or contradicts, where the tool is."""
+    if goal.tool is not None:
+        _check_pose(goal.tool, "tool")
+    for field in ("positions", "velocities", "alternatives"):
+        if goal.tool is not None and getattr(goal, field) not in (None, []):
+            raise _invalid(field, f"tool says how the arm ends, and {field} would say it again; give one of the two")
+    for index, waypoint in enumerate(goal.waypoints):
+        field = f"waypoints[{index}]"
+        if waypoint.tool is None:
+            continue
+        _check_pose(waypoint.tool, f"{field}.tool")
+        if waypoint.positions is not None or waypoint.velocities is not None:
+            sentence = f"{field} has a tool in place of positions and velocities; give one of the two"
+            raise _invalid(f"{field}.tool", sentence)
+
+
+def _check_pose(tool: m.ToolGoal, field: str) -> None:
+    if tool.orientation is not None and tool.axis is not None:
+        sentence = f"{field} has an orientation and an axis, which each say where the tool points; give one of them"
+        raise _invalid(f"{field}.axis", sentence)
+    for name in ("orientation", "axis"):
+        value = getattr(tool, name)
+        if value is not None and not SHORTEST <= math.hypot(*value) <= LONGEST:
+            sentence = f"{field}.{name} is {list(value)}; its length must lie between {SHORTEST:g} and {LONGEST:g}"
+            raise _invalid(f"{field}.{name}", sentence)
 
 
 def _check_alternatives(goal: m.Goal, joints: int) -> None:

@@ -48,8 +48,8 @@ def motion_request(goal: m.Goal, primitive: Primitive, config: RobotConfig, orig
         return MotionRequest(
             start=origin.boundary,
             goal=_goal_boundary(goal, primitive, joints),
-            duration=_duration(goal, primitive, config, origin),
-            limits=_limits(goal.limits, config),
+            duration=duration_of(goal, primitive, config, origin),
+            limits=limits_of(goal.limits, config),
             waypoints=_waypoints(goal.waypoints, joints, origin.boundary),
             rest_fraction=goal.rest_fraction,
             tail=goal.tail,
@@ -134,8 +134,12 @@ def _waypoints(asked: list[m.Waypoint], joints: int, start: Boundary) -> tuple[W
     return tuple(found)
 
 
-def _duration(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin: Origin) -> float:
-    """The duration in whole ticks: rounded up, or to the nearest for an arrival time."""
+def duration_of(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin: Origin) -> float:
+    """Return the duration in whole ticks: rounded up, or to the nearest for an arrival time.
+
+    Raises:
+        Refusal: `invalid_goal` or `late`, naming the field.
+    """
     if goal.arrival_time is not None:
         return _until(goal.arrival_time, goal, config, origin)
     if goal.duration is None and origin.correction is not None:
@@ -163,8 +167,13 @@ def _until(arrival_time: float, goal: m.Goal, config: RobotConfig, origin: Origi
     return round(left * config.rate_hz) / config.rate_hz
 
 
-def _limits(asked: m.GoalLimits | None, config: RobotConfig) -> Limits:
-    """The tighter of the robot's limits and the goal's."""
+def limits_of(asked: m.GoalLimits | None, config: RobotConfig) -> Limits:
+    """Return the tighter of the robot's limits and the goal's.
+
+    Raises:
+        Refusal: `bad_message` for a wrong number of joints.
+        InvalidMotion: a range is empty.
+    """
     if asked is None:
         return config.limits
     joints, free = config.joint_count, (-math.inf, math.inf)

@@ -9,6 +9,7 @@ from motion.limits import Limits
 from motion.plan import Plan
 from motion.primitive import Primitive
 from motion.program.report import Distance, Report
+from motion.request import Waypoint
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
@@ -95,9 +96,16 @@ def plan_message(made: Made, trajectory: m.Trajectory, goal: m.Goal, primitive: 
         revises=goal.revises,
         phase=phase,
         limits=limits_message(made.plan.request.limits),
-        waypoints=goal.waypoints,
+        waypoints=[_waypoint(waypoint) for waypoint in made.plan.request.waypoints],
         demonstration=matrix_bytes(primitive.positions(s)),
     )
+
+
+def _waypoint(waypoint: Waypoint) -> m.Waypoint:
+    """A waypoint in joint space, also of a goal in tool space."""
+    states = waypoint.positions, waypoint.velocities
+    positions, velocities = (finite_or_null(state) if np.isfinite(state).any() else None for state in states)
+    return m.Waypoint(time_from_start=float(waypoint.time_from_start), positions=positions, velocities=velocities)
 
 
 def refused_message(goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> m.Refused:

@@ -1,9 +1,15 @@
 """From what motion says is wrong to refusals, joints by name."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from protocol.errors import Refusal
+
+if TYPE_CHECKING:
+    from robot.inverse_kinematics import Unreachable
 
 
 def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
@@ -41,6 +47,20 @@ def none_of(errors: list[MotionError], names: Sequence[str]) -> Refusal:
     own, *others = (refusal_of(error, names) for error in errors)
     sentence = f"{own.message}; nor can any of the {len(others)} alternatives be planned"
     return Refusal(own.code, sentence, **own.detail, alternatives=[refusal.code for refusal in others])
+
+
+def unreachable(error: Unreachable, field: str) -> Refusal:
+    """Return the refusal of a tool's goal that no posture meets; `field` is where it stands, as `waypoints[0].`."""
+    nearest = error.nearest
+    pose = {"position": nearest.position.tolist(), "orientation": nearest.quaternion.tolist()}
+    return Refusal(
+        "unreachable",
+        f"{field}tool: {error}",
+        distance=nearest.distance,
+        angle=nearest.angle,
+        reason=error.reason,
+        nearest=pose,
+    )
 
 
 def not_executed(refusal: Refusal) -> Refusal:

@@ -18,10 +18,17 @@ from robot.description import RobotConfig
 from services.planner.goal_checks import too_long
 from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import none_of, refusal_of
+from services.planner.tool_goals import ToolSpace, is_in_tool_space
 from services.planner.worker import Task
 
 ELSEWHERE = frozenset({"gaussian"})
 """Methods that plan in a process beside the loop's: 30 to 80 ms a joint."""
+
+
+def effort_of(goal: m.Goal) -> str:
+    """Return what goals must have in common to take about as long to plan: `tool`, or the method."""
+    return "tool" if is_in_tool_space(goal) and goal.revises is None else goal.method
+
 
 ResultT = TypeVar("ResultT")
 Steps = Generator[Task | None, SampledPlan, ResultT]
@@ -43,7 +50,13 @@ class Solver:
 
     def __init__(self, config: RobotConfig) -> None:
         self._config = config
+        self._tool_space = ToolSpace(config)
         self._warm: dict[str, Warm] = {}
+
+    def prepare(self, goal: m.Goal) -> None:
+        """Load what goals in tool space need, if this is one, so that its planning takes no longer than the next's."""
+        if is_in_tool_space(goal):
+            _ = self._tool_space.kinematics
 
     def forget(self, primitive: str) -> None:
         """Forget the rows of a primitive that is no longer what it was."""
@@ -55,6 +68,9 @@ class Solver:
         Raises:
             Refusal: what stands in its way.
         """
+        is_of_tool = goal.tool is not None
+        if is_in_tool_space(goal):
+            goal = self._tool_space.in_joint_space(goal, primitive, origin)
         request = motion_request(goal, primitive, self._config, origin)
         began, tick = time.perf_counter(), self._config.tick
         alternative, sampled = 0, None
@@ -73,7 +89,7 @@ class Solver:
             raise refusal_of(error, self._config.joint_names) from None
         if made.total_duration > MAX_PLAN_S + tick / 2:
             raise too_long(goal, made.duration, made.total_duration)
-        return Made(made, alternative, origin, (time.perf_counter() - began) * 1e3)
+        return Made(made, 0 if is_of_tool else alternative, origin, (time.perf_counter() - began) * 1e3)
 
     def _planned(self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin) -> tuple[int, Plan]:
         """The end that is played and its plan, by the method "qp"."""

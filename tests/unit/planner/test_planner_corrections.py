@@ -8,6 +8,9 @@ from services.planner.corrections import KEPT, Correction, Corrections
 
 ZEROS = [0.0] * 2
 
+END = (0.5, 1.0)
+"""The posture at the hit."""
+
 
 def goal(goal_id: str, revises: str | None = None, primitive: str = "forehand") -> m.Goal:
     return m.Goal(primitive=primitive, goal_id=goal_id, revises=revises)
@@ -21,7 +24,7 @@ def reference(time: float, goal_id: str | None) -> m.Reference:
 def corrections() -> Corrections:
     """One motion from 10 s that hits at 12 s, and another after it."""
     kept = Corrections()
-    kept.note(goal("first"), "first", 10.0, 2.0, 0.0)
+    kept.note(goal("first"), "first", 10.0, 2.0, 0.0, END)
     return kept
 
 
@@ -31,22 +34,22 @@ def test_a_goal_that_corrects_nothing(corrections: Corrections):
 
 def test_the_phase_runs_evenly_to_the_hit(corrections: Corrections):
     """Of the demonstration, from where the motion itself began; so does that of a correction."""
-    assert corrections.correction(goal("a", "first"), reference(10.5, "first")) == Correction(0.25, 12.0)
-    corrections.note(goal("a", "first"), "a", 10.5, 1.0, 0.25)
-    assert corrections.correction(goal("b", "first"), reference(11.0, "a")) == Correction(0.625, 11.5)
+    assert corrections.correction(goal("a", "first"), reference(10.5, "first")) == Correction(0.25, 12.0, END)
+    corrections.note(goal("a", "first"), "a", 10.5, 1.0, 0.25, END)
+    assert corrections.correction(goal("b", "first"), reference(11.0, "a")) == Correction(0.625, 11.5, END)
 
 
 def test_any_goal_of_the_chain_names_it(corrections: Corrections):
-    corrections.note(goal("a", "first"), "a", 10.5, 1.5, 0.25)
-    corrections.note(goal("b", "a"), "b", 11.0, 1.0, 0.5)
+    corrections.note(goal("a", "first"), "a", 10.5, 1.5, 0.25, END)
+    corrections.note(goal("b", "a"), "b", 11.0, 1.0, 0.5, END)
     for revised in ("first", "a", "b"):
-        assert corrections.correction(goal("c", revised), reference(11.5, "b")) == Correction(0.75, 12.0)
+        assert corrections.correction(goal("c", revised), reference(11.5, "b")) == Correction(0.75, 12.0, END)
 
 
 def test_a_correction_before_one_that_was_accepted_continues_what_is_played(corrections: Corrections):
     """The reference says whose motion it is a point of."""
-    corrections.note(goal("a", "first"), "a", 11.0, 1.0, 0.5)
-    assert corrections.correction(goal("b", "a"), reference(10.5, "first")) == Correction(0.25, 12.0)
+    corrections.note(goal("a", "first"), "a", 11.0, 1.0, 0.5, END)
+    assert corrections.correction(goal("b", "a"), reference(10.5, "first")) == Correction(0.25, 12.0, END)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +65,7 @@ def test_a_correction_before_one_that_was_accepted_continues_what_is_played(corr
     ],
 )
 def test_what_cannot_be_corrected(corrections: Corrections, asked: m.Goal, at: m.Reference, code: str):
-    corrections.note(goal("other"), "other", 11.0, 1.0, 0.0)
+    corrections.note(goal("other"), "other", 11.0, 1.0, 0.0, END)
     with pytest.raises(Refusal) as refusal:
         corrections.correction(asked, at)
     assert refusal.value.code == code
@@ -70,15 +73,15 @@ def test_what_cannot_be_corrected(corrections: Corrections, asked: m.Goal, at: m
 
 def test_the_oldest_are_forgotten(corrections: Corrections):
     for index in range(KEPT):
-        corrections.note(goal(f"g{index}"), f"g{index}", 20.0, 1.0, 0.0)
+        corrections.note(goal(f"g{index}"), f"g{index}", 20.0, 1.0, 0.0, END)
     with pytest.raises(Refusal, match="first"):
         corrections.correction(goal("x", "first"), reference(10.5, "first"))
-    assert corrections.correction(goal("x", "g0"), reference(20.5, "g0")) == Correction(0.5, 21.0)
+    assert corrections.correction(goal("x", "g0"), reference(20.5, "g0")) == Correction(0.5, 21.0, END)
 
 
 def test_the_first_of_a_long_chain_stays_known(corrections: Corrections):
     """While corrections name it, however many there are."""
     for index in range(2 * KEPT):
-        corrections.note(goal(f"g{index}", "first"), f"g{index}", 10.0, 2.0, 0.0)
+        corrections.note(goal(f"g{index}", "first"), f"g{index}", 10.0, 2.0, 0.0, END)
     last = f"g{2 * KEPT - 1}"
-    assert corrections.correction(goal("x", "first"), reference(10.5, last)) == Correction(0.25, 12.0)
+    assert corrections.correction(goal("x", "first"), reference(10.5, last)) == Correction(0.25, 12.0, END)

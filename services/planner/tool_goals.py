@@ -1,0 +1,178 @@
+"""Goals in tool space: the same goals in joint space, with the postures found as alternatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec.structs import replace
+
+from motion.errors import InvalidMotion
+from motion.primitive import Primitive
+from protocol import messages as m
+from robot.description import RobotConfig
+from services.planner.goals import Origin, duration_of, limits_of
+from services.planner.refusals import invalid, unreachable
+
+if TYPE_CHECKING:  # mink is imported with the first goal in tool space: it takes a third of a second
+    from robot.inverse_kinematics import InverseKinematics, ToolTarget, Unreachable
+
+
+def is_in_tool_space(goal: m.Goal) -> bool:
+    """Return whether the goal or one of its waypoints says where the tool is."""
+    return goal.tool is not None or any(waypoint.tool is not None for waypoint in goal.waypoints)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _End:
+    """A posture and its velocities (J,)."""
+
+    positions: np.ndarray
+    velocities: np.ndarray
+
+
+class ToolSpace:
+    """Turns goals in tool space into goals in joint space."""
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._config = config
+        self._found: InverseKinematics | None = None
+
+    @property
+    def kinematics(self) -> InverseKinematics:
+        """The arm's inverse kinematics, made when they are first needed."""
+        if self._found is None:
+            from robot.inverse_kinematics import InverseKinematics
+
+            self._found = InverseKinematics(self._config)
+        return self._found
+
+    def in_joint_space(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> m.Goal:
+        """Return a goal without `tool`: it ends in the posture nearest to the imitated one, or in an alternative.
+
+        Raises:
+            Refusal: `unreachable`; and `bad_message` or `invalid_goal` for its limits, `late` for its times.
+        """
+        try:
+            limits = limits_of(goal.limits, self._config)
+        except InvalidMotion as error:
+            raise invalid(error) from None
+        if goal.tool is not None:
+            own, *others = self._ends(goal.tool, primitive, origin, limits.positions, limits.velocities)
+            offered = others if goal.method == "qp" and not goal.fastest else []
+            goal = replace(
+                goal,
+                tool=None,
+                positions=own.positions.tolist(),
+                velocities=own.velocities.tolist(),
+                alternatives=[
+                    m.Alternative(positions=end.positions.tolist(), velocities=end.velocities.tolist())
+                    for end in offered
+                ],
+            )
+        waypoints = self._waypoints(goal, primitive, origin, limits.positions, limits.velocities)
+        return replace(goal, waypoints=waypoints)
+
+    def _ends(
+        self, tool: m.ToolGoal, primitive: Primitive, origin: Origin, ranges: np.ndarray, limits: np.ndarray
+    ) -> list[_End]:
+        """Return the ends that a goal can have: of a correction the one near the posture that it corrects."""
+        start, correction = origin.boundary.positions, origin.correction
+        if correction is not None:
+            seed = np.array(correction.posture)
+        else:
+            seed = start + primitive.goal.positions - primitive.start.positions
+        seeds = [seed, start, primitive.goal.positions, self._config.home]
+        return self._found_ends(tool, "", seeds, ranges, limits, only_near=correction is not None)
+
+    def _found_ends(
+        self,
+        tool: m.ToolGoal,
+        field: str,
+        seeds: Sequence[np.ndarray],
+        ranges: np.ndarray,
+        limits: np.ndarray,
+        only_near: bool,
+    ) -> list[_End]:
+        """Return postures with their velocities; with `only_near` the one near the first seed if there is one.
+
+        Raises:
+            Refusal: `unreachable`, its sentence begins with the `field`.
+        """
+        from robot.inverse_kinematics import Unreachable
+
+        target = target_of(tool)
+        if only_near:
+            near = self.kinematics.nearby(target, ranges, seeds[0])
+            ends, _ = self._moving(target, [] if near is None else [near], limits)
+            if ends:
+                return ends
+        try:
+            postures = self.kinematics.postures(target, ranges, seeds)
+        except Unreachable as error:
+            raise unreachable(error, field) from None
+        ends, errors = self._moving(target, postures, limits)
+        if not ends:
+            raise unreachable(errors[0], field)
+        return ends
+
+    def _moving(
+        self, target: ToolTarget, postures: Sequence[np.ndarray], limits: np.ndarray
+    ) -> tuple[list[_End], list[Unreachable]]:
+        """Return the postures in which the tool can move as asked, and why it cannot in the others."""
+        from robot.inverse_kinematics import Unreachable
+
+        ends: list[_End] = []
+        errors: list[Unreachable] = []
+        for posture in postures:
+            try:
+                ends.append(_End(posture, self.kinematics.velocities(target, posture, limits)))
+            except Unreachable as error:
+                errors.append(error)
+        return ends, errors
+
+    def _waypoints(
+        self, goal: m.Goal, primitive: Primitive, origin: Origin, ranges: np.ndarray, limits: np.ndarray
+    ) -> list[m.Waypoint]:
+        """Return the waypoints in joint space: near the imitated motion, as start, end and waypoints before move it."""
+        if not any(waypoint.tool is not None for waypoint in goal.waypoints):
+            return goal.waypoints
+        duration = duration_of(goal, primitive, self._config, origin)
+        phase = origin.correction.phase if origin.correction else 0.0
+        end = primitive.goal.positions if goal.positions is None else np.array(goal.positions)
+
+        def imitated(time: float) -> np.ndarray:
+            return primitive.positions(np.clip([phase + (1 - phase) * time / duration], 0, 1))[0]
+
+        knots = {0.0: origin.boundary.positions - imitated(0.0), duration: end - imitated(duration)}
+        found: dict[int, m.Waypoint] = {}
+        for index, waypoint in sorted(enumerate(goal.waypoints), key=lambda pair: pair[1].time_from_start):
+            if waypoint.tool is None:
+                found[index] = waypoint
+                continue
+            time = waypoint.time_from_start
+            times = sorted(knots)
+            moved = [np.interp(time, times, column) for column in np.array([knots[t] for t in times]).T]
+            seeds = [imitated(time) + moved, origin.boundary.positions, end, self._config.home]
+            at, *_ = self._found_ends(waypoint.tool, f"waypoints[{index}].", seeds, ranges, limits, only_near=True)
+            knots[time] = at.positions - imitated(time)
+            moves = waypoint.tool.velocity is not None or waypoint.tool.angular_velocity is not None
+            velocities = at.velocities.tolist() if moves else None
+            found[index] = m.Waypoint(time_from_start=time, positions=at.positions.tolist(), velocities=velocities)
+        return [found[index] for index in range(len(found))]
+
+
+def target_of(tool: m.ToolGoal) -> ToolTarget:
+    """Return the target of a goal that `check_goal` has passed."""
+    from robot.inverse_kinematics import ToolTarget, rotation_of
+
+    velocity, turning = (None if v is None else np.array(v) for v in (tool.velocity, tool.angular_velocity))
+    return ToolTarget(
+        position=np.array(tool.position),
+        rotation=None if tool.orientation is None else rotation_of(np.array(tool.orientation)),
+        axis=None if tool.axis is None else np.array(tool.axis) / np.linalg.norm(tool.axis),
+        velocity=np.zeros(3) if velocity is None and turning is not None else velocity,
+        angular_velocity=turning,
+    )
