@@ -16,8 +16,9 @@ from motion.limits import Limits
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
 
-EXACT = 1e-9
-"""Distance (m) and angle (rad) up to which a pose is met."""
+MET, AIMED_AT = 1e-7, 1e-10
+"""Distance (m) and angle (rad) up to which a pose is met, and at which a descent ends: it comes nearly always, but
+slowly where the arm is stretched out."""
 RANDOM_SEEDS, FURTHER_SEEDS = 6, 30
 """Random postures from which to search, and how many more where no posture was found."""
 STEPS, PULLS, STEPS_A_PULL = 30, 6, 6
@@ -29,6 +30,8 @@ LONGEST_STEP = 0.8
 """rad, on any joint: beyond it the linearisation says nothing."""
 STUCK = 0.999, 4
 """A descent ends where this part of the error is left after so many steps in a row."""
+PROPORTION = 1e-8
+"""Part of a velocity that may be missed."""
 SAME_POSTURE = 0.02
 """rad, on any joint."""
 FULL_TURN = 2 * np.pi
@@ -116,7 +119,7 @@ class InverseKinematics:
             positions, error = self._descent(target, seed, ranges)
             if error < least:
                 nearest, least = positions, error
-            if error <= EXACT:
+            if error <= MET:
                 near = self._wound(self._pulled(target, positions, preferred, ranges), preferred, ranges)
                 if all(np.abs(near - other).max() > SAME_POSTURE for other in found):
                     found.append(near)
@@ -128,7 +131,7 @@ class InverseKinematics:
         """Return the posture (J,) to which a descent from the seed alone leads, None where it meets no target."""
         seed = np.clip(seed, *ranges.T)
         positions, error = self._descent(target, seed, ranges)
-        return self._pulled(target, positions, seed, ranges) if error <= EXACT else None
+        return self._pulled(target, positions, seed, ranges) if error <= MET else None
 
     def velocities(self, target: ToolTarget, positions: np.ndarray, limits: np.ndarray) -> np.ndarray:
         """Return the joint velocities (J,) that move the tool as the target says, least in units of the limits (J,).
@@ -150,7 +153,7 @@ class InverseKinematics:
             found[free] = scale[free] * (np.linalg.pinv(rows[:, free] * scale[free], rcond=1e-6) @ rest)
             missed = np.linalg.norm(rows @ found - wanted)
             first = found.copy() if first is None else first
-            if missed > EXACT * max(1.0, float(np.linalg.norm(wanted))):
+            if missed > PROPORTION * max(1.0, float(np.linalg.norm(wanted))):
                 break
             worst = int(np.argmax(np.abs(found) / limits))
             if abs(found[worst]) <= limits[worst]:
@@ -176,7 +179,7 @@ class InverseKinematics:
         error, rows = self._error(target, positions)
         damping, size, stuck = 0.1, float(np.linalg.norm(error)), 0
         for _ in range(steps):
-            if size <= EXACT / 10 or stuck >= STUCK[1]:
+            if size <= AIMED_AT or stuck >= STUCK[1]:
                 break
             tried = np.clip(positions + _step(rows, error, damping, positions, ranges), *ranges.T)
             next_error, next_rows = self._error(target, tried)
@@ -204,9 +207,9 @@ class InverseKinematics:
             pull *= min(1.0, LONGEST_STEP / np.abs(pull).max())
             tried, error = self._descent(target, np.clip(positions + pull, *ranges.T), ranges, STEPS_A_PULL)
             left = np.linalg.norm((preferred - tried) / self._weights) / np.linalg.norm(away)
-            if error <= EXACT and left < 1.0:
+            if error <= MET and left < 1.0:
                 positions = tried
-            if error > EXACT or left > PULL_GAIN:
+            if error > MET or left > PULL_GAIN:
                 break
         return positions
 
@@ -266,7 +269,7 @@ class InverseKinematics:
         wide = np.where(self._turns[:, None], [-np.inf, np.inf], ranges)
 
         def met(wanted: ToolTarget, within: np.ndarray) -> bool:
-            return any(self._descent(wanted, seed, within)[1] <= EXACT for seed in self._seeds(seeds, ranges))
+            return any(self._descent(wanted, seed, within)[1] <= MET for seed in self._seeds(seeds, ranges))
 
         points = target.rotation is not None or target.axis is not None
         if met(target, wide):
@@ -287,7 +290,7 @@ class InverseKinematics:
     def _too_fast(self, found: np.ndarray, rows: np.ndarray, wanted: np.ndarray, limits: np.ndarray) -> str:
         """Why the tool cannot move as asked, from the velocities (J,) that come nearest to it without limits."""
         missed = wanted - rows @ found
-        if np.linalg.norm(missed) > 1e-6 * max(1.0, float(np.linalg.norm(wanted))):
+        if np.linalg.norm(missed) > PROPORTION * max(1.0, float(np.linalg.norm(wanted))):
             return "the tool cannot move in this direction from there: the arm is stretched out or has too few joints"
         worst = int(np.argmax(np.abs(found) / limits))
         share = limits[worst] / abs(found[worst])
@@ -302,9 +305,7 @@ def rotation_of(quaternion: np.ndarray) -> np.ndarray:
     return mink.SO3(wxyz=quaternion / np.linalg.norm(quaternion)).as_matrix()
 
 
-def _step(
-    rows: np.ndarray, error: np.ndarray, damping: float, positions: np.ndarray, ranges: np.ndarray
-) -> np.ndarray:
+def _step(rows: np.ndarray, error: np.ndarray, damping: float, positions: np.ndarray, ranges: np.ndarray) -> np.ndarray:
     """Return the damped Gauss-Newton step (J,) of the joints that their ranges do not hold back."""
     free, step = np.ones(len(positions), dtype=bool), np.zeros(len(positions))
     for _ in range(len(positions)):

@@ -56,9 +56,7 @@ class Corrections:
         chain = revised.chain if revised else goal_id
         if goal.revises in self._played:
             self._played.move_to_end(goal.revises)
-        self._played[goal_id] = _Played(
-            chain, goal.primitive, start_time, start_time + duration, phase, tuple(posture)
-        )
+        self._played[goal_id] = _Played(chain, goal.primitive, start_time, start_time + duration, phase, tuple(posture))
         while len(self._played) > KEPT:
             self._played.popitem(last=False)
 
