@@ -25,7 +25,8 @@ EXPOSED = (
 )
 MISUSED = 2
 """Exit status where a file or a command line cannot be meant."""
-DEFAULT_LIBRARY = Path.home() / ".local" / "share" / "volley" / "library"
+LIBRARIES = Path.home() / ".local" / "share" / "volley" / "library"
+"""Where each robot's library is by default, in a directory of the robot's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,11 +157,12 @@ class PlannerFlags:
     """Flags of the planner.
 
     Attributes:
-        library: Directory of the learned primitives; made on first start, with the shipped demonstrations learned.
+        library: Directory of the learned primitives; by default ~/.local/share/volley/library/ROBOT. Made on first
+            start, with the shipped demonstrations of this arm learned.
         lead: Fixed time from now to the start of a plan, s; by default it follows the time that planning takes.
     """
 
-    library: Path = DEFAULT_LIBRARY
+    library: Path | None = None
     lead: float | None = None
 
 

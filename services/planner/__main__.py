@@ -2,6 +2,7 @@
 
 import logging
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated
 
 import tyro
@@ -11,14 +12,14 @@ from protocol.bus.bus import Bus
 from robot.description import RobotConfig
 from robot.shipped import DEMONSTRATIONS
 from services.common import realtime
-from services.common.cli import Common, Options, PlannerFlags
+from services.common.cli import LIBRARIES, Common, Options, PlannerFlags
 from services.common.logs import start_logging
 from services.common.robot_config import load_configured
 from services.common.single_instance import SingleInstance
 from services.planner.core import Planner
 from services.planner.lead import Lead
 from services.planner.learning import learn_from_csv
-from services.planner.library import Library
+from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 
 
@@ -42,9 +43,12 @@ def main() -> None:
     _, others = realtime.split_cores(flags.common.loop_core)
     realtime.keep_to(others)
     config = load_configured(flags.common, log)
-    library = Library(flags.own.library, log)
+    robot = flags.common.robot or config.name
+    library = Library(flags.own.library or LIBRARIES / robot, Arm(robot, config.joint_names), log)
     if library.is_new:
         learn_shipped(library, config, log)
+        if flags.own.library is None:
+            take_over(library, LIBRARIES, robot, log)
     lead = Lead(config.tick, flags.own.lead)
 
     def serve(bus: Bus) -> None:
@@ -68,6 +72,28 @@ def learn_shipped(library: Library, config: RobotConfig, log: logging.Logger) ->
         if primitive is not None:
             library.put(path.stem, primitive)
             log.info("learned %s from the demonstration that ships with Volley", path.stem)
+
+
+def take_over(library: Library, old: Path, robot: str, log: logging.Logger) -> None:
+    """Copy what is in the library `old` of an earlier version, which all robots shared, to the shipped arm's own.
+
+    It does not say of which arm it is: other arms only learn that it is there.
+    """
+    files = sorted(old.glob("*.npz"))
+    if not files:
+        return
+    if not list(library):  # no shipped demonstration is this arm's
+        sentence = "%s has primitives of an earlier version, which do not name their arm; move this robot's into %s"
+        log.warning(sentence, old, old / robot)
+        return
+    taken = 0
+    for path in files:
+        try:
+            library.take_over(path)
+            taken += 1
+        except Exception as error:
+            log.warning("%s is not a primitive and is left alone: %s", path, error)
+    log.info("%d primitives of an earlier version were taken over from %s", taken, old)
 
 
 if __name__ == "__main__":

@@ -93,7 +93,7 @@ class Planner:
         if known is not None:
             reply(known)
             return
-        primitive = self._library.get(goal.primitive)
+        primitive = self._library.playable(goal.primitive)
         check_goal(goal, primitive, self._config)
         self._solver.prepare(goal)
         turn = next(self._turns)

@@ -6,7 +6,7 @@ import re
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,27 +29,45 @@ LISTED = 10
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Written:
-    """A primitive whose file is on disk under a `temporary` name. created: Unix s."""
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """The arm that a primitive was learned on; without joint names it is not known."""
 
-    name: str
+    robot: str = ""
+    joint_names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kept:
+    """A primitive of a library. created: Unix s."""
+
     primitive: Primitive
     created: float
+    arm: Arm
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Written:
+    """What is on disk under a `temporary` name, to be kept as `name`."""
+
+    name: str
+    kept: Kept
     temporary: Path
 
 
 class Library:
-    """All primitives of a directory, kept in memory.
+    """All primitives of an arm's directory, kept in memory.
 
-    `is_new`: the directory was made just now. Files that cannot be read are left alone and reported.
+    `is_new`: the directory was made just now. Files that cannot be read are left alone and reported. Those of another
+    arm are listed, and refused when they are to be played.
     """
 
-    def __init__(self, directory: Path, log: logging.Logger) -> None:
+    def __init__(self, directory: Path, arm: Arm, log: logging.Logger) -> None:
+        self._arm = arm
         self.is_new = not directory.exists()
         directory.mkdir(parents=True, exist_ok=True)
         self._directory = directory
-        self._primitives: dict[str, tuple[Primitive, float]] = {}
+        self._primitives: dict[str, Kept] = {}
         self._sweep()
         for path in sorted(directory.glob("*.npz")):
             try:
@@ -58,13 +76,15 @@ class Library:
                 log.warning("%s is not a primitive and is left alone: %s", path, error)
 
     def __iter__(self) -> Iterator[m.PrimitiveEntry]:
-        for name, (primitive, created) in sorted(self._primitives.items()):
+        for name, kept in sorted(self._primitives.items()):
             yield m.PrimitiveEntry(
                 name=name,
-                joint_count=primitive.joint_count,
-                duration=primitive.duration,
-                samples=primitive.samples,
-                created=created,
+                joint_count=kept.primitive.joint_count,
+                duration=kept.primitive.duration,
+                samples=kept.primitive.samples,
+                created=kept.created,
+                robot=kept.arm.robot,
+                joint_names=list(kept.arm.joint_names),
             )
 
     def get(self, name: str) -> Primitive:
@@ -74,7 +94,7 @@ class Library:
             Refusal: `unknown_primitive`, listing what there is.
         """
         try:
-            return self._primitives[name][0]
+            return self._primitives[name].primitive
         except KeyError:
             first, rest = sorted(self._primitives)[:LISTED], len(self._primitives) - LISTED
             there = ", ".join(first) + (f" and {rest} more" if rest > 0 else "") or "none yet; send one to `learn`"
@@ -82,6 +102,21 @@ class Library:
             raise Refusal(
                 "unknown_primitive", f"there is no primitive {asked!r}; there is {there}", name=asked
             ) from None
+
+    def playable(self, name: str) -> Primitive:
+        """Return the primitive called `name`, which this arm can play.
+
+        Raises:
+            Refusal: `unknown_primitive`, or `invalid_goal` for a primitive of other joints.
+        """
+        primitive, theirs = self.get(name), self._primitives[name].arm
+        if theirs.joint_names and theirs.joint_names != self._arm.joint_names:
+            sentence = (
+                f"primitive {name!r} was learned on {theirs.robot}, whose joints are {', '.join(theirs.joint_names)}; "
+                f"those of this arm are {', '.join(self._arm.joint_names)}: learn its recording for this arm"
+            )
+            raise Refusal("invalid_goal", sentence, field="primitive")
+        return primitive
 
     def check_name(self, name: str, replace: bool) -> None:
         """Check that `name` may be written.
@@ -99,18 +134,15 @@ class Library:
             sentence = f"the library has {MAX_PRIMITIVES} primitives, as many as it takes; forget one first"
             raise bad_message("name", sentence)
 
-    def write(self, name: str, primitive: Primitive, created: float | None = None) -> Written:
-        """Write `primitive` to disk beside the library, for `keep`; in any thread, one call at a time.
+    def write(self, name: str, primitive: Primitive) -> Written:
+        """Write `primitive`, learned on this arm now, to disk beside the library, for `keep`.
+
+        In any thread, one call at a time.
 
         Raises:
             Refusal: `unavailable` where it cannot be written.
         """
-        created = time.time() if created is None else created
-        with self._writing(f".{name}.tmp") as temporary, temporary.open("wb") as file:
-            np.savez(file, created=created, **primitive.to_arrays())  # type: ignore[arg-type]
-            file.flush()
-            os.fsync(file.fileno())
-        return Written(name, primitive, created, temporary)
+        return self._write(name, Kept(primitive, time.time(), self._arm))
 
     def keep(self, written: Written) -> None:
         """Let the library have what `write` has written; it survives a power cut from the next `sync` on.
@@ -120,7 +152,7 @@ class Library:
         """
         with self._writing(f"{written.name}.npz") as path:
             written.temporary.replace(path)
-        self._primitives[written.name] = written.primitive, written.created
+        self._primitives[written.name] = written.kept
 
     def sync(self) -> None:
         """Make new and removed names survive a power cut.
@@ -135,13 +167,24 @@ class Library:
             finally:
                 os.close(descriptor)
 
-    def put(self, name: str, primitive: Primitive, created: float | None = None) -> None:
+    def put(self, name: str, primitive: Primitive) -> None:
         """Keep `primitive` as `name`, on disk before this returns.
 
         Raises:
             Refusal: `unavailable` where it cannot be written.
         """
-        self.keep(self.write(name, primitive, created))
+        self.keep(self.write(name, primitive))
+        self.sync()
+
+    def take_over(self, path: Path) -> None:
+        """Copy a primitive of this arm from another library, on disk before this returns.
+
+        Raises:
+            Refusal: `unavailable` where it cannot be written.
+            Exception: the file is no primitive; any, since zipfile and numpy raise whatever they like.
+        """
+        kept = replace(self._read(path), arm=self._arm)
+        self.keep(self._write(path.stem, kept))
         self.sync()
 
     def remove(self, name: str) -> None:
@@ -171,17 +214,22 @@ class Library:
         for leftover in self._directory.glob(".*.tmp"):
             leftover.unlink()
 
-    def _read(self, path: Path) -> tuple[Primitive, float]:
-        """Return the primitive in a file.
+    def _write(self, name: str, kept: Kept) -> Written:
+        arm = {"robot": kept.arm.robot, "joint_names": np.array(kept.arm.joint_names, dtype=np.str_)}
+        with self._writing(f".{name}.tmp") as temporary, temporary.open("wb") as file:
+            np.savez(file, created=kept.created, **arm, **kept.primitive.to_arrays())  # type: ignore[arg-type]
+            file.flush()
+            os.fsync(file.fileno())
+        return Written(name, kept, temporary)
 
-        A file with Gaussian weights, of an earlier version, is rewritten, so that it is converted only once.
-        """
+    def _read(self, path: Path) -> Kept:
+        """Return the primitive in a file; that of an earlier version does not say of which arm it is."""
         # Given a path, numpy leaves the file open where it is not an archive.
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {key: archive[key] for key in archive}
-        created = float(arrays.pop("created"))
-        primitive = Primitive.from_arrays(arrays)
-        if is_gaussian(arrays):
+        arm = Arm(str(arrays.get("robot", "")), tuple(arrays.get("joint_names", np.array([], dtype=np.str_)).tolist()))
+        kept = Kept(Primitive.from_arrays(arrays), float(arrays["created"]), arm)
+        if is_gaussian(arrays) and path.parent == self._directory:  # so that it is converted only once
             with suppress(Refusal):  # a library that cannot be written can be read
-                self.keep(self.write(path.stem, primitive, created))
-        return primitive, created
+                self.keep(self._write(path.stem, kept))
+        return kept

@@ -24,12 +24,13 @@ from robot.shipped import DEMONSTRATIONS
 from services.planner.core import Planner
 from services.planner.lead import Lead
 from services.planner.learning import learn_from_csv
-from services.planner.library import Library
+from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 from tests.waiting import eventually
 
 LOG = logging.getLogger("planner")
 ROBOT = load_robot()
+ARM = Arm(ROBOT.name, ROBOT.joint_names)
 HOME, STILL = ROBOT.home.tolist(), [0.0] * ROBOT.joint_count
 STRIKE: dict[str, Any] = {"primitive": "forehand", "positions": list(HIT), "velocities": list(HIT_VELOCITIES)}
 
@@ -120,7 +121,7 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("library")
     forehand = learn_from_csv(DEMONSTRATIONS / "forehand.csv", ROBOT.joint_names)
     assert forehand is not None
-    Library(folder, LOG).put("forehand", forehand)
+    Library(folder, ARM, LOG).put("forehand", forehand)
     return folder
 
 
@@ -132,7 +133,7 @@ def desk(shipped: Path) -> Iterator[Desk]:
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
     stopping, lead = threading.Event(), Lead(ROBOT.tick)
     with Bus(open_session(listen=[endpoint])) as bus, Bus(open_session(connect=[endpoint])) as client:
-        library, controller = Library(shipped, LOG), Controller(client)
+        library, controller = Library(shipped, ARM, LOG), Controller(client)
         planner = Planner(bus, ROBOT, library, lead, LOG)
         planner.warm_up()
         loop = Loop(bus, planner, library, ROBOT, lead, LOG)

@@ -12,12 +12,13 @@ from protocol.bus.sessions import open_session
 from robot.description import load_robot
 from services.common.cli import free_endpoint
 from services.planner.core import Lead, Planner
-from services.planner.library import Library
+from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 from tests.waiting import eventually
 
 LOG = logging.getLogger("planner")
 ROBOT = load_robot()
+ARM = Arm(ROBOT.name, ROBOT.joint_names)
 LIMITS = m.RobotLimits(positions=[], velocities=[], accelerations=[], jerks=[], torques=[])
 STEPPED = m.Description(joint_names=[], home=[], limits=LIMITS, rate_hz=1000.0, clock="stepped", run=1)
 
@@ -26,7 +27,7 @@ def test_a_greeting_that_is_not_answered_is_repeated(tmp_path: Path):
     """As beside other work, where an answer may take longer than the planner waits."""
     endpoint, stopping, lead = free_endpoint(), threading.Event(), Lead(ROBOT.tick)
     with Bus(open_session(listen=[endpoint])) as arm, Bus(open_session([endpoint])) as bus:
-        library = Library(tmp_path, LOG)
+        library = Library(tmp_path, ARM, LOG)
         loop = Loop(bus, Planner(bus, ROBOT, library, lead, LOG), library, ROBOT, lead, LOG)
         thread = threading.Thread(target=loop.serve, args=(stopping,))
         thread.start()

@@ -14,11 +14,12 @@ from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
 from services.planner.background import Errand
 from services.planner.learner import Head, Learner
-from services.planner.library import Library, Written
+from services.planner.library import Arm, Library, Written
 from services.planner.worker import Lesson, learned
 from tests.unit.planner.test_planner_worker import LIMITS, NAMES, body
 
 LOG = logging.getLogger("planner")
+ARM = Arm("two", NAMES)
 
 
 class Question:
@@ -63,7 +64,7 @@ class Desk:
     """A learner, whose library is kept as the planner's loop keeps it."""
 
     def __init__(self, folder: Path) -> None:
-        self.library = Library(folder, LOG)
+        self.library = Library(folder, ARM, LOG)
         self.worker = HeldWorker()
         self.inbox: Inbox[Any] = Inbox()
         self.learner = Learner(self.library, self.worker, self.keep, self.inbox, LOG)  # type: ignore[arg-type]
@@ -102,7 +103,7 @@ def test_what_is_learned_is_on_disk_before_it_is_said(desk: Desk, tmp_path: Path
     reply = desk.serve(desk.submit())
     assert isinstance(reply, m.Learned)
     assert (reply.name, reply.samples, reply.warnings) == ("wave", 101, reply.warnings)
-    assert [entry.name for entry in Library(tmp_path, LOG)] == ["wave"]
+    assert [entry.name for entry in Library(tmp_path, ARM, LOG)] == ["wave"]
     assert desk.library.get("wave").samples == 101
 
 
@@ -142,7 +143,7 @@ def test_what_is_forgotten_meanwhile_comes_back(desk: Desk, tmp_path: Path):
     question = desk.submit(replace=True)
     desk.library.remove("wave")
     assert isinstance(desk.serve(question), m.Learned)
-    assert [entry.name for entry in desk.library] == [entry.name for entry in Library(tmp_path, LOG)] == ["wave"]
+    assert [entry.name for entry in desk.library] == [entry.name for entry in Library(tmp_path, ARM, LOG)] == ["wave"]
 
 
 def test_too_many_are_busy(desk: Desk):

@@ -9,9 +9,11 @@ import pytest
 from motion.demonstration import Demonstration
 from motion.primitive import Primitive, learn
 from protocol.errors import Refusal
-from services.planner.library import Library
+from services.planner.__main__ import take_over
+from services.planner.library import Arm, Library
 
 LOG = logging.getLogger("test")
+ARM = Arm("two", ("a", "b"))
 
 
 @pytest.fixture(scope="module")
@@ -28,11 +30,11 @@ def names(library: Library) -> list[str]:
 
 def test_what_is_put_is_found_by_the_next_process(tmp_path: Path, primitive: Primitive):
     """All of it, bit by bit."""
-    first = Library(tmp_path / "library", LOG)
+    first = Library(tmp_path / "library", ARM, LOG)
     assert first.is_new
     first.put("swing", primitive)
     first.put("a-2_b", primitive)
-    second = Library(tmp_path / "library", LOG)
+    second = Library(tmp_path / "library", ARM, LOG)
     assert not second.is_new
     assert names(second) == ["a-2_b", "swing"]
     assert list(second) == list(first)
@@ -43,10 +45,10 @@ def test_what_is_put_is_found_by_the_next_process(tmp_path: Path, primitive: Pri
 
 def test_what_is_removed_is_gone(tmp_path: Path, primitive: Primitive):
     """From memory and disk; a second time it is unknown."""
-    library = Library(tmp_path, LOG)
+    library = Library(tmp_path, ARM, LOG)
     library.put("swing", primitive)
     library.remove("swing")
-    assert names(library) == names(Library(tmp_path, LOG)) == []
+    assert names(library) == names(Library(tmp_path, ARM, LOG)) == []
     with pytest.raises(Refusal) as caught:
         library.remove("swing")
     assert (caught.value.code, caught.value.detail["name"]) == ("unknown_primitive", "swing")
@@ -54,7 +56,7 @@ def test_what_is_removed_is_gone(tmp_path: Path, primitive: Primitive):
 
 def test_an_unknown_name_lists_what_there_is(tmp_path: Path, primitive: Primitive):
     """Or says that there is nothing yet."""
-    library = Library(tmp_path, LOG)
+    library = Library(tmp_path, ARM, LOG)
     with pytest.raises(Refusal, match="none yet"):
         library.get("lob")
     library.put("swing", primitive)
@@ -66,13 +68,13 @@ def test_an_unknown_name_lists_what_there_is(tmp_path: Path, primitive: Primitiv
 def test_names_that_are_none(tmp_path: Path, name: str):
     """Above all none that leads out of the directory."""
     with pytest.raises(Refusal) as caught:
-        Library(tmp_path, LOG).check_name(name, replace=True)
+        Library(tmp_path, ARM, LOG).check_name(name, replace=True)
     assert (caught.value.code, caught.value.detail["field"]) == ("bad_message", "name")
 
 
 def test_a_name_is_taken_unless_replaced(tmp_path: Path, primitive: Primitive):
     """A new name may be written either way."""
-    library = Library(tmp_path, LOG)
+    library = Library(tmp_path, ARM, LOG)
     library.check_name("swing", replace=False)
     library.put("swing", primitive)
     with pytest.raises(Refusal) as caught:
@@ -85,14 +87,14 @@ def test_files_that_are_no_primitives_are_left_alone(
     tmp_path: Path, primitive: Primitive, caplog: pytest.LogCaptureFixture
 ):
     """And reported; the good ones are there all the same."""
-    Library(tmp_path, LOG).put("swing", primitive)
+    Library(tmp_path, ARM, LOG).put("swing", primitive)
     whole = (tmp_path / "swing.npz").read_bytes()
     bad = {"cut": whole[: len(whole) // 2], "empty": b"", "noise": bytes(range(256)) * 10}
     for name, content in bad.items():
         (tmp_path / f"{name}.npz").write_bytes(content)
     np.savez(tmp_path / "other.npz", created=1.0, theta=np.zeros(3))
     np.savez(tmp_path / "pickle.npz", created=np.array([object()], dtype=object))
-    assert names(Library(tmp_path, LOG)) == ["swing"]
+    assert names(Library(tmp_path, ARM, LOG)) == ["swing"]
     for name in (*bad, "other", "pickle"):
         assert (tmp_path / f"{name}.npz").exists()
         assert f"{name}.npz is not a primitive" in caplog.text
@@ -100,13 +102,13 @@ def test_files_that_are_no_primitives_are_left_alone(
 
 def test_a_damaged_file_is_left_alone(tmp_path: Path, primitive: Primitive):
     """Wherever the damage is: here in the headers of the archive and of its arrays."""
-    Library(tmp_path, LOG).put("swing", primitive)
+    Library(tmp_path, ARM, LOG).put("swing", primitive)
     whole = (tmp_path / "swing.npz").read_bytes()
     headers = [place for place in range(len(whole)) if whole.startswith(b"PK\x03\x04", place)]
     for header in headers[:4]:
         for place in range(header, header + 160, 3):
             (tmp_path / "swing.npz").write_bytes(whole[:place] + bytes([whole[place] ^ 0x11]) + whole[place + 1 :])
-            assert names(Library(tmp_path, LOG)) in ([], ["swing"])
+            assert names(Library(tmp_path, ARM, LOG)) in ([], ["swing"])
             assert (tmp_path / "swing.npz").exists()
 
 
@@ -117,18 +119,18 @@ def test_a_file_with_gaussian_weights_is_read_and_written_anew(tmp_path: Path):
     old = {"duration": 2.0, "theta": np.zeros((2, 50)), "positions": positions, "accelerations": positions}
     old |= {"ends": np.zeros((2, 3, 2)), "samples": 400, "fit_rms": np.ones(2), "noise_estimate": np.ones(2)}
     np.savez(tmp_path / "swing.npz", created=5.0, smoothing=np.zeros(0), **old)
-    (described,) = library = list(Library(tmp_path, LOG))
+    (described,) = library = list(Library(tmp_path, ARM, LOG))
     assert (described.name, described.created, described.duration, described.samples) == ("swing", 5.0, 2.0, 400)
     with np.load(tmp_path / "swing.npz") as archive:
         assert "control_points" in archive
-    again = Library(tmp_path, LOG)
+    again = Library(tmp_path, ARM, LOG)
     assert list(again) == library
     assert np.abs(again.get("swing").positions(s) - positions).max() < 1e-6
 
 
 def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: Primitive, monkeypatch):
     """The new file takes the old one's place whole or not at all; leftovers of a killed planner are swept up."""
-    library = Library(tmp_path, LOG)
+    library = Library(tmp_path, ARM, LOG)
     library.put("swing", primitive)
     before = (tmp_path / "swing.npz").read_bytes()
 
@@ -142,14 +144,14 @@ def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: 
     assert (tmp_path / "swing.npz").read_bytes() == before
     assert not list(tmp_path.glob(".*.tmp"))
     (tmp_path / ".swing.tmp").touch()
-    assert names(Library(tmp_path, LOG)) == ["swing"]
+    assert names(Library(tmp_path, ARM, LOG)) == ["swing"]
     assert not list(tmp_path.glob(".*.tmp"))
 
 
 def test_a_full_library_takes_no_new_name(tmp_path: Path, primitive: Primitive, monkeypatch: pytest.MonkeyPatch):
     """But what it has may be learned anew, and what is forgotten makes room."""
     monkeypatch.setattr("services.planner.library.MAX_PRIMITIVES", 2)
-    library = Library(tmp_path, LOG)
+    library = Library(tmp_path, ARM, LOG)
     for name in ("one", "two"):
         library.check_name(name, replace=False)
         library.put(name, primitive)
@@ -162,8 +164,50 @@ def test_a_full_library_takes_no_new_name(tmp_path: Path, primitive: Primitive, 
 
 def test_of_many_names_some_are_listed(tmp_path: Path, primitive: Primitive):
     """A refusal has to fit in an answer."""
-    library = Library(tmp_path, LOG)
+    library = Library(tmp_path, ARM, LOG)
     for number in range(12):
         library.put(f"swing-{number:02}", primitive)
     with pytest.raises(Refusal, match=r"swing-09 and 2 more$"):
         library.get("serve")
+
+
+def test_a_primitive_keeps_its_arm(tmp_path: Path, primitive: Primitive):
+    """Another arm lists it, and does not play it."""
+    Library(tmp_path, ARM, LOG).put("swing", primitive)
+    (entry,) = Library(tmp_path, ARM, LOG)
+    assert (entry.robot, entry.joint_names) == ("two", ["a", "b"])
+    other = Library(tmp_path, Arm("other", ("b", "a")), LOG)
+    assert list(other) == [entry]
+    with pytest.raises(Refusal, match="learned on two, whose joints are a, b; those of this arm are b, a") as caught:
+        other.playable("swing")
+    assert (caught.value.code, caught.value.detail["field"]) == ("invalid_goal", "primitive")
+    namesake = Library(tmp_path, Arm("left", ARM.joint_names), LOG)
+    assert namesake.playable("swing").duration == primitive.duration
+
+
+def test_a_primitive_of_an_earlier_version_is_anybodys(tmp_path: Path, primitive: Primitive):
+    np.savez(tmp_path / "swing.npz", created=5.0, **primitive.to_arrays())  # type: ignore[arg-type]
+    library = Library(tmp_path, ARM, LOG)
+    (entry,) = library
+    assert (entry.robot, entry.joint_names, entry.created) == ("", [], 5.0)
+    assert library.playable("swing").duration == primitive.duration
+
+
+def test_the_shipped_arm_takes_over_the_library_of_all(
+    tmp_path: Path, primitive: Primitive, caplog: pytest.LogCaptureFixture
+):
+    """Another arm only says where it is: its primitives do not name their arm."""
+    np.savez(tmp_path / "swing.npz", created=5.0, **primitive.to_arrays())  # type: ignore[arg-type]
+    (tmp_path / "noise.npz").write_bytes(b"noise")
+    shipped = Library(tmp_path / "two", ARM, LOG)
+    shipped.put("forehand", primitive)
+    take_over(shipped, tmp_path, "two", LOG)
+    assert "noise.npz is not a primitive" in caplog.text
+    assert [(entry.name, entry.robot) for entry in Library(tmp_path / "two", ARM, LOG)] == [
+        ("forehand", "two"),
+        ("swing", "two"),
+    ]
+    other = Library(tmp_path / "other", Arm("other", ("c", "d")), LOG)
+    take_over(other, tmp_path, "other", LOG)
+    assert names(other) == []
+    assert f"move this robot's into {tmp_path / 'other'}" in caplog.text

@@ -19,10 +19,11 @@ from robot.description import load_robot
 from services.planner.__main__ import learn_shipped
 from services.planner.core import Planner
 from services.planner.lead import Lead
-from services.planner.library import Library
+from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 
 ROBOT = load_robot()
+ARM = Arm(ROBOT.name, ROBOT.joint_names)
 LOG = logging.getLogger("planner")
 GOAL = m.Goal(primitive="forehand", positions=ROBOT.home.tolist(), duration=0.5)
 
@@ -83,7 +84,7 @@ class Desk:
 
     def __init__(self, folder: Path, caplog: pytest.LogCaptureFixture) -> None:
         self.bus = FakeBus()
-        library = Library(folder / "library", LOG)
+        library = Library(folder / "library", ARM, LOG)
         learn_shipped(library, ROBOT, LOG)
         planner = Planner(self.bus, ROBOT, library, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]
         self.loop = Loop(self.bus, planner, library, ROBOT, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]

@@ -17,7 +17,7 @@ from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
 from robot.description import load_robot
 from services.planner.core import Lead, Planner
-from services.planner.library import Library
+from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 from tests.unit.planner.test_planner_learner import HeldWorker
 from tests.unit.planner.test_planner_worker import PATH
@@ -25,6 +25,7 @@ from tests.waiting import eventually
 
 LOG = logging.getLogger("planner")
 ROBOT = load_robot()
+ARM = Arm(ROBOT.name, ROBOT.joint_names)
 LEARN = m.Learn(name="wave", positions=PATH.tolist(), rate=100.0)
 
 
@@ -37,7 +38,7 @@ def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNa
     worker, stopping = HeldWorker(), threading.Event()
     monkeypatch.setattr("services.planner.loop.Worker", lambda *_: worker)
     with Bus(open_session(listen=[endpoint])) as bus, Bus(open_session(connect=[endpoint])) as client:
-        library, lead = Library(tmp_path, LOG), Lead(ROBOT.tick)
+        library, lead = Library(tmp_path, ARM, LOG), Lead(ROBOT.tick)
         loop = Loop(bus, Planner(bus, ROBOT, library, lead, LOG), library, ROBOT, lead, LOG)
         thread = threading.Thread(target=loop.serve, args=(stopping,))
         thread.start()

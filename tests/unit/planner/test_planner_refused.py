@@ -19,10 +19,11 @@ from robot.shipped import DEMONSTRATIONS
 from services.planner.core import Planner
 from services.planner.lead import Lead
 from services.planner.learning import learn_from_csv
-from services.planner.library import Library
+from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 
 ROBOT = load_robot()
+ARM = Arm(ROBOT.name, ROBOT.joint_names)
 LOG = logging.getLogger("planner")
 HOME, STILL = ROBOT.home.tolist(), [0.0] * ROBOT.joint_count
 ARRIVED_NS = 1_760_000_000_123_456_789
@@ -104,7 +105,7 @@ class FakeBus:
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
     """A library that knows the forehand."""
-    library = Library(tmp_path_factory.mktemp("library"), LOG)
+    library = Library(tmp_path_factory.mktemp("library"), ARM, LOG)
     forehand = learn_from_csv(DEMONSTRATIONS / "forehand.csv", ROBOT.joint_names)
     assert forehand is not None
     library.put("forehand", forehand)
