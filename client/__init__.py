@@ -12,7 +12,7 @@
 
 from client.arms import Arm, AsyncArm
 from client.connection import ROBOT, NoRouter, connect, connect_async
-from client.fields import GoalFields
+from client.fields import GoalFields, tool
 from client.handles import AsyncGoalHandle, AsyncMotionHandle, GoalHandle, MotionHandle
 from client.streams import AsyncStream, Stream
 from client.trajectories import Samples, executable, samples
@@ -39,5 +39,6 @@ __all__ = [
     "executable",
     "messages",
     "samples",
+    "tool",
     "topics",
 ]

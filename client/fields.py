@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
 
 from protocol import messages as m
 
@@ -23,6 +23,7 @@ class GoalFields(TypedDict, total=False):
         positions: Where each joint ends, rad; by default where the primitive ends.
         velocities: With which velocity, rad/s; by default zero, or as demonstrated where `positions` is left out.
         accelerations: With which acceleration, rad/s², None where free; by default free unless the arm ends at rest.
+        tool: Where the tool ends and how it moves there, made by `tool`, instead of positions and velocities.
         alternatives: Up to 256 further ends; the feasible one that imitates best is played.
         duration: From the start to the goal, s; by default as long as the demonstration.
         arrival_time: When to be at the goal, s on the robot's clock, instead of a duration.
@@ -30,7 +31,7 @@ class GoalFields(TypedDict, total=False):
         revises: The goal_id of a motion under way that this one corrects; `GoalHandle.correct` sets it.
         goal_id: Names the motion; by default the planner makes one.
         start: Where a motion begins that is only planned; by default where the arm will be.
-        waypoints: Places or velocities on the way.
+        waypoints: Places or velocities on the way, of the joints or of the tool.
         limits: Tighter limits than the robot's own.
         rest_fraction: Final part of the duration without acceleration, 0 to below 1.
         place_time: Keep the demonstrated places but for about this long at both ends, s.
@@ -44,6 +45,7 @@ class GoalFields(TypedDict, total=False):
     positions: Vector | None
     velocities: Vector | None
     accelerations: PartialVector | None
+    tool: m.ToolGoal | None
     alternatives: Sequence[m.Alternative]
     duration: float | None
     arrival_time: float | None
@@ -60,3 +62,31 @@ class GoalFields(TypedDict, total=False):
     method: Literal["qp", "gaussian", "dmp"]
     include_trajectory: bool
     preempt: bool
+
+
+def tool(
+    position: Vector,
+    *,
+    axis: Vector | None = None,
+    orientation: Vector | None = None,
+    velocity: Vector | None = None,
+    angular_velocity: Vector | None = None,
+) -> m.ToolGoal:
+    """Return where a goal or waypoint has the tool's site, in the world frame.
+
+    Args:
+        position: (3,), m.
+        axis: (3,), direction in which the tool's z axis points; by default any.
+        orientation: (4,), quaternion w, x, y, z, instead of an axis; by default any.
+        velocity: (3,), m/s; by default at rest.
+        angular_velocity: (3,), rad/s; by default any beside a velocity.
+    """
+    vectors: dict[str, Any] = {
+        "axis": axis,
+        "orientation": orientation,
+        "velocity": velocity,
+        "angular_velocity": angular_velocity,
+    }
+    given: dict[str, Any] = {name: None if vector is None else tuple(map(float, vector)) for name, vector in vectors.items()}
+    place: Any = tuple(map(float, position))
+    return m.ToolGoal(position=place, **given)

@@ -12,7 +12,6 @@ import mink
 import mujoco
 import numpy as np
 
-from motion.limits import Limits
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
 
@@ -102,7 +101,7 @@ class InverseKinematics:
         self._spread = np.random.default_rng(0).uniform(size=(RANDOM_SEEDS + FURTHER_SEEDS, len(ids)))
 
     def postures(self, target: ToolTarget, ranges: np.ndarray, seeds: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """Return different postures (J,) inside `ranges` (J, 2) that meet a target, the nearest to the first seed first.
+        """Return postures (J,) inside `ranges` (J, 2) that meet a target, the nearest to the first seed first.
 
         Searched from the seeds (J,) and from some drawn at random, always the same. A redundant arm comes as near to
         the first seed as the target allows.

@@ -16,7 +16,11 @@ import tyro
 import zenoh
 from rich.console import Console
 
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
 from protocol.bus.sessions import DEFAULT_ENDPOINT
+from protocol.errors import NoAnswer, Refusal
 from services.common import realtime, web_viewer
 from services.common.cell import RunningCell, running_cell
 from services.common.cli import (
@@ -70,7 +74,8 @@ def main() -> None:
         with running_cell(options, values, give_up=stopping.is_set) as cell, viewer(recorder) as address:
             if not stopping.is_set():
                 took = time.monotonic() - began
-                console.print("\n".join(greeting(flags.sim, options, recorder, cell.endpoint, address, took)))
+                first = first_command(cell.bus, flags_for(options, cell.endpoint))
+                console.print("\n".join(greeting(flags.sim, options, recorder, cell.endpoint, first, address, took)))
             wait(cell, stopping, console)
             console.print("stopping")
     except ValueError as error:
@@ -111,7 +116,7 @@ def explain_taken(options: Options, endpoint: str) -> str:
         with open_bus(reach, robot, give_up=lambda: time.monotonic() > deadline) as bus:
             if bus.is_alive("sim", LOOK_S):
                 return (
-                    f"robot {robot} runs already on {endpoint}; use it (volley goal forehand --wait), "
+                    f"robot {robot} runs already on {endpoint}; use it (volley status{flags_for(options, endpoint)}), "
                     f"end it with Ctrl-C where it was started, or {elsewhere}"
                 )
     return f"another program listens on {endpoint}; end it, or {elsewhere}"
@@ -138,13 +143,38 @@ def viewer(recorder: RecorderFlags) -> Iterator[str | None]:
         process.wait()
 
 
+def flags_for(options: Options, endpoint: str) -> str:
+    """Return the flags that every command for this robot needs behind it, where the defaults are another's."""
+    robot = robot_name(options)
+    named = "" if robot == robot_name(Options()) else f" --robot {robot}"
+    return named + ("" if endpoint == DEFAULT_ENDPOINT else f" --connect {endpoint}")
+
+
+def first_command(bus: Bus, flags: str) -> str:
+    """Return the command that moves this arm by a primitive of its own, or the one that teaches it its first."""
+    try:
+        joint_names = bus.ask(topics.DESCRIPTION, m.Empty()).joint_names
+        library = bus.ask(topics.PRIMITIVES, m.Empty()).primitives
+    except (Refusal, NoAnswer):
+        return f"volley primitives{flags}"
+    own = [entry.name for entry in library if entry.joint_names == joint_names or not entry.joint_names]
+    if own:
+        return f"volley goal {own[0]} --wait{flags}"
+    return f"volley learn NAME RECORDING{flags}, then volley goal NAME --wait{flags}"
+
+
 def greeting(
-    sim: SimFlags, options: Options, recorder: RecorderFlags, endpoint: str, address: str | None, took: float
+    sim: SimFlags,
+    options: Options,
+    recorder: RecorderFlags,
+    endpoint: str,
+    first: str,
+    address: str | None,
+    took: float,
 ) -> Iterator[str]:
-    """Yield what a newcomer needs next, a line each."""
-    flag = "" if endpoint == DEFAULT_ENDPOINT else f" --connect {endpoint}"
+    """Yield what a newcomer needs next, a line each: first the command that moves the arm."""
     yield f"[bold]volley is ready[/bold] after {took:.1f} s: robot {robot_name(options)} on {endpoint}; Ctrl-C ends it"
-    yield f"  move it, in another terminal:   volley goal forehand --wait{flag}"
+    yield f"  move it, in another terminal:   {first}"
     if address:
         yield f"  watch it live, in a browser:    {address}"
     yield f"  the trace, 1.5 MB a second:     {recorder.record}; open it with: rerun {recorder.record}"

@@ -13,8 +13,8 @@ class Lead:
 
     The two bus hops (about 2 ms) are included though they need no lead, so few of the remaining tenth are late. A late
     plan moves nothing and is planned again with the lead of the slowest, at least twice its own time. Before anything
-    was measured, and for the first ten plans, 25 ms (300 ms for "gaussian", 60 ms for "tool") count as one that was. `fixed` (s)
-    overrides. In stepped time nothing is late, and the lead is 20 ticks.
+    was measured, and for the first ten plans, 25 ms (300 ms for "gaussian", 60 ms for "tool") count as one that was.
+    `fixed` (s) overrides. In stepped time nothing is late, and the lead is 20 ticks.
     """
 
     def __init__(self, tick: float, fixed: float | None = None) -> None:

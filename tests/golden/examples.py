@@ -136,6 +136,16 @@ GOALS: dict[str, Struct] = {
         place_time=0.5,
         follow_through=0.0625,
     ),
+    "Goal-tool": m.Goal(
+        primitive="forehand",
+        tool=m.ToolGoal(
+            position=(0.5, 0.25, 0.75),
+            orientation=(1.0, 0.0, 0.0, 0.0),
+            velocity=(0.5, 0.0, 0.25),
+            angular_velocity=(0.0, 0.5, 0.0),
+        ),
+        waypoints=[m.Waypoint(time_from_start=0.25, tool=m.ToolGoal(position=(0.5, 0.0, 0.5), axis=(0.0, 0.0, 1.0)))],
+    ),
     "Goal-fastest": m.Goal(primitive="forehand", fastest=True, method="gaussian"),
     "Goal-plan-only": m.Goal(
         primitive="forehand",
@@ -233,7 +243,15 @@ LIBRARY: dict[str, Struct] = {
     ),
     "Primitives": m.Primitives(
         primitives=[
-            m.PrimitiveEntry(name="forehand", joint_count=6, duration=1.0, samples=1001, created=1_760_000_000.5)
+            m.PrimitiveEntry(
+                name="forehand",
+                joint_count=6,
+                duration=1.0,
+                samples=1001,
+                created=1_760_000_000.5,
+                robot="arm",
+                joint_names=JOINTS,
+            )
         ]
     ),
     "Forget": m.Forget(name="wipe"),

@@ -30,6 +30,13 @@ PRINTED = {
         "library: forehand$",
     ],
     "waypoints": ["^with it: joint 1 at -0.8000 rad", "^succeeded$"],
+    "tool_space": [
+        r"^the joints end at \[",
+        "^played: succeeded$",
+        "on the way: succeeded$",
+        "^refused, unreachable: tool: .* farther than the arm reaches",
+        r"^1\.\d\d m nearer it can be: \[",
+    ],
     "correct": [
         r"at phase 0\.\d\d: hits at 0\.09 rad",
         r"at phase 0\.\d\d: hits at 0\.11 rad",

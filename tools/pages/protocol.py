@@ -79,8 +79,8 @@ MEANINGS = {
     "cannot_stop": "the arm cannot stop after the goal inside its limits; from `max_velocity` it can, null where "
     "no such velocity was found for the requested final acceleration",
     "unreachable": "no posture was found that has the tool at its pose, or moves it so; `reason` is `out of reach`, "
-    "`joint ranges`, `orientation` or `velocity`, `nearest` the pose found that comes nearest, {position, orientation}, "
-    "`distance` (m) and `angle` (rad) away",
+    "`joint ranges`, `orientation` or `velocity`; `nearest` {position, orientation} is the pose found that comes "
+    "nearest, `distance` (m) and `angle` (rad) away",
     "solver_failed": "the quadratic program was not solved, for numerical reasons or, with the status `time`, because "
     "planning took more than its budget; then the detail has `min_duration`, a duration that works or null",
     "late": "the start of the motion has passed; of `revises`: its hit has passed",

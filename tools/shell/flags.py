@@ -16,6 +16,7 @@ Number = Annotated[float | None, _quiet("X")]
 Identifier = Annotated[str | None, _quiet("ID")]
 Words = Annotated[tuple[str, ...], _quiet("X ...")]
 """One word a joint."""
+Coordinates = Annotated[tuple[str, ...], _quiet("X Y Z")]
 Endpoints = Annotated[tuple[str, ...], _quiet("ENDPOINT ...")]
 File = Annotated[Path | None, _quiet("FILE")]
 
@@ -23,5 +24,6 @@ Name = Positional[Annotated[str, _quiet("NAME")]]
 NamedGoal = Positional[Annotated[str, _quiet("ID")]]
 AnyGoal = Positional[Annotated[str | None, _quiet("ID")]]
 Source = Positional[Annotated[Path, _quiet("FILE")]]
+ToolPoints = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="TIME:X,Y,Z")]]
 Points = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="TIME:POSITIONS")]]
 """A flag that may be given several times."""

@@ -11,9 +11,10 @@ from client import GoalFields, executable
 from protocol import messages as m
 from protocol.codec import encode
 from tools.shell import joints
-from tools.shell.flags import File, Identifier, Name, Points, Seconds, Switch, Words
+from tools.shell.flags import Coordinates, File, Identifier, Name, Points, Seconds, Switch, ToolPoints, Words
 from tools.shell.following import follow
 from tools.shell.shell import Shared, Shell, UsageError, reach
+from tools.shell.tool import tool, tool_waypoint
 
 Parsed = TypeVar("Parsed")
 
@@ -27,6 +28,11 @@ class GoalFlags:
         positions: Where the joints end, rad; by default where the primitive ends.
         velocities: With which velocity they end, rad/s; by default zero, or without --positions as demonstrated.
         accelerations: With which acceleration they end, rad/s², _ for free; by default free unless at rest.
+        tool: Where the tool ends, X Y Z in m in the world frame, instead of positions and velocities.
+        tool_axis: Direction in which its z axis points; by default any.
+        tool_orientation: Its orientation, a quaternion W X Y Z, instead of an axis.
+        tool_velocity: With which velocity it ends, m/s; by default zero.
+        tool_angular_velocity: With which angular velocity, rad/s; by default any beside a velocity.
         duration: From the start to the goal, s; by default as long as the demonstration.
         arrival_time: When to be at the goal, s on the robot's clock, instead of a duration.
         fastest: As fast as the limits allow, instead of a duration.
@@ -34,6 +40,8 @@ class GoalFlags:
             or an arrival time as @12.5, and what is empty is as in the goal. The end that imitates best is played.
         revises: Correct the motion of this goal_id, which is under way, and imitate what is left of it.
         waypoint: A place on the way, TIME:POSITIONS or TIME:POSITIONS:VELOCITIES, as 0.5:0.1,_,_,_,_,_ (_ is free).
+        tool_waypoint: A place of the tool on the way, TIME:X,Y,Z; behind it :AX,AY,AZ for its axis or :W,X,Y,Z for its
+            orientation, and :VX,VY,VZ for its velocity.
         limit_positions: Tighter limits for this goal, LOW:HIGH or _ a joint, rad; a single one is for all joints.
         limit_velocities: Largest velocity a joint, rad/s, or _; a single one is for all joints.
         limit_accelerations: Largest acceleration a joint, rad/s², or _; a single one is for all joints.
@@ -60,12 +68,18 @@ class GoalFlags:
     positions: Words = ()
     velocities: Words = ()
     accelerations: Words = ()
+    tool: Coordinates = ()
+    tool_axis: Coordinates = ()
+    tool_orientation: Annotated[tuple[str, ...], arg(metavar="W X Y Z", help_behavior_hint="")] = ()
+    tool_velocity: Coordinates = ()
+    tool_angular_velocity: Coordinates = ()
     duration: Seconds = None
     arrival_time: Seconds = None
     fastest: Switch = False
     alternative: Points = ()
     revises: Identifier = None
     waypoint: Points = ()
+    tool_waypoint: ToolPoints = ()
     limit_positions: Words = ()
     limit_velocities: Words = ()
     limit_accelerations: Words = ()
@@ -132,6 +146,13 @@ def to_fields(flags: GoalFlags, count_joints: Callable[[], int]) -> GoalFields:
         positions=_given(joints.vector, flags.positions, "--positions"),
         velocities=_given(joints.vector, flags.velocities, "--velocities"),
         accelerations=_given(joints.partial, flags.accelerations, "--accelerations"),
+        tool=tool(
+            flags.tool,
+            flags.tool_orientation,
+            flags.tool_axis,
+            flags.tool_velocity,
+            flags.tool_angular_velocity,
+        ),
         duration=flags.duration,
         arrival_time=flags.arrival_time,
         alternatives=[joints.alternative(text) for text in flags.alternative],
@@ -139,7 +160,7 @@ def to_fields(flags: GoalFlags, count_joints: Callable[[], int]) -> GoalFields:
         revises=flags.revises,
         goal_id=flags.goal_id,
         start=_start(flags),
-        waypoints=[joints.waypoint(text) for text in flags.waypoint],
+        waypoints=[*map(joints.waypoint, flags.waypoint), *map(tool_waypoint, flags.tool_waypoint)],
         limits=_limits(flags, count_joints),
         rest_fraction=flags.rest_fraction,
         place_time=flags.place_time,

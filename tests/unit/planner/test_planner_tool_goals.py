@@ -1,6 +1,7 @@
 """Goals in tool space, through the planner's solver, on arms of other people."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import msgspec
 import mujoco
@@ -21,6 +22,7 @@ from services.planner.solving import Made, Solver
 from tests import arms
 
 ARMS = {"ur5e": arms.UR5E, "panda": arms.PANDA, "iiwa14": arms.IIWA14, "so101": arms.SO101}
+ASIDE = np.array([0.01, 0.0, -0.01])
 
 
 @dataclass(frozen=True)
@@ -79,10 +81,10 @@ def test_the_tool_is_where_it_should_be_and_moves_so(lab: Lab):
 
 def test_a_whole_orientation_with_its_turning(lab: Lab):
     position, rotation = lab.reached(0.3, -0.2, 0.25)
-    quaternion = np.zeros(4)
+    quaternion: Any = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, rotation.flatten())
     if lab.config.joint_count == 5:
-        aside = m.ToolGoal(position=tuple(position), orientation=tuple(quaternion + [0, 0.2, -0.3, 0.1]))
+        aside = m.ToolGoal(position=tuple(position), orientation=tuple(quaternion + np.array([0, 0.2, -0.3, 0.1])))
         assert refused(lab, tool=aside).detail["reason"] == "orientation"
         return
     tool = m.ToolGoal(
@@ -133,13 +135,13 @@ def test_a_correction_keeps_to_its_posture(lab: Lab):
     """Though another one may be nearer to what would be imitated."""
     position, _ = lab.reached(0.3, -0.2, 0.25)
     end = lab.solved(tool=m.ToolGoal(position=tuple(position))).plan.request.goal.positions
-    elsewhere = m.ToolGoal(position=tuple(position + [0.01, 0.0, -0.01]))
+    elsewhere = m.ToolGoal(position=tuple(position + ASIDE))
     corrected = lab.solved(Correction(0.2, 2.0, tuple(end)), tool=elsewhere)
     assert np.abs(corrected.plan.request.goal.positions - end).max() < 0.2
-    assert lab.end(corrected)[0] == pytest.approx(position + [0.01, 0.0, -0.01], abs=1e-8)
+    assert lab.end(corrected)[0] == pytest.approx(position + ASIDE, abs=1e-8)
 
 
-def refused(lab: Lab, **fields: object) -> Refusal:
+def refused(lab: Lab, **fields: Any) -> Refusal:
     """The refusal of a goal."""
     with pytest.raises(Refusal) as caught:
         lab.solved(**fields)

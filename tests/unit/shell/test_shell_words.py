@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from client import tool
 from protocol import messages as m
 from tools.shell import joints
 from tools.shell.arm import check_flags
@@ -114,6 +115,43 @@ def test_goal_from_flags():
         goal_id="g1",
         preempt=False,
     )
+
+
+def test_a_tool_from_flags():
+    place, still = ("0.4", "-.1", "0.5"), (0.0, 0.0, 0.0)
+    flags = GoalFlags(
+        primitive="wave",
+        tool=place,
+        tool_axis=("0", "0", "-1"),
+        tool_velocity=("0.3", "0", "0"),
+        tool_waypoint=("0.5:.4,0,.3", ".6:.4,0,.3:0,0,1:0,0,0", "0.7:.4,0,.3:1,0,0,0"),
+    )
+    made = to_message(flags)
+    assert made.tool == m.ToolGoal(position=(0.4, -0.1, 0.5), axis=(0.0, 0.0, -1.0), velocity=(0.3, 0.0, 0.0))
+    at = (0.4, 0.0, 0.3)
+    assert made.waypoints == [
+        m.Waypoint(time_from_start=0.5, tool=m.ToolGoal(position=at)),
+        m.Waypoint(time_from_start=0.6, tool=m.ToolGoal(position=at, axis=(0.0, 0.0, 1.0), velocity=still)),
+        m.Waypoint(time_from_start=0.7, tool=m.ToolGoal(position=at, orientation=(1.0, 0.0, 0.0, 0.0))),
+    ]
+    assert made.tool == tool([0.4, -0.1, 0.5], axis=np.array([0, 0, -1]), velocity=(0.3, 0, 0)), "as the client's"
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        ({"tool": ("1", "2")}, "--tool: needs 3 numbers, and these are 2"),
+        ({"tool": ("1", "2", "x")}, "--tool: 'x' is not a finite number"),
+        ({"tool_axis": ("0", "0", "1")}, "--tool-axis needs --tool X Y Z"),
+        ({"tool_waypoint": ("0.5",)}, "--tool-waypoint 0.5: write TIME:X,Y,Z"),
+        ({"tool_waypoint": ("0.5:1,2",)}, "--tool-waypoint 0.5:1,2: needs 3 numbers"),
+        ({"tool_waypoint": ("0.5:1,2,3:1,2",)}, "needs 3 numbers, and these are 2"),
+    ],
+)
+def test_tools_that_make_no_sense(flags, said):
+    with pytest.raises(UsageError) as caught:
+        to_message(GoalFlags(primitive="wave", **flags))
+    assert said in str(caught.value)
 
 
 def test_goal_to_plan_from_elsewhere():

@@ -1,0 +1,41 @@
+"""Say where the tool shall be instead of the joints: a place, a direction, a velocity; also on the way.
+
+    volley up                                 # in another shell
+    python examples/tool_space.py [ENDPOINT]
+
+The planner finds the postures in which the tool is there and plays the one that imitates the demonstration best. The
+tool is the site that the robot's TOML names; its place and direction are in the world frame.
+"""
+
+import sys
+
+from client import Refusal, connect, tool
+from client import messages as m
+
+PLACE = [0.48, 0.2, 0.38]
+"""A little above where the demonstration hits the ball, m."""
+ALONG = [0.0, 1.0, 0.1]
+"""Where the racket's face looks."""
+VELOCITY = [0.0, 2.0, 0.3]
+"""How the racket moves there, m/s."""
+TOO_FAR = [2.0, 0.0, 0.5]
+
+
+def main(endpoint: str | None = None) -> None:
+    """Strike there, go there by way of another place, and ask for too much."""
+    with connect(endpoint) as arm:
+        hit = arm.goal("forehand", tool=tool(PLACE, axis=ALONG, velocity=VELOCITY))
+        print("the joints end at", [round(value, 3) for value in hit.reply.positions], "rad")
+        print("played:", hit.wait().outcome)
+        above = m.Waypoint(time_from_start=0.5, tool=tool([0.4, 0.0, 0.5]))
+        print("through a place on the way:", arm.goal("forehand", tool=tool(PLACE), waypoints=[above]).wait().outcome)
+        try:
+            arm.goal("forehand", tool=tool(TOO_FAR))
+        except Refusal as refusal:
+            print(f"refused, {refusal.code}: {refusal}")
+            nearest = refusal.detail["nearest"]["position"]
+            print(f"{refusal.detail['distance']:.2f} m nearer it can be:", [round(value, 3) for value in nearest])
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
