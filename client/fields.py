@@ -87,6 +87,8 @@ def tool(
         "velocity": velocity,
         "angular_velocity": angular_velocity,
     }
-    given: dict[str, Any] = {name: None if vector is None else tuple(map(float, vector)) for name, vector in vectors.items()}
+    given: dict[str, Any] = {
+        name: None if vector is None else tuple(map(float, vector)) for name, vector in vectors.items()
+    }
     place: Any = tuple(map(float, position))
     return m.ToolGoal(position=place, **given)
