@@ -7,6 +7,8 @@ import mujoco
 
 from robot.compilation import compile_spec
 from robot.schema import RobotError
+from robot.urdf import is_urdf
+from robot.urdf_model import prepare
 
 TOOL_SITE = "volley_tool"
 """Name of the site that stands for a tool which is given as a frame on a body."""
@@ -30,17 +32,13 @@ class Tool:
 def compile_model(path: Path, tool: Tool, visual: bool = False) -> mujoco.MjModel:
     """Compile the MJCF or URDF file at `path`, with the tool's site; `visual`: with what is only for the eye.
 
-    Links of a URDF that are fixed to each other remain bodies of their own, so that each can carry the tool. Links that
-    a joint connects may overlap in a URDF, so they do not collide.
-
     Raises:
         RobotError: MuJoCo cannot load it, or it has no such body.
     """
     try:
         spec = mujoco.MjSpec.from_file(str(path))
-        if path.suffix.lower() == ".urdf":
-            spec.compiler.fusestatic = False
-            _exclude_neighbours(spec)
+        if is_urdf(path):
+            prepare(spec, path)
         if tool.body is not None:
             _add_site(spec, tool)
         return compile_spec(spec, visual)
@@ -80,15 +78,6 @@ def check_tool(model: mujoco.MjModel, tool: Tool, joints: list[int]) -> None:
             return
         body = model.body_parentid[body]
     raise RobotError(f"tool: none of joints.names moves {name!r}; name a site or a body at the end of the arm")
-
-
-def _exclude_neighbours(spec: mujoco.MjSpec) -> None:
-    """Let no body collide with what its joint connects it to, even where that is fixed to the world."""
-    for body in spec.bodies:
-        neighbour = body.parent if body.joints else None
-        while neighbour is not None and neighbour.parent is not None:
-            spec.add_exclude(bodyname1=neighbour.name, bodyname2=body.name)
-            neighbour = None if neighbour.joints else neighbour.parent
 
 
 def _add_site(spec: mujoco.MjSpec, tool: Tool) -> None:

@@ -30,6 +30,7 @@ class Command:
 
 GROUPS: dict[str, dict[str, Command]] = {
     "start": {
+        "robot": Command("tools.shell.robot:robot", "bring your own arm: import its model, check its description"),
         "up": Command("services.__main__:main", "start every service with one robot, until Ctrl-C", is_main=True),
         "demo": Command("tools.demo.__main__:main", "five strikes, a table and a trace", is_main=True),
         "drill": Command("tools.drill.__main__:main", "cause every fault, measure each reaction", is_main=True),

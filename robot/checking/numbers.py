@@ -1,0 +1,143 @@
+"""Checks of limits and gains."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from robot.checking.subject import Finding, Subject
+
+HIGH_GAIN = 0.5
+"""alpha, times the length of a tick, above which a push rings; eq. 11 is unstable above 2."""
+MANY_TURNS = 4 * np.pi
+"""rad. A range beyond it was hardly meant."""
+NARROW = 0.2
+"""rad. Where all ranges are narrower, radians were read as degrees."""
+FAST = 60.0
+"""rad/s."""
+TIGHT = 0.9
+RUBS = 0.3
+"""Part of its torque that a joint spends on friction before it is worth a warning."""
+
+
+def gravity(subject: Subject) -> Iterator[Finding]:
+    """Torque limits that do not hold the arm."""
+    config = subject.config
+    use = np.abs(subject.load_at_home.gravity[0]) / config.torques
+    for index in np.flatnonzero(use > TIGHT):
+        needed = abs(subject.load_at_home.gravity[0, index])
+        name, limit = config.joint_names[index], config.torques[index]
+        level, verb = ("unusable", "cannot hold") if use[index] > 1 else ("warning", "hardly holds")
+        yield Finding(
+            level,
+            f"{name} {verb} the arm at home: gravity takes {needed:.3g} of {limit:.3g} N·m; "
+            "choose another home, or correct its torque limit or the masses in the model",
+        )
+    parts = np.abs(subject.load.gravity) / config.torques
+    for index in np.flatnonzero((parts > 1).any(axis=0) & (use <= TIGHT)):
+        share = (parts[:, index] > 1).mean()
+        yield Finding(
+            "warning",
+            f"{config.joint_names[index]} cannot hold the arm in {share:.0%} of its range, where gravity takes up to "
+            f"{parts[:, index].max() * config.torques[index]:.3g} of {config.torques[index]:.3g} N·m; tighten joints.positions",
+        )
+
+
+def friction(subject: Subject) -> Iterator[Finding]:
+    """Dry friction, and what it costs."""
+    config, model = subject.config, subject.model
+    rubbing = model.dof_frictionloss[model.jnt_dofadr[subject.joints]]
+    if not rubbing.any():
+        return
+    errors = rubbing / (np.diagonal(subject.load_at_home.inertia[0]) * config.alpha**2 / 4)
+    index = int(np.argmax(errors))
+    name, error, part = config.joint_names[index], errors[index], rubbing[index] / config.torques[index]
+    rubs = f"{name} rubs with {rubbing[index]:.3g} N·m" + (f", {part:.1%} of its torque" if part else "")
+    if error > config.max_tracking_error or part > RUBS:
+        yield Finding(
+            "warning",
+            f"{rubs}, which outweighs what its link weighs: uncompensated friction would leave it {error:.2g} rad "
+            "from its reference; give the joint its rotor's inertia in the model (armature, kg·m²), or a larger alpha",
+        )
+    else:
+        yield Finding(
+            "note", f"{rubs}; without compensation a hit would be off by up to {error:.2g} rad, less with a larger alpha"
+        )
+
+
+def gain(subject: Subject) -> Iterator[Finding]:
+    """A gain that rings."""
+    config = subject.config
+    product = config.alpha * config.tick
+    if product > HIGH_GAIN:
+        yield Finding(
+            "warning",
+            f"alpha of {config.alpha:g} is {product:.2g} a tick, so that a push rings; write at most "
+            f"{HIGH_GAIN * config.rate_hz:g}, or raise rate_hz",
+        )
+
+
+def missing_limits(subject: Subject) -> Iterator[Finding]:
+    """Limits that nobody gives."""
+    config = subject.config
+    rows = (
+        ("range", np.isfinite(config.limits.positions).all(axis=1), "joints.positions"),
+        ("torque limit", np.isfinite(config.torques), "joints.torques"),
+        ("velocity limit", np.isfinite(config.limits.velocities), "joints.velocities"),
+        ("acceleration limit", np.isfinite(config.limits.accelerations), "joints.accelerations"),
+        ("jerk limit", np.isfinite(config.limits.jerks), "joints.jerks"),
+    )
+    for what, known, key in rows:
+        if not known.all():
+            missing = [name for name, has in zip(config.joint_names, known, strict=True) if not has]
+            who = ", ".join(missing) if known.any() else "every joint"
+            yield Finding("warning", f"no {what} of {who} is known, so none is kept; write {key} from the data sheet")
+
+
+def swapped_ranges(subject: Subject) -> Iterator[Finding]:
+    """Ranges that end before they begin, which MuJoCo takes for none."""
+    model = subject.model
+    for name, joint in zip(subject.config.joint_names, subject.joints, strict=True):
+        low, high = model.jnt_range[joint]
+        if low > high:
+            yield Finding(
+                "warning", f"{name}: its range begins at {low:g} and ends at {high:g}, so none is kept; exchange the two"
+            )
+
+
+def degrees(subject: Subject) -> Iterator[Finding]:
+    """Angles in the wrong unit."""
+    config = subject.config
+    hinges = [index for index in range(config.joint_count) if not subject.is_slide(index)]
+    ranges = np.where(np.isfinite(config.limits.positions), config.limits.positions, 0.0)
+    for index in hinges:
+        low, high = ranges[index]
+        if max(abs(low), abs(high)) > MANY_TURNS:
+            yield Finding(
+                "warning",
+                f"{config.joint_names[index]}: its range of {low:g} to {high:g} rad looks like degrees; a URDF is in radians, "
+                'an MJCF in radians needs <compiler angle="radian"/>',
+            )
+        if FAST < config.limits.velocities[index] < np.inf:
+            yield Finding(
+                "warning",
+                f"{config.joint_names[index]}: a velocity limit of {config.limits.velocities[index]:g} looks like "
+                f"degrees; {np.deg2rad(config.limits.velocities[index]):.3g} rad/s is the same",
+            )
+    widths = [ranges[index, 1] - ranges[index, 0] for index in hinges]
+    if widths and 0 < max(widths) < NARROW:
+        yield Finding(
+            "unusable",
+            f"no joint moves more than {max(widths):.2g} rad: the model's radians were read as degrees; "
+            'write <compiler angle="radian"/>',
+        )
+
+
+def sentinels(subject: Subject) -> Iterator[Finding]:
+    """Limits in a URDF that stand for unknown."""
+    for joint in subject.urdf.values():
+        for key in ("velocity", "effort"):
+            value = getattr(joint, key)
+            if joint.moves and value is not None and value <= 0:
+                yield Finding(
+                    "warning", f"{joint.name}: its {key} of {value:g} in the URDF is taken for unknown; write the true limit"
+                )

@@ -1,0 +1,131 @@
+"""Checks of how a model is built: contacts, equalities, joints, names."""
+
+from collections.abc import Iterator
+
+import mujoco
+
+from robot.checking.subject import Finding, Subject
+from robot.tree import (
+    actuated,
+    body_name,
+    carrying_joints,
+    connections,
+    is_moved_by,
+    joint_equalities,
+    loop_joints,
+    path_to_world,
+    single_axis,
+    touching,
+)
+
+DEEP = 1e-3
+"""Bodies that overlap by more than this (m) push each other away."""
+LISTED = 4
+
+
+def contacts_at_home(subject: Subject) -> Iterator[Finding]:
+    """Bodies of the arm that touch something at home."""
+    data = mujoco.MjData(subject.model)
+    data.qpos[:] = subject.home
+    for (first, second), distance in touching(subject.model, data, {*subject.joints, *subject.held}).items():
+        if frozenset((first, second)) not in subject.config.collision.ignore or distance < -DEEP:
+            yield Finding(
+                "unusable" if distance < -DEEP else "warning",
+                f"at home {first} and {second} overlap by {-distance * 1e3:.2g} mm and push each other away; move home, or "
+                f'where they always overlap, add <contact><exclude body1="{first}" body2="{second}"/></contact> to the model',
+            )
+
+
+def restraints(subject: Subject) -> Iterator[Finding]:
+    """Equalities that keep the arm from moving."""
+    model, arm = subject.model, set(subject.joints)
+    for equality, first, second in connections(model):
+        if stopped := loop_joints(model, first, second) & arm:
+            kind = "weld" if model.eq_type[equality] == int(mujoco.mjtEq.mjEQ_WELD) else "connect"
+            yield Finding(
+                "unusable",
+                f"a {kind} of {body_name(model, first)} to {body_name(model, second)} works against "
+                f'{_listed(subject, stopped)}; remove it from <equality>, or write active="false"',
+            )
+    for follower, leader in joint_equalities(model):
+        if caught := {follower, leader} & arm:
+            other = "a constant" if leader < 0 else _listed(subject, {follower, leader} - caught or {leader})
+            yield Finding(
+                "unusable",
+                f"an equality or <mimic> couples {_listed(subject, caught)} to {other}, but the planner moves it by itself; "
+                "remove it, or leave the joint out of joints.names",
+            )
+
+
+def undriven(subject: Subject) -> Iterator[Finding]:
+    """Joints that fall."""
+    model = subject.model
+    driven = {*subject.joints, *subject.held}
+    tool = int(model.site_bodyid[model.site(subject.config.tool.site).id])
+    inside = [joint for joint in carrying_joints(model, tool) if joint not in driven | subject.followers]
+    for joint in inside:
+        yield Finding(
+            "unusable",
+            f"{subject.joint_name(joint)} carries the tool, but is neither in joints.names nor in [held]: it falls; "
+            "add it to one of them, or remove it from the model",
+        )
+    roots = {path_to_world(model, int(model.jnt_bodyid[joint]))[-1] for joint in subject.joints}
+    own = {j for j in single_axis(model) if path_to_world(model, int(model.jnt_bodyid[j]))[-1] in roots}
+    limp = (own | actuated(model)) - driven - subject.followers - set(inside)
+    if limp:
+        yield Finding(
+            "warning",
+            f"nobody drives or holds {_listed(subject, limp)}: they hang limp; add them to [held], as "
+            f"{subject.joint_name(min(limp))} = 0.0",
+        )
+
+
+def order(subject: Subject) -> Iterator[Finding]:
+    """Names that are not in chain order."""
+    model, joints = subject.model, subject.joints
+    for place, joint in enumerate(joints):
+        carried_by = set(carrying_joints(model, int(model.jnt_bodyid[joint])))
+        if later := [other for other in joints[place + 1 :] if other in carried_by and other != joint]:
+            yield Finding(
+                "warning",
+                f"joints.names: {subject.joint_name(joint)} stands before {subject.joint_name(later[0])}, which carries it; "
+                "vectors and recordings have this order, so write the names from the base to the tool",
+            )
+            return
+
+
+def fixed_joints(subject: Subject) -> Iterator[Finding]:
+    """Fixed joints of a URDF that look as if they should move."""
+    for joint in subject.urdf.values():
+        if joint.kind == "fixed" and joint.limited:
+            yield Finding(
+                "warning", f'{joint.name} is fixed in the URDF, but has limits; if it should move, write type="revolute"'
+            )
+
+
+def unnamed_bodies(subject: Subject) -> Iterator[Finding]:
+    """Bodies without a name, which no message can name."""
+    model = subject.model
+    arm = set(subject.joints)
+    unnamed = [body for body in range(1, model.nbody) if not model.body(body).name and is_moved_by(model, body, arm)]
+    if unnamed:
+        numbers = ", ".join(map(str, unnamed[:LISTED]))
+        yield Finding("warning", f"{len(unnamed)} bodies of the arm have no name (body {numbers}); name them in the model")
+
+
+def shapes(subject: Subject) -> Iterator[Finding]:
+    """Links that nothing can touch."""
+    model, arm = subject.model, set(subject.joints)
+    solid = {int(model.geom_bodyid[geom]) for geom in range(model.ngeom) if model.geom_contype[geom] or model.geom_conaffinity[geom]}
+    if not any(is_moved_by(model, body, arm) for body in solid):
+        yield Finding(
+            "warning",
+            "no link of the arm has collision geometry: contacts are neither simulated nor planned around; "
+            "add <collision> (URDF) or geoms with contype 1 (MJCF)",
+        )
+
+
+def _listed(subject: Subject, joints: set[int]) -> str:
+    names = [subject.joint_name(joint) for joint in sorted(joints)]
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return ", ".join(names[:LISTED]) + more

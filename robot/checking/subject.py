@@ -1,0 +1,94 @@
+"""What the checks look at."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import mujoco
+import numpy as np
+
+from robot.description import RobotConfig
+from robot.dynamics import Load, load_at, sample_poses
+from robot.model import joint_ids
+from robot.schema import RobotError
+from robot.tree import followers
+from robot.urdf import UrdfJoint, is_urdf, read_urdf
+
+Level = Literal["unusable", "warning", "note"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One sentence about a robot.
+
+    Attributes:
+        level: unusable: the arm cannot be driven so; warning: it moves, but not as expected; note: worth knowing.
+        sentence: What is wrong, and what would work.
+    """
+
+    level: Level
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A robot and its compiled model, which the checks only read.
+
+    Attributes:
+        config: The description.
+        model: Compiled of it.
+    """
+
+    config: RobotConfig
+    model: mujoco.MjModel
+
+    @cached_property
+    def joints(self) -> list[int]:
+        """The arm's joints, in the order of the vectors."""
+        return joint_ids(self.model, self.config.joint_names)
+
+    @cached_property
+    def held(self) -> list[int]:
+        """The joints that are held."""
+        return joint_ids(self.model, tuple(self.config.held))
+
+    @cached_property
+    def followers(self) -> set[int]:
+        """The joints that move with others by an equality."""
+        return followers(self.model)
+
+    @cached_property
+    def home(self) -> np.ndarray:
+        """The home pose of the whole model, (nq,)."""
+        qpos = self.model.qpos0.copy()
+        qpos[self.model.jnt_qposadr[self.joints]] = self.config.home
+        qpos[self.model.jnt_qposadr[self.held]] = list(self.config.held.values())
+        return qpos
+
+    @cached_property
+    def load_at_home(self) -> Load:
+        """Gravity and inertia at home."""
+        return load_at(self.model, self.home, self.joints, self.config.home[None])
+
+    @cached_property
+    def load(self) -> Load:
+        """Gravity and inertia over the range."""
+        return load_at(self.model, self.home, self.joints, sample_poses(self.config.limits.positions))
+
+    @cached_property
+    def urdf(self) -> Mapping[str, UrdfJoint]:
+        """The URDF's joints; none of an MJCF."""
+        path = self.config.mjcf_path
+        try:
+            return read_urdf(path) if is_urdf(path) else {}
+        except RobotError:
+            return {}
+
+    def is_slide(self, index: int) -> bool:
+        """Return whether the arm's joint of this index moves in m and N."""
+        return self.model.jnt_type[self.joints[index]] == int(mujoco.mjtJoint.mjJNT_SLIDE)
+
+    def joint_name(self, joint: int) -> str:
+        """Return a joint's name, or its body's where it has none."""
+        return self.model.joint(joint).name or f"a joint of {self.model.body(int(self.model.jnt_bodyid[joint])).name}"

@@ -1,0 +1,1 @@
+"""A robot's TOML, written from its model file."""

@@ -1,0 +1,157 @@
+"""The arm in a model: its tool, the joints that lead to it, and the joints beside it."""
+
+import re
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from robot.model import SINGLE_AXIS, TOOL_SITE, Tool
+from robot.schema import RobotError
+from robot.tree import actuated, body_name, carrying_joints, followers, joint_equalities, path_to_world, single_axis
+
+TOOL_NAMES = ("attachment_?site", "tcp", "tool0?", "ee|eef|end_?effector", "grip.*", "grasp|pinch", "flange")
+"""Words that name a tool, the surest first."""
+PARTS = re.compile(r"finger|jaw|knuckle|claw", re.IGNORECASE)
+"""Parts of a gripper, which are no tool."""
+GRIPPER = re.compile(rf"grip|{PARTS.pattern}", re.IGNORECASE)
+"""Joints of a gripper."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """The joints of an arm.
+
+    Attributes:
+        tool: Its frame.
+        tool_origin: Where that comes from.
+        joints: Indices in the model, from the base to the tool.
+        held: Indices of joints beside the arm that something must hold.
+        notes: Sentences on what was decided.
+    """
+
+    tool: Tool
+    tool_origin: str
+    joints: list[int]
+    held: list[int]
+    notes: list[str] = field(default_factory=list)
+
+
+def find_arm(model: mujoco.MjModel, tool: str | None) -> Arm:
+    """Return the arm that ends at `tool`, a site or a body; by default at the one whose name says so.
+
+    Raises:
+        RobotError: there is no such tool, or no chain of hinges and slides that leads to it from a fixed base.
+    """
+    frame, origin, notes = _named(model, tool) if tool else _default(model)
+    body = int(model.body(frame.body).id if frame.body else model.site_bodyid[model.site(frame.site).id])
+    chain = carrying_joints(model, body)
+    _check_chain(model, chain)
+    names = [model.joint(joint).name for joint in range(model.njnt)]
+    mimics = {follower for follower, _ in joint_equalities(model)}
+    while chain and (chain[-1] in mimics or _is_of_gripper(model, chain[-1])):
+        notes.append(f"{names[chain[-1]]} moves a gripper or follows another joint: it is no joint of the arm")
+        chain.pop()
+    if not chain:
+        raise RobotError(f"no joint moves {tool or frame.body or frame.site!r}; name the arm's last body with --tool")
+    _check_mimics(model, chain, names)
+    return Arm(frame, origin, chain, _beside(model, chain), notes)
+
+
+def _named(model: mujoco.MjModel, name: str) -> tuple[Tool, str, list[str]]:
+    sites = [model.site(i).name for i in range(model.nsite)]
+    bodies = [model.body(i).name for i in range(1, model.nbody)]
+    if name in sites:
+        return Tool(name), "file: the site that --tool names", []
+    if name in bodies:
+        return Tool(TOOL_SITE, name), "file: the body that --tool names", []
+    raise RobotError(
+        f"--tool {name}: the model has no such site or body; "
+        f"sites: {', '.join(filter(None, sites)) or 'none'}; bodies: {', '.join(filter(None, bodies))}"
+    )
+
+
+def _default(model: mujoco.MjModel) -> tuple[Tool, str, list[str]]:
+    """Return the site, else the body whose name says that it is a tool; else the last body of the longest chain."""
+    depth = {body: len(carrying_joints(model, body)) for body in range(model.nbody)}
+    sites = [(model.site(i).name, int(model.site_bodyid[i])) for i in range(model.nsite)]
+    bodies = [(model.body(body).name, body) for body in depth]
+    for kind, named in (("site", sites), ("body", bodies)):
+        ranked = sorted(
+            (rank, -len(path_to_world(model, body)), place, name)
+            for place, (name, body) in enumerate(named)
+            if depth[body] and name and not PARTS.search(name) and (rank := _rank(name)) is not None
+        )
+        if ranked:
+            first, *others = [name for *_, name in ranked]
+            tool = Tool(first) if kind == "site" else Tool(TOOL_SITE, first)
+            return tool, f"file: the {kind} {first}", [_choice(kind, first, others)] if others else []
+    last = max(depth, key=lambda body: (depth[body], body))
+    if not depth[last]:
+        raise RobotError("the model has no joints; an arm needs at least one")
+    name = model.body(last).name
+    if not name:
+        raise RobotError("the last body has no name; give it one in the model, or name another one with --tool")
+    return Tool(TOOL_SITE, name), "assumed: the last body", [f"no name says which the tool is: {name} is the last body"]
+
+
+def _choice(kind: str, name: str, others: list[str]) -> str:
+    return f"the tool is the {kind} {name}; --tool may name another, as {', '.join(others[:4])}"
+
+
+def _rank(name: str) -> int | None:
+    """Return the place in TOOL_NAMES of the surest word in a name, the whole name before its parts."""
+    words = [name, *re.split(r"[^a-zA-Z0-9]+|_", name)]
+    for rank, pattern in enumerate(TOOL_NAMES):
+        for extra, word in enumerate(words):
+            if re.fullmatch(pattern, word, re.IGNORECASE):
+                return 2 * rank + bool(extra)
+    return None
+
+
+def _is_of_gripper(model: mujoco.MjModel, joint: int) -> bool:
+    body = model.body(int(model.jnt_bodyid[joint])).name
+    return bool(GRIPPER.search(model.joint(joint).name) or PARTS.search(body))
+
+
+def _check_chain(model: mujoco.MjModel, chain: list[int]) -> None:
+    for joint in chain:
+        if model.jnt_type[joint] not in SINGLE_AXIS:
+            body = body_name(model, int(model.jnt_bodyid[joint]))
+            free = model.jnt_type[joint] == int(mujoco.mjtJoint.mjJNT_FREE)
+            raise RobotError(
+                f"{body} floats freely and carries the arm; remove its free joint, so that the base stands still"
+                if free
+                else f"{body} turns on a ball joint; an arm has hinges and slides, replace it by three hinges"
+            )
+        if not model.joint(joint).name:
+            body = body_name(model, int(model.jnt_bodyid[joint]))
+            raise RobotError(f"a joint of {body} has no name; give it one in the model")
+
+
+def _check_mimics(model: mujoco.MjModel, chain: list[int], names: list[str]) -> None:
+    for follower, leader in joint_equalities(model):
+        if follower in chain:
+            whom = names[leader] if leader >= 0 else "a constant"
+            raise RobotError(
+                f"{names[follower]} follows {whom} and cannot move by itself; remove <mimic> or the equality, "
+                "or name a tool before it with --tool"
+            )
+
+
+def _beside(model: mujoco.MjModel, chain: list[int]) -> list[int]:
+    """Return the joints that would fall: of the arm's own tree or with an actuator, and no equality moves them."""
+    root = path_to_world(model, int(model.jnt_bodyid[chain[0]]))[-1]
+    driven = actuated(model)
+    own = {
+        joint
+        for joint in single_axis(model)
+        if joint in driven or path_to_world(model, int(model.jnt_bodyid[joint]))[-1] == root
+    }
+    beside = own - set(chain) - followers(model)
+    return [joint for joint in sorted(beside) if model.joint(joint).name]
+
+
+def ranges_of(model: mujoco.MjModel, joints: list[int]) -> np.ndarray:
+    """Return the ranges of joints, (J, 2), ±inf where there is none."""
+    return np.where(model.jnt_limited[joints, None], model.jnt_range[joints], [-np.inf, np.inf])

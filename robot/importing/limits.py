@@ -1,0 +1,115 @@
+"""Limits of an arm's joints: from its files, derived from them, or assumed."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robot.dynamics import load_at, sample_poses
+from robot.importing.chain import ranges_of
+from robot.torque_limits import torque_limit
+from robot.urdf import UrdfJoint
+
+ASSUMED_VELOCITY = 2.0
+"""rad/s: most arms of some kilograms reach it."""
+ASSUMED_SLIDE_VELOCITY = 0.5
+"""m/s."""
+QUANTILE = 0.05
+"""The acceleration limit is kept by the torques in all but this part of the poses."""
+SPEED_UP_S = 0.1
+"""No joint reaches its velocity limit in less: what a bare inertia allows beyond that no drive keeps."""
+ASSUMED_SPEED_UP_S = 0.25
+"""The same where there is no torque limit."""
+JERK_S = 0.03
+"""From rest to full acceleration."""
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """One vector of the TOML.
+
+    Attributes:
+        numbers: (J,).
+        origin: "file: …", "derived: …" or "assumed: …".
+        is_open: The user must decide it: no file has it.
+    """
+
+    numbers: np.ndarray
+    origin: str
+    is_open: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """Limits of J joints; ±inf where there is none. Ranges are (J, 2), the others (J,)."""
+
+    ranges: np.ndarray
+    torques: Value
+    velocities: Value
+    accelerations: Value
+    jerks: Value
+
+
+def find_limits(
+    model: mujoco.MjModel, joints: list[int], qpos: np.ndarray, urdf: Mapping[str, UrdfJoint] | None
+) -> JointLimits:
+    """Return the limits of the arm's joints, with what is beside it as in `qpos` (nq,)."""
+    ranges = ranges_of(model, joints)
+    torques = _torques(model, joints, urdf is not None)
+    velocities = _velocities(model, joints, urdf)
+    accelerations = _accelerations(model, joints, qpos, torques.numbers, velocities.numbers)
+    jerks = round_down(accelerations.numbers / JERK_S)
+    return JointLimits(
+        ranges, torques, velocities, accelerations, Value(jerks, f"derived: full acceleration in {JERK_S:g} s")
+    )
+
+
+def round_down(values: np.ndarray) -> np.ndarray:
+    """Return positive values rounded down to two digits."""
+    scale = 10.0 ** (np.floor(np.log10(values)) - 1)
+    return np.round(np.floor(values / scale + 1e-9) * scale, 6)
+
+
+def _torques(model: mujoco.MjModel, joints: Sequence[int], is_urdf: bool) -> Value:
+    limits = np.array([torque_limit(model, joint) for joint in joints])
+    if np.isfinite(limits).all():
+        return Value(limits, "file: effort" if is_urdf else "file: ranges of force")
+    return Value(limits, "no file has all, inf is unknown; see the data sheet", is_open=True)
+
+
+def _velocities(model: mujoco.MjModel, joints: Sequence[int], urdf: Mapping[str, UrdfJoint] | None) -> Value:
+    slide = int(mujoco.mjtJoint.mjJNT_SLIDE)
+    assumed = np.array(
+        [ASSUMED_SLIDE_VELOCITY if model.jnt_type[joint] == slide else ASSUMED_VELOCITY for joint in joints]
+    )
+    if urdf is None:
+        return Value(assumed, "assumed, no MJCF has them; rad/s, see the data sheet", is_open=True)
+    found = [urdf[model.joint(joint).name] for joint in joints]
+    usable = np.array([joint.velocity is not None and joint.velocity > 0 for joint in found])
+    values = np.where(usable, [joint.velocity or 0.0 for joint in found], assumed)
+    if usable.all():
+        return Value(values, "file: velocity")
+    missing = ", ".join(joint.name for joint, has in zip(found, usable, strict=True) if not has)
+    return Value(values, f"file: velocity, but assumed for {missing}; rad/s, see the data sheet", is_open=True)
+
+
+def _accelerations(
+    model: mujoco.MjModel, joints: list[int], qpos: np.ndarray, torques: np.ndarray, velocities: np.ndarray
+) -> Value:
+    """Return what the torques leave after gravity, friction and damping, while all joints pull against each other."""
+    load = load_at(model, qpos, joints, sample_poses(ranges_of(model, joints)))
+    dofs = model.jnt_dofadr[joints]
+    known = np.isfinite(torques)
+    damping = model.dof_damping.reshape(model.nv, -1)[dofs, 0]
+    lost = model.dof_frictionloss[dofs] + damping * velocities + np.abs(load.gravity)
+    spare = np.where(known, torques, 0.0) - lost
+    reached = np.quantile(spare / np.abs(load.inertia).sum(axis=2), QUANTILE, axis=0)
+    reached = np.where(known, reached, np.inf)
+    highest = velocities / np.where(known, SPEED_UP_S, ASSUMED_SPEED_UP_S)
+    lowest = velocities  # a joint that its torque hardly holds still takes no more than a second to full speed
+    values = round_down(np.clip(reached, lowest, highest))
+    rule = f"(torque - gravity) / inertia in {1 - QUANTILE:.0%} of poses, full speed in {SPEED_UP_S:g} s at least"
+    if known.all():
+        return Value(values, f"derived: {rule}")
+    return Value(values, f"assumed where no torque is known: full speed in {ASSUMED_SPEED_UP_S:g} s")

@@ -1,0 +1,118 @@
+"""Which bodies and joints of a MuJoCo model belong together."""
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from robot.model import SINGLE_AXIS
+
+CONNECTIONS = int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)
+JOINT_EQUALITY = int(mujoco.mjtEq.mjEQ_JOINT)
+BODY = int(mujoco.mjtObj.mjOBJ_BODY)
+SITE = int(mujoco.mjtObj.mjOBJ_SITE)
+
+
+def path_to_world(model: mujoco.MjModel, body: int) -> list[int]:
+    """Return a body and all that carry it, up to the world, which is left out."""
+    path: list[int] = []
+    while body:
+        path.append(body)
+        body = int(model.body_parentid[body])
+    return path
+
+
+def joints_of(model: mujoco.MjModel, body: int) -> range:
+    """Return the joints by which a body moves on its parent."""
+    first = int(model.body_jntadr[body])
+    return range(first, first + int(model.body_jntnum[body]))
+
+
+def carrying_joints(model: mujoco.MjModel, body: int) -> list[int]:
+    """Return the joints that move a body, from the world to the body."""
+    return [joint for link in reversed(path_to_world(model, body)) for joint in joints_of(model, link)]
+
+
+def is_moved_by(model: mujoco.MjModel, body: int, joints: set[int]) -> bool:
+    """Return whether one of the joints moves the body."""
+    return not joints.isdisjoint(carrying_joints(model, body))
+
+
+def single_axis(model: mujoco.MjModel) -> list[int]:
+    """Return the hinges and slides."""
+    return [joint for joint in range(model.njnt) if model.jnt_type[joint] in SINGLE_AXIS]
+
+
+def connections(model: mujoco.MjModel) -> Iterator[tuple[int, int, int]]:
+    """Yield the active connects and welds: the equality and its two bodies."""
+    for equality in range(model.neq):
+        if model.eq_type[equality] in CONNECTIONS and model.eq_active0[equality]:
+            first, second = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
+            if model.eq_objtype[equality] == SITE:
+                first, second = (int(model.site_bodyid[site]) for site in (first, second))
+            yield equality, first, second
+
+
+def joint_equalities(model: mujoco.MjModel) -> Iterator[tuple[int, int]]:
+    """Yield the active equalities of joints: the joint that follows, and the one it follows (-1: none)."""
+    for equality in range(model.neq):
+        if model.eq_type[equality] == JOINT_EQUALITY and model.eq_active0[equality]:
+            yield int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
+
+
+def loop_joints(model: mujoco.MjModel, first: int, second: int) -> set[int]:
+    """Return the joints between two bodies: those that move one of them and not the other."""
+    return set(carrying_joints(model, first)) ^ set(carrying_joints(model, second))
+
+
+def actuated(model: mujoco.MjModel) -> set[int]:
+    """Return the joints that an actuator drives, by itself or by a tendon."""
+    driven: set[int] = set()
+    for actuator in range(model.nu):
+        kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
+        if kind in (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)):
+            driven.add(target)
+        elif kind == int(mujoco.mjtTrn.mjTRN_TENDON):
+            first = int(model.tendon_adr[target])
+            wraps = range(first, first + int(model.tendon_num[target]))
+            driven |= {int(model.wrap_objid[i]) for i in wraps if model.wrap_type[i] == int(mujoco.mjtWrap.mjWRAP_JOINT)}
+    return driven
+
+
+def followers(model: mujoco.MjModel) -> set[int]:
+    """Return the joints that nobody needs to drive: an equality moves them with a joint that is driven."""
+    driven = actuated(model)
+    found = {follower for follower, leader in joint_equalities(model) if leader >= 0 and follower not in driven}
+    for _, first, second in connections(model):
+        loop = loop_joints(model, first, second)
+        if not loop.isdisjoint(driven):
+            found |= loop - driven
+    return found
+
+
+def touching(model: mujoco.MjModel, data: mujoco.MjData, joints: set[int]) -> dict[tuple[str, str], float]:
+    """Return pairs of bodies in contact of which the joints move at least one, with their distance (m, negative inside).
+
+    `data` holds the pose, and its contacts are found here. A body that flies freely does not count.
+    """
+    mujoco.mj_fwdPosition(model, data)
+    pairs: dict[tuple[str, str], float] = {}
+    for index, geoms in enumerate(data.contact.geom.tolist()):
+        bodies = [int(model.geom_bodyid[geom]) for geom in geoms]
+        if any(_flies(model, body) for body in bodies):
+            continue
+        if any(is_moved_by(model, body, joints) for body in bodies):
+            names = sorted(body_name(model, body) for body in bodies)
+            pair = names[0], names[1]
+            pairs[pair] = min(pairs.get(pair, np.inf), float(data.contact.dist[index]))
+    return {pair: distance for pair, distance in pairs.items() if distance < 0}
+
+
+def body_name(model: mujoco.MjModel, body: int) -> str:
+    """Return a body's name, or its number where it has none."""
+    return model.body(body).name or f"body {body}"
+
+
+def _flies(model: mujoco.MjModel, body: int) -> bool:
+    free = int(mujoco.mjtJoint.mjJNT_FREE)
+    return any(model.jnt_type[joint] == free for joint in carrying_joints(model, body))

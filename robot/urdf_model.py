@@ -1,0 +1,77 @@
+"""Put right what MuJoCo makes of a URDF, before it is compiled."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+
+from robot.schema import RobotError
+from robot.urdf import read_urdf
+
+PACKAGE = "package:"
+READABLE = (".stl", ".obj", ".msh")
+
+
+def prepare(spec: mujoco.MjSpec, path: Path) -> None:
+    """Change the specification of the URDF at `path`.
+
+    Links that are fixed to each other remain bodies of their own, so that each can carry the tool. Links that a joint
+    connects may overlap in a URDF, so they do not collide. Meshes of `package://` are found. A negative effort is no
+    limit.
+
+    Raises:
+        RobotError: a joint cannot be meant, or a mesh is missing or of a format that MuJoCo cannot read.
+    """
+    spec.compiler.fusestatic = False
+    for mesh in spec.meshes:
+        mesh.file = str(find_mesh(mesh.file, path.absolute().parent, spec.meshdir))
+    for joint in read_urdf(path).values():
+        if joint.moves and joint.effort is not None and joint.effort < 0:
+            spec.joint(joint.name).actfrclimited = False
+    _exclude_neighbours(spec)
+
+
+def _exclude_neighbours(spec: mujoco.MjSpec) -> None:
+    """Let no body collide with what its joint connects it to, even where that is fixed to the world."""
+    for body in spec.bodies:
+        neighbour = body.parent if body.joints else None
+        while neighbour is not None and neighbour.parent is not None:
+            spec.add_exclude(bodyname1=neighbour.name, bodyname2=body.name)
+            neighbour = None if neighbour.joints else neighbour.parent
+
+
+def find_mesh(name: str, folder: Path, meshdir: str = "") -> Path:
+    """Return the file of a mesh: of a package, of `folder`, or absolute.
+
+    Raises:
+        RobotError: it is not there, or MuJoCo cannot read its format.
+    """
+    if Path(name).suffix.lower() not in READABLE:
+        raise RobotError(f"mesh {name}: MuJoCo reads {', '.join(READABLE)}; convert it and change the name in the URDF")
+    tried = list(_places(name, folder, meshdir))
+    for place in tried:
+        if place.is_file():
+            return place
+    where = (
+        "put its package beside or above the URDF, or name the folder that holds the package in ROS_PACKAGE_PATH"
+        if name.startswith(PACKAGE)
+        else f"it is looked for at {tried[0]}"
+    )
+    raise RobotError(f"mesh {name} is missing; {where}")
+
+
+def _places(name: str, folder: Path, meshdir: str) -> Iterator[Path]:
+    """Yield where a mesh may be."""
+    if not name.startswith(PACKAGE):
+        yield folder / meshdir / name.removeprefix("file:").replace("//", "/")
+        return
+    package, _, rest = name.removeprefix(PACKAGE).lstrip("/").partition("/")
+    for above in (folder, *folder.parents):
+        yield above / package / rest
+        if above.name == package:
+            yield above / rest
+    for root in filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)):
+        yield Path(root) / package / rest
+        if Path(root).name == package:
+            yield Path(root) / rest

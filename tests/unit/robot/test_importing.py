@@ -1,0 +1,160 @@
+"""Import of other people's models: what is found, derived and assumed; the result loads."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from robot.checking.checks import check_robot
+from robot.description import RobotConfig, load_robot
+from robot.importing.arm import import_robot
+from robot.importing.document import open_values
+from robot.schema import RobotError
+from robot.tree import touching
+from tests import models
+
+
+def imported(folder: Path, source: Path, **options: str) -> tuple[RobotConfig, str]:
+    """Import a model, and load what was written."""
+    file = folder / "robot.toml"
+    text = import_robot(source, file, **options).text
+    file.write_text(text)
+    return load_robot(file), text
+
+
+@pytest.mark.parametrize(
+    ("source", "joints", "tool", "held", "to_decide"),
+    [
+        (models.UR5E, 6, "attachment_site", set(), {"max_tracking_error", "velocities"}),
+        (models.UR5E_URDF, 6, "tool0", set(), {"max_tracking_error"}),
+        (models.PANDA, 7, "TCP", {"finger_joint1", "finger_joint2"}, {"max_tracking_error", "velocities"}),
+        (models.IIWA14, 7, "TCP", set(), {"max_tracking_error", "velocities", "torques"}),
+        (models.Z1, 6, "TCP", {"jointGripper"}, {"max_tracking_error", "velocities"}),
+        (models.SO101_URDF, 5, "gripper_frame_link", {"gripper"}, {"max_tracking_error"}),
+        (
+            models.XARM7,
+            7,
+            "ee",
+            {"left_inner_knuckle_joint", "right_inner_knuckle_joint"},
+            {"max_tracking_error", "velocities", "torques"},
+        ),
+    ],
+    ids=lambda value: value.name if isinstance(value, Path) else None,
+)
+def test_arms_are_imported(
+    tmp_path: Path, source: Path, joints: int, tool: str, held: set[str], to_decide: set[str]
+) -> None:
+    """The chain to the tool, the gripper's joints held, home free of contact, at most three values to decide."""
+    robot, text = imported(tmp_path, source)
+    assert robot.joint_count == joints
+    assert (robot.tool.body or robot.tool.site) == tool
+    assert set(robot.held) == held
+    assert set(open_values(text)) == to_decide
+    model = robot.load_model()
+    data = mujoco.MjData(model)
+    for name, value in {**dict(zip(robot.joint_names, robot.home, strict=True)), **robot.held}.items():
+        data.qpos[model.jnt_qposadr[model.joint(name).id]] = value
+    assert touching(model, data, {model.joint(name).id for name in robot.joint_names}) == {}
+
+
+def test_values_come_from_the_urdf(tmp_path: Path) -> None:
+    """Velocities and efforts, which MuJoCo drops in part, with their origin beside them."""
+    robot, text = imported(tmp_path, models.UR5E_URDF)
+    np.testing.assert_allclose(robot.limits.velocities, np.pi, rtol=1e-5)
+    np.testing.assert_array_equal(robot.torques, [150, 150, 150, 28, 28, 28])
+    assert "# file: velocity" in text
+    assert "# derived: (torque - gravity) / inertia" in text
+
+
+def test_accelerations_are_within_the_torques(tmp_path: Path) -> None:
+    """At home, all joints at once in the worst combination of signs, against gravity."""
+    robot, _ = imported(tmp_path, models.UR5E)
+    model = robot.load_model()
+    data = mujoco.MjData(model)
+    data.qpos[:] = robot.home
+    mujoco.mj_forward(model, data)
+    inertia = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, inertia)
+    assert (np.abs(inertia) @ robot.limits.accelerations + np.abs(data.qfrc_bias) < robot.torques).all()
+    np.testing.assert_allclose(robot.limits.jerks * 0.03, robot.limits.accelerations, rtol=0.1)
+
+
+def test_the_model_is_found_where_the_file_is_put(tmp_path: Path) -> None:
+    """Relative below the TOML, else absolute."""
+    for name in ("collision", "ur5e.urdf"):
+        (tmp_path / name).symlink_to(models.UR5E_URDF.parent / name)
+    beside = import_robot(tmp_path / "ur5e.urdf", tmp_path / "my.toml").text
+    assert 'model = "ur5e.urdf"' in beside
+    for out in (None, tmp_path / "elsewhere" / "my.toml"):
+        assert f'model = "{tmp_path / "ur5e.urdf"}"' in import_robot(tmp_path / "ur5e.urdf", out).text
+
+
+def test_tool_home_and_name_may_be_named(tmp_path: Path) -> None:
+    robot, _ = imported(tmp_path, models.TWO_PANDAS, tool="panda1_TCP", name="right")
+    assert robot.name == "right"
+    assert robot.joint_names[0] == "panda1_joint1"
+    assert "panda_joint4" in robot.held
+    assert robot.held["panda_joint4"] == pytest.approx(-2.35619, abs=1e-4)
+    for option, sentence in (("tool", "no such site or body"), ("keyframe", "it has panda_home")):
+        with pytest.raises(RobotError, match=sentence):
+            import_robot(models.TWO_PANDAS, None, **{option: "absent"})
+
+
+def test_connected_links_of_a_urdf_do_not_collide(tmp_path: Path) -> None:
+    """SO-101's base and shoulder overlap; MuJoCo by itself throws the arm."""
+    robot, _ = imported(tmp_path, models.SO101_URDF)
+    model = robot.load_model()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 0
+    bare = mujoco.MjModel.from_xml_path(str(models.SO101_URDF))
+    data = mujoco.MjData(bare)
+    mujoco.mj_forward(bare, data)
+    assert data.ncon > 0
+    assert [finding for finding in check_robot(robot, model) if finding.level == "unusable"] == []
+
+
+def ur5e_urdf(folder: Path, old: str, new: str) -> Path:
+    """Write a changed URDF of the UR5e, its meshes beside it."""
+    text = models.UR5E_URDF.read_text()
+    assert old in text
+    file = folder / "ur5e.urdf"
+    file.write_text(text.replace(old, new))
+    if not (folder / "collision").exists():
+        (folder / "collision").symlink_to(models.UR5E_URDF.parent / "collision")
+    return file
+
+
+def test_meshes_of_packages_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Above the URDF, or in ROS_PACKAGE_PATH; else the sentence says where they may be put."""
+    folder = tmp_path / "ur_description" / "urdf"
+    folder.mkdir(parents=True)
+    file = ur5e_urdf(folder, "collision/", "package://ur_description/meshes/")
+    with pytest.raises(RobotError, match=r"package://ur_description/meshes/shoulder.obj is missing.*ROS_PACKAGE_PATH"):
+        import_robot(file, None)
+    meshes = tmp_path / "ros" / "ur_description" / "meshes"
+    meshes.parent.mkdir(parents=True)
+    meshes.symlink_to(models.UR5E_URDF.parent / "collision")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
+    assert "tool0" in import_robot(file, None).text
+    monkeypatch.delenv("ROS_PACKAGE_PATH")
+    (folder.parent / "meshes").symlink_to(meshes)
+    assert "tool0" in import_robot(file, None).text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('<?xml version="1.0" ?>', '<!DOCTYPE robot [<!ENTITY a "b">]>', "remove <!DOCTYPE>"),
+        ("<robot", '<xacro:include filename="a"/><robot', "is no XML"),
+        ('<link name="base_link"/>', '<link name="base_link"/><xacro:arm/>', "expand it first"),
+        ("collision/shoulder.obj", "collision/shoulder.dae", "convert it"),
+        ("collision/shoulder.obj", "meshes/shoulder.obj", "it is looked for at"),
+        ('effort="150.0"', 'effort="strong"', "is no number"),
+    ],
+)
+def test_a_urdf_that_cannot_be_read_is_one_sentence(tmp_path: Path, old: str, new: str, sentence: str) -> None:
+    with pytest.raises(RobotError, match=sentence) as caught:
+        import_robot(ur5e_urdf(tmp_path, old, new), None)
+    assert "\n" not in str(caught.value)
