@@ -75,7 +75,9 @@ def actuated(model: mujoco.MjModel) -> set[int]:
         elif kind == int(mujoco.mjtTrn.mjTRN_TENDON):
             first = int(model.tendon_adr[target])
             wraps = range(first, first + int(model.tendon_num[target]))
-            driven |= {int(model.wrap_objid[i]) for i in wraps if model.wrap_type[i] == int(mujoco.mjtWrap.mjWRAP_JOINT)}
+            driven |= {
+                int(model.wrap_objid[i]) for i in wraps if model.wrap_type[i] == int(mujoco.mjtWrap.mjWRAP_JOINT)
+            }
     return driven
 
 
@@ -91,7 +93,7 @@ def followers(model: mujoco.MjModel) -> set[int]:
 
 
 def touching(model: mujoco.MjModel, data: mujoco.MjData, joints: set[int]) -> dict[tuple[str, str], float]:
-    """Return pairs of bodies in contact of which the joints move at least one, with their distance (m, negative inside).
+    """Return the pairs of bodies that overlap and of which a joint moves one, with their distance (m, negative).
 
     `data` holds the pose, and its contacts are found here. A body that flies freely does not count.
     """

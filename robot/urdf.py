@@ -69,8 +69,10 @@ def read_urdf(path: Path) -> dict[str, UrdfJoint]:
     if root.tag != "robot":
         raise RobotError(f"{path}: its root is <{root.tag}>; a URDF's is <robot>")
     joints = [_joint(element) for element in root.findall("joint")]
-    for what, names in (("link", [link.get("name", "") for link in root.findall("link")]),
-                        ("joint", [joint.name for joint in joints])):
+    for what, names in (
+        ("link", [link.get("name", "") for link in root.findall("link")]),
+        ("joint", [joint.name for joint in joints]),
+    ):
         if repeated := [name for name, count in Counter(names).items() if count > 1]:
             raise RobotError(f"{path}: the name {repeated[0]!r} is repeated; give each {what} a name of its own")
     return {joint.name: joint for joint in joints}

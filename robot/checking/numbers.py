@@ -37,8 +37,9 @@ def gravity(subject: Subject) -> Iterator[Finding]:
         share = (parts[:, index] > 1).mean()
         yield Finding(
             "warning",
-            f"{config.joint_names[index]} cannot hold the arm in {share:.0%} of its range, where gravity takes up to "
-            f"{parts[:, index].max() * config.torques[index]:.3g} of {config.torques[index]:.3g} N·m; tighten joints.positions",
+            f"{config.joint_names[index]} cannot hold the arm in {share:.0%} of its range, where gravity takes "
+            f"up to {parts[:, index].max() * config.torques[index]:.3g} of {config.torques[index]:.3g} N·m; "
+            "tighten joints.positions",
         )
 
 
@@ -60,7 +61,8 @@ def friction(subject: Subject) -> Iterator[Finding]:
         )
     else:
         yield Finding(
-            "note", f"{rubs}; without compensation a hit would be off by up to {error:.2g} rad, less with a larger alpha"
+            "note",
+            f"{rubs}; without compensation a hit would be off by up to {error:.2g} rad, less with a larger alpha",
         )
 
 
@@ -88,7 +90,7 @@ def missing_limits(subject: Subject) -> Iterator[Finding]:
     )
     for what, known, key in rows:
         if not known.all():
-            missing = [name for name, has in zip(config.joint_names, known, strict=True) if not has]
+            missing = [name for name, has in zip(config.joint_names, known.tolist(), strict=True) if not has]
             who = ", ".join(missing) if known.any() else "every joint"
             yield Finding("warning", f"no {what} of {who} is known, so none is kept; write {key} from the data sheet")
 
@@ -100,7 +102,8 @@ def swapped_ranges(subject: Subject) -> Iterator[Finding]:
         low, high = model.jnt_range[joint]
         if low > high:
             yield Finding(
-                "warning", f"{name}: its range begins at {low:g} and ends at {high:g}, so none is kept; exchange the two"
+                "warning",
+                f"{name}: its range begins at {low:g} and ends at {high:g}, so none is kept; exchange the two",
             )
 
 
@@ -114,8 +117,8 @@ def degrees(subject: Subject) -> Iterator[Finding]:
         if max(abs(low), abs(high)) > MANY_TURNS:
             yield Finding(
                 "warning",
-                f"{config.joint_names[index]}: its range of {low:g} to {high:g} rad looks like degrees; a URDF is in radians, "
-                'an MJCF in radians needs <compiler angle="radian"/>',
+                f"{config.joint_names[index]}: its range of {low:g} to {high:g} rad looks like degrees; a URDF is in "
+                'radians, an MJCF in radians needs <compiler angle="radian"/>',
             )
         if FAST < config.limits.velocities[index] < np.inf:
             yield Finding(
@@ -139,5 +142,6 @@ def sentinels(subject: Subject) -> Iterator[Finding]:
             value = getattr(joint, key)
             if joint.moves and value is not None and value <= 0:
                 yield Finding(
-                    "warning", f"{joint.name}: its {key} of {value:g} in the URDF is taken for unknown; write the true limit"
+                    "warning",
+                    f"{joint.name}: its {key} of {value:g} in the URDF is taken for unknown; write the true limit",
                 )

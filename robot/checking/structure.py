@@ -31,8 +31,9 @@ def contacts_at_home(subject: Subject) -> Iterator[Finding]:
         if frozenset((first, second)) not in subject.config.collision.ignore or distance < -DEEP:
             yield Finding(
                 "unusable" if distance < -DEEP else "warning",
-                f"at home {first} and {second} overlap by {-distance * 1e3:.2g} mm and push each other away; move home, or "
-                f'where they always overlap, add <contact><exclude body1="{first}" body2="{second}"/></contact> to the model',
+                f"at home {first} and {second} overlap by {-distance * 1e3:.2g} mm and push each other off; move home, "
+                "or where they always overlap, add to the model "
+                f'<contact><exclude body1="{first}" body2="{second}"/></contact>',
             )
 
 
@@ -52,8 +53,8 @@ def restraints(subject: Subject) -> Iterator[Finding]:
             other = "a constant" if leader < 0 else _listed(subject, {follower, leader} - caught or {leader})
             yield Finding(
                 "unusable",
-                f"an equality or <mimic> couples {_listed(subject, caught)} to {other}, but the planner moves it by itself; "
-                "remove it, or leave the joint out of joints.names",
+                f"an equality or <mimic> couples {_listed(subject, caught)} to {other}, but the planner moves it by "
+                "itself; remove it, or leave the joint out of joints.names",
             )
 
 
@@ -88,8 +89,8 @@ def order(subject: Subject) -> Iterator[Finding]:
         if later := [other for other in joints[place + 1 :] if other in carried_by and other != joint]:
             yield Finding(
                 "warning",
-                f"joints.names: {subject.joint_name(joint)} stands before {subject.joint_name(later[0])}, which carries it; "
-                "vectors and recordings have this order, so write the names from the base to the tool",
+                f"joints.names: {subject.joint_name(joint)} stands before {subject.joint_name(later[0])}, which "
+                "carries it; vectors and recordings have this order, so write the names from the base to the tool",
             )
             return
 
@@ -99,7 +100,8 @@ def fixed_joints(subject: Subject) -> Iterator[Finding]:
     for joint in subject.urdf.values():
         if joint.kind == "fixed" and joint.limited:
             yield Finding(
-                "warning", f'{joint.name} is fixed in the URDF, but has limits; if it should move, write type="revolute"'
+                "warning",
+                f'{joint.name} is fixed in the URDF, but has limits; if it should move, write type="revolute"',
             )
 
 
@@ -110,13 +112,19 @@ def unnamed_bodies(subject: Subject) -> Iterator[Finding]:
     unnamed = [body for body in range(1, model.nbody) if not model.body(body).name and is_moved_by(model, body, arm)]
     if unnamed:
         numbers = ", ".join(map(str, unnamed[:LISTED]))
-        yield Finding("warning", f"{len(unnamed)} bodies of the arm have no name (body {numbers}); name them in the model")
+        yield Finding(
+            "warning", f"{len(unnamed)} bodies of the arm have no name (body {numbers}); name them in the model"
+        )
 
 
 def shapes(subject: Subject) -> Iterator[Finding]:
     """Links that nothing can touch."""
     model, arm = subject.model, set(subject.joints)
-    solid = {int(model.geom_bodyid[geom]) for geom in range(model.ngeom) if model.geom_contype[geom] or model.geom_conaffinity[geom]}
+    solid = {
+        int(model.geom_bodyid[geom])
+        for geom in range(model.ngeom)
+        if model.geom_contype[geom] or model.geom_conaffinity[geom]
+    }
     if not any(is_moved_by(model, body, arm) for body in solid):
         yield Finding(
             "warning",

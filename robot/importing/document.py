@@ -64,7 +64,9 @@ def _head(contents: Contents, open_keys: Sequence[str]) -> list[str]:
     lines = [
         f"{contents.name}: written by `volley robot import` from {contents.source}.",
         "Beside each value is its origin: file (the model has it), derived (from the model), assumed (nobody says it).",
-        f"Look these up, and then remove the word {DECIDE} there: {decide}." if decide else "Nothing is left to decide.",
+        f"Look these up, and then remove the word {DECIDE} there: {decide}."
+        if decide
+        else "Nothing is left to decide.",
         *contents.notes,
     ]
     return [f"# {line}" for line in lines]

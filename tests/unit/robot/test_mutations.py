@@ -13,7 +13,9 @@ from tests import models
 
 Change = Callable[[str], str]
 ELBOW = '<joint name="elbow_joint" type="revolute">'
-ELBOW_LIMITS = 'effort="150.0" lower="-3.141592653589793" upper="3.141592653589793"\n               velocity="3.141592653589793"'
+ELBOW_LIMITS = (
+    'effort="150.0" lower="-3.141592653589793" upper="3.141592653589793"\n               velocity="3.141592653589793"'
+)
 
 
 def swap(old: str, new: str) -> Change:

@@ -1,0 +1,152 @@
+"""What `volley robot check` finds in descriptions and models, and what it does not."""
+
+from pathlib import Path
+
+import pytest
+
+from robot.checking.checks import Cost, check_robot, cost_finding, measure_cost
+from robot.checking.subject import Finding
+from robot.description import load_robot
+from robot.importing.arm import import_robot
+from tests import models
+
+MODEL = """
+<mujoco>
+  <compiler angle="{angle}"/>
+  <worldbody>
+    <body name="base">
+      <geom size=".05" pos="0 0 -.2"/>
+      <body name="{upper}">
+        <joint name="a" axis="0 1 0" range="-2 2" {first}/>
+        <geom type="capsule" size=".03" fromto=".1 0 0 .4 0 0" mass="{mass}" {shape}/>
+        <body name="lower" pos=".5 0 0">
+          <joint name="b" axis="0 1 0" range="{second}" actuatorfrcrange="-9 9"/>
+          <geom type="capsule" size=".03" fromto=".1 0 0 .4 0 0" mass=".5" {shape}/>
+          <site name="tip" pos=".5 0 0"/>
+          <body name="finger" pos=".5 0 0">
+            <joint name="f" type="slide" axis="0 1 0" range="0 .04"/>
+            <geom size=".01" mass=".05" {shape}/>
+          </body>
+        </body>
+      </body>
+    </body>
+    <body name="post" mocap="true" pos="{post} 0 0"><geom size=".05"/></body>
+  </worldbody>
+  <equality>{equality}</equality>
+</mujoco>
+"""
+SOUND = {
+    "angle": "radian",
+    "upper": "upper",
+    "first": 'actuatorfrcrange="-30 30"',
+    "second": "-2.5 2.5",
+    "mass": "1",
+    "shape": "",
+    "post": "3",
+    "equality": "",
+}
+TOML = """
+name = "two"
+model = "two.xml"
+tool = "tip"
+rate_hz = {rate_hz}
+alpha = {alpha}
+silence_ticks = 20
+max_tracking_error = 0.1
+[joints]
+names = {names}
+home = {home}
+velocities = {velocities}
+accelerations = [3.0, 4.0]
+jerks = [50.0, 60.0]
+[held]
+{held}
+"""
+DESCRIPTION = {
+    "rate_hz": "1000",
+    "alpha": "50.0",
+    "names": '["a", "b"]',
+    "home": "[0.1, 0.2]",
+    "velocities": "[1.0, 2.0]",
+    "held": "f = 0.0",
+}
+
+
+def findings(folder: Path, **changes: str) -> list[Finding]:
+    """Return what is found in the sound robot with changes."""
+    (folder / "two.xml").write_text(MODEL.format(**{key: changes.get(key, value) for key, value in SOUND.items()}))
+    file = folder / "two.toml"
+    file.write_text(TOML.format(**{key: changes.get(key, value) for key, value in DESCRIPTION.items()}))
+    robot = load_robot(file)
+    return check_robot(robot, robot.load_model())
+
+
+def test_a_sound_robot_is_sound(tmp_path: Path) -> None:
+    assert findings(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "level", "sentence"),
+    [
+        ({"post": ".3"}, "unusable", "at home post and upper overlap by"),
+        ({"equality": '<weld body1="post" body2="lower"/>'}, "unusable", "a weld of post to lower works against a, b"),
+        (
+            {"equality": '<connect body1="base" body2="lower" anchor="0 0 0"/>'},
+            "unusable",
+            "a connect of base to lower",
+        ),
+        ({"equality": '<joint joint1="b" joint2="a"/>'}, "unusable", "couples a, b to"),
+        ({"held": ""}, "warning", "nobody drives or holds f: they hang limp; add them to [held], as f = 0.0"),
+        ({"names": '["b", "a"]'}, "warning", "b stands before a, which carries it"),
+        ({"upper": ""}, "warning", "1 bodies of the arm have no name (body 2)"),
+        ({"shape": 'contype="0" conaffinity="0"'}, "warning", "no link of the arm has collision geometry"),
+        ({"mass": "40"}, "unusable", "a cannot hold the arm at home: gravity takes"),
+        ({"mass": "9.5"}, "warning", "a hardly holds the arm at home"),
+        ({"first": 'actuatorfrcrange="-30 30" frictionloss=".5"'}, "note", "a rubs with 0.5 N·m, 1.7% of its torque"),
+        (
+            {"first": 'actuatorfrcrange="-30 30" frictionloss="15"'},
+            "warning",
+            "a rubs with 15 N·m, 50.0% of its torque",
+        ),
+        ({"alpha": "800.0"}, "warning", "alpha of 800 is 0.8 a tick, so that a push rings; write at most 500"),
+        ({"first": ""}, "warning", "no torque limit of a is known"),
+        ({"velocities": "[1.0, inf]"}, "warning", "no velocity limit of b is known"),
+        ({"velocities": "[1.0, 180.0]"}, "warning", "b: a velocity limit of 180 looks like degrees; 3.14 rad/s"),
+        ({"second": "-150 150"}, "warning", "b: its range of -150 to 150 rad looks like degrees"),
+        ({"second": "2.5 -2.5"}, "warning", "b: its range begins at 2.5 and ends at -2.5"),
+    ],
+)
+def test_what_is_wrong_is_found(tmp_path: Path, changes: dict[str, str], level: str, sentence: str) -> None:
+    found = findings(tmp_path, **changes)
+    assert any(finding.level == level and sentence in finding.sentence for finding in found), found
+
+
+def test_radians_read_as_degrees_are_found(tmp_path: Path) -> None:
+    (found,) = findings(tmp_path, angle="degree", home="[0.01, 0.02]")
+    assert found.level == "unusable"
+    assert 'radians were read as degrees; write <compiler angle="radian"/>' in found.sentence
+
+
+def test_an_equality_of_a_gripper_is_none_of_the_arm(tmp_path: Path) -> None:
+    assert findings(tmp_path, equality='<joint joint1="f" polycoef="0 0 0 0 0"/>') == []
+
+
+def test_a_model_that_fights_back_is_unusable(tmp_path: Path) -> None:
+    """The xArm7 of gym-xarm is welded to a mocap body."""
+    file = tmp_path / "xarm.toml"
+    file.write_text(import_robot(models.XARM7, file).text)
+    robot = load_robot(file)
+    first, *others = check_robot(robot, robot.load_model())
+    assert first.level == "unusable"
+    assert "a weld of robot0:mocap2 to link7 works against joint1" in first.sentence
+    assert [finding for finding in others if finding.level == "unusable"] == []
+
+
+def test_costs_are_measured(tmp_path: Path) -> None:
+    assert findings(tmp_path) == []
+    robot = load_robot(tmp_path / "two.toml")
+    cost = measure_cost(robot, robot.load_model())
+    assert 0 < cost.step_s < 1e-3
+    assert 0 < cost.model_bytes < cost.peak_bytes
+    assert cost_finding(robot, cost).level == "note"
+    assert cost_finding(robot, Cost(1, 1, 0.8e-3)).level == "warning"
