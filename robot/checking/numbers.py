@@ -90,7 +90,7 @@ def missing_limits(subject: Subject) -> Iterator[Finding]:
     )
     for what, known, key in rows:
         if not known.all():
-            missing = [name for name, has in zip(config.joint_names, known.tolist(), strict=True) if not has]
+            missing = [name for index, name in enumerate(config.joint_names) if not known[index]]
             who = ", ".join(missing) if known.any() else "every joint"
             yield Finding("warning", f"no {what} of {who} is known, so none is kept; write {key} from the data sheet")
 

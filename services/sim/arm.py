@@ -7,6 +7,8 @@ import numpy as np
 
 from protocol.errors import Refusal
 from protocol.messages import ActiveDisturbance, Ball, Contact, Disturb
+from robot.checking.checks import check_robot
+from robot.checking.subject import Finding
 from robot.description import RobotConfig
 from services.common.robot_side.backend import Backend, Observation, RobotFailed, Setpoint
 from services.sim.contact import ContactLog
@@ -90,6 +92,10 @@ class SimulatedArm(Backend):
         self._observation = self._measure()
         if not math.isfinite(data.qvel[scene.dofs].sum()):
             raise Diverged(f"the physics diverged at {self._observation.time:.3f} s; ask for weaker pushes")
+
+    def check(self) -> list[Finding]:
+        """What is wrong with the robot and its model."""
+        return check_robot(self.config, self._scene.model)
 
     def observe(self) -> Observation:
         """The arm at the present tick; the same object until the next step."""

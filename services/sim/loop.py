@@ -32,11 +32,18 @@ class SimLoop(RobotLoop):
         self._ball = self.publisher(topics.BALL)
         self._contact = self.publisher(topics.CONTACT)
         self._disturbance = self.publisher(topics.DISTURBANCE)
+        self._warn(log)
         self.handlers |= {
             topics.SIM_STEP.key: self._step_later,
             topics.SIM_RESET.key: self._reset,
             topics.SIM_DISTURB.key: self._disturb,
         }
+
+    def _warn(self, log: logging.Logger) -> None:
+        """Log what is wrong with the robot."""
+        for finding in self._arm.check():
+            if finding.level != "note":
+                log.log(logging.ERROR if finding.level == "unusable" else logging.WARNING, "%s", finding.sentence)
 
     def loses(self, stream: str, tick: int) -> bool:
         """Return whether a disturbance of kind `loss` takes the message of `tick` on `stream`."""
