@@ -89,9 +89,9 @@ def missing_limits(subject: Subject) -> Iterator[Finding]:
         ("jerk limit", np.isfinite(config.limits.jerks), "joints.jerks"),
     )
     for what, known, key in rows:
-        if not known.all():
-            missing = [name for index, name in enumerate(config.joint_names) if not known[index]]
-            who = ", ".join(missing) if known.any() else "every joint"
+        missing = [config.joint_names[index] for index in np.flatnonzero(~known)]
+        if missing:
+            who = ", ".join(missing) if len(missing) < config.joint_count else "every joint"
             yield Finding("warning", f"no {what} of {who} is known, so none is kept; write {key} from the data sheet")
 
 
