@@ -12,6 +12,13 @@ from robot.urdf_model import prepare
 
 TOOL_SITE = "volley_tool"
 """Name of the site that stands for a tool which is given as a frame on a body."""
+CURES = {
+    "mass and inertia of moving bodies": "give each link a mass and an inertia (<inertial>)",
+    "repeated name": "give each a name of its own",
+    "Error opening file": "put that file where the model says it is",
+    "range[0] should be smaller": "exchange or correct the two numbers",
+}
+"""What to do about an error of MuJoCo, by a part of it."""
 # MuJoCo's enumeration members do not compare equal to the numbers in its arrays.
 SINGLE_AXIS = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -45,7 +52,9 @@ def compile_model(path: Path, tool: Tool, visual: bool = False) -> mujoco.MjMode
     except RobotError:
         raise
     except ValueError as error:
-        raise RobotError(f"model: {path.name!r} cannot be loaded: {' '.join(str(error).split())}") from error
+        said = " ".join(str(error).split())
+        cure = next((f"; {cure}" for part, cure in CURES.items() if part in said), "")
+        raise RobotError(f"model: {path.name!r} cannot be loaded: {said}{cure}") from error
 
 
 def joint_ids(model: mujoco.MjModel, names: tuple[str, ...], key: str = "joints.names") -> list[int]:

@@ -31,8 +31,8 @@ def contacts_at_home(subject: Subject) -> Iterator[Finding]:
         if frozenset((first, second)) not in subject.config.collision.ignore or distance < -DEEP:
             yield Finding(
                 "unusable" if distance < -DEEP else "warning",
-                f"at home {first} and {second} overlap by {-distance * 1e3:.2g} mm and push each other off; move home, "
-                "or where they always overlap, add to the model "
+                f"at home {first} and {second} overlap by {-distance * 1e3:.2g} mm and push each other off; "
+                "change home, or where they always overlap, add to the model "
                 f'<contact><exclude body1="{first}" body2="{second}"/></contact>',
             )
 

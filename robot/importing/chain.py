@@ -72,7 +72,7 @@ def _named(model: mujoco.MjModel, name: str) -> tuple[Tool, str, list[str]]:
 
 
 def _default(model: mujoco.MjModel) -> tuple[Tool, str, list[str]]:
-    """Return the site, else the body whose name says that it is a tool; else the last body of the longest chain."""
+    """Return the site, or else the body whose name says that it is a tool; else the end of the longest chain."""
     depth = {body: len(carrying_joints(model, body)) for body in range(model.nbody)}
     sites = [(model.site(i).name, int(model.site_bodyid[i])) for i in range(model.nsite)]
     bodies = [(model.body(body).name, body) for body in depth]
@@ -89,6 +89,8 @@ def _default(model: mujoco.MjModel) -> tuple[Tool, str, list[str]]:
     last = max(depth, key=lambda body: (depth[body], body))
     if not depth[last]:
         raise RobotError("the model has no joints; an arm needs at least one")
+    if at_the_end := [name for name, body in sites if name and depth[body] == depth[last]]:
+        return Tool(at_the_end[0]), "assumed: a site on the last link", [_choice("site", at_the_end[0], at_the_end[1:])]
     name = model.body(last).name
     if not name:
         raise RobotError("the last body has no name; give it one in the model, or name another one with --tool")
@@ -96,7 +98,8 @@ def _default(model: mujoco.MjModel) -> tuple[Tool, str, list[str]]:
 
 
 def _choice(kind: str, name: str, others: list[str]) -> str:
-    return f"the tool is the {kind} {name}; --tool may name another, as {', '.join(others[:4])}"
+    more = f", as {', '.join(others[:4])}" if others else ""
+    return f"the tool is the {kind} {name}; --tool may name another{more}"
 
 
 def _rank(name: str) -> int | None:

@@ -13,8 +13,8 @@ from client import connect
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 README = (EXAMPLES / "README.md").read_text()
-ELSEWHERE = {"stand_in_driver"}
-"""Tested as a robot side, with the contract tests of the simulated one."""
+ELSEWHERE = {"stand_in_driver", "record_wave"}
+"""Tested with the contract tests of a robot side, and by the commands of docs/robots.md."""
 PRINTED = {
     "strike": [
         "at all times: True",

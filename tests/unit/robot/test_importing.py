@@ -11,6 +11,7 @@ from robot.description import RobotConfig, load_robot
 from robot.importing.arm import import_robot
 from robot.importing.document import open_values
 from robot.schema import RobotError
+from robot.shipped import DEFAULT_ROBOT_CONFIG
 from robot.tree import touching
 from tests import models
 
@@ -32,6 +33,7 @@ def imported(folder: Path, source: Path, **options: str) -> tuple[RobotConfig, s
         (models.IIWA14, 7, "TCP", set(), {"max_tracking_error", "velocities", "torques"}),
         (models.Z1, 6, "TCP", {"jointGripper"}, {"max_tracking_error", "velocities"}),
         (models.SO101_URDF, 5, "gripper_frame_link", {"gripper"}, {"max_tracking_error"}),
+        (DEFAULT_ROBOT_CONFIG.with_suffix(".xml"), 6, "racket_centre", set(), {"max_tracking_error", "velocities"}),
         (
             models.XARM7,
             7,
@@ -152,6 +154,7 @@ def test_meshes_of_packages_are_found(tmp_path: Path, monkeypatch: pytest.Monkey
         ("collision/shoulder.obj", "collision/shoulder.dae", "convert it"),
         ("collision/shoulder.obj", "meshes/shoulder.obj", "it is looked for at"),
         ('effort="150.0"', 'effort="strong"', "is no number"),
+        ('<mass value="8.393"/>', '<mass value="0"/>', "give each link a mass and an inertia"),
     ],
 )
 def test_a_urdf_that_cannot_be_read_is_one_sentence(tmp_path: Path, old: str, new: str, sentence: str) -> None:
