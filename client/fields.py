@@ -36,6 +36,7 @@ class GoalFields(TypedDict, total=False):
         rest_fraction: Final part of the duration without acceleration, 0 to below 1.
         place_time: Keep the demonstrated places but for about this long at both ends, s.
         follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
+        checks: What the plan is checked for besides its limits: by default collisions and torques.
         tail: `stop` after the goal; `coast` on where the motion is only planned.
         method: `qp`; `gaussian` (the paper's) or `dmp` (a movement primitive) to compare it with.
         include_trajectory: Reply with the planned trajectory, for `samples` or `execute`.
@@ -58,6 +59,7 @@ class GoalFields(TypedDict, total=False):
     rest_fraction: float
     place_time: float | None
     follow_through: float
+    checks: m.Checks
     tail: Literal["stop", "coast"]
     method: Literal["qp", "gaussian", "dmp"]
     include_trajectory: bool

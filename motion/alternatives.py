@@ -1,6 +1,6 @@
 """Several ends for one motion: the one that can be imitated best is planned."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,13 +40,19 @@ class AllRefused(Exception):
 
 
 def plan_best(
-    primitive: Primitive, request: MotionRequest, ends: Sequence[End], tick: float = 0.001, warm: Warm | None = None
+    primitive: Primitive,
+    request: MotionRequest,
+    ends: Sequence[End],
+    tick: float = 0.001,
+    warm: Warm | None = None,
+    verify: Callable[[Plan], None] | None = None,
 ) -> tuple[int, Plan]:
     """Plan the motion to the feasible one of the ends whose error is least; return its index and the plan.
 
     The error is the mean square of g̈ − τ²d̈, each joint in units of its acceleration limit. Ends are planned in the
     order of their errors without limits, which are lower bounds, until no other can be better or the effort is
-    spent. Goal and duration of `request` are not used. Raises AllRefused.
+    spent. An end whose plan is the best so far is refused where `verify` raises a MotionError. Goal and duration of
+    `request` are not used. Raises AllRefused.
     """
     bounds = least_errors(primitive, request, ends)
     scale = _scale(request)
@@ -63,15 +69,18 @@ def plan_best(
         asked = replace(request, goal=ends[index].goal, duration=ends[index].duration)
         try:
             made = plan(primitive, asked, tick, warm, remedy=False, thorough=False, effort=share)
-        except MotionError as error:
-            tried[index] = error
+            error = float(((made.report.imitation_rms / scale) ** 2).sum())
+            if best is not None and error >= best[0]:
+                continue
+            if verify is not None:
+                verify(made)
+        except MotionError as refusal:
+            tried[index] = refusal
             continue
         finally:
             effort.give_back(share)
             effort.left -= PLAN
-        error = float(((made.report.imitation_rms / scale) ** 2).sum())
-        if best is None or error < best[0]:
-            best = error, index, made
+        best = error, index, made
     if best is None:
         raise AllRefused([tried.get(k) or _refused(request, end, stuck[k]) for k, end in enumerate(ends)])
     return best[1], best[2]

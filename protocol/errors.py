@@ -14,6 +14,7 @@ CODES: Mapping[str, tuple[str, ...]] = {
     "infeasible": ("joint", "quantity", "time_from_start", "min_duration", "waypoint_times"),
     "cannot_stop": ("joint", "max_velocity"),
     "unreachable": ("distance", "angle", "reason", "nearest"),
+    "collision": ("body", "other", "time_from_start", "distance"),
     "solver_failed": ("joint", "status"),
     "late": ("goal_id",),
     "superseded": ("goal_id",),
@@ -26,7 +27,8 @@ CODES: Mapping[str, tuple[str, ...]] = {
 """Every code with the fields of its `detail`.
 
 Some refusals add fields: `unavailable` `goal_id` where a goal may have started, `solver_failed` `min_duration` where
-planning time ran out, and the refusal of a goal with alternatives `alternatives`, their codes.
+planning time ran out, `limit` of the quantity `torque` `time_from_start` and `min_duration`, and the refusal of a goal
+with alternatives `alternatives`, their codes.
 """
 
 

@@ -24,6 +24,7 @@ from protocol.messages.arm import (
 )
 from protocol.messages.base import (
     MAX_JOINTS,
+    Clearance,
     Clock,
     Condition,
     DriveMode,
@@ -64,6 +65,7 @@ from protocol.messages.goals import (
     MAX_ALTERNATIVES,
     ActiveLimit,
     Alternative,
+    Checks,
     Deviation,
     Distance,
     Extremes,
@@ -92,6 +94,8 @@ __all__ = [
     "BallState",
     "Cancel",
     "Canceled",
+    "Checks",
+    "Clearance",
     "Clock",
     "Command",
     "Condition",

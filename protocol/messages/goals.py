@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct, field
 
-from protocol.messages.base import Message, Number, PartialVector, Range, Request, ToolGoal, Vector, Waypoint
+from protocol.messages.base import Clearance, Message, Number, PartialVector, Range, Request, ToolGoal, Vector, Waypoint
 from protocol.messages.trajectories import Trajectory
 
 MAX_ALTERNATIVES = 256
@@ -59,6 +59,18 @@ class Alternative(Struct, forbid_unknown_fields=True, kw_only=True):
     arrival_time: Number | None = None
 
 
+class Checks(Struct, forbid_unknown_fields=True, kw_only=True):
+    """What a plan is checked for besides its limits, the stop after the goal included.
+
+    Attributes:
+        collision: the arm, with its tool, comes no nearer to itself and to the scene than the robot's margin
+        torque: no joint needs more torque than it has
+    """
+
+    collision: bool = True
+    torque: bool = True
+
+
 Alternatives = Annotated[list[Alternative], Meta(max_length=10 * MAX_ALTERNATIVES)]
 """Up to ten times too many are decoded, so that the planner can explain the refusal."""
 
@@ -99,6 +111,7 @@ class Goal(Request, kw_only=True):
             time of an end that differs; null: spread the difference over the whole motion
         follow_through: s, 0 to 0.5: keep the final velocity this long after the goal, then stop; `accelerations` must
             then be null or 0
+        checks: false leaves a check out: the plan may then meet what is in its way, or need more torque than there is
         tail: after the goal: stop inside the limits, or coast on with the final velocity (only with `plan_only`)
         method: the quadratic program on splines (`qp`), the same on Gaussians as in the paper (`gaussian`), or the
             movement primitive that both are compared with (`dmp`). The limits of the last two are checked on their
@@ -127,6 +140,7 @@ class Goal(Request, kw_only=True):
     rest_fraction: Number = 0.0
     place_time: Number | None = None
     follow_through: Number = 0.0
+    checks: Checks = field(default_factory=Checks)
     tail: Literal["stop", "coast"] = "stop"
     method: Literal["qp", "gaussian", "dmp"] = "qp"
     plan_only: bool = False
@@ -209,7 +223,13 @@ class Report(Struct, kw_only=True):
         extremes: [min, max] of each quantity over all time, tail included
         margin: smallest distance from each limit, null where there is none
         active: the limits that shape the plan
-        certified: the limits hold at all times, between samples included
+        certified: the limits of positions, velocities, accelerations and jerks hold at all times, between samples
+            included; it says nothing of collisions and torques
+        checked: how much of the goal's `checks` was done: `part` of a correction whose time ran out, its nearest future
+            first; `none` where the goal asks for none
+        torque_use: largest part of each joint's torque limit over the motion and its stop, null where it has none; null
+            as a whole where it was not checked
+        clearance: null where it was not checked, or nothing can collide
         solve_ms: time spent on the quadratic programs of all joints
         rounds: of constraint generation, the most of any joint
         rows: limit rows in the last program, the most of any joint
@@ -224,6 +244,9 @@ class Report(Struct, kw_only=True):
     margin: Margin
     active: list[ActiveLimit]
     certified: bool
+    checked: Literal["all", "part", "none"] = "none"
+    torque_use: PartialVector | None = None
+    clearance: Clearance | None = None
     solve_ms: Number
     rounds: int
     rows: int

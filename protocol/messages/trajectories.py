@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import UNSET, Meta, Struct, UnsetType, field
 
-from protocol.messages.base import Message, Names, Number, PartialVector, Range, Stamps, Waypoint
+from protocol.messages.base import Clearance, Message, Names, Number, PartialVector, Range, Stamps, Waypoint
 
 MAX_PIECES = 4096
 """Largest number of pieces of one motion."""
@@ -107,6 +107,8 @@ class Plan(Motion, kw_only=True):
         phase: phase of the demonstration at which it began
         limits: of the plan
         waypoints: of the goal
+        torque_use: as in the report
+        clearance: as in the report
         demonstration: the demonstrated positions from `phase` on, warped to the duration: matrix of (`hit_index` + 1) ×
             joints
     """
@@ -119,4 +121,6 @@ class Plan(Motion, kw_only=True):
     phase: Number = 0.0
     limits: PlanLimits
     waypoints: list[Waypoint] = field(default_factory=list)
+    torque_use: PartialVector | None = None
+    clearance: Clearance | None = None
     demonstration: bytes = b""

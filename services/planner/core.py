@@ -1,6 +1,7 @@
 """The planner's requests: primitives, forget, goal."""
 
 import logging
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -25,6 +26,9 @@ from services.planner.refusals import not_executed
 from services.planner.solving import ELSEWHERE, Made, Solver, Steps, effort_of
 from services.planner.warm_up import warm_up
 
+HANDOVER_S = 0.004
+"""From the end of a plan's check until the controller has it."""
+
 
 class Planner:
     """Answers the planner's requests, one at a time; asks the controller where to begin and to play the result."""
@@ -38,6 +42,7 @@ class Planner:
         self._plans: Publisher[m.Plan] = bus.publisher(topics.PLAN, blocking=True)
         self._refused: Publisher[m.Refused] = bus.publisher(topics.REFUSED)
         self._solver = Solver(config)
+        log.info(str(self._solver.motions.clearance))
         self._corrections = Corrections()
         self._replies = ReplyCache()
         self._turns = count(1)
@@ -50,7 +55,8 @@ class Planner:
             if primitive.joint_count != self._config.joint_count:
                 continue
             try:
-                warm_up(primitive, self._config)
+                made = warm_up(primitive, self._config)
+                self._solver.motions.check(made.trajectory, made.total_duration)
             except MotionError as error:
                 self._log.info("no warm-up with %s: %s", described.name, error)
             return
@@ -141,8 +147,9 @@ class Planner:
         for last in (False, True):
             self._check_newest(goal_id, turn)
             began = time.monotonic()
+            deadline = self._deadline(goal, again=last)
             origin = self._origin(goal, self._reference(self._ask_reference(goal, again=last), optional=False))
-            made = yield from self._solver.solve(goal, primitive, origin)
+            made = yield from self._solver.solve(goal, primitive, origin, deadline)
             self._check_newest(goal_id, turn)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
             try:
@@ -182,6 +189,12 @@ class Planner:
 
     def _ask_reference(self, goal: m.Goal, again: bool) -> Callable[[], m.Reference]:
         return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds(again, effort_of(goal))))
+
+    def _deadline(self, goal: m.Goal, again: bool) -> float:
+        """Return until when (`time.perf_counter`) a plan may be checked: a correction must not come late for that."""
+        if goal.revises is None or self._lead.stepped:
+            return math.inf
+        return time.perf_counter() + self._lead.seconds(again, goal.method) - HANDOVER_S
 
     def _reference(self, answer: Callable[[], m.Reference], optional: bool) -> m.Reference | None:
         try:

@@ -16,6 +16,7 @@ from protocol.errors import Refusal
 from protocol.topics import MAX_ID
 from robot.conversions import finite_or_null, ranges_or_null, sample_matrices
 from robot.description import RobotConfig
+from robot.motion_check import Findings
 from services.planner.library import SHOWN
 from services.planner.solving import Made
 
@@ -81,7 +82,7 @@ def goal_reply(made: Made, goal_id: str, trajectory: m.Trajectory | None, config
         velocities=plan.request.goal.velocities.tolist(),
         alternative=made.alternative,
         trajectory=trajectory,
-        report=_report(plan.report, made.solve_ms, config),
+        report=_report(made, config),
     )
 
 
@@ -97,6 +98,8 @@ def plan_message(made: Made, trajectory: m.Trajectory, goal: m.Goal, primitive: 
         phase=phase,
         limits=limits_message(made.plan.request.limits),
         waypoints=[_waypoint(waypoint) for waypoint in made.plan.request.waypoints],
+        torque_use=_torque_use(made.findings),
+        clearance=_clearance(made.findings),
         demonstration=matrix_bytes(primitive.positions(s)),
     )
 
@@ -134,7 +137,8 @@ def limits_message(limits: Limits) -> m.PlanLimits:
     )
 
 
-def _report(report: Report, solve_ms: float, config: RobotConfig) -> m.Report:
+def _report(made: Made, config: RobotConfig) -> m.Report:
+    report: Report = made.plan.report
     return m.Report(
         imitation_rms=report.imitation_rms.tolist(),
         deviation=m.Deviation(
@@ -156,10 +160,24 @@ def _report(report: Report, solve_ms: float, config: RobotConfig) -> m.Report:
             for active in report.active
         ],
         certified=bool(report.certified),
-        solve_ms=solve_ms,
+        checked=made.findings.scope,
+        torque_use=_torque_use(made.findings),
+        clearance=_clearance(made.findings),
+        solve_ms=made.solve_ms,
         rounds=int(report.rounds),
         rows=int(report.rows),
     )
+
+
+def _torque_use(findings: Findings) -> list[float | None] | None:
+    return None if findings.torque_use is None else finite_or_null(findings.torque_use)
+
+
+def _clearance(findings: Findings) -> m.Clearance | None:
+    near = findings.nearest
+    if near is None:
+        return None
+    return m.Clearance(distance=near.distance, body=near.body, other=near.other, time_from_start=near.time)
 
 
 def _distance(distance: Distance) -> m.Distance:

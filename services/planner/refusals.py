@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from protocol.errors import Refusal
+from robot.motion_check import Collides, TorqueExceeded
 
 if TYPE_CHECKING:
     from robot.inverse_kinematics import Unreachable
@@ -23,6 +24,12 @@ def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
         case LimitExceeded():
             detail = {"quantity": error.quantity, "value": error.value, "bound": error.bound}
             return Refusal("limit", sentence, joint=joint, **detail)
+        case TorqueExceeded():
+            detail = {"quantity": "torque", "value": error.value, "bound": error.bound, "time_from_start": error.time}
+            return Refusal("limit", sentence, joint=joint, **detail, min_duration=error.min_duration)
+        case Collides():
+            where = {"body": error.body, "other": error.other, "time_from_start": error.time}
+            return Refusal("collision", sentence, **where, distance=error.distance)
         case Infeasible():
             return Refusal(
                 "infeasible",

@@ -1,8 +1,9 @@
 """From a goal and its origin to a plan, by the method that it asks for."""
 
+import math
 import time
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 from motion.alternatives import AllRefused, plan_best
@@ -10,11 +11,13 @@ from motion.dmp_plan import plan_dmp
 from motion.errors import MotionError, OutOfTime
 from motion.plan import Plan, Warm, plan, plan_fastest
 from motion.primitive import Primitive
+from motion.program.min_duration import stretched
 from motion.request import MotionRequest
 from motion.sampled import SampledPlan, check_limits
 from protocol import messages as m
 from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
+from robot.motion_check import Findings, MotionCheck, TorqueExceeded
 from services.planner.goal_checks import too_long
 from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import none_of, refusal_of
@@ -23,6 +26,12 @@ from services.planner.worker import Task
 
 ELSEWHERE = frozenset({"gaussian"})
 """Methods that plan in a process beside the loop's: 30 to 80 ms a joint."""
+
+SLOWER = 1.05, 1.1, 1.2, 1.35, 1.6, 2.0, 3.0, 5.0
+"""Times the duration that needs too much torque: durations that are tried instead."""
+
+LEAST_CHECK_S = 1e-3
+"""A correction that is late already is checked for so long all the same, its nearest future first."""
 
 
 def effort_of(goal: m.Goal) -> str:
@@ -37,18 +46,45 @@ Steps = Generator[Task | None, SampledPlan, ResultT]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Made:
-    """A plan, to which end (0 the goal's own), from which origin, and what it took."""
+    """A plan, to which end (0 the goal's own), from which origin, what it took, and what its check found."""
 
     plan: Plan | SampledPlan
     alternative: int
     origin: Origin
     solve_ms: float
+    findings: Findings = field(default_factory=Findings)
+
+
+class Verifier:
+    """Checks the plans of one goal, and keeps what it found of the last that passed."""
+
+    def __init__(self, motions: MotionCheck, goal: m.Goal, deadline: float) -> None:
+        self.findings = Findings()
+        self._motions = motions
+        self._goal = goal
+        self._deadline = deadline
+
+    def __call__(self, plan: Plan | SampledPlan) -> None:
+        """Check a plan.
+
+        Raises:
+            Refusal: it takes longer than a plan may.
+            MotionError: Collides or TorqueExceeded.
+        """
+        if plan.total_duration > MAX_PLAN_S + plan.tick / 2:
+            raise too_long(self._goal, plan.duration, plan.total_duration)
+        deadline = max(self._deadline, time.perf_counter() + LEAST_CHECK_S)
+        checks = self._goal.checks
+        self.findings = self._motions.check(
+            plan.trajectory, plan.total_duration, checks.collision, checks.torque, deadline
+        )
 
 
 class Solver:
     """Plans goals; each plan begins with the rows of the last one of the same primitive."""
 
     def __init__(self, config: RobotConfig) -> None:
+        self.motions = MotionCheck(config)
         self._config = config
         self._tool_space = ToolSpace(config)
         self._warm: dict[str, Warm] = {}
@@ -62,8 +98,10 @@ class Solver:
         """Forget the rows of a primitive that is no longer what it was."""
         self._warm.pop(primitive, None)
 
-    def solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> Steps[Made]:
+    def solve(self, goal: m.Goal, primitive: Primitive, origin: Origin, deadline: float = math.inf) -> Steps[Made]:
         """Plan `goal`; `check_goal` has passed.
+
+        Beyond the `deadline` (of `time.perf_counter`) the rest of a plan is not checked for collisions and torques.
 
         Raises:
             Refusal: what stands in its way.
@@ -74,6 +112,7 @@ class Solver:
         request = motion_request(goal, primitive, self._config, origin)
         began, tick = time.perf_counter(), self._config.tick
         alternative, sampled = 0, None
+        verify = Verifier(self.motions, goal, deadline)
         try:
             if goal.method in ELSEWHERE:
                 sampled = yield Task(primitive, request, tick)
@@ -82,29 +121,38 @@ class Solver:
             if sampled is not None and not goal.plan_only:
                 check_limits(sampled)
             if sampled is None:
-                alternative, made = self._planned(goal, primitive, request, origin)
+                alternative, made = self._planned(goal, primitive, request, origin, verify)
             else:
                 made = sampled
+                verify(made)
         except MotionError as error:
             raise refusal_of(error, self._config.joint_names) from None
-        if made.total_duration > MAX_PLAN_S + tick / 2:
-            raise too_long(goal, made.duration, made.total_duration)
-        return Made(made, 0 if is_of_tool else alternative, origin, (time.perf_counter() - began) * 1e3)
+        return Made(
+            made, 0 if is_of_tool else alternative, origin, (time.perf_counter() - began) * 1e3, verify.findings
+        )
 
-    def _planned(self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin) -> tuple[int, Plan]:
+    def _planned(
+        self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, verify: Verifier
+    ) -> tuple[int, Plan]:
         """The end that is played and its plan, by the method "qp"."""
         warm, alternative = self._warm.get(goal.primitive), 0
         if goal.alternatives:
-            alternative, made = self._best(goal, primitive, request, origin, warm)
+            alternative, made = self._best(goal, primitive, request, origin, warm, verify)
         elif goal.fastest:
-            made = plan_fastest(primitive, request, self._config.tick)
+            made = self._fastest(primitive, request, verify)
         else:
-            made = self._own(goal, primitive, request, origin, warm)
+            made = self._own(goal, primitive, request, origin, warm, verify)
         self._warm[goal.primitive] = made.warm
         return alternative, made
 
     def _best(
-        self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, warm: Warm | None
+        self,
+        goal: m.Goal,
+        primitive: Primitive,
+        request: MotionRequest,
+        origin: Origin,
+        warm: Warm | None,
+        verify: Verifier,
     ) -> tuple[int, Plan]:
         """Return the best end and its plan.
 
@@ -112,20 +160,57 @@ class Solver:
         """
         found = ends(goal, request, self._config, origin)
         try:
-            return plan_best(primitive, request, found, self._config.tick, warm)
+            return plan_best(primitive, request, found, self._config.tick, warm, verify)
         except AllRefused as refused:
             own, *others = refused.errors
         if isinstance(own, OutOfTime):
             try:
-                return 0, self._own(goal, primitive, request, origin, warm)
+                return 0, self._own(goal, primitive, request, origin, warm, verify)
             except MotionError as error:
                 own = error
         raise none_of([own, *others], self._config.joint_names)
 
     def _own(
-        self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, warm: Warm | None
+        self,
+        goal: m.Goal,
+        primitive: Primitive,
+        request: MotionRequest,
+        origin: Origin,
+        warm: Warm | None,
+        verify: Verifier,
     ) -> Plan:
         """The plan of the goal's own end."""
         # Another duration is no answer to who must be there in time.
         remedy = goal.arrival_time is None and (origin.correction is None or goal.duration is not None)
-        return plan(primitive, request, self._config.tick, warm, remedy)
+        made = plan(primitive, request, self._config.tick, warm, remedy)
+        try:
+            verify(made)
+        except TorqueExceeded as error:
+            slower = self._slower(primitive, request, verify) if remedy else None
+            raise error.with_remedy(slower.duration if slower else None) from None
+        return made
+
+    def _fastest(self, primitive: Primitive, request: MotionRequest, verify: Verifier) -> Plan:
+        """The plan in the shortest duration found that keeps the limits, those of torques included."""
+        made = plan_fastest(primitive, request, self._config.tick)
+        try:
+            verify(made)
+        except TorqueExceeded:
+            if (slower := self._slower(primitive, made.request, verify)) is None:
+                raise
+            return slower
+        return made
+
+    def _slower(self, primitive: Primitive, request: MotionRequest, verify: Verifier) -> Plan | None:
+        """A plan that passes in a longer duration than the one requested; None where none was found."""
+        for factor in SLOWER:
+            duration = math.ceil(factor * request.duration * self._config.rate_hz) / self._config.rate_hz
+            if duration > MAX_PLAN_S:
+                break
+            try:
+                made = plan(primitive, stretched(request, duration), self._config.tick, remedy=False, thorough=False)
+                verify(made)
+            except MotionError:
+                continue
+            return made
+        return None

@@ -26,6 +26,7 @@ COEFFICIENTS = np.zeros((3, 6, m.COEFFICIENTS))
 COEFFICIENTS[0, :, 0], COEFFICIENTS[0, :, 3:] = PREPARE, (1000.0, -250.0, 0.5)
 COEFFICIENTS[1, :, 0], COEFFICIENTS[2, :, 0] = HOME, HIT
 
+CLEARANCE = m.Clearance(distance=0.0625, body="racket", other="world", time_from_start=0.625)
 REPORT = m.Report(
     imitation_rms=[0.25, 0.125, 0.5, 0.75, 0.0, 0.0625],
     deviation=m.Deviation(
@@ -49,6 +50,9 @@ REPORT = m.Report(
     ),
     active=[m.ActiveLimit(joint="joint_1", quantity="accelerations", time_from_start=0.375)],
     certified=True,
+    checked="all",
+    torque_use=[0.25, 0.75, 0.5, None, 0.125, 0.0],
+    clearance=CLEARANCE,
     solve_ms=3.75,
     rounds=2,
     rows=17,
@@ -135,6 +139,7 @@ GOALS: dict[str, Struct] = {
         revises="forehand-7",
         place_time=0.5,
         follow_through=0.0625,
+        checks=m.Checks(torque=False),
     ),
     "Goal-tool": m.Goal(
         primitive="forehand",

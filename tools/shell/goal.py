@@ -53,6 +53,8 @@ class GoalFlags:
         place_time: Keep the demonstrated places but for about this long at both ends, s; by default a start or goal
             that differs moves all of them.
         follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
+        no_collision_check: Play it even where the arm meets itself or the scene.
+        no_torque_check: Play it even where it needs more torque than the joints have.
         tail: Behind the goal: stop inside the limits, or coast on (--plan-only).
         method: The quadratic program, the same as the paper has it, or the movement primitive both are compared with.
         goal_id: Name of the motion; by default the planner makes one.
@@ -90,6 +92,8 @@ class GoalFlags:
     rest_fraction: Annotated[float, arg(metavar="X")] = 0.0
     place_time: Seconds = None
     follow_through: Annotated[float, arg(metavar="S")] = 0.0
+    no_collision_check: Switch = False
+    no_torque_check: Switch = False
     tail: Literal["stop", "coast"] = "stop"
     method: Literal["qp", "gaussian", "dmp"] = "qp"
     goal_id: Identifier = None
@@ -165,6 +169,7 @@ def to_fields(flags: GoalFlags, count_joints: Callable[[], int]) -> GoalFields:
         rest_fraction=flags.rest_fraction,
         place_time=flags.place_time,
         follow_through=flags.follow_through,
+        checks=m.Checks(collision=not flags.no_collision_check, torque=not flags.no_torque_check),
         tail=flags.tail,
         method=flags.method,
         include_trajectory=flags.save is not None,

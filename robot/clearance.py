@@ -1,0 +1,189 @@
+"""Distances between the arm's bodies, and to what stands around it."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from math import dist
+from typing import Literal, get_args
+
+import mujoco
+import numpy as np
+
+from robot.description import RobotConfig
+from robot.levers import PLANE, Levers
+from robot.model import joint_ids
+
+FAR = 1.0
+"""Distances are measured up to here, m; what is farther counts as this far."""
+
+ROUGH = 0.2
+"""Beyond this (m) the distance of the spheres around two bodies will do."""
+
+FREE = int(mujoco.mjtJoint.mjJNT_FREE)
+
+Reason = Literal["neighbours", "near at home", "collision.ignore"]
+REASONS: tuple[Reason, ...] = get_args(Reason)
+
+
+@dataclass(frozen=True, slots=True)
+class Ignored:
+    """Two bodies whose collisions are not looked for, and why."""
+
+    body: str
+    other: str
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two bodies that could meet.
+
+    bodies: their names. place: the second, with the geom's name where it is the world's. geoms: what could meet. rates: (J,), by how much their distance can shrink a unit of each
+    joint. centres, reach: a geom of each, and how far the body's geoms reach from their centres, in all, m.
+    """
+
+    bodies: tuple[str, str]
+    place: str
+    geoms: tuple[tuple[int, int], ...]
+    rates: np.ndarray
+    centres: tuple[int, int]
+    reach: float
+
+
+class Clearance:
+    """Pairs of bodies that could meet, and their distances at a pose. It holds its own data: use one a thread.
+
+    MuJoCo's filter decides which geoms can meet: `contype`, `conaffinity`, `<exclude>`. Pairs count whose distance the
+    arm's joints change, but for neighbours (a body and its parent, bodies without a joint taken as part of what they
+    are welded to), what is nearer than the margin at home, and what the robot's TOML ignores. The world body is
+    nobody's neighbour, and each of its geoms makes a pair of its own. Bodies with a free joint and mocap bodies do not
+    count. Held joints are at their values, all others as in the model.
+
+    margin: m. ignored: pairs that are not looked at. rates: (P, J), those of all pairs.
+    """
+
+    def __init__(self, config: RobotConfig, model: mujoco.MjModel) -> None:
+        self.model = model
+        self.margin = config.collision.margin
+        self._data = mujoco.MjData(model)
+        self._positions_of = self._data.geom_xpos
+        joints = joint_ids(model, config.joint_names)
+        self._qpos = model.jnt_qposadr[joints].astype(np.intp)
+        self._data.qpos[model.jnt_qposadr[joint_ids(model, tuple(config.held))]] = list(config.held.values())
+        self.pairs, self.ignored = _candidates(model, joints)
+        self.place(config.home)
+        kept = []
+        for index, pair in enumerate(self.pairs):
+            if frozenset(pair.bodies) in config.collision.ignore:
+                self.ignored.append(Ignored(*pair.bodies, "collision.ignore"))
+            elif self.distance(index) < self.margin:
+                self.ignored.append(Ignored(*pair.bodies, "near at home"))
+            else:
+                kept.append(pair)
+        self.pairs = kept
+        self.rates = np.array([pair.rates for pair in kept]).reshape(len(kept), len(joints))
+
+    def __str__(self) -> str:
+        """Say what is looked at and what is not, and why."""
+        of = {reason: [f"{i.body} – {i.other}" for i in self.ignored if i.reason == reason] for reason in REASONS}
+        left_out = "; ".join(f"{reason}: {', '.join(pairs)}" for reason, pairs in of.items() if pairs) or "none"
+        return (
+            f"plans keep {self.margin:g} m between {len(self.pairs)} pairs of bodies; pairs not looked at: {left_out}"
+        )
+
+    def place(self, positions: np.ndarray) -> None:
+        """Put the arm at joint positions (J,)."""
+        self._data.qpos[self._qpos] = positions
+        mujoco.mj_kinematics(self.model, self._data)
+
+    def distance(self, index: int) -> float:
+        """Return the distance of a pair where the arm is placed, m; negative: how deep they are in each other.
+
+        Beyond `ROUGH` it is a lower bound.
+        """
+        pair, centres = self.pairs[index], self._positions_of
+        apart = dist(centres[pair.centres[0]], centres[pair.centres[1]]) - pair.reach
+        if apart > ROUGH:
+            return apart
+        nearest = FAR
+        for one, other in pair.geoms:
+            nearest = min(nearest, mujoco.mj_geomDistance(self.model, self._data, one, other, nearest, None))
+        return nearest
+
+
+def body_name(model: mujoco.MjModel, body: int) -> str:
+    """Return a body's name, its number where it has none."""
+    return model.body(body).name or f"body {body}"
+
+
+def _candidates(model: mujoco.MjModel, joints: list[int]) -> tuple[list[Pair], list[Ignored]]:
+    """Return the pairs whose distance the joints change, and the neighbours among them."""
+    levers = Levers(model)
+    excluded = {frozenset(divmod(int(signature), 1 << 16)) for signature in model.exclude_signature}
+    found: defaultdict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
+    ignored: dict[frozenset[int], Ignored] = {}
+    geoms = [g for g in range(model.ngeom) if not _loose(model, int(model.geom_bodyid[g]))]
+    for index, one in enumerate(geoms):
+        for other in geoms[index + 1 :]:
+            bodies = int(model.geom_bodyid[one]), int(model.geom_bodyid[other])
+            if not _can_touch(model, one, other) or frozenset(bodies) in excluded:
+                continue
+            if not levers.between(one, other, joints).any():
+                continue
+            if _neighbours(model, *bodies):
+                ignored[frozenset(bodies)] = Ignored(*_names(model, bodies), "neighbours")
+                continue
+            keys = (bodies[0] or -1 - one), (bodies[1] or -1 - other)
+            found[keys].append((one, other))
+    return [_pair(model, levers, tuple(geoms), joints) for geoms in found.values()], list(ignored.values())
+
+
+def _pair(model: mujoco.MjModel, levers: Levers, geoms: tuple[tuple[int, int], ...], joints: list[int]) -> Pair:
+    bodies = int(model.geom_bodyid[geoms[0][0]]), int(model.geom_bodyid[geoms[0][1]])
+    rates = np.max([levers.between(one, other, joints) for one, other in geoms], axis=0)
+    reach = sum(max(_reach(model, pair[side], geoms[0][side]) for pair in geoms) for side in range(2))
+    names = _names(model, bodies)
+    fixed = [model.geom(geom).name for geom, body in zip(geoms[0], bodies, strict=True) if not body]
+    place = f"{names[1]} ({fixed[0]})" if fixed and fixed[0] else names[1]
+    return Pair(names, place, geoms, rates, geoms[0], reach)
+
+
+def _names(model: mujoco.MjModel, bodies: tuple[int, int]) -> tuple[str, str]:
+    """Return the names of two bodies, that of the later in the model first: the arm moves it farther."""
+    one, other = (body_name(model, body) for body in sorted(bodies, reverse=True))
+    return one, other
+
+
+def _reach(model: mujoco.MjModel, geom: int, centre: int) -> float:
+    """Return how far a geom reaches from the centre of another one of its body."""
+    if model.geom_type[geom] == PLANE:
+        return float("inf")
+    return float(np.linalg.norm(model.geom_pos[geom] - model.geom_pos[centre]) + model.geom_rbound[geom])
+
+
+def _can_touch(model: mujoco.MjModel, one: int, other: int) -> bool:
+    types, affinities = model.geom_contype, model.geom_conaffinity
+    return bool(types[one] & affinities[other] | types[other] & affinities[one])
+
+
+def _loose(model: mujoco.MjModel, body: int) -> bool:
+    """Return whether something else than the robot's joints places the body: it flies, or is a mocap body."""
+    while body:
+        joint = model.body_jntadr[body]
+        if model.body_mocapid[body] >= 0 or (joint >= 0 and model.jnt_type[joint] == FREE):
+            return True
+        body = int(model.body_parentid[body])
+    return False
+
+
+def _neighbours(model: mujoco.MjModel, one: int, other: int) -> bool:
+    """Return whether a joint connects the bodies, or what they are welded to; the world is nobody's neighbour."""
+    welds = [_welded(model, body) for body in (one, other)]
+    parents = [_welded(model, int(model.body_parentid[weld])) for weld in welds]
+    return (parents[0] == welds[1] != 0) or (parents[1] == welds[0] != 0)
+
+
+def _welded(model: mujoco.MjModel, body: int) -> int:
+    """Return the first of the bodies without a joint between them; bodies on the world are not part of it."""
+    while body and not model.body_jntnum[body] and model.body_parentid[body]:
+        body = int(model.body_parentid[body])
+    return body

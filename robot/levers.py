@@ -1,0 +1,91 @@
+"""How fast motions of the joints can bring two geoms nearer to each other, whatever the pose.
+
+The distance of two geoms changes by the velocity of one against the other along the line of their nearest points. A
+hinge between them adds at most its speed times the distance of either point from its axis, a slide at most its speed.
+"""
+
+import mujoco
+import numpy as np
+
+from robot.model import SINGLE_AXIS
+
+HINGE, SLIDE = SINGLE_AXIS
+PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+
+
+class Levers:
+    """Bounds of a model's levers. It reads the model alone, and holds for all positions of all joints in range."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._model = model
+        self._chains = [self._chain(body) for body in range(model.nbody)]
+        self._edges = [self._edge(body) for body in range(model.nbody)]
+
+    def between(self, one: int, other: int, joints: list[int]) -> np.ndarray:
+        """Return by how much the distance of two geoms can shrink a unit of each joint (J,): m/rad, 1 of slides.
+
+        It is 0 for joints that move both or neither.
+        """
+        model, found = self._model, np.zeros(len(joints))
+        bodies = [int(model.geom_bodyid[geom]) for geom in (one, other)]
+        moved = [self._chains[body] for body in bodies]
+        for index, joint in enumerate(joints):
+            body = int(model.jnt_bodyid[joint])
+            if (body in moved[0]) == (body in moved[1]):
+                continue
+            slides = model.jnt_type[joint] == SLIDE
+            found[index] = 1.0 if slides else min(self._lever(joint, geom) for geom in (one, other))
+        return found
+
+    def _lever(self, joint: int, geom: int) -> float:
+        """Return the largest distance of the geom's points from the axis of a hinge, m."""
+        model = self._model
+        if model.geom_type[geom] == PLANE:
+            return float("inf")
+        axis, body, target = model.jnt_axis[joint], int(model.jnt_bodyid[joint]), int(model.geom_bodyid[geom])
+        anchor, parent = model.jnt_pos[joint], int(model.body_parentid[body])
+        alone = model.body_jntnum[body] == 1
+        if body not in self._chains[target]:
+            # The axis does not move in the frame of the parent.
+            turn = np.empty(9)
+            mujoco.mju_quat2Mat(turn, model.body_quat[body])
+            turn = turn.reshape(3, 3)
+            axis, anchor, body = turn @ axis, model.body_pos[body] + turn @ anchor, parent
+        path = self._path(body, target)
+        reach = model.geom_rbound[geom]
+        first = path[0] if path else None
+        if alone and first is None:
+            return float(_beside(axis, model.geom_pos[geom] - anchor) + reach)
+        reach += np.linalg.norm(model.geom_pos[geom])
+        if alone and first is not None and int(model.body_parentid[first]) == body:
+            offset = model.body_pos[first]
+            swing = self._edges[first] - np.linalg.norm(offset)
+            return float(_beside(axis, offset - anchor) + swing + sum(self._edges[b] for b in path[1:]) + reach)
+        loose = 0.0 if alone else self._edges[body]
+        return float(np.linalg.norm(anchor) + loose + sum(self._edges[b] for b in path) + reach)
+
+    def _path(self, begin: int, end: int) -> list[int]:
+        """Return the bodies whose edge to their parent lies on the way from one body to another, in its order."""
+        up, down = self._chains[begin], self._chains[end]
+        return [b for b in up if b not in down] + [b for b in reversed(down) if b not in up]
+
+    def _chain(self, body: int) -> list[int]:
+        """Return the body and its ancestors."""
+        chain = [body]
+        while chain[-1]:
+            chain.append(int(self._model.body_parentid[chain[-1]]))
+        return chain
+
+    def _edge(self, body: int) -> float:
+        """Return the largest distance of the body's origin from its parent's, m."""
+        model, length = self._model, float(np.linalg.norm(self._model.body_pos[body]))
+        for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
+            length += 2 * float(np.linalg.norm(model.jnt_pos[joint]))
+            if model.jnt_type[joint] == SLIDE:
+                length += float(np.abs(model.jnt_range[joint]).max()) if model.jnt_limited[joint] else np.inf
+        return length
+
+
+def _beside(axis: np.ndarray, vector: np.ndarray) -> float:
+    """Return the distance of a point from an axis of unit length through the origin."""
+    return float(np.linalg.norm(np.cross(axis, vector)))
