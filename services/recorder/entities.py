@@ -107,7 +107,8 @@ PLANS = Entity(
     "/plans",
     VALUES,
     PLAN,
-    "`goal_id`, `primitive`, `start_time` as in the message, `epoch`, `revises` (empty: none), `phase`",
+    "`goal_id`, `primitive`, `start_time` as in the message, `epoch`, `revises` (empty: none), `phase`; `clearance` "
+    "(m) and `torque_use` (the largest of all joints), NaN where they are not known",
     needs="a plan",
 )
 GOALS = Entity(

@@ -1,5 +1,7 @@
 """Accepted plans: what each is, the tool's path in space, its curves, and the limits in force."""
 
+import math
+
 import rerun as rr
 
 from protocol import messages as m
@@ -52,7 +54,8 @@ class PlanWriter:
         corrects = f", corrects {plan.revises} at phase {plan.phase:.3f}" if plan.revises is not None else ""
         sentence = (
             f"plan {plan.goal_id} ({plan.primitive}) accepted{corrects}: starts at {plan.start_time:.3f} s of its run, "
-            f"hits {plan.hit_index * plan.dt:.3f} s later, at rest after {(plan.count - 1) * plan.dt:.3f} s{through}"
+            f"hits {plan.hit_index * plan.dt:.3f} s later, at rest after {(plan.count - 1) * plan.dt:.3f} s"
+            f"{through}{_space(plan)}"
         )
         self._context.event(entities.GOAL_EVENT, row, sentence)
         self._context.trace.values(
@@ -64,6 +67,8 @@ class PlanWriter:
             epoch=[plan.epoch],
             revises=[plan.revises or ""],
             phase=[float(plan.phase)],
+            clearance=[plan.clearance.distance if plan.clearance else math.nan],
+            torque_use=[_largest(plan)],
         )
 
     def _write_paths(self, one: Received[m.Plan], motion: PlannedMotion) -> None:
@@ -76,3 +81,15 @@ class PlanWriter:
         trace.send(entities.PLANNED_PATH.path, row, rr.LineStrips3D.columns(strips=[planned]))
         trace.send(entities.DEMONSTRATED_PATH.path, row, rr.LineStrips3D.columns(strips=[shown]))
         trace.send(entities.PLANNED_HIT.path, row, rr.Points3D.columns(positions=hit))
+
+
+def _space(plan: m.Plan) -> str:
+    """What the planner found of distances and torques, as the rest of a sentence."""
+    near, largest = plan.clearance, _largest(plan)
+    distance = f", {near.body} {near.distance:.3f} m from {near.other} at the nearest" if near else ""
+    return distance + (f", up to {100 * largest:.0f} % of a joint's torque" if largest >= 0 else "")
+
+
+def _largest(plan: m.Plan) -> float:
+    """The largest part of a joint's torque limit, NaN where it is not known."""
+    return max((use for use in plan.torque_use or [] if use is not None), default=math.nan)

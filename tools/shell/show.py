@@ -88,6 +88,8 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
     )
     quantities = [(f"{name} [{unit}]", getattr(report.extremes, name)) for name, unit in UNITS.items()]
     joints = [("imitation rms [rad/s²]", report.imitation_rms), *quantities]
+    if report.torque_use is not None:
+        joints.append(("torque [of limit]", report.torque_use))
     margins = [(f"{name} [{unit}]", getattr(report.margin, name)) for name, unit in UNITS.items()]
     tables = [joint_table(names, joints, "extremes"), joint_table(names, margins, "distance to limits")]
     if reply.positions:
@@ -102,7 +104,19 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
         )
     active = [f"{a.quantity} of {a.joint} at {a.time_from_start:.3f} s" for a in report.active]
     shaped = sentence(f"shaped by the limits on {', '.join(active)}" if active else "no limit is active")
-    return Group(head, solved, *tables, shaped)
+    return Group(head, solved, *tables, shaped, sentence(_space(report)))
+
+
+def _space(report: m.Report) -> str:
+    """What was found of collisions and torques."""
+    if report.checked == "none":
+        return "NOT checked for collisions and torques"
+    part = "checked only in PART for collisions and torques, as time ran out; " if report.checked == "part" else ""
+    near = report.clearance
+    if near is None:
+        return part + "no distance was measured"
+    nearest = f"{near.body} comes nearest to {near.other}: {cell(near.distance)} m at {near.time_from_start:.3f} s"
+    return part + nearest
 
 
 def _deviations(deviation: m.Deviation | None) -> list[tuple[str, Sequence[object]]]:
