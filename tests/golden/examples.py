@@ -198,6 +198,8 @@ GOALS: dict[str, Struct] = {
             jerks=[15000.0] * 6,
         ),
         waypoints=[m.Waypoint(time_from_start=0.25, positions=[0.1, None, None, None, None, None])],
+        torque_use=REPORT.torque_use,
+        clearance=CLEARANCE,
         demonstration=matrix_bytes(SAMPLES[:3]),
     ),
     "Refused": m.Refused(
