@@ -194,7 +194,7 @@ class Planner:
         """Return until when (`time.perf_counter`) a plan may be checked: a correction must not come late for that."""
         if goal.revises is None or self._lead.stepped:
             return math.inf
-        return time.perf_counter() + self._lead.seconds(again, goal.method) - HANDOVER_S
+        return time.perf_counter() + self._lead.seconds(again, effort_of(goal)) - HANDOVER_S
 
     def _reference(self, answer: Callable[[], m.Reference], optional: bool) -> m.Reference | None:
         try:
