@@ -65,11 +65,11 @@ class Clearance:
     def __init__(self, config: RobotConfig, model: mujoco.MjModel) -> None:
         self.model = model
         self.margin = config.collision.margin
-        self._data = mujoco.MjData(model)
-        self._positions_of = self._data.geom_xpos
+        self.data = mujoco.MjData(model)
+        self._positions_of = self.data.geom_xpos
         joints = joint_ids(model, config.joint_names)
         self._qpos = model.jnt_qposadr[joints].astype(np.intp)
-        self._data.qpos[model.jnt_qposadr[joint_ids(model, tuple(config.held))]] = list(config.held.values())
+        self.data.qpos[model.jnt_qposadr[joint_ids(model, tuple(config.held))]] = list(config.held.values())
         self.pairs, self.ignored = _candidates(model, joints)
         self.place(config.home)
         kept = []
@@ -93,8 +93,8 @@ class Clearance:
 
     def place(self, positions: np.ndarray) -> None:
         """Put the arm at joint positions (J,)."""
-        self._data.qpos[self._qpos] = positions
-        mujoco.mj_kinematics(self.model, self._data)
+        self.data.qpos[self._qpos] = positions
+        mujoco.mj_kinematics(self.model, self.data)
 
     def distance(self, index: int) -> float:
         """Return the distance of a pair where the arm is placed, m; negative: how deep they are in each other.
@@ -107,7 +107,7 @@ class Clearance:
             return apart
         nearest = FAR
         for one, other in pair.geoms:
-            nearest = min(nearest, mujoco.mj_geomDistance(self.model, self._data, one, other, nearest, None))
+            nearest = min(nearest, mujoco.mj_geomDistance(self.model, self.data, one, other, nearest, None))
         return nearest
 
 

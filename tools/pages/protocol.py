@@ -73,8 +73,8 @@ MEANINGS = {
     "unknown_goal": "there is no such goal, or it is no longer known; of `revises`: this planner never had it played",
     "exists": "the library has a primitive of this name; `replace` it",
     "duplicate": "another goal has the same id",
-    "limit": "a value that the goal fixes is outside a limit, or a joint needs more `torque` than it has; the detail of "
-    "a torque also has `time_from_start`, and `min_duration`, a duration that works or null",
+    "limit": "a value that the goal fixes is outside a limit, or a joint needs more `torque` than it has; the detail "
+    "of a torque also has `time_from_start`, and `min_duration`, a duration that works or null",
     "infeasible": "no motion of this duration keeps all limits; `min_duration` is the shortest one found that does, "
     "`waypoint_times` are its waypoints' times, null where none was found",
     "cannot_stop": "the arm cannot stop after the goal inside its limits; from `max_velocity` it can, null where "
@@ -83,7 +83,7 @@ MEANINGS = {
     "`joint ranges`, `orientation` or `velocity`; `nearest` {position, orientation} is the pose found that comes "
     "nearest, `distance` (m) and `angle` (rad) away",
     "collision": "`body`, moved by the arm, comes nearer to `other` than the robot's margin, first at "
-    "`time_from_start`; `distance` (m) is the smallest one of the two after it, negative: how deep they are in each other",
+    "`time_from_start`; `distance` (m) is the smallest of the two after it, negative: how deep they are in each other",
     "solver_failed": "the quadratic program was not solved, for numerical reasons or, with the status `time`, because "
     "planning took more than its budget; then the detail has `min_duration`, a duration that works or null",
     "late": "the start of the motion has passed; of `revises`: its hit has passed",

@@ -1,0 +1,168 @@
+"""`python -m benchmarks.space ROBOT.toml …`: the check of plans in space beside a replay at 1 kHz.
+
+Random plans of a robot are checked, and replayed: at every millisecond the distance of every pair of geoms and every
+torque. The replay knows nothing of how far a motion can get between two instants. Times are processor times.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from itertools import islice
+from pathlib import Path
+from typing import Annotated
+
+import mujoco
+import numpy as np
+import tyro
+
+from benchmarks.machine import save
+from benchmarks.timing import milliseconds
+from motion.demonstration import Demonstration
+from motion.errors import MotionError
+from motion.plan import Plan, plan
+from motion.primitive import Primitive, learn
+from motion.request import Boundary, MotionRequest
+from robot.clearance import Clearance
+from robot.description import RobotConfig, load_robot
+from robot.motion_check import Collides, MotionCheck, TorqueExceeded
+from robot.torques import InverseDynamics
+
+REPLAY_S = 1e-3
+FINER = 16
+"""Parts of a millisecond that a replay looks at where the check saw something between two milliseconds."""
+
+REACH = 1.5
+"""Ends lie within this many rad of starts, on each joint."""
+
+
+@dataclass
+class Found:
+    """What the check made of the plans, beside the replay.
+
+    free: accepted plans. collisions, torques: refused. missed: accepted, though bodies touch, or a torque is beyond its
+    limit in the replay. wrong: refused, though clear by more than the margin, or inside all torque limits. inside:
+    accepted plans nearer than the margin at some millisecond, deepest: by how much at most, m. overestimated: by how
+    much the smallest distance in the report is too large at most, m. seconds: of each accepted plan's check.
+    """
+
+    free: int = 0
+    collisions: int = 0
+    torques: int = 0
+    missed: int = 0
+    wrong: int = 0
+    inside: int = 0
+    deepest: float = 0.0
+    overestimated: float = 0.0
+    seconds: list[float] = field(default_factory=list)
+
+
+class Replay:
+    """Distances and torques of a robot at every instant, by its own models and data."""
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._model = model = config.load_model()
+        self._clearance = clearance = Clearance(config, model)
+        self._geoms = np.array([geoms for pair in clearance.pairs for geoms in pair.geoms]).reshape(-1, 2)
+        self._dynamics = InverseDynamics(config, config.load_model())
+        self._limits = config.torques
+        self._reach = self._model.geom_rbound.copy()
+        self._reach[self._model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)] = np.inf
+
+    def distance(self, plan: Plan, far: float, step: float = REPLAY_S) -> float:
+        """Return the smallest distance along a plan, m; `far` where it is larger."""
+        data, nearest = self._clearance.data, far
+        for positions in plan.sample(np.arange(0, plan.total_duration + step / 2, step)).positions:
+            self._clearance.place(positions)
+            one, other = data.geom_xpos[self._geoms[:, 0]], data.geom_xpos[self._geoms[:, 1]]
+            gaps = np.linalg.norm(one - other, axis=1) - self._reach[self._geoms].sum(axis=1)
+            for geoms in self._geoms[gaps < nearest].tolist():
+                nearest = min(nearest, mujoco.mj_geomDistance(self._model, data, *geoms, nearest, None))
+        return nearest
+
+    def torque_use(self, plan: Plan) -> float:
+        """Return the largest part of a torque limit along a plan."""
+        samples = plan.sample(np.arange(0, plan.total_duration + REPLAY_S / 2, REPLAY_S))
+        states = zip(samples.positions, samples.velocities, samples.accelerations, strict=True)
+        return max(float((np.abs(self._dynamics.torques(*state)) / self._limits).max()) for state in states)
+
+
+def random_plans(config: RobotConfig, seed: int) -> Iterator[Plan]:
+    """Yield plans from random starts at rest to random ends, at rest or moving, as the limits allow."""
+    rng = np.random.default_rng(seed)
+    primitive = _reach(config.joint_count)
+    ranges = np.clip(config.limits.positions, -np.pi, np.pi)
+    while True:
+        start = rng.uniform(*ranges.T)
+        end = np.clip(start + rng.uniform(-REACH, REACH, len(start)), *ranges.T)
+        nothing, free = np.zeros(len(start)), np.full(len(start), np.nan)
+        moving = rng.uniform(-1, 1, len(start)) if rng.uniform() < 0.5 else nothing
+        begin, goal = Boundary(start, nothing, nothing), Boundary(end, moving, free)
+        request = MotionRequest(begin, goal, round(float(rng.uniform(0.5, 3.0)), 3), config.limits)
+        try:
+            yield plan(primitive, request, config.tick, remedy=False, thorough=False)
+        except MotionError:
+            continue
+
+
+def compare(config: RobotConfig, plans: int, seed: int = 0) -> Found:
+    """Check and replay random plans that begin clear of everything."""
+    motions, replay, found = MotionCheck(config), Replay(config), Found()
+    margin = config.collision.margin
+    for motion in islice(_clear(motions.clearance, random_plans(config, seed)), plans):
+        began = time.thread_time()
+        try:
+            report = motions.check(motion.trajectory, motion.total_duration)
+        except Collides:
+            found.collisions += 1
+            clear = replay.distance(motion, 2 * margin) > margin
+            found.wrong += clear and replay.distance(motion, 2 * margin, REPLAY_S / FINER) > margin
+        except TorqueExceeded:
+            found.torques += 1
+            found.wrong += replay.torque_use(motion) <= 1
+        else:
+            found.seconds.append(time.thread_time() - began)
+            found.free += 1
+            far = report.nearest.distance if report.nearest else 2 * margin
+            distance = replay.distance(motion, far)
+            found.missed += distance <= 0 or replay.torque_use(motion) > 1
+            found.inside += distance < margin
+            found.deepest = max(found.deepest, margin - distance)
+            found.overestimated = max(found.overestimated, far - distance)
+    return found
+
+
+def _clear(clearance: Clearance, motions: Iterator[Plan]) -> Iterator[Plan]:
+    """Yield the motions that begin clear of everything."""
+    for motion in motions:
+        clearance.place(motion.request.start.positions)
+        if all(clearance.distance(pair) > clearance.margin for pair in range(len(clearance.pairs))):
+            yield motion
+
+
+def _reach(joints: int) -> Primitive:
+    """A smooth motion of all joints by 1 rad in 1 s."""
+    times = np.linspace(0, 1, 201)
+    shape = times**3 * (10 - 15 * times + 6 * times**2)
+    return learn(Demonstration(times, np.repeat(shape[:, None], joints, axis=1)))
+
+
+def main(robots: Annotated[list[Path], tyro.conf.Positional], plans: int = 10_000, seed: int = 0) -> None:
+    """Compare, print and save.
+
+    Args:
+        robots: TOML files of robots.
+        plans: Of each robot.
+        seed: Of the random plans.
+    """
+    results = {}
+    for path in robots:
+        found = compare(load_robot(path), plans, seed)
+        row = asdict(found)
+        row["check"] = milliseconds(row.pop("seconds"))
+        results[path.stem] = row
+        print(path.stem, row, flush=True)
+    print(f"saved to {save('space', results).name}")
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
