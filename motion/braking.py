@@ -1,6 +1,7 @@
 """The jerk-limited stop after a hit or a cancel, in closed form."""
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,64 +15,68 @@ TOUCH = 1e-9
 """A stop may end beyond a limit by this much (rad, rad/s): rounding, not motion."""
 
 
+class Floats:
+    """The functions of numpy that a stop needs, for single numbers, which are ten times faster than arrays of one."""
+
+    minimum, maximum, sqrt = min, max, math.sqrt
+
+    @staticmethod
+    def where(condition: bool, then: float, otherwise: float) -> float:
+        """Return one of two numbers."""
+        return then if condition else otherwise
+
+
 class Stop(NamedTuple):
     """The fastest stop from each state, seen in the direction `sign` in which v + a|a|/2J is positive.
 
     Jerk −J for `bending` s down to the acceleration −`peak`, which is held for `held` s, and jerk +J back to zero.
-    Arrays that broadcast; velocity, acceleration: of the state, with the sign.
+    Arrays that broadcast, or numbers; velocity, acceleration: of the state, with the sign. Its methods take `numpy` or
+    `Floats` as `xp`.
     """
 
-    sign: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    jerk: np.ndarray
-    peak: np.ndarray
-    bending: np.ndarray
-    held: np.ndarray
+    sign: Any
+    velocity: Any
+    acceleration: Any
+    jerk: Any
+    peak: Any
+    bending: Any
+    held: Any
 
     @property
-    def duration(self) -> float:
-        """Until all are at rest, s."""
-        return float((self.bending + self.held + self.peak / self.jerk).max())
+    def duration(self) -> Any:
+        """Until rest, s."""
+        return self.bending + self.held + self.peak / self.jerk
 
-    def extremes(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Lowest and highest position and velocity of stops that begin at `positions`.
+    def extremes(self, positions: Any, xp: Any = np) -> tuple[Any, Any, Any, Any]:
+        """Lowest and highest position, and lowest and highest velocity, of stops that begin at `positions`.
 
         The velocity turns where the acceleration crosses 0, the position where the velocity does, which can only happen
         while the acceleration is still positive.
         """
-        low, high, back, fast = self._ahead()
-        ahead = self.sign > 0
-        return (
-            positions + np.where(ahead, low, -high),
-            positions + np.where(ahead, high, -low),
-            np.where(ahead, back, -fast),
-            np.where(ahead, fast, -back),
-        )
-
-    def reach(self, positions: np.ndarray) -> np.ndarray:
-        """Return the extremes of position, velocity, acceleration and jerk (J, 4, 2) of stops from `positions` (J,)."""
-        low, high, back, fast = self._ahead()
-        first, last = np.where(self.bending > 0, self.jerk, 0.0), np.where(self.peak > 0, self.jerk, 0.0)
-        lowest = np.array([low, back, -self.peak, -first])
-        highest = np.array([high, fast, np.maximum(self.acceleration, 0.0), last])
-        bounds = np.where(self.sign > 0, (lowest, highest), (-highest, -lowest))
-        bounds[:, 0] += positions
-        return bounds.T
-
-    def _ahead(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Least and largest way, lowest and highest velocity, in the direction of the sign."""
-        _, v, a, jerk, peak, t1, held = self
-        rising = np.maximum(a, 0.0)
+        sign, v, a, jerk, peak, t1, held = self
+        rising, back = xp.maximum(a, 0.0), xp.minimum(v, 0.0)
         v1 = v + t1 * (a - jerk * t1 / 2)
         travel = t1 * (v + t1 * (a / 2 - t1 * jerk / 6)) + held * (v1 - peak * held / 2) + peak**3 / (6 * jerk**2)
-        fast = np.maximum(v + rising * rising / (2 * jerk), 0.0)
-        low, back = np.minimum(travel, 0.0), np.minimum(v, 0.0)
-        if back.any():
-            root = np.sqrt(np.maximum(rising * rising + 2 * jerk * back, 0.0))
-            t0 = -2 * back / np.maximum(rising + root, 1e-300)
-            low = np.minimum(low, t0 * (back + t0 * (rising / 2 - t0 * jerk / 6)))
-        return low, np.maximum(travel, 0.0), back, fast
+        root = xp.sqrt(xp.maximum(rising * rising + 2 * jerk * back, 0.0))
+        t0 = -2 * back / xp.maximum(rising + root, 1e-300)
+        end = positions + sign * travel
+        turn = positions + sign * t0 * (back + t0 * (rising / 2 - t0 * jerk / 6))
+        first, fastest = sign * v, sign * (v + rising * rising / (2 * jerk))
+        return (
+            xp.minimum(xp.minimum(positions, end), turn),
+            xp.maximum(xp.maximum(positions, end), turn),
+            xp.minimum(xp.minimum(first, fastest), 0.0),
+            xp.maximum(xp.maximum(first, fastest), 0.0),
+        )
+
+    def reach(self, positions: Any, xp: Any = np) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """Lowest and highest position, velocity, acceleration and jerk of stops that begin at `positions`."""
+        p_min, p_max, v_min, v_max = self.extremes(positions, xp)
+        first, held = self.sign * self.acceleration, -self.sign * self.peak
+        bending = -self.sign * xp.where(self.bending > 0, self.jerk, 0.0)
+        ending = self.sign * xp.where(self.peak > 0, self.jerk, 0.0)
+        lowest = p_min, v_min, xp.minimum(xp.minimum(first, held), 0.0), xp.minimum(bending, ending)
+        return lowest, (p_max, v_max, xp.maximum(xp.maximum(first, held), 0.0), xp.maximum(bending, ending))
 
     def trajectory(self, positions: np.ndarray) -> Trajectory:
         """The motion of J joints that stop from `positions` (J,). The last piece, of no length, is at rest."""
@@ -101,22 +106,20 @@ class Stop(NamedTuple):
 _JERKS = np.array([-1.0, 0.0, 1.0, 0.0])
 
 
-def fastest_stop(
-    velocities: np.ndarray, accelerations: np.ndarray, max_accelerations: np.ndarray, max_jerks: np.ndarray
-) -> Stop:
+def fastest_stop(velocities: Any, accelerations: Any, max_accelerations: Any, max_jerks: Any, xp: Any = np) -> Stop:
     """Return the fastest stop from each state inside the acceleration and jerk limits: rad/s, rad/s², rad/s³.
 
-    Any shapes that broadcast, for instance (n, J) states with (J,) limits.
+    Any shapes that broadcast, for instance (n, J) states with (J,) limits; or numbers, with `Floats` as `xp`.
     """
-    limit, jerk = np.minimum(max_accelerations, UNLIMITED), np.minimum(max_jerks, UNLIMITED)
-    sign = np.where(velocities + accelerations * np.abs(accelerations) / (2 * jerk) >= 0, 1.0, -1.0)
+    limit, jerk = xp.minimum(max_accelerations, UNLIMITED), xp.minimum(max_jerks, UNLIMITED)
+    sign = xp.where(velocities + accelerations * abs(accelerations) / (2 * jerk) >= 0, 1.0, -1.0)
     v, a = sign * velocities, sign * accelerations
     # An acceleration already beyond the limit is held, not passed.
-    peak = np.maximum(np.minimum(np.sqrt(np.maximum(jerk * v + a * a / 2, 0.0)), limit), -a)
+    peak = xp.maximum(xp.minimum(xp.sqrt(xp.maximum(jerk * v + a * a / 2, 0.0)), limit), -a)
     bending = (a + peak) / jerk
     left = v + bending * (a - jerk * bending / 2) - peak * peak / (2 * jerk)
     # Only the limit itself is held; elsewhere what is left of the velocity is rounding.
-    held = np.where(peak >= limit, np.maximum(left, 0.0), 0.0) / np.maximum(peak, 1e-300)
+    held = xp.where(peak >= limit, xp.maximum(left, 0.0), 0.0) / xp.maximum(peak, 1e-300)
     return Stop(sign, v, a, jerk, peak, bending, held)
 
 

@@ -6,7 +6,7 @@ from motion.dmp import BASIS_COUNT, learn_dmp
 from motion.errors import InvalidMotion
 from motion.primitive import Primitive
 from motion.program.report import Distance
-from motion.request import Boundary, MotionRequest
+from motion.request import MotionRequest
 from motion.sampled import SampledPlan, make_plan
 from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 
@@ -25,9 +25,8 @@ def plan_dmp(primitive: Primitive, request: MotionRequest, tick: float = 0.001) 
     """
     _refuse_what_it_cannot(primitive, request)
     samples = learn_dmp(primitive).rollout(request.start, request.goal, request.duration, tick, "newmark")
-    reached = Boundary(*(getattr(samples, name)[-1] for name in ("positions", "velocities", "accelerations")))
     nothing = np.zeros(request.joint_count)
-    return make_plan(primitive, request, _cubics(samples, tick), reached, tick, BASIS_COUNT, Distance(nothing, nothing))
+    return make_plan(primitive, request, _cubics(samples, tick), tick, BASIS_COUNT, Distance(nothing, nothing))
 
 
 def _cubics(samples: Samples, tick: float) -> Trajectory:

@@ -11,7 +11,7 @@ from motion.gaussian_program import INSTANTS, GaussianProgram, make_programs, ro
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.program.report import Distance
-from motion.request import Boundary, MotionRequest
+from motion.request import MotionRequest
 from motion.sampled import SampledPlan, make_plan
 from motion.trajectory import COEFFICIENTS, Trajectory
 
@@ -63,10 +63,8 @@ def plan_gaussian(
         if (missed > EQUALITY_TOLERANCE * max(1.0, np.abs(program.b).max())).any():
             raise SolverFailed(joint, f"equalities are off by {missed.max():.1e}")
     moving = _quintics(_states(programs, weights), request.moving_duration)
-    end = moving.sample(moving.breaks[-1:])
-    arrival = Boundary(end.positions[0], end.velocities[0], end.accelerations[0])
     by_limits = Distance.of((weights - unlimited) @ rows(basis_count)[0].T)
-    return make_plan(primitive, request, moving, arrival, tick, basis_count, by_limits)
+    return make_plan(primitive, request, moving, tick, basis_count, by_limits)
 
 
 def optimum_without_limits(program: GaussianProgram) -> np.ndarray:

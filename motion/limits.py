@@ -27,7 +27,8 @@ class Limits:
 
     positions: (J, 2), rad, lowest and highest; velocities (rad/s), accelerations (rad/s²) and jerks
     (rad/s³): (J,), symmetric, > 0. `ranges` (J, 4, 2): lowest and highest value of each quantity, in the order of
-    QUANTITIES. Raises InvalidMotion for wrong shapes, NaN, or an empty range.
+    QUANTITIES; `signed` (J, 2, 4): the same as upper bounds of sign·value; `width` (J, 4): of the ranges, 1 where there
+    is no limit. Raises InvalidMotion for wrong shapes, NaN, or an empty range.
     """
 
     positions: np.ndarray
@@ -35,6 +36,8 @@ class Limits:
     accelerations: np.ndarray
     jerks: np.ndarray
     ranges: np.ndarray = field(init=False, repr=False)
+    signed: np.ndarray = field(init=False, repr=False)
+    width: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name in ("positions", "velocities", "accelerations", "jerks"):
@@ -49,8 +52,15 @@ class Limits:
         highest = np.stack([self.positions[:, 1], self.velocities, self.accelerations, self.jerks], axis=1)
         ranges = np.stack([-highest, highest], axis=2)
         ranges[:, 0, 0] = self.positions[:, 0]
-        ranges.flags.writeable = False
-        object.__setattr__(self, "ranges", ranges)
+        width = ranges[:, :, 1] - ranges[:, :, 0]
+        derived = {
+            "ranges": ranges,
+            "signed": SIGNS[:, None] * ranges.transpose(0, 2, 1),
+            "width": np.where(np.isfinite(width), width, 1.0),
+        }
+        for name, values in derived.items():
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
 
     @staticmethod
     def unlimited(joint_count: int) -> "Limits":
@@ -66,8 +76,7 @@ class Limits:
     @property
     def slack(self) -> np.ndarray:
         """How far (J, 4) beyond a limit a value may lie that was rounded to float32."""
-        width = self.ranges[:, :, 1] - self.ranges[:, :, 0]
-        return ROUNDING * np.where(np.isfinite(width), width, 1.0)
+        return ROUNDING * self.width
 
     def clipped(self, quantity: int, values: np.ndarray) -> np.ndarray:
         """Values (J,) of a quantity, those beyond a limit by rounding moved onto it; NaN stays."""

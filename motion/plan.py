@@ -1,6 +1,7 @@
 """From a primitive and a request to a verified motion."""
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,7 +23,7 @@ from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import Boundary, MotionRequest
 from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 
-__all__ = ["Active", "Plan", "Report", "Samples", "Warm", "plan", "plan_fastest", "prepare"]
+__all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "Warm", "plan", "plan_fastest", "prepare"]
 
 EFFORT = 13_000.0
 """Of a plan of up to six joints, more in proportion; see `motion.program.effort`."""
@@ -32,31 +33,42 @@ USUAL_SHARE = 0.7
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
-    """A verified motion: a spline up to the goal, a straight part if asked for, and a stop.
+class Plan(ABC):
+    """A motion: a moving part, and what follows.
 
-    control_points (J, N + 2): of the position over the moving part, rad. ending: what follows. duration: up to the hit,
-    s. total_duration: with the stop, s, a multiple of `tick`. hit_index: the tick nearest to the hit. warm: for the
-    next call.
+    ending: a straight part if asked for, and a stop. duration: up to the hit, s.
     """
 
     request: MotionRequest
-    control_points: np.ndarray
     ending: Ending
     duration: float
-    total_duration: float
-    hit_index: int
     tick: float
     report: Report
-    warm: Warm
+
+    @property
+    @abstractmethod
+    def moving(self) -> Trajectory:
+        """The part that imitates the demonstration."""
+
+    @property
+    def total_duration(self) -> float:
+        """With the stop, s, a multiple of `tick`."""
+        return math.ceil((self.moving_duration + self.ending.duration) / self.tick - 1e-9) * self.tick
+
+    @property
+    def hit_index(self) -> int:
+        """The tick nearest to the hit."""
+        return round(self.duration / self.tick)
+
+    @property
+    def moving_duration(self) -> float:
+        """Duration of the moving part, s."""
+        return self.duration - self.request.rest_fraction * self.request.duration
 
     @cached_property
     def trajectory(self) -> Trajectory:
         """All of the motion."""
-        pieces, duration = splines.pieces(self.control_points), self.request.moving_duration
-        breaks = np.linspace(0.0, duration, len(pieces) + 1)
-        spline = Trajectory(breaks, pieces * duration ** -np.arange(float(COEFFICIENTS)))
-        return spline.then(self.ending.trajectory())
+        return self.moving.then(self.ending.trajectory())
 
     def sample(self, times: np.ndarray) -> Samples:
         """States at `times` (n,), s from the start; beyond the end the arm rests (or coasts)."""
@@ -68,6 +80,24 @@ class Plan:
         return self.sample(np.arange(count + 1) * self.tick)
 
 
+@dataclass(frozen=True, eq=False)
+class SplinePlan(Plan):
+    """A motion that keeps its limits at every time.
+
+    control_points (J, N + 2): of the position over the moving part, rad. warm: for the next call.
+    """
+
+    control_points: np.ndarray
+    warm: Warm
+
+    @cached_property
+    def moving(self) -> Trajectory:
+        """The spline as polynomials between its knots."""
+        pieces, duration = splines.pieces(self.control_points), self.request.moving_duration
+        breaks = np.linspace(0.0, duration, len(pieces) + 1)
+        return Trajectory(breaks, pieces * duration ** -np.arange(float(COEFFICIENTS)))
+
+
 def plan(
     primitive: Primitive,
     request: MotionRequest,
@@ -76,7 +106,7 @@ def plan(
     remedy: bool = True,
     thorough: bool = True,
     effort: Effort | None = None,
-) -> Plan:
+) -> SplinePlan:
     """Plan the motion that imitates `primitive` best as `request` asks (eq. 10–17).
 
     `tick` (s) is the grid of the total duration; `warm` comes from an earlier plan of the same joints; `remedy`: what
@@ -123,7 +153,7 @@ def effort_for(joints: int) -> Effort:
     return Effort(EFFORT * max(1.0, joints / 6))
 
 
-def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> Plan:
+def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> SplinePlan:
     """Plan as `plan` does in the shortest duration, a multiple of `tick`, that was found to keep the limits.
 
     Raises what `plan` raises; where no duration works, for the longest.
@@ -150,36 +180,32 @@ def _planned(
     effort: Effort,
     precision: Precision,
     remedy: bool,
-) -> Plan:
+) -> SplinePlan:
     """The plan with a precision. Raises InfeasibleRows where there is none."""
     problem = build(primitive, request, fixed, arriving(request), precision)
     solution = optimum(problem, effort, warm)
     end = _ending(request, problem, solution)
-    if end.stuck.size:
+    stuck = end.stuck()
+    if stuck.size:
         # Only now does it pay to ask which final accelerations leave room for the stop.
-        effort.spend_on_stop(int(end.stuck[0]))
+        effort.spend_on_stop(int(stuck[0]))
         problem = build(primitive, request, fixed, final_accelerations(request, remedy), precision)
-        solution.replace(optimum(problem, effort, Warm(len(problem.hull.s), solution.rows), end.stuck))
+        solution.replace(optimum(problem, effort, Warm(len(problem.hull.s), solution.rows), stuck))
         end = _ending(request, problem, solution)
-    if end.stuck.size:
-        raise SolverFailed(int(end.stuck[0]), "the stop after the goal leaves the limits")
+        if (stuck := end.stuck()).size:
+            raise SolverFailed(int(stuck[0]), "the stop after the goal leaves the limits")
     points = problem.space.positions(solution.x)
-    total = problem.duration + end.duration
-    return Plan(
-        request=request,
-        control_points=points,
-        ending=end,
-        duration=request.duration,
-        total_duration=math.ceil(total / tick - 1e-9) * tick,
-        hit_index=round(request.duration / tick),
-        tick=tick,
-        report=make_report(primitive, request, problem, solution, points, end.reach),
-        warm=Warm(len(problem.hull.s), solution.rows),
-    )
+    report = make_report(primitive, request, problem, solution, points, end)
+    warm = Warm(len(problem.hull.s), solution.rows)
+    return SplinePlan(request, end, request.duration, tick, report, points, warm)
 
 
 def _ending(request: MotionRequest, problem: Problem, solution: Solution) -> Ending:
-    return ending(request, solution.values[:, problem.hull.last_acceleration] / problem.duration**2)
+    goal, last = request.goal, solution.values[:, problem.hull.last_acceleration] / problem.duration**2
+    positions, final = goal.positions, request.final_accelerations
+    if request.rest_fraction:
+        positions = positions - request.rest_fraction * request.duration * goal.velocities
+    return ending(request, Boundary(positions, goal.velocities, np.where(np.isnan(final), last, final)))
 
 
 def _refusal(

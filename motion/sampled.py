@@ -4,48 +4,37 @@ Their report says how far they reach, and `check_limits` refuses what leaves the
 polynomials that are played.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import simpson
 
-from motion.braking import fastest_stop
 from motion.limits import QUANTITIES
+from motion.plan import Plan
 from motion.primitive import Primitive
 from motion.program.curves import STEPS, curves_of_pieces, extremes
-from motion.program.report import Distance, Report, by_quantity, margins
+from motion.program.ending import Ending, ending
+from motion.program.report import Distance, Report, reached
 from motion.request import Boundary, MotionRequest
-from motion.trajectory import ARRIVED, COEFFICIENTS, Samples, Trajectory
+from motion.trajectory import ARRIVED, COEFFICIENTS, Trajectory
 
 COMPARED = 2001
 """Instants at which a motion is compared with its demonstration."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SampledPlan:
-    """A motion with its tail that was not certified; the fields are those of `motion.plan.Plan`.
+@dataclass(frozen=True, eq=False)
+class SampledPlan(Plan):
+    """A motion that promises nothing between its samples.
 
-    trajectory: all of it. duration: up to the hit, s. total_duration: with the tail, s, a multiple of `tick`.
-    hit_index: the tick nearest to the hit.
+    pieces: the moving part, of equal length.
     """
 
-    request: MotionRequest
-    trajectory: Trajectory
-    duration: float
-    total_duration: float
-    hit_index: int
-    tick: float
-    report: Report
+    pieces: Trajectory
 
-    def sample(self, times: np.ndarray) -> Samples:
-        """States at `times` (n,), s from the start; beyond the end the arm rests (or coasts)."""
-        return self.trajectory.sample(times)
-
-    def samples(self) -> Samples:
-        """States on the tick grid, the first at 0, the last at `total_duration` (with a tail "stop" at rest)."""
-        count = round(self.total_duration / self.tick)
-        return self.sample(np.arange(count + 1) * self.tick)
+    @property
+    def moving(self) -> Trajectory:
+        """The part that imitates the demonstration."""
+        return self.pieces
 
 
 def check_limits(plan: SampledPlan) -> None:
@@ -56,63 +45,33 @@ def check_limits(plan: SampledPlan) -> None:
 
 
 def make_plan(
-    primitive: Primitive,
-    request: MotionRequest,
-    moving: Trajectory,
-    arrival: Boundary,
-    tick: float,
-    basis_count: int,
-    by_limits: Distance,
+    primitive: Primitive, request: MotionRequest, moving: Trajectory, tick: float, basis_count: int, by_limits: Distance
 ) -> SampledPlan:
     """Return the plan of a motion.
 
-    moving: the moving part, in pieces of equal length. arrival: the state (J,) from which the tail goes on, straight
-    ahead where the request asks for it, and the stop. by_limits: distance from the motion without limits.
+    moving: the moving part, in pieces of equal length; what follows begins in the state in which it ends.
+    by_limits: distance from the motion without limits.
     """
-    trajectory, reach = _with_tail(request, moving, arrival)
+    last = moving.sample(moving.breaks[-1:])
+    end = ending(request, Boundary(last.positions[0], last.velocities[0], last.accelerations[0]))
     hit = moving.duration + request.rest_fraction * request.duration
-    return SampledPlan(
-        request=request,
-        trajectory=trajectory,
-        duration=hit,
-        total_duration=math.ceil(trajectory.duration / tick - 1e-9) * tick,
-        hit_index=round(hit / tick),
-        tick=tick,
-        report=_report(primitive, request, trajectory, hit, reach, basis_count, by_limits),
-    )
-
-
-def _with_tail(request: MotionRequest, moving: Trajectory, arrival: Boundary) -> tuple[Trajectory, np.ndarray]:
-    """All of the motion; its lowest and highest position, velocity, acceleration and jerk (J, 4, 2)."""
-    straight, limits = request.straight_duration, request.limits
-    length = moving.duration / len(moving.coefficients)
-    curves = curves_of_pieces(moving.coefficients * length ** np.arange(float(COEFFICIENTS)))
-    reach = extremes(curves) * (length / STEPS) ** -np.arange(4.0)[:, None]
-    trajectory, stops_at = moving, arrival.positions + straight * arrival.velocities
-    reach[:, 0] = np.stack([np.minimum(reach[:, 0, 0], stops_at), np.maximum(reach[:, 0, 1], stops_at)], axis=1)
-    if straight or request.tail == "coast":
-        line = np.zeros((1, request.joint_count, COEFFICIENTS))
-        line[0, :, 0], line[0, :, 1] = arrival.positions, arrival.velocities
-        trajectory = moving.then(Trajectory(np.array([0.0, straight]), line))
-    if request.tail == "stop":
-        final = np.zeros_like(stops_at) if straight else arrival.accelerations
-        stop = fastest_stop(arrival.velocities, final, limits.accelerations, limits.jerks)
-        trajectory, behind = trajectory.then(stop.trajectory(stops_at)), stop.reach(stops_at)
-        reach = np.stack([np.minimum(reach, behind)[..., 0], np.maximum(reach, behind)[..., 1]], axis=2)
-    return trajectory, reach
+    report = _report(primitive, moving.then(end.trajectory()), hit, moving, end, basis_count, by_limits)
+    return SampledPlan(request, end, hit, tick, report, moving)
 
 
 def _report(
     primitive: Primitive,
-    request: MotionRequest,
     trajectory: Trajectory,
     hit: float,
-    reach: np.ndarray,
+    moving: Trajectory,
+    end: Ending,
     basis_count: int,
     by_limits: Distance,
 ) -> Report:
     """What the motion reaches and misses; nothing is certified."""
-    goal, s = request.goal, np.linspace(0, 1, COMPARED)
+    request, s = end.request, np.linspace(0, 1, COMPARED)
+    length = moving.duration / len(moving.coefficients)
+    curves = curves_of_pieces(moving.coefficients * length ** np.arange(float(COEFFICIENTS)))
     # The last instant belongs to the motion, not to its tail, whose acceleration may be another.
     played = trajectory.sample(np.minimum(s * hit, hit - 2 * ARRIVED))
     shown = primitive.sample(request.phase + (1 - request.phase) * s)
@@ -121,10 +80,9 @@ def _report(
     missed = played.accelerations - tau**2 * shown.accelerations
     return Report(
         imitation_rms=np.sqrt(simpson(missed**2, x=s, axis=0)),
-        final_error_positions=np.abs(at_hit.positions[0] - goal.positions),
-        final_error_velocities=np.abs(at_hit.velocities[0] - goal.velocities),
-        extremes=by_quantity(reach),
-        margin=by_quantity(margins(reach, request.limits)),
+        final_error_positions=np.abs(at_hit.positions[0] - request.goal.positions),
+        final_error_velocities=np.abs(at_hit.velocities[0] - request.goal.velocities),
+        **reached(extremes(curves) * (length / STEPS) ** -np.arange(4.0)[:, None], end),
         active=(),
         from_demonstration=Distance.of((played.positions - shown.positions).T),
         by_limits=by_limits,

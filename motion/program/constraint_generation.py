@@ -26,7 +26,7 @@ HARD = 30
 STRIDE, MANY = 3, 24
 """In the first round every third violated control point becomes a row, but not many more than so many."""
 
-BESIDE = np.array([-1, 0, 1])
+BESIDE = -1, 0, 1
 """A row of an earlier motion brings these with it."""
 
 TINY = 1e-12
@@ -123,36 +123,40 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
 
 def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort: Effort, probe: bool) -> None:
     """Solve the program of the k-th joint once more, with new rows."""
-    joint = int(found.joints[k])
-    found.rounds[k] += 1
-    if found.rounds[k] > MAX_ROUNDS:
+    joint, before = int(found.joints[k]), found.rows[k]
+    found.rounds[k] = round = found.rounds[k] + 1
+    if round > MAX_ROUNDS:
         raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
-    rows = np.array(sorted({*found.rows[k].tolist(), *new.tolist()}))
+    rows = np.array(sorted({*before.tolist(), *new.tolist()})) if before.size else new
     effort.spend(joint, len(rows))
-    # Scaled so that the largest violation is 1.
     side, point = np.divmod(rows, len(problem.hull.s))
-    excess = problem.excess[joint].ravel()[rows]
-    size = max(float(excess.max()), TINY)
-    program = problem.limit_rows.matrix[joint][point] * SIGNS[side, None], excess / size
-    u, multipliers, status = least_distance(*program, tight=problem.precise or found.rounds[k] > DROPPING_ROUNDS)
+    matrix, excess = problem.limit_rows.matrix[joint][point], problem.excess[joint].ravel()[rows]
+    matrix *= SIGNS[side, None]
+    # Scaled so that the largest violation is 1.
+    size = max(excess.max(), TINY)
+    excess /= size
+    u, multipliers, status = least_distance(matrix, excess, tight=problem.precise or round > DROPPING_ROUNDS)
     if status == UNCLEAR and not probe:
         effort.spend_on_doubt(joint, len(rows), len(u))
-        u, multipliers, status = least_distance_in_doubt(*program)
+        u, multipliers, status = least_distance_in_doubt(matrix, excess)
     if status == INFEASIBLE or (status and probe):
         raise _contradiction(problem, joint, rows, multipliers)
     if status:
         raise SolverFailed(joint, status)
-    found.x[k, :-2] = problem.origin[joint, :-2] + size * u
+    u *= size
+    np.add(problem.origin[joint, :-2], u, out=found.x[k, :-2])
     found.size = max(found.size, len(rows))
-    carrying = multipliers > (IDLE * multipliers.max() if found.rounds[k] < DROPPING_ROUNDS else -np.inf)
-    found.rows[k], found.multipliers[k] = rows[carrying], multipliers[carrying]
+    if round < DROPPING_ROUNDS:
+        carrying = multipliers > IDLE * multipliers.max()
+        rows, multipliers = rows[carrying], multipliers[carrying]
+    found.rows[k], found.multipliers[k] = rows, multipliers
 
 
 def _beside(problem: Problem, joint: int, warm: np.ndarray, first: np.ndarray) -> np.ndarray:
     """The rows of an earlier motion, and their neighbours, to which they may have moved; the first ones without any."""
-    over = problem.over[joint].ravel()
-    rows = (warm[:, None] + BESIDE).ravel() % over.size
-    rows = rows[over[rows] > -np.inf]
+    excess = problem.excess[joint].ravel()
+    rows = np.array(sorted({row + beside for row in warm.tolist() for beside in BESIDE}), dtype=int) % excess.size
+    rows = rows[excess[rows] > -np.inf]
     return rows if rows.size else first
 
 

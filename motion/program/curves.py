@@ -12,9 +12,6 @@ ORDERS = 5
 STEPS = 3
 """In which a piece is divided: what `extremes` misses falls with the sixth power."""
 
-NOTHING = 1e-150
-"""A divisor below this belongs to a line or parabola that has its maximum at an end."""
-
 
 def curves_of(control_points: np.ndarray) -> np.ndarray:
     """Position and its first four derivatives (J, 5, n) of position splines (J, N + 2) at the ends of n − 1 steps.
@@ -70,27 +67,42 @@ _POWERS = _powers()
 def extremes(curves: np.ndarray) -> np.ndarray:
     """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of curves (J, 5, n), in their units.
 
-    Between two places the extreme is looked for where the cubic through values and slopes has its own. There the curve
-    itself is evaluated, so nothing is named that it does not reach; what is missed grows with the square of the
-    distance between cubic and curve: a millionth of the spread at most.
+    A step is looked at where the slope changes its sign in it, or may do so twice. There the extremes of the cubic
+    through values and slopes are found and the curve itself is evaluated, so nothing is named that it does not reach;
+    what is missed grows with the square of the distance between cubic and curve: a millionth of the spread at most.
     """
-    values, slopes = curves[:, :4], curves[:, 1:]
-    f0, d0, d1 = values[..., :-1], slopes[..., :-1], slopes[..., 1:]
-    rise = values[..., 1:] - f0
+    values, rising = curves[:, :4], curves[:, 1:] > 0
+    turning = rising[..., 1:] != rising[..., :-1]
+    turning[:, :3] |= turning[:, 1:] & (rising[:, :3, :-1] != rising[:, 1:, :-1])
+    lowest, highest = values.min(axis=2), values.max(axis=2)
+    steps = turning.ravel().nonzero()[0]
+    if steps.size:
+        of, inside = _inside(curves, steps)
+        np.minimum.at(lowest.ravel(), of, inside.min(axis=0))
+        np.maximum.at(highest.ravel(), of, inside.max(axis=0))
+    return np.stack([lowest, highest], axis=2)
+
+
+def _inside(curves: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which of 4J curves m steps belong to, and the values (2, m) at the extremes of their cubics, or at an end."""
+    size, flat = curves.shape[2], curves.ravel()
+    of, step = np.divmod(steps, size - 1)
+    joint, quantity = np.divmod(of, 4)
+    first = (of + joint) * size + step
+    highest = first + (4 - quantity) * size
+    f0, d0, fourth = flat[first], flat[first + size], flat[highest]
+    rise, d1, fifth = flat[first + 1] - f0, flat[first + size + 1], flat[highest + 1] - fourth
     c = d0 + d1 - 2 * rise
     b = rise - d0 - c
-    # The slope d0 + 2b x + 3c x² has two roots, here in the form that does not cancel: a maximum and a minimum.
-    root = np.sqrt(np.maximum(b * b - 3 * c * d0, 0.0))
-    far = np.where(b > 0, -b - root, root - b)
-    above, below = np.array([d0, far]), np.array([far, 3 * c])
-    below[np.abs(below) < NOTHING] = 1.0
-    x = np.minimum(np.maximum(above / below, 0.0), 1.0)
-    at = f0 + x * (d0 + x * (b + x * c))
-    # Acceleration and jerk are such cubics; the others differ from theirs by a multiple of x²(1 − x)².
-    fourth, fifth = curves[:, 4, :-1], np.diff(curves[:, 4])
-    bump = (x[:, :, :2] * (1 - x[:, :, :2])) ** 2
-    at[:, :, 0] += bump[:, :, 0] * (fourth / 24 + fifth * (2 + x[:, :, 0]) / 120)
-    at[:, :, 1] += bump[:, :, 1] * (fifth / 24)
-    lowest = np.minimum(values.min(axis=2), at.min(axis=(0, 3)))
-    highest = np.maximum(values.max(axis=2), at.max(axis=(0, 3)))
-    return np.stack([lowest, highest], axis=2)
+    # The slope d0 + 2b x + 3c x² has two roots, here in the form that does not cancel.
+    far = -b - np.copysign(np.sqrt(np.maximum(b * b - 3 * c * d0, 0.0)), b)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a line or a parabola: no second root
+        x = np.fmin(np.fmax(np.array([d0 / far, far / (3 * c)]), 0.0), 1.0)
+    at_fourth, at_fifth, at_rest = _BUMPS[:, quantity]
+    bump = (x * (1 - x)) ** 2 * (fourth * at_fourth + fifth * (at_fifth + at_rest * x))
+    return of, f0 + x * (d0 + x * (b + x * c)) + bump
+
+
+_BUMPS = np.array([[1 / 24, 0.0, 0.0, 0.0], [1 / 60, 1 / 24, 0.0, 0.0], [1 / 120, 0.0, 0.0, 0.0]])
+"""Acceleration and jerk are cubics in a step; position and velocity differ from theirs by x²(1 − x)² times a constant
+and a line: factors of the fourth derivative, of its change over the step, and of that times x."""

@@ -4,60 +4,64 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motion.braking import TOUCH, Stop, fastest_stop
+from motion.braking import TOUCH, Floats, fastest_stop
 from motion.limits import SIGNS
-from motion.request import MotionRequest
+from motion.request import Boundary, MotionRequest
 from motion.trajectory import COEFFICIENTS, Trajectory
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ending:
-    """What follows the moving part.
+    """What follows the moving part, which ends in the state `arrival`; the stop begins at `stops_at` (J,).
 
-    halt: the stop, None for an arm that coasts. reach (J, 4, 2): lowest and highest values of all quantities, of the
-    acceleration and jerk of an arm that coasts none. stuck: joints (n,) that leave their limits in it.
+    duration: from the end of the moving part to rest, s. reach (J, 4, 2): lowest and highest values of all quantities,
+    of the acceleration and jerk of an arm that coasts none.
     """
 
     request: MotionRequest
-    halt: Stop | None
+    arrival: Boundary
+    stops_at: np.ndarray
+    duration: float
     reach: np.ndarray
-    stuck: np.ndarray
 
-    @property
-    def duration(self) -> float:
-        """From the end of the moving part to rest, s."""
-        return self.request.straight_duration + (self.halt.duration if self.halt else 0.0)
+    def stuck(self) -> np.ndarray:
+        """Joints (n,) that leave the limits of their positions or velocities."""
+        if self.request.tail == "coast":
+            return np.zeros(0, dtype=int)
+        beyond = SIGNS * (self.reach[:, :2] - self.request.limits.ranges[:, :2])
+        return (beyond > TOUCH).any(axis=(1, 2)).nonzero()[0]
 
     def trajectory(self) -> Trajectory:
         """The motion from the end of the moving part on."""
-        line = _straight(self.request)
-        if self.halt is None:
-            return line
-        stop = self.halt.trajectory(self.request.stops_at)
-        return line.then(stop) if self.request.straight_duration else stop
+        request, arrival, limits = self.request, self.arrival, self.request.limits
+        line = np.zeros((1, request.joint_count, COEFFICIENTS))
+        line[0, :, 0], line[0, :, 1] = arrival.positions, arrival.velocities
+        straight = Trajectory(np.array([0.0, request.straight_duration]), line)
+        if request.tail == "coast":
+            return straight
+        stop = fastest_stop(arrival.velocities, arrival.accelerations, limits.accelerations, limits.jerks)
+        stopping = stop.trajectory(self.stops_at)
+        return straight.then(stopping) if request.straight_duration else stopping
 
 
-def ending(request: MotionRequest, reached: np.ndarray) -> Ending:
-    """Return what follows a moving part whose last accelerations (J,) are `reached`, where none are given."""
-    goal, limits, given = request.goal, request.limits, request.final_accelerations
+def ending(request: MotionRequest, arrival: Boundary) -> Ending:
+    """Return what follows a moving part that ends in the state `arrival`; a straight part has no acceleration."""
+    straight, limits, longest = request.straight_duration, request.limits, 0.0
+    if straight:
+        arrival = Boundary(arrival.positions, arrival.velocities, np.zeros(request.joint_count))
+    stops_at = arrival.positions + straight * arrival.velocities
     if request.tail == "coast":
         reach = np.full((request.joint_count, 4, 2), (np.inf, -np.inf))
-        reach[:, 0], reach[:, 1] = goal.positions[:, None], goal.velocities[:, None]
-        return Ending(request, None, reach, np.zeros(0, dtype=int))
-    final = np.where(np.isnan(given), reached, given)
-    halt = fastest_stop(goal.velocities, final, limits.accelerations, limits.jerks)
-    reach = halt.reach(request.stops_at)
-    if request.follow_through:
-        reach[:, 0, 0] = np.minimum(reach[:, 0, 0], goal.positions)
-        reach[:, 0, 1] = np.maximum(reach[:, 0, 1], goal.positions)
-    beyond = SIGNS * (reach[:, :2] - limits.ranges[:, :2])
-    return Ending(request, halt, reach, np.flatnonzero((beyond > TOUCH).any(axis=(1, 2))))
-
-
-def _straight(request: MotionRequest) -> Trajectory:
-    """The part with the final velocity: before the hit for a rest fraction, after it to follow through."""
-    goal = request.goal
-    line = np.zeros((1, request.joint_count, COEFFICIENTS))
-    line[0, :, 0] = goal.positions - request.rest_fraction * request.duration * goal.velocities
-    line[0, :, 1] = goal.velocities
-    return Trajectory(np.array([0.0, request.straight_duration]), line)
+        reach[:, 0], reach[:, 1] = stops_at[:, None], arrival.velocities[:, None]
+    else:
+        states = stops_at, arrival.velocities, arrival.accelerations, limits.accelerations, limits.jerks
+        reached = []
+        for position, *state in zip(*(values.tolist() for values in states), strict=True):
+            stop = fastest_stop(*state, xp=Floats)
+            longest = max(longest, stop.duration)
+            reached.append(stop.reach(position, Floats))
+        reach = np.array(reached).transpose(0, 2, 1)
+    if straight:
+        reach[:, 0, 0] = np.minimum(reach[:, 0, 0], arrival.positions)
+        reach[:, 0, 1] = np.maximum(reach[:, 0, 1], arrival.positions)
+    return Ending(request, arrival, stops_at, straight + longest, reach)

@@ -49,10 +49,8 @@ class Equalities:
         return targets[joints] - np.matmul(self.rows[joints], x[:, :, None])[:, :, 0]
 
     def adapted(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """The nearest motions (J, N + 2) that meet the targets; corrected twice, so that they hold to rounding."""
-        x = x.copy()
-        for _ in range(2):
-            x[:, :-2] += np.matmul(self.missed(x, targets)[:, None], self.adaptation)[:, 0]
+        """Move motions x (J, N + 2), in place, to the nearest ones that meet the targets; return them."""
+        x[:, :-2] += np.matmul(self.missed(x, targets)[:, None], self.adaptation)[:, 0]
         return x
 
 

@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from motion.limits import SIGNS
 from motion.program.equalities import Equalities
 from motion.program.space import QUANTITIES, Hull
 
@@ -12,22 +13,28 @@ DEAD = 1e-9
 """A row with less than this part of itself outside the span of the equalities is decided by them."""
 
 
+KINDS = 2 * QUANTITIES + 1
+"""Of bounds: each quantity's limit, the same for control points that the equalities decide, and the last acceleration's
+own."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LimitRows:
-    """One row for each of R control points, for each of J joints: what a step u of z does to it.
+    """Two rows for each of R control points, for each of J joints: what a step u of z does to it; one for each side.
 
     matrix: for each joint (R, N), shared where the equalities are alike: projected onto the null space of the
-    equalities, of unit norm, zero where decided. scales (J, R): 1/norm before, 1 where decided. least (J, 4): the least
-    scale of a row of each quantity, that of the row that moves most. decided: flat indices in (J, 2, R) of the limits
-    of control points that the equalities alone place; width_of: for each of them the flat index in (J, 4) of its joint
-    and quantity.
+    equalities, of unit norm, zero where decided. scales (J, R): 1/norm before, 1 where decided; signed (J, 2, R): the
+    same with the sign of the side. least (J, 4): the least scale of a row of each quantity, that of the row that moves
+    most. bound (J, 2, R): index of each row's bound in (J, 2, KINDS). decided: flat indices in (J, 2, R) of the control
+    points that the equalities alone place.
     """
 
     matrix: list[np.ndarray]
     scales: np.ndarray
+    signed: np.ndarray
     least: np.ndarray
+    bound: np.ndarray
     decided: np.ndarray
-    width_of: np.ndarray
 
 
 @lru_cache(maxsize=32)
@@ -36,9 +43,12 @@ def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
     each = [_projected(hull, span) for span in equalities.spans]
     matrices, *rest = zip(*(each[k] for k in equalities.kind), strict=True)
     scales, least, decided = map(np.array, rest)
-    joint, side, point = np.repeat(decided[:, None], 2, axis=1).nonzero()
-    flat = np.ravel_multi_index((joint, side, point), (len(scales), 2, scales.shape[1]))
-    return LimitRows(list(matrices), scales, least, flat, QUANTITIES * joint + hull.quantity[point])
+    kind = hull.quantity + QUANTITIES * decided
+    last = hull.last_acceleration
+    kind[:, last] = np.where(decided[:, last], kind[:, last], KINDS - 1)
+    bound = kind[:, None] + KINDS * np.arange(2 * len(kind)).reshape(-1, 2, 1)
+    both = np.repeat(decided[:, None], 2, axis=1).ravel().nonzero()[0]
+    return LimitRows(list(matrices), scales, SIGNS[:, None] * scales[:, None], least, bound, both)
 
 
 def _projected(hull: Hull, span: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ Rows belong to the spline space; a request changes right-hand sides only.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from motion.limits import LED_BACK_BY, ROUNDING, SIGNS
 from motion.primitive import Primitive
 from motion.program.equalities import Equalities, Fixed, Joints, equalities_of
 from motion.program.imitation import Imitated, imitated
-from motion.program.limit_rows import LimitRows, limit_rows
+from motion.program.limit_rows import KINDS, LimitRows, limit_rows
 from motion.program.space import MAX_ROWS, Hull, Space, make_hull, make_space
 from motion.request import MotionRequest
 
@@ -47,10 +48,10 @@ class Problem:
 
     All in normalised time: quantity k is the k-th derivative with respect to s. duration: of the moving part, s.
     targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits; values (J, R): its control
-    points. bounds (J, 2, R): the limits, those below with their signs turned, infinite where there is none or the
-    equalities decide. over (J, 2, R): by how much the origin passes them. beyond (D,): by how much the control points
-    that the equalities decide pass their limits and their rounding. excess (J, 2, R): by how much the origin passes
-    what is demanded of a row, which lies inside of its limit. precise: so near that programs must be solved tightly.
+    points. In units of the rows, (J, 2, R) for both sides, those below with their signs turned: bounds, infinite where
+    there is no limit; over: by how much the origin passes them; excess: by how much it passes what is demanded of a
+    row, which lies inside of its limit. Control points that the equalities decide may pass their limits by rounding;
+    beyond (D,): by how much they pass that. precise: so near that programs must be solved tightly.
     """
 
     space: Space
@@ -64,13 +65,15 @@ class Problem:
     limit_rows: LimitRows
     bounds: np.ndarray
     over: np.ndarray
-    beyond: np.ndarray
     excess: np.ndarray
+    beyond: np.ndarray
     precise: bool
 
     def passed(self, values: np.ndarray, joints: Joints) -> np.ndarray:
         """By how much (n, 2, R), in units of the rows, control points `values` (n, R) of joints pass their limits."""
-        return SIGNS[:, None] * (values * self.limit_rows.scales[joints])[:, None] - self.bounds[joints]
+        over = values[:, None] * self.limit_rows.signed[joints]
+        over -= self.bounds[joints]
+        return over
 
 
 def build(
@@ -87,31 +90,28 @@ def build(
     space = make_space(count, _stiffness(primitive, part, request.place_time or PLACE_TIME))
     refinement = min(precision.refinement, MAX_ROWS // (4 * count))
     hull = make_hull(space, refinement, fixed.touched)
-    powers = request.moving_duration ** np.arange(4.0)
+    powers = request.moving_duration ** _ORDERS
     values = fixed.values * powers[fixed.quantity, None]
-    limits = request.limits.ranges.transpose(0, 2, 1) * (SIGNS[:, None] * powers)
-    width = limits.sum(axis=1)
-    width[~np.isfinite(width)] = 1.0
-    bounds = limits.take(hull.quantity, axis=2)
-    _lead_back(hull, values[0], bounds)
-    least, most = final.T * powers[2]
-    free = np.isnan(values[-1])
-    narrow = free & (most - least <= 4 * precision.inside * width[:, 2])
-    values[-1, narrow] = (least[narrow] + most[narrow]) / 2
-    free &= ~narrow
-    bounds[free, :, hull.last_acceleration] = np.stack([-least[free], most[free]], axis=1)
+    width, final = request.limits.width * powers, final * powers[2]
+    _fix_narrow(values[-1], final, 4 * precision.inside * width[:, 2])
     equalities, targets = equalities_of(space, fixed, values, local)
-    start = np.concatenate([space.whitened(part.weights), values[:2].T], axis=1)
+    start = np.empty((len(final), count + 2))
+    start[:, :-2], start[:, -2:] = _whitened(space, part), values[:2].T
     if local:
         start[:, :-2] += (values[:2].T - part.start) @ space.drift
     origin = equalities.adapted(start, targets)
-    at = origin @ hull.rows.T
-    rows = limit_rows(equalities, hull)
+    at, rows = origin @ hull.rows.T, limit_rows(equalities, hull)
+    limits = np.empty((len(final), 2, KINDS))
+    limits[..., :4] = request.limits.signed * powers
+    limits[..., 4:8] = limits[..., :4] + (ROUNDING * width)[:, None]
+    limits[..., 8] = SIGNS * final
+    bounds = limits.take(rows.bound)
     bounds *= rows.scales[:, None]
-    over = SIGNS[:, None] * (at * rows.scales)[:, None] - bounds
-    beyond = over.ravel()[rows.decided] - ROUNDING * width.ravel()[rows.width_of]
-    bounds.ravel()[rows.decided], over.ravel()[rows.decided] = np.inf, -np.inf
-    inside = precision.inside * width * rows.least
+    _lead_back(hull, rows, SIGNS * values[0, :, None], limits[..., 0], bounds)
+    over = at[:, None] * rows.signed
+    over -= bounds
+    excess = over + (precision.inside * width * rows.least).take(hull.quantity, axis=1)[:, None]
+    excess.ravel()[rows.decided] = -np.inf
     return Problem(
         space=space,
         hull=hull,
@@ -124,10 +124,27 @@ def build(
         limit_rows=rows,
         bounds=bounds,
         over=over,
-        beyond=beyond,
-        excess=over + inside.take(hull.quantity, axis=1)[:, None],
+        excess=excess,
+        beyond=over.ravel()[rows.decided],
         precise=precision.inside < USUAL.inside,
     )
+
+
+_ORDERS = np.arange(4.0)
+
+
+@lru_cache(maxsize=64)
+def _whitened(space: Space, part: Imitated) -> np.ndarray:
+    """z (J, N) of the demonstration."""
+    return space.whitened(part.weights)
+
+
+def _fix_narrow(last: np.ndarray, final: np.ndarray, narrow: np.ndarray) -> None:
+    """Fix, in place, free last accelerations (J,) of which the interval `final` (J, 2) leaves hardly a choice."""
+    chosen = final[:, 1] - final[:, 0] <= narrow
+    if chosen.any():
+        chosen &= np.isnan(last)
+        last[chosen] = final[chosen].mean(axis=1)
 
 
 def _count(primitive: Primitive, request: MotionRequest) -> int:
@@ -146,9 +163,11 @@ def _stiffness(primitive: Primitive, part: Imitated, place_time: float) -> float
     return whole * 2 ** (-steps / 2)
 
 
-def _lead_back(hull: Hull, start: np.ndarray, bounds: np.ndarray) -> None:
-    """Widen the position limits, in place, of a joint that begins outside of them, up to a part of its way."""
-    signed = SIGNS * start[:, None]
-    if (signed > bounds[:, :, 0]).any():
+def _lead_back(hull: Hull, rows: LimitRows, start: np.ndarray, limits: np.ndarray, bounds: np.ndarray) -> None:
+    """Widen the position bounds, in place, of a joint that begins outside of its limits, up to a part of its way.
+
+    start, limits (J, 2): of both sides, with their signs.
+    """
+    if (start > limits).any():
         early = np.flatnonzero((hull.quantity == 0) & (hull.ceases <= LED_BACK_BY))
-        bounds[:, :, early] = np.maximum(bounds[:, :, early], signed[:, :, None])
+        bounds[:, :, early] = np.maximum(bounds[:, :, early], start[:, :, None] * rows.scales[:, None, early])

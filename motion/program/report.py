@@ -1,15 +1,15 @@
 """What a plan promises, recomputed from its solution."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from motion.limits import QUANTITIES, Limits
+from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.program.constraint_generation import Solution
-from motion.program.curves import curves_of, positions_of
-from motion.program.curves import extremes as extremes_of
+from motion.program.curves import curves_of, extremes, positions_of
+from motion.program.ending import Ending
 from motion.program.imitation import imitated
 from motion.program.problem import Problem
 from motion.request import MotionRequest
@@ -39,7 +39,7 @@ class Distance(NamedTuple):
     @classmethod
     def of(cls, apart: np.ndarray) -> "Distance":
         """How large differences of positions (J, n), rad, are."""
-        return cls(np.sqrt((apart * apart).sum(axis=1) / apart.shape[1]), np.abs(apart).max(axis=1))
+        return cls(np.sqrt((apart * apart).sum(axis=1) / apart.shape[1]), abs(apart).max(axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,32 +70,21 @@ class Report:
 
 
 def make_report(
-    primitive: Primitive,
-    request: MotionRequest,
-    problem: Problem,
-    solution: Solution,
-    control_points: np.ndarray,
-    reach: np.ndarray,
+    primitive: Primitive, request: MotionRequest, problem: Problem, solution: Solution, points: np.ndarray, ending: Ending
 ) -> Report:
-    """Return the report of a plan.
-
-    control_points (J, N + 2): of the moving part. reach (J, 4, 2): lowest and highest values behind it.
-    """
-    curves, goal = curves_of(control_points), request.goal
-    positions, step = curves[:, 0], problem.duration / (curves.shape[2] - 1)
-    extremes = extremes_of(curves) * step ** -np.arange(4.0)[:, None]
-    extremes[..., 0] = np.minimum(extremes[..., 0], reach[..., 0])
-    extremes[..., 1] = np.maximum(extremes[..., 1], reach[..., 1])
-    end = goal.positions - request.rest_fraction * request.duration * goal.velocities
+    """Return the report of a plan whose moving part has the position's control points `points` (J, N + 2)."""
+    curves, arrival, joints = curves_of(points), ending.arrival, len(points)
+    step = problem.duration / (curves.shape[2] - 1)
+    apart = points - problem.imitated.control_points, problem.space.positions(solution.x - problem.origin)
+    distance = Distance.of(positions_of(np.concatenate(apart)))
     return Report(
         imitation_rms=_imitation_rms(primitive, request, problem, solution),
-        final_error_positions=np.abs(positions[:, -1] - end),
-        final_error_velocities=np.abs(curves[:, 1, -1] / step - goal.velocities),
-        extremes=by_quantity(extremes),
-        margin=by_quantity(margins(extremes, request.limits)),
+        final_error_positions=np.abs(curves[:, 0, -1] - arrival.positions),
+        final_error_velocities=np.abs(curves[:, 1, -1] / step - arrival.velocities),
+        **reached(extremes(curves) * step ** -_ORDERS, ending),
         active=_active(problem, solution),
-        from_demonstration=Distance.of(positions - positions_of(problem.imitated.control_points)),
-        by_limits=Distance.of(positions - positions_of(problem.space.positions(problem.origin))),
+        from_demonstration=Distance(distance.rms[:joints], distance.max[:joints]),
+        by_limits=Distance(distance.rms[joints:], distance.max[joints:]),
         phase=request.phase,
         basis_count=problem.space.count,
         certified=True,
@@ -104,15 +93,20 @@ def make_report(
     )
 
 
-def margins(extremes: np.ndarray, limits: Limits) -> np.ndarray:
-    """Smallest distances (J, 4) of the `extremes` (J, 4, 2) of all quantities to their limits."""
-    ranges = limits.ranges
-    return np.minimum(extremes[:, :, 0] - ranges[:, :, 0], ranges[:, :, 1] - extremes[:, :, 1])
+_ORDERS = np.arange(4.0)[:, None]
 
 
-def by_quantity(values: np.ndarray) -> dict[str, np.ndarray]:
-    """Name the columns of `values` (J, 4, …)."""
-    return {name: values[:, k] for k, name in enumerate(QUANTITIES)}
+def reached(extremes: np.ndarray, ending: Ending) -> dict[str, Any]:
+    """Return the fields `extremes` and `margin` of a motion whose moving part has `extremes` (J, 4, 2)."""
+    ranges = ending.request.limits.ranges
+    low = np.minimum(extremes[..., 0], ending.reach[..., 0])
+    high = np.maximum(extremes[..., 1], ending.reach[..., 1])
+    margins = np.minimum(low - ranges[..., 0], ranges[..., 1] - high)
+    both = np.stack([low, high], axis=2)
+    return {
+        "extremes": {name: both[:, k] for k, name in enumerate(QUANTITIES)},
+        "margin": {name: margins[:, k] for k, name in enumerate(QUANTITIES)},
+    }
 
 
 def _imitation_rms(primitive: Primitive, request: MotionRequest, problem: Problem, solution: Solution) -> np.ndarray:

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from motion.braking import TOUCH, UNLIMITED, stop_extremes
+from motion.braking import TOUCH, UNLIMITED, Floats, stop_extremes
 from motion.errors import CannotStop
-from motion.limits import SIGNS, Limits
+from motion.limits import Limits
 from motion.request import Boundary, MotionRequest
 
 ON_LIMIT = 1e-9
@@ -27,23 +28,34 @@ def arriving(request: MotionRequest) -> np.ndarray:
     """Return the interval (J, 2) of the acceleration at the end of each joint's moving part.
 
     Position limits of the stop are not considered here.
-
-    A given acceleration is an interval of no width. The velocity peaks at v + a|a|/2J during the stop.
     """
-    limits, wanted = request.limits, request.final_accelerations
-    # Row 0 is the lower end, with its sign turned.
-    velocities = SIGNS[:, None] * request.goal.velocities
-    # A joint that arrives at its velocity limit has come from inside it.
-    from_inside = velocities <= limits.velocities * (ON_LIMIT - 1)
-    reach = np.where(from_inside, 0.0, limits.accelerations)
-    if request.tail == "stop":
-        jerks, slower = np.minimum(limits.jerks, UNLIMITED), limits.velocities + TOUCH - velocities
-        reach = np.minimum(np.minimum(reach, UNLIMITED), np.sqrt(2 * jerks * np.maximum(slower, 0.0)))
-    low, high = -reach[0], reach[1]
-    outside = (wanted < low) | (wanted > high)
-    given = ~np.isnan(wanted)
-    low, high = np.where(given, wanted, low), np.where(given, wanted, high)
-    return np.array([np.where(outside, np.inf, low), high]).T
+    each = zip(*(values.tolist() for values in _arrival(request)), strict=True)
+    return np.array([_interval(*joint, request.tail == "stop", Floats) for joint in each])
+
+
+def _arrival(request: MotionRequest) -> tuple[np.ndarray, ...]:
+    limits = request.limits
+    bounds = limits.velocities, limits.accelerations, limits.jerks
+    return request.goal.velocities, request.final_accelerations, *bounds
+
+
+def _interval(velocity: Any, given: Any, fastest: Any, limit: Any, jerk: Any, stops: bool, xp: Any) -> tuple[Any, Any]:
+    """The interval of the final acceleration at a velocity. One that is given is an interval of no width.
+
+    The velocity peaks at v + a|a|/2J during the stop.
+    """
+    low, high = (_most(side * velocity, fastest, limit, jerk, stops, xp) for side in (-1.0, 1.0))
+    outside, fixed = (given < -low) | (given > high), given == given
+    return xp.where(outside, np.inf, xp.where(fixed, given, -low)), xp.where(fixed, given, high)
+
+
+def _most(velocity: Any, fastest: Any, limit: Any, jerk: Any, stops: bool, xp: Any) -> Any:
+    """The largest final acceleration upwards. A joint that arrives at its lower velocity limit comes from inside it."""
+    most = xp.where(velocity <= fastest * (ON_LIMIT - 1), 0.0, limit)
+    if not stops:
+        return most
+    slower = xp.maximum(fastest + TOUCH - velocity, 0.0)
+    return xp.minimum(xp.minimum(most, UNLIMITED), xp.sqrt(2 * xp.minimum(jerk, UNLIMITED) * slower))
 
 
 def final_accelerations(request: MotionRequest, remedy: bool = True) -> np.ndarray:
@@ -71,7 +83,7 @@ def never_stops(request: MotionRequest, ends: list[Boundary]) -> np.ndarray:
     joints = np.tile(np.arange(request.joint_count), len(ends))
     vectors = ([getattr(end, name) for end in ends] for name in ("positions", "velocities", "accelerations"))
     each = _ending_at(request, Boundary(*map(np.concatenate, vectors)), joints)
-    low, high = arriving(each).T
+    low, high = _interval(*_arrival(each), True, np)
     some = low <= high
     stops = _stays_below(each, np.where(some, low, 0.0)) & _stays_above(each, np.where(some, high, 0.0))
     return ~(some & stops).reshape(len(ends), -1)
@@ -146,7 +158,7 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
         chosen = np.full(speeds.size, joint)
         end = Boundary(goal.positions[chosen], sign * speeds.ravel(), goal.accelerations[chosen])
         each = _ending_at(request, end, chosen)
-        low, high = arriving(each).T
+        low, high = _interval(*_arrival(each), True, np)
         # The largest acceleration that keeps the upper limit is the one that is best for the lower.
         top = _largest(lambda a: _stays_below(each, a), np.minimum(low, high), high)
         stops = (low <= high) & np.isfinite(top)
