@@ -195,7 +195,7 @@ def _planned(
         if (stuck := end.stuck()).size:
             raise SolverFailed(int(stuck[0]), "the stop after the goal leaves the limits")
     points = problem.space.positions(solution.x)
-    report = make_report(primitive, request, problem, solution, points, end)
+    report = make_report(primitive, problem, solution, points, end)
     warm = Warm(len(problem.hull.s), solution.rows)
     return SplinePlan(request, end, request.duration, tick, report, points, warm)
 

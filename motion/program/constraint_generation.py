@@ -26,7 +26,7 @@ HARD = 30
 STRIDE, MANY = 3, 24
 """In the first round every third violated control point becomes a row, but not many more than so many."""
 
-BESIDE = -1, 0, 1
+BESIDE = np.array([-1, 0, 1])
 """A row of an earlier motion brings these with it."""
 
 TINY = 1e-12
@@ -100,8 +100,7 @@ def solve(
     for group in [*([k] for k in hard), [k for k in first if k not in hard]]:
         new = {k: first[k] for k in group}
         while new:
-            for k, rows in new.items():
-                _add_rows(problem, found, k, rows, effort, probe)
+            _add_rows(problem, found, new, effort, probe)
             busy = list(new)
             found.values[busy] = values = found.x[busy] @ problem.hull.rows.T
             new = {busy[k]: rows for k, rows in _violated(problem.passed(values, chosen[busy])).items()}
@@ -121,66 +120,70 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
         raise InfeasibleRows(row // (2 * len(hull.s)), int(hull.quantity[point]), float(hull.s[point]))
 
 
-def _add_rows(problem: Problem, found: Solution, k: int, new: np.ndarray, effort: Effort, probe: bool) -> None:
-    """Solve the program of the k-th joint once more, with new rows."""
-    joint, before = int(found.joints[k]), found.rows[k]
-    found.rounds[k] = round = found.rounds[k] + 1
-    if round > MAX_ROUNDS:
-        raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
-    rows = np.array(sorted({*before.tolist(), *new.tolist()})) if before.size else new
-    effort.spend(joint, len(rows))
+def _add_rows(problem: Problem, found: Solution, new: dict[int, list[int]], effort: Effort, probe: bool) -> None:
+    """Solve the programs of some joints once more, with `new` rows."""
+    which, sizes, rows = list(new), [], []
+    joints = found.joints[which]
+    for k, joint in zip(which, joints.tolist(), strict=True):
+        found.rounds[k] += 1
+        if found.rounds[k] > MAX_ROUNDS:
+            raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
+        own = sorted({*found.rows[k].tolist(), *new[k]})
+        effort.spend(joint, len(own))
+        sizes.append(len(own))
+        rows += own
+    rows, of, ends = np.array(rows), joints.repeat(sizes), np.cumsum(sizes)
     side, point = np.divmod(rows, len(problem.hull.s))
-    matrix, excess = problem.limit_rows.matrix[joint][point], problem.excess[joint].ravel()[rows]
+    matrix = problem.limit_rows.matrix[problem.limit_rows.kind[of], point]
     matrix *= SIGNS[side, None]
-    # Scaled so that the largest violation is 1.
-    size = max(excess.max(), TINY)
-    excess /= size
-    u, multipliers, status = least_distance(matrix, excess, tight=problem.precise or round > DROPPING_ROUNDS)
-    if status == UNCLEAR and not probe:
-        effort.spend_on_doubt(joint, len(rows), len(u))
-        u, multipliers, status = least_distance_in_doubt(matrix, excess)
-    if status == INFEASIBLE or (status and probe):
-        raise _contradiction(problem, joint, rows, multipliers)
-    if status:
-        raise SolverFailed(joint, status)
-    u *= size
-    np.add(problem.origin[joint, :-2], u, out=found.x[k, :-2])
-    found.size = max(found.size, len(rows))
-    if round < DROPPING_ROUNDS:
-        carrying = multipliers > IDLE * multipliers.max()
-        rows, multipliers = rows[carrying], multipliers[carrying]
-    found.rows[k], found.multipliers[k] = rows, multipliers
+    excess = problem.excess[of, side, point]
+    # Scaled so that the largest violation of each joint is 1.
+    scales = np.maximum(np.maximum.reduceat(excess, ends - sizes), TINY)
+    excess /= scales.repeat(sizes)
+    for k, joint, scale, size, end in zip(which, joints.tolist(), scales.tolist(), sizes, ends.tolist(), strict=True):
+        part, dropping = slice(end - size, end), found.rounds[k] < DROPPING_ROUNDS
+        program = matrix[part], excess[part]
+        u, multipliers, status = least_distance(*program, tight=problem.precise or found.rounds[k] > DROPPING_ROUNDS)
+        if status == UNCLEAR and not probe:
+            effort.spend_on_doubt(joint, size, len(u))
+            u, multipliers, status = least_distance_in_doubt(*program)
+        if status == INFEASIBLE or (status and probe):
+            raise _contradiction(problem, joint, rows[part], multipliers)
+        if status:
+            raise SolverFailed(joint, status)
+        found.x[k, :-2] = problem.origin[joint, :-2] + scale * u
+        found.size = max(found.size, size)
+        carrying = multipliers > (IDLE * multipliers.max() if dropping else -np.inf)
+        found.rows[k], found.multipliers[k] = rows[part][carrying], multipliers[carrying]
 
 
-def _beside(problem: Problem, joint: int, warm: np.ndarray, first: np.ndarray) -> np.ndarray:
+def _beside(problem: Problem, joint: int, warm: np.ndarray, first: list[int]) -> list[int]:
     """The rows of an earlier motion, and their neighbours, to which they may have moved; the first ones without any."""
     excess = problem.excess[joint].ravel()
-    rows = np.array(sorted({row + beside for row in warm.tolist() for beside in BESIDE}), dtype=int) % excess.size
-    rows = rows[excess[rows] > -np.inf]
-    return rows if rows.size else first
+    rows = (warm[:, None] + BESIDE).ravel() % excess.size
+    return rows[excess[rows] > -np.inf].tolist() or first
 
 
-def _violated(over: np.ndarray, first: bool = False) -> dict[int, np.ndarray]:
+def _violated(over: np.ndarray, first: bool = False) -> dict[int, list[int]]:
     """Return the rows at the peaks of positive `over` (n, 2, R), by joint, for the joints that have some.
 
     The `first` time there are also some along each stretch. No peak reaches from one joint into the next: a joint's
     first control point is its start, which is fixed.
     """
-    flat, size = over.ravel(), over[0].size
+    flat = over.ravel()
     positive = (flat > 0).nonzero()[0]
     if not positive.size:
         return {}
     above = flat[positive]
-    peak = (above >= flat.take(positive - 1)) & (above >= flat.take(positive + 1, mode="clip"))
-    ends = positive.searchsorted(np.arange(len(over) + 1) * size).tolist()
-    found = {}
-    for k in range(len(over)):
-        stretch = slice(ends[k], ends[k + 1])
-        rows, wanted = positive[stretch] - k * size, peak[stretch]
-        if first:
-            wanted = wanted | (rows % max(STRIDE, len(rows) // MANY) == 0)
-        if rows.size:
-            found[k] = rows[wanted]
+    wanted = above >= flat[positive - 1]
+    wanted &= above >= flat.take(positive + 1, mode="clip")
+    joints, rows = np.divmod(positive, over[0].size)
+    if first:
+        strides = np.maximum(STRIDE, np.bincount(joints) // MANY)
+        wanted |= rows % strides[joints] == 0
+    found: dict[int, list[int]] = {}
+    for joint, row in zip(joints[wanted].tolist(), rows[wanted].tolist(), strict=True):
+        found.setdefault(joint, []).append(row)
     return found
 
 

@@ -22,14 +22,15 @@ own."""
 class LimitRows:
     """Two rows for each of R control points, for each of J joints: what a step u of z does to it; one for each side.
 
-    matrix: for each joint (R, N), shared where the equalities are alike: projected onto the null space of the
-    equalities, of unit norm, zero where decided. scales (J, R): 1/norm before, 1 where decided; signed (J, 2, R): the
+    matrix (K, R, N): one for each kind of equalities, projected onto their null space, of unit norm, zero where decided;
+    kind (J,): which one is a joint's. scales (J, R): 1/norm before, 1 where decided; signed (J, 2, R): the
     same with the sign of the side. least (J, 4): the least scale of a row of each quantity, that of the row that moves
     most. bound (J, 2, R): index of each row's bound in (J, 2, KINDS). decided: flat indices in (J, 2, R) of the control
     points that the equalities alone place.
     """
 
-    matrix: list[np.ndarray]
+    matrix: np.ndarray
+    kind: np.ndarray
     scales: np.ndarray
     signed: np.ndarray
     least: np.ndarray
@@ -40,15 +41,15 @@ class LimitRows:
 @lru_cache(maxsize=32)
 def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
     """Return the rows of a hull's control points beside the equalities."""
-    each = [_projected(hull, span) for span in equalities.spans]
-    matrices, *rest = zip(*(each[k] for k in equalities.kind), strict=True)
-    scales, least, decided = map(np.array, rest)
+    each = zip(*(_projected(hull, span) for span in equalities.spans), strict=True)
+    matrix, *of_kinds = map(np.array, each)
+    scales, least, decided = (values[equalities.kind] for values in of_kinds)
     kind = hull.quantity + QUANTITIES * decided
     last = hull.last_acceleration
     kind[:, last] = np.where(decided[:, last], kind[:, last], KINDS - 1)
     bound = kind[:, None] + KINDS * np.arange(2 * len(kind)).reshape(-1, 2, 1)
     both = np.repeat(decided[:, None], 2, axis=1).ravel().nonzero()[0]
-    return LimitRows(list(matrices), scales, SIGNS[:, None] * scales[:, None], least, bound, both)
+    return LimitRows(matrix, np.array(equalities.kind), scales, SIGNS[:, None] * scales[:, None], least, bound, both)
 
 
 def _projected(hull: Hull, span: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

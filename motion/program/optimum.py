@@ -46,13 +46,13 @@ def optimum(problem: Problem, effort: Effort, warm: Warm | None = None, joints: 
 
 def _verified(problem: Problem, found: Solution) -> Solution:
     """The solution, whose limits were looked at, with its equalities looked at. Raises SolverFailed."""
-    targets = problem.targets[found.joints]
-    missed = np.abs(problem.equalities.missed(found.x, problem.targets, found.joints))
-    allowed = EQUALITY_TOLERANCE * np.maximum(1.0, np.abs(targets).max(axis=1))[:, None]
-    if not (missed <= allowed).all():
-        # Large weights that cancel each other, as in a motion that is over at once, leave their rounding.
-        terms = np.matmul(np.abs(problem.equalities.rows[found.joints]), np.abs(found.x)[:, :, None])
-        allowed = np.maximum(allowed, ROUNDING * terms[:, :, 0])
+    missed = abs(problem.equalities.missed(found.x, problem.targets, found.joints))
+    if missed.max(initial=0.0) <= EQUALITY_TOLERANCE:
+        return found
+    targets, rows = problem.targets[found.joints], problem.equalities.rows[found.joints]
+    allowed = EQUALITY_TOLERANCE * np.maximum(1.0, abs(targets).max(axis=1))[:, None]
+    # Large weights that cancel each other, as in a motion that is over at once, leave their rounding.
+    allowed = np.maximum(allowed, ROUNDING * np.matmul(abs(rows), abs(found.x)[:, :, None])[:, :, 0])
     if not (missed <= allowed).all():
         joint = (missed / allowed).max(axis=1).argmax()
         raise SolverFailed(int(found.joints[joint]), f"equalities are off by {missed[joint].max():.1e}")

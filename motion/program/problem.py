@@ -90,7 +90,7 @@ def build(
     space = make_space(count, _stiffness(primitive, part, request.place_time or PLACE_TIME))
     refinement = min(precision.refinement, MAX_ROWS // (4 * count))
     hull = make_hull(space, refinement, fixed.touched)
-    powers = request.moving_duration ** _ORDERS
+    powers = request.moving_duration**_ORDERS
     values = fixed.values * powers[fixed.quantity, None]
     width, final = request.limits.width * powers, final * powers[2]
     _fix_narrow(values[-1], final, 4 * precision.inside * width[:, 2])
@@ -107,7 +107,7 @@ def build(
     limits[..., 8] = SIGNS * final
     bounds = limits.take(rows.bound)
     bounds *= rows.scales[:, None]
-    _lead_back(hull, rows, SIGNS * values[0, :, None], limits[..., 0], bounds)
+    _lead_back(hull, rows, SIGNS * values[0, :, None] + ROUNDING * width[:, :1], limits[..., 4], bounds)
     over = at[:, None] * rows.signed
     over -= bounds
     excess = over + (precision.inside * width * rows.least).take(hull.quantity, axis=1)[:, None]

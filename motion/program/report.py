@@ -70,10 +70,10 @@ class Report:
 
 
 def make_report(
-    primitive: Primitive, request: MotionRequest, problem: Problem, solution: Solution, points: np.ndarray, ending: Ending
+    primitive: Primitive, problem: Problem, solution: Solution, points: np.ndarray, ending: Ending
 ) -> Report:
     """Return the report of a plan whose moving part has the position's control points `points` (J, N + 2)."""
-    curves, arrival, joints = curves_of(points), ending.arrival, len(points)
+    curves, request, arrival, joints = curves_of(points), ending.request, ending.arrival, len(points)
     step = problem.duration / (curves.shape[2] - 1)
     apart = points - problem.imitated.control_points, problem.space.positions(solution.x - problem.origin)
     distance = Distance.of(positions_of(np.concatenate(apart)))
@@ -81,7 +81,7 @@ def make_report(
         imitation_rms=_imitation_rms(primitive, request, problem, solution),
         final_error_positions=np.abs(curves[:, 0, -1] - arrival.positions),
         final_error_velocities=np.abs(curves[:, 1, -1] / step - arrival.velocities),
-        **reached(extremes(curves) * step ** -_ORDERS, ending),
+        **reached(extremes(curves) * step**-_ORDERS, ending),
         active=_active(problem, solution),
         from_demonstration=Distance(distance.rms[:joints], distance.max[:joints]),
         by_limits=Distance(distance.rms[joints:], distance.max[joints:]),
