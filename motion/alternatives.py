@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -94,32 +95,37 @@ def least_errors(primitive: Primitive, request: MotionRequest, ends: Sequence[En
     """
     begin, end = request.imitates
     part = imitated(primitive, begin, end, primitive.basis_count)
-    space = make_space(primitive.basis_count, 0.0)
-    rows = np.concatenate([space.rows_at(k, np.array([s])) for k, s in ((0, 1.0), (1, 1.0), (2, 0.0))])
-    moving = np.array([end.duration for end in ends])[:, None] * (1 - request.rest_fraction)
-    straight = np.array([end.duration for end in ends])[:, None] * request.rest_fraction
-    positions, velocities = (
-        np.array([getattr(end.goal, name) for end in ends]) for name in ("positions", "velocities")
-    )
+    rows, inverses = _end_rows(primitive.basis_count)
+    durations = np.array([end.duration for end in ends])[:, None]
+    moving, straight = durations * (1 - request.rest_fraction), durations * request.rest_fraction
+    positions, velocities = (np.array([values[k] for values in map(_values, ends)]) for k in (0, 1))
     start, shape = request.start, positions.shape
-    demonstrated = space.whitened(part.weights) @ rows[:, :-2].T
     targets = np.stack(
         [
             positions - straight * velocities - start.positions - moving * start.velocities,
             moving * (velocities - start.velocities),
-            np.broadcast_to(start.accelerations, shape) * moving**2,
+            np.broadcast_to(np.nan_to_num(start.accelerations), shape) * moving**2,
         ],
         axis=2,
     )
-    missed = targets - demonstrated
-    free = np.isnan(start.accelerations)
-    errors = np.empty(shape)
-    for joints, used in ((free, slice(0, 2)), (~free, slice(0, 3))):
-        if joints.any():
-            inverse = np.linalg.inv(rows[used, :-2] @ rows[used, :-2].T)
-            b = missed[:, joints, used]
-            errors[:, joints] = np.einsum("kji,il,kjl->kj", b, inverse, b)
+    missed = targets - part.weights @ rows.T
+    inverse = inverses[np.isnan(start.accelerations).astype(int)]
+    errors = (np.matmul(missed.transpose(1, 0, 2), inverse) * missed.transpose(1, 0, 2)).sum(axis=2).T
     return (errors / moving**4 / _scale(request) ** 2).sum(axis=1)
+
+
+@cache
+def _end_rows(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (3, N) on weights of final position and velocity and of the acceleration at the start.
+
+    And (CΨ⁻¹Cᵀ)⁻¹ (2, 3, 3) of all of them and of the first two, whose third row and column are zero.
+    """
+    space = make_space(count, 0.0)
+    rows = np.concatenate([space.rows_at(k, np.array([s])) for k, s in ((0, 1.0), (1, 1.0), (2, 0.0))])[:, :-2]
+    inverses = np.zeros((2, 3, 3))
+    inverses[0] = np.linalg.inv(rows @ rows.T)
+    inverses[1, :2, :2] = np.linalg.inv(rows[:2] @ rows[:2].T)
+    return rows @ space.factor.T, inverses
 
 
 def _hopeless(request: MotionRequest, ends: Sequence[End]) -> tuple[np.ndarray, np.ndarray]:
