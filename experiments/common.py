@@ -118,7 +118,7 @@ def qp(primitive: Primitive, request: MotionRequest) -> tuple[Plan, Samples]:
     return made, sampled(made)
 
 
-def sampled(made: Plan | SampledPlan) -> Samples:
+def sampled(made: Plan) -> Samples:
     """Return samples up to the hit; the last acceleration is the limit from the left."""
     samples = made.sample(np.arange(made.hit_index + 1) * STEP)
     samples.accelerations[-1] = made.sample(np.array([made.duration - 1e-9])).accelerations[0]

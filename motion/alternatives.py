@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from motion.errors import CannotStop, MotionError, OutOfTime
-from motion.plan import Plan, Warm, plan
+from motion.plan import SplinePlan, Warm, plan
 from motion.primitive import Primitive
 from motion.program.effort import Effort
 from motion.program.imitation import imitated
@@ -47,7 +47,7 @@ def plan_best(
     tick: float = 0.001,
     warm: Warm | None = None,
     verify: Callable[[Plan], None] | None = None,
-) -> tuple[int, Plan]:
+) -> tuple[int, SplinePlan]:
     """Plan the motion to the feasible one of the ends whose error is least; return its index and the plan.
 
     The error is the mean square of g̈ − τ²d̈, each joint in units of its acceleration limit. Ends are planned in the
@@ -60,7 +60,7 @@ def plan_best(
     effort = Effort(EFFORT * max(1.0, request.joint_count / 6))
     outside, stuck = _hopeless(request, ends)
     tried: dict[int, MotionError] = {}
-    best: tuple[float, int, Plan] | None = None
+    best: tuple[float, int, SplinePlan] | None = None
     for index in np.argsort(bounds, kind="stable").tolist():
         if effort.left <= 0 or (best is not None and bounds[index] >= best[0]):
             break

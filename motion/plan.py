@@ -90,7 +90,7 @@ class SplinePlan(Plan):
     control_points: np.ndarray
     warm: Warm
 
-    @cached_property
+    @property
     def moving(self) -> Trajectory:
         """The spline as polynomials between its knots."""
         pieces, duration = splines.pieces(self.control_points), self.request.moving_duration

@@ -49,13 +49,17 @@ class Trajectory:
         """States at `times` (n,), s from the start."""
         times = np.asarray(times, dtype=float)
         piece = np.maximum(np.searchsorted(self.breaks[:-1], times + ARRIVED, side="right") - 1, 0)
-        x = (times - self.breaks[piece])[:, None]
-        c = self.coefficients[piece].transpose(2, 0, 1)
-        return Samples(
-            c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5])))),
-            c[1] + x * (2 * c[2] + x * (3 * c[3] + x * (4 * c[4] + x * (5 * c[5])))),
-            2 * c[2] + x * (6 * c[3] + x * (12 * c[4] + x * (20 * c[5]))),
-        )
+        x, columns = (times - self.breaks[piece])[:, None], np.ascontiguousarray(self.coefficients.transpose(2, 0, 1))
+        states = []
+        for _ in range(3):
+            highest, *lower = columns[::-1]
+            values = highest.take(piece, axis=0)
+            for column in lower:
+                values *= x
+                values += column.take(piece, axis=0)
+            states.append(values)
+            columns = columns[1:] * np.arange(1.0, len(columns))[:, None, None]
+        return Samples(*states)
 
     def then(self, other: "Trajectory") -> "Trajectory":
         """This motion followed by `other`, which begins at this one's last break."""

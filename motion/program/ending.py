@@ -29,7 +29,7 @@ class Ending:
         if self.request.tail == "coast":
             return np.zeros(0, dtype=int)
         beyond = SIGNS * (self.reach[:, :2] - self.request.limits.ranges[:, :2])
-        return (beyond > TOUCH).any(axis=(1, 2)).nonzero()[0]
+        return np.flatnonzero((beyond > TOUCH).any(axis=(1, 2)))
 
     def trajectory(self) -> Trajectory:
         """The motion from the end of the moving part on."""

@@ -22,11 +22,11 @@ own."""
 class LimitRows:
     """Two rows for each of R control points, for each of J joints: what a step u of z does to it; one for each side.
 
-    matrix (K, R, N): one for each kind of equalities, projected onto their null space, of unit norm, zero where decided;
-    kind (J,): which one is a joint's. scales (J, R): 1/norm before, 1 where decided; signed (J, 2, R): the
-    same with the sign of the side. least (J, 4): the least scale of a row of each quantity, that of the row that moves
-    most. bound (J, 2, R): index of each row's bound in (J, 2, KINDS). decided: flat indices in (J, 2, R) of the control
-    points that the equalities alone place.
+    matrix (K, R, N): for each kind of equalities, projected onto their null space, of unit norm, zero where decided;
+    kind (J,): a joint's. scales (J, R): 1/norm before, 1 where decided; signed (J, 2, R): the same with the sign of the
+    side. least (J, 4): the least scale of a row of each quantity, that of the row that moves most. bound (J, 2, R):
+    index of each row's bound in (J, 2, KINDS). decided: flat indices in (J, 2, R) of the control points that the
+    equalities alone place.
     """
 
     matrix: np.ndarray

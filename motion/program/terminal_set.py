@@ -30,7 +30,7 @@ def arriving(request: MotionRequest) -> np.ndarray:
     Position limits of the stop are not considered here.
     """
     each = zip(*(values.tolist() for values in _arrival(request)), strict=True)
-    return np.array([_interval(*joint, request.tail == "stop", Floats) for joint in each])
+    return np.array([_interval(request.tail == "stop", Floats, *joint) for joint in each])
 
 
 def _arrival(request: MotionRequest) -> tuple[np.ndarray, ...]:
@@ -39,7 +39,7 @@ def _arrival(request: MotionRequest) -> tuple[np.ndarray, ...]:
     return request.goal.velocities, request.final_accelerations, *bounds
 
 
-def _interval(velocity: Any, given: Any, fastest: Any, limit: Any, jerk: Any, stops: bool, xp: Any) -> tuple[Any, Any]:
+def _interval(stops: bool, xp: Any, velocity: Any, given: Any, fastest: Any, limit: Any, jerk: Any) -> tuple[Any, Any]:
     """The interval of the final acceleration at a velocity. One that is given is an interval of no width.
 
     The velocity peaks at v + a|a|/2J during the stop.
@@ -83,7 +83,7 @@ def never_stops(request: MotionRequest, ends: list[Boundary]) -> np.ndarray:
     joints = np.tile(np.arange(request.joint_count), len(ends))
     vectors = ([getattr(end, name) for end in ends] for name in ("positions", "velocities", "accelerations"))
     each = _ending_at(request, Boundary(*map(np.concatenate, vectors)), joints)
-    low, high = _interval(*_arrival(each), True, np)
+    low, high = _interval(True, np, *_arrival(each))
     some = low <= high
     stops = _stays_below(each, np.where(some, low, 0.0)) & _stays_above(each, np.where(some, high, 0.0))
     return ~(some & stops).reshape(len(ends), -1)
@@ -158,7 +158,7 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
         chosen = np.full(speeds.size, joint)
         end = Boundary(goal.positions[chosen], sign * speeds.ravel(), goal.accelerations[chosen])
         each = _ending_at(request, end, chosen)
-        low, high = _interval(*_arrival(each), True, np)
+        low, high = _interval(True, np, *_arrival(each))
         # The largest acceleration that keeps the upper limit is the one that is best for the lower.
         top = _largest(lambda a: _stays_below(each, a), np.minimum(low, high), high)
         stops = (low <= high) & np.isfinite(top)

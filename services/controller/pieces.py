@@ -1,5 +1,6 @@
 """Polynomial trajectories: checked exactly, for all times, then sampled for the loop."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,38 +70,37 @@ def _check_end(motion: Trajectory) -> None:
 
 def _check_joints(motion: Trajectory, config: RobotConfig) -> None:
     """Check that positions, velocities and accelerations are continuous where two pieces meet."""
-    before, after = motion.coefficients[:-1], motion.coefficients[1:]
-    lengths = np.diff(motion.breaks)[:-1, None]
-    for name, tolerance in JUMPS:
-        ends = np.polynomial.polynomial.polyval(lengths, before.transpose(2, 0, 1), tensor=False)
-        gaps = after[:, :, 0] - ends
-        jumps = ~(np.abs(gaps) <= tolerance)
-        if jumps.any():
-            piece, joint = np.argwhere(jumps)[0]
-            sentence = (
-                f"{name} of {config.joint_names[joint]} jump by {gaps[piece, joint]:.3g} at "
-                f"{motion.breaks[piece + 1]:.6g} s, from piece {piece} to the next; they must go on there"
-            )
-            raise bad_message("pieces.coefficients", sentence)
-        before, after = derivative(before), derivative(after)
+    # States at the ends of all pieces but the last, by a row of powers of their lengths for each derivative.
+    powers = np.diff(motion.breaks)[:-1, None] ** np.arange(m.COEFFICIENTS)
+    rows = np.zeros((len(powers), m.COEFFICIENTS, len(JUMPS)))
+    for order in range(len(JUMPS)):
+        rows[:, order:, order] = powers[:, : m.COEFFICIENTS - order] * _FACTORS[order, order:]
+    gaps = motion.coefficients[1:, :, : len(JUMPS)] * np.diagonal(_FACTORS) - np.matmul(motion.coefficients[:-1], rows)
+    jumps = ~(np.abs(gaps) <= [tolerance for _, tolerance in JUMPS])
+    if jumps.any():
+        piece, joint, order = np.argwhere(jumps)[0]
+        sentence = (
+            f"{JUMPS[order][0]} of {config.joint_names[joint]} jump by {gaps[piece, joint, order]:.3g} at "
+            f"{motion.breaks[piece + 1]:.6g} s, from piece {piece} to the next; they must go on there"
+        )
+        raise bad_message("pieces.coefficients", sentence)
+
+
+_FACTORS = np.array([[math.perm(power, order) for power in range(m.COEFFICIENTS)] for order in range(len(JUMPS))])
+"""What a derivative of an order makes of the coefficient of a power."""
 
 
 def _check_limits(motion: Trajectory, hit_index: int, config: RobotConfig) -> None:
     """Check that all four quantities are inside the limits at all times."""
-    begins, ends = motion.breaks[:-1], motion.breaks[1:]
-    position, *others = zip(QUANTITIES, config.limits.ranges.transpose(1, 2, 0), strict=True)
-    first, (low, high) = motion.coefficients[0, :, 0], position[1]
-    outside = np.any((first < low) | (first > high))
-    inside_from = led_back_ticks(hit_index) * config.tick if outside else 0.0
-    part = begins < inside_from
-    led_back = Span(part, begins, np.minimum(ends, inside_from))
-    _check_range("position", motion, led_back, led_back_ranges(first, config.limits), config)
-    part = ends >= inside_from
-    _check_range("position", motion, Span(part, np.maximum(begins, inside_from), ends), (low, high), config)
-    moved = motion
-    for quantity, (low, high) in others:
-        moved = Trajectory(motion.breaks, derivative(moved.coefficients))
-        _check_range(quantity, moved, Span(np.full(len(begins), True), begins, ends), (low, high), config)
+    begins, ends, ranges = motion.breaks[:-1], motion.breaks[1:], config.limits.ranges
+    first, (low, high) = motion.coefficients[0, :, 0], config.limits.positions.T
+    inside_from = 0.0
+    if np.any((first < low) | (first > high)):
+        inside_from = led_back_ticks(hit_index) * config.tick
+        led_back = ranges.copy()
+        led_back[:, 0] = np.stack(led_back_ranges(first, config.limits), axis=1)
+        _check_ranges(motion, Span(begins < inside_from, begins, np.minimum(ends, inside_from)), led_back, config)
+    _check_ranges(motion, Span(ends >= inside_from, np.maximum(begins, inside_from), ends), ranges, config)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,25 +112,27 @@ class Span:
     ends: np.ndarray
 
 
-def _check_range(
-    quantity: str, motion: Trajectory, span: Span, bounds: tuple[np.ndarray, np.ndarray], config: RobotConfig
-) -> None:
-    low, high = bounds
-    margin, joints = slack(low, high), config.joint_count
-    chosen = np.flatnonzero(span.pieces)
-    size = max(1, NUMBERS_AT_ONCE // motion.coefficients[0].size)
+def _check_ranges(motion: Trajectory, span: Span, ranges: np.ndarray, config: RobotConfig) -> None:
+    """Check that all quantities are inside their `ranges` (J, 4, 2)."""
+    low, high = ranges.transpose(2, 1, 0)
+    margin, chosen = slack(low, high), np.flatnonzero(span.pieces)
+    bounds = np.stack([low - margin, high + margin])[:, :, None]
+    size = max(1, NUMBERS_AT_ONCE // (motion.coefficients[0].size * len(QUANTITIES)))
     for start in range(0, len(chosen), size):
         some = chosen[start : start + size]
         begins, ends = span.begins[some], span.ends[some]
-        local = ((times - motion.breaks[some])[:, None] for times in (begins, ends))
-        curves = bernstein(motion.coefficients[some], *local).reshape(len(some) * joints, -1)
-        each = np.broadcast_to(np.stack([low - margin, high + margin])[:, None], (2, len(some), joints))
-        found = first_outside(curves, *each.reshape(2, -1))
+        quantities = np.zeros((len(QUANTITIES), len(some), *motion.coefficients.shape[1:]))
+        quantities[0] = motion.coefficients[some]
+        for order in range(1, len(QUANTITIES)):
+            quantities[order, ..., :-1] = derivative(quantities[order - 1])
+        curves = bernstein(quantities, *((times - motion.breaks[some])[:, None] for times in (begins, ends)))
+        each = np.broadcast_to(bounds, (2, *curves.shape[:-1])).reshape(2, -1)
+        found = first_outside(curves.reshape(-1, m.COEFFICIENTS), *each)
         if found is not None:
-            piece, joint = divmod(found.curve, joints)
+            order, piece, joint = np.unravel_index(found.curve, curves.shape[:-1])
             when = begins[piece] + found.at * (ends[piece] - begins[piece])
-            passed = float(low[joint]), float(high[joint])
-            raise limit_refusal(quantity, joint, found.value, passed, f"{when:.6g} s", config)
+            passed = float(low[order, joint]), float(high[order, joint])
+            raise limit_refusal(QUANTITIES[order], int(joint), found.value, passed, f"{when:.6g} s", config)
 
 
 def _sample(motion: Trajectory, count: int, config: RobotConfig) -> Samples:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from motion.limits import Limits
-from motion.plan import Plan
+from motion.plan import SplinePlan
 from motion.primitive import Primitive
 from motion.program.report import Distance, Report
 from motion.request import Waypoint
@@ -32,7 +32,7 @@ SAMPLED_S = 20.0
 def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
     """Return what the controller is to play: polynomials, or the samples of a method that has none."""
     frame = _frame(made, goal, goal_id, config, stamps)
-    if isinstance(made.plan, Plan):
+    if isinstance(made.plan, SplinePlan):
         return m.Trajectory(**frame, pieces=_pieces(made.plan))
     return m.Trajectory(**frame, **sample_matrices(made.plan.samples()))
 
@@ -43,12 +43,12 @@ def sampled_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig,
     every = max(1, math.ceil(plan.total_duration / SAMPLED_S - ROUNDING))
     count = math.ceil((frame["count"] - 1) / every) + 1
     frame |= {"dt": every * config.tick, "count": count, "hit_index": round(plan.hit_index / every)}
-    if every > 1 and isinstance(plan, Plan):
+    if every > 1 and isinstance(plan, SplinePlan):
         frame["pieces"] = _pieces(plan)
     return m.Trajectory(**frame, **sample_matrices(plan.sample(np.arange(count) * every * config.tick)))
 
 
-def _pieces(plan: Plan) -> m.Pieces:
+def _pieces(plan: SplinePlan) -> m.Pieces:
     motion = plan.trajectory
     return m.Pieces(breaks=motion.breaks.tolist(), coefficients=matrix_bytes(motion.coefficients))
 

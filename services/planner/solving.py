@@ -9,7 +9,7 @@ from typing import TypeVar
 from motion.alternatives import AllRefused, plan_best
 from motion.dmp_plan import plan_dmp
 from motion.errors import MotionError, OutOfTime
-from motion.plan import Plan, Warm, plan, plan_fastest
+from motion.plan import Plan, SplinePlan, Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.program.min_duration import stretched
 from motion.request import MotionRequest
@@ -48,7 +48,7 @@ Steps = Generator[Task | None, SampledPlan, ResultT]
 class Made:
     """A plan, to which end (0 the goal's own), from which origin, what it took, and what its check found."""
 
-    plan: Plan | SampledPlan
+    plan: Plan
     alternative: int
     origin: Origin
     solve_ms: float
@@ -64,7 +64,7 @@ class Verifier:
         self._goal = goal
         self._deadline = deadline
 
-    def __call__(self, plan: Plan | SampledPlan) -> None:
+    def __call__(self, plan: Plan) -> None:
         """Check a plan.
 
         Raises:
@@ -133,7 +133,7 @@ class Solver:
 
     def _planned(
         self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, verify: Verifier
-    ) -> tuple[int, Plan]:
+    ) -> tuple[int, SplinePlan]:
         """The end that is played and its plan, by the method "qp"."""
         warm, alternative = self._warm.get(goal.primitive), 0
         if goal.alternatives:
@@ -153,7 +153,7 @@ class Solver:
         origin: Origin,
         warm: Warm | None,
         verify: Verifier,
-    ) -> tuple[int, Plan]:
+    ) -> tuple[int, SplinePlan]:
         """Return the best end and its plan.
 
         If none was found and planning time ran out for the goal's own end, that end is planned as if it were alone.
@@ -178,7 +178,7 @@ class Solver:
         origin: Origin,
         warm: Warm | None,
         verify: Verifier,
-    ) -> Plan:
+    ) -> SplinePlan:
         """The plan of the goal's own end."""
         # Another duration is no answer to who must be there in time.
         remedy = goal.arrival_time is None and (origin.correction is None or goal.duration is not None)

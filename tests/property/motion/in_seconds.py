@@ -6,7 +6,7 @@ from functools import cache, cached_property
 import numpy as np
 from scipy.interpolate import BSpline
 
-from motion.plan import Plan
+from motion.plan import SplinePlan
 from motion.primitive import Primitive
 from motion.request import MotionRequest
 from tests.property.motion.independent import smallest_step
@@ -166,7 +166,7 @@ class InSeconds:
         rows, given = self.at(0, t)
         return rows @ weights + given
 
-    def weights_of(self, planned: Plan, joint: int = 0) -> np.ndarray:
+    def weights_of(self, planned: SplinePlan, joint: int = 0) -> np.ndarray:
         """A plan's weights: the control points (N,) of its acceleration."""
         accelerations = curve_of(planned.control_points[joint], self.end).derivative(2)
         return accelerations.c[: self.count, 0]

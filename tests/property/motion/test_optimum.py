@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from motion.errors import Infeasible, MotionError, SolverFailed
 from motion.limits import Limits
-from motion.plan import Plan, plan
+from motion.plan import SplinePlan, plan
 from motion.primitive import Primitive
 from motion.program.problem import PLACE_TIME
 from motion.request import MotionRequest
@@ -45,7 +45,7 @@ def drawn(seed: int) -> tuple[Primitive, MotionRequest, InSeconds]:
     return primitive, request, InSeconds(primitive, request, whole)
 
 
-def answer(primitive: Primitive, request: MotionRequest) -> Plan | MotionError:
+def answer(primitive: Primitive, request: MotionRequest) -> SplinePlan | MotionError:
     try:
         return plan(primitive, request, remedy=False)
     except MotionError as refusal:
@@ -62,7 +62,7 @@ def test_costs_of_plans_are_those_of_optima() -> None:
             best = afresh.optimum()
         except Inconclusive:
             continue
-        if isinstance(planned, Plan) and best is not None:
+        if isinstance(planned, SplinePlan) and best is not None:
             ratios[seed] = afresh.cost(afresh.weights_of(planned)) / afresh.cost(best)
     assert len(ratios) > 160
     assert min(ratios.values()) > 1 - 1e-6
@@ -85,7 +85,7 @@ def test_verdicts_are_those_of_another_solver(first: int) -> None:
         afresh = InSeconds(primitive, request, stiffness(primitive, request))
         found = answer(primitive, request)
         try:
-            if isinstance(found, Plan):
+            if isinstance(found, SplinePlan):
                 if afresh.optimum(-BORDER) is None:
                     wrong[seed] = "planned, but there is none"
             elif isinstance(found, Infeasible | SolverFailed) and afresh.optimum(BORDER) is not None:
@@ -127,7 +127,7 @@ def test_the_rest_of_a_demonstration_costs_little_more_than_its_optimum(place_ti
             best = afresh.optimum()
         except Inconclusive:
             continue
-        if isinstance(planned, Plan) and best is not None:
+        if isinstance(planned, SplinePlan) and best is not None:
             weights = afresh.weights_of(planned)
             errors[seed] = afresh.missed(weights) / afresh.missed(best)
             costs[seed] = afresh.cost(weights) / afresh.cost(best)
@@ -144,8 +144,8 @@ def test_the_imitation_error_is_that_of_the_curve(seed: int) -> None:
     primitive = make_primitive(rng)
     request = random_request(rng, primitive, "coast", replace(any_manner(rng), follow_through=0.0))
     planned = answer(primitive, request)
-    assume(isinstance(planned, Plan))
-    assert isinstance(planned, Plan)
+    assume(isinstance(planned, SplinePlan))
+    assert isinstance(planned, SplinePlan)
     duration = request.duration
     t = (np.arange(20_000) + 0.5) / 20_000 * duration
     left = 1 - request.phase

@@ -11,7 +11,7 @@ from scipy.interpolate import PPoly
 
 from motion.errors import CannotStop, Infeasible, MotionError
 from motion.limits import QUANTITIES
-from motion.plan import Plan, plan
+from motion.plan import SplinePlan, plan
 from motion.primitive import Primitive
 from motion.program.terminal_set import final_accelerations
 from motion.request import MotionRequest
@@ -42,7 +42,7 @@ def drawn(seed: int, tail: str, joints: int | None = None) -> tuple[Primitive, M
     return primitive, together(requests)
 
 
-def planned_or_not(primitive: Primitive, request: MotionRequest) -> Plan:
+def planned_or_not(primitive: Primitive, request: MotionRequest) -> SplinePlan:
     """The plan; requests that are refused are left out."""
     try:
         return plan(primitive, request)
@@ -51,14 +51,14 @@ def planned_or_not(primitive: Primitive, request: MotionRequest) -> Plan:
         raise
 
 
-def moving(planned: Plan) -> np.ndarray:
+def moving(planned: SplinePlan) -> np.ndarray:
     """All four quantities (4, n, J) of the moving part, from its control points."""
     end = planned.request.moving_duration
     curve, t = curve_of(planned.control_points, end), np.linspace(0, end, FINE)
     return np.array([curve(t, order) for order in range(4)])
 
 
-def behind(planned: Plan) -> np.ndarray:
+def behind(planned: SplinePlan) -> np.ndarray:
     """All four quantities (4, n, J) of what follows the moving part, up to the last break."""
     start = planned.request.moving_duration
     motion, breaks = as_polynomials(planned.trajectory)
@@ -91,7 +91,7 @@ def allowed(request: MotionRequest) -> np.ndarray:
     return np.where(touching, TOUCH, ROUNDING) * width
 
 
-def check_limits(planned: Plan) -> None:
+def check_limits(planned: SplinePlan) -> None:
     """No value anywhere beyond its limit, and none beyond the extremes that the report names."""
     request, report = planned.request, planned.report
     slack = allowed(request)
@@ -232,7 +232,7 @@ def test_warm_and_cold_give_the_same_verdict(seed: int) -> None:
         except MotionError as refusal:
             verdicts.append(type(refusal))
     cold, found = verdicts
-    if isinstance(cold, Plan) and isinstance(found, Plan):
+    if isinstance(cold, SplinePlan) and isinstance(found, SplinePlan):
         check_limits(found)
         width = np.ptp(moving(cold)[2], axis=0)
         assert np.all(np.abs(found.report.imitation_rms - cold.report.imitation_rms) < 2e-3 * width)
