@@ -10,6 +10,7 @@ from motion.errors import Infeasible, SolverFailed
 from motion.gaussian_program import INSTANTS, GaussianProgram, make_programs, rows
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
+from motion.program.least_distance import make_solver
 from motion.program.report import Distance
 from motion.request import MotionRequest
 from motion.sampled import SampledPlan, make_plan
@@ -25,9 +26,6 @@ TOLERANCES = 1e-9, 1e-7
 
 EQUALITY_TOLERANCE = 1e-9
 """Equalities hold to this part of the largest target, or it is no plan."""
-
-MAX_ITERATIONS = 60
-"""Good solves take 27 iterations or fewer."""
 
 ELSEWHERE = "this method looks for no other duration; method 'qp' names one that works"
 
@@ -87,7 +85,7 @@ def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray
     size = max(np.abs(nearest).max(), 1e-6)
     status = piqp.PIQP_UNSOLVED
     for tolerance in TOLERANCES:
-        solver = _solver(tolerance)
+        solver = make_solver(tolerance, tolerance)
         bounds = program.low / size, program.high / size
         solver.setup(program.P, program.c / size, program.A, program.b / size, np.asfortranarray(program.G), *bounds)
         status = solver.solve()
@@ -98,15 +96,6 @@ def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray
             # What is fixed holds to rounding.
             return w + np.linalg.lstsq(program.A, program.b - program.A @ w)[0]
     raise SolverFailed(joint, status.name)
-
-
-def _solver(tolerance: float) -> piqp.DenseSolver:
-    solver = piqp.DenseSolver()
-    settings = solver.settings
-    settings.max_iter = MAX_ITERATIONS
-    settings.eps_abs = settings.eps_duality_gap_abs = tolerance
-    settings.eps_rel = settings.eps_duality_gap_rel = tolerance
-    return solver
 
 
 def _infeasible(program: GaussianProgram, joint: int, duration: float, multipliers: np.ndarray) -> Infeasible:

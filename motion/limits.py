@@ -87,7 +87,7 @@ class Limits:
 
     def outside(self, quantity: np.ndarray, values: np.ndarray, slack: np.ndarray | float = 0.0) -> np.ndarray:
         """Which values (…, F, J) of the quantities (F,) lie beyond their limits by more than `slack`; NaN do not."""
-        low, high = self.ranges.transpose(2, 1, 0)[:, quantity]
+        low, high = self.ranges.transpose(2, 1, 0).take(quantity, axis=1)
         return (values < low - slack) | (values > high + slack)
 
     def exceeded(

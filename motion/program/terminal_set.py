@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from motion.braking import TOUCH, UNLIMITED, Floats, stop_extremes
+from motion.braking import TOUCH, UNLIMITED, Floats, fastest_stop
 from motion.errors import CannotStop
 from motion.limits import Limits
 from motion.request import Boundary, MotionRequest
@@ -85,7 +85,7 @@ def never_stops(request: MotionRequest, ends: list[Boundary]) -> np.ndarray:
     each = _ending_at(request, Boundary(*map(np.concatenate, vectors)), joints)
     low, high = _interval(True, np, *_arrival(each))
     some = low <= high
-    stops = _stays_below(each, np.where(some, low, 0.0)) & _stays_above(each, np.where(some, high, 0.0))
+    stops = _stays(False, each, np.where(some, low, 0.0)) & _stays(True, each, np.where(some, high, 0.0))
     return ~(some & stops).reshape(len(ends), -1)
 
 
@@ -103,25 +103,17 @@ def _stoppable(request: MotionRequest, interval: np.ndarray) -> tuple[np.ndarray
     """
     low, high = interval.T
     start = np.minimum(low, high)
-    bottom = -_largest(lambda a: _stays_above(request, -a), -high, -start)
-    top = _largest(lambda a: _stays_below(request, a), start, high)
+    bottom = -_largest(lambda a: _stays(True, request, -a), -high, -start)
+    top = _largest(lambda a: _stays(False, request, a), start, high)
     return np.where(low <= high, bottom, np.inf), top
 
 
-def _stays_below(request: MotionRequest, accelerations: np.ndarray) -> np.ndarray:
-    """Whether stops from some final accelerations (…, J) keep the upper position limits: bool (…, J)."""
-    limits = request.limits
-    bounds = limits.accelerations, limits.jerks
-    _, highest, _, _ = stop_extremes(request.stops_at, request.goal.velocities, accelerations, *bounds)
-    return highest <= limits.positions[:, 1] + TOUCH
-
-
-def _stays_above(request: MotionRequest, accelerations: np.ndarray) -> np.ndarray:
-    """Whether stops from some final accelerations (…, J) keep the lower position limits: bool (…, J)."""
-    limits = request.limits
-    bounds = limits.accelerations, limits.jerks
-    lowest, _, _, _ = stop_extremes(request.stops_at, request.goal.velocities, accelerations, *bounds)
-    return lowest >= limits.positions[:, 0] - TOUCH
+def _stays(above: bool, request: MotionRequest, accelerations: np.ndarray) -> np.ndarray:
+    """Whether stops from some final accelerations (…, J) stay above the lower or below the upper position limits."""
+    goal, limits = request.goal, request.limits
+    stop = fastest_stop(goal.velocities, accelerations, limits.accelerations, limits.jerks)
+    lowest, highest, _, _ = stop.extremes(request.stops_at)
+    return lowest >= limits.positions[:, 0] - TOUCH if above else highest <= limits.positions[:, 1] + TOUCH
 
 
 def _largest(
@@ -160,9 +152,9 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
         each = _ending_at(request, end, chosen)
         low, high = _interval(True, np, *_arrival(each))
         # The largest acceleration that keeps the upper limit is the one that is best for the lower.
-        top = _largest(lambda a: _stays_below(each, a), np.minimum(low, high), high)
+        top = _largest(lambda a: _stays(False, each, a), np.minimum(low, high), high)
         stops = (low <= high) & np.isfinite(top)
-        return (stops & _stays_above(each, np.where(stops, top, 0.0))).reshape(speeds.shape)
+        return (stops & _stays(True, each, np.where(stops, top, 0.0))).reshape(speeds.shape)
 
     largest = float(_largest(stoppable, np.zeros(1), np.abs(goal.velocities[[joint]]), TRIED)[0])
     return sign * largest * (1 - 1e-6) if np.isfinite(largest) else None
