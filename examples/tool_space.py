@@ -12,12 +12,14 @@ import sys
 from client import Refusal, connect, tool
 from client import messages as m
 
-PLACE = [0.48, 0.2, 0.38]
+PLACE = [0.2, -0.9, 1.2]
 """A little above where the demonstration hits the ball, m."""
-ALONG = [0.0, 1.0, 0.1]
+ALONG = [1.0, 0.2, 0.1]
 """Where the racket's face looks."""
-VELOCITY = [0.0, 2.0, 0.3]
+VELOCITY = [3.0, 0.5, 0.5]
 """How the racket moves there, m/s."""
+BEHIND = [-0.8, -0.5, 1.0]
+"""A place that the racket passes as it swings back."""
 TOO_FAR = [2.0, 0.0, 0.5]
 
 
@@ -27,8 +29,8 @@ def main(endpoint: str | None = None) -> None:
         hit = arm.goal("forehand", tool=tool(PLACE, axis=ALONG, velocity=VELOCITY))
         print("the joints end at", [round(value, 3) for value in hit.reply.positions], "rad")
         print("played:", hit.wait().outcome)
-        above = m.Waypoint(time_from_start=0.5, tool=tool([0.4, 0.0, 0.5]))
-        print("through a place on the way:", arm.goal("forehand", tool=tool(PLACE), waypoints=[above]).wait().outcome)
+        behind = m.Waypoint(time_from_start=0.5, tool=tool(BEHIND))
+        print("through a place behind it:", arm.goal("forehand", tool=tool(PLACE), waypoints=[behind]).wait().outcome)
         try:
             arm.goal("forehand", tool=tool(TOO_FAR))
         except Refusal as refusal:

@@ -12,6 +12,8 @@ from robot.description import RobotConfig
 MAX_FOLLOW_THROUGH_S = 0.5
 SHORTEST, LONGEST = 1e-6, 1e6
 """Of a direction or a quaternion, which are scaled to a length of 1."""
+LARGEST = 1e4
+"""m, m/s or rad/s, of a tool: more is no arm's."""
 
 
 def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
@@ -119,6 +121,11 @@ def _check_pose(tool: m.ToolGoal, field: str) -> None:
         value = getattr(tool, name)
         if value is not None and not SHORTEST <= math.hypot(*value) <= LONGEST:
             sentence = f"{field}.{name} is {list(value)}; its length must lie between {SHORTEST:g} and {LONGEST:g}"
+            raise _invalid(f"{field}.{name}", sentence)
+    for name in ("position", "velocity", "angular_velocity"):
+        value = getattr(tool, name) or (0.0,)
+        if max(map(abs, value)) > LARGEST:
+            sentence = f"{field}.{name} is {list(value)}; its numbers must lie within {LARGEST:g} of 0"
             raise _invalid(f"{field}.{name}", sentence)
 
 

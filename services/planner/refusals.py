@@ -1,16 +1,11 @@
 """From what motion says is wrong to refusals, joints by name."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from protocol.errors import Refusal
 from robot.motion_check import Collides, TorqueExceeded
-
-if TYPE_CHECKING:
-    from robot.inverse_kinematics import Unreachable
+from robot.tool_target import Unreachable
 
 
 def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:

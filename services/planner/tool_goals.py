@@ -13,11 +13,12 @@ from motion.errors import InvalidMotion
 from motion.primitive import Primitive
 from protocol import messages as m
 from robot.description import RobotConfig
+from robot.tool_target import ToolTarget, Unreachable, rotation_of
 from services.planner.goals import Origin, duration_of, limits_of
 from services.planner.refusals import invalid, unreachable
 
-if TYPE_CHECKING:  # mink is imported with the first goal in tool space: it takes a third of a second
-    from robot.inverse_kinematics import InverseKinematics, ToolTarget, Unreachable
+if TYPE_CHECKING:  # it imports mink, which takes a third of a second
+    from robot.inverse_kinematics import InverseKinematics
 
 
 def is_in_tool_space(goal: m.Goal) -> bool:
@@ -101,8 +102,6 @@ class ToolSpace:
         Raises:
             Refusal: `unreachable`, its sentence begins with the `field`.
         """
-        from robot.inverse_kinematics import Unreachable
-
         target = target_of(tool)
         if only_near:
             near = self.kinematics.nearby(target, ranges, seeds[0])
@@ -122,8 +121,6 @@ class ToolSpace:
         self, target: ToolTarget, postures: Sequence[np.ndarray], limits: np.ndarray
     ) -> tuple[list[_End], list[Unreachable]]:
         """Return the postures in which the tool can move as asked, and why it cannot in the others."""
-        from robot.inverse_kinematics import Unreachable
-
         ends: list[_End] = []
         errors: list[Unreachable] = []
         for posture in postures:
@@ -166,8 +163,6 @@ class ToolSpace:
 
 def target_of(tool: m.ToolGoal) -> ToolTarget:
     """Return the target of a goal that `check_goal` has passed."""
-    from robot.inverse_kinematics import ToolTarget, rotation_of
-
     velocity, turning = (None if v is None else np.array(v) for v in (tool.velocity, tool.angular_velocity))
     return ToolTarget(
         position=np.array(tool.position),

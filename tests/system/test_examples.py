@@ -33,9 +33,9 @@ PRINTED = {
     "tool_space": [
         r"^the joints end at \[",
         "^played: succeeded$",
-        "on the way: succeeded$",
-        "^refused, unreachable: tool: .* farther than the arm reaches",
-        r"^1\.\d\d m nearer it can be: \[",
+        "behind it: succeeded$",
+        "^refused, unreachable: tool: .* the arm does not reach there",
+        r"^0\.8\d m nearer it can be: \[",
     ],
     "correct": [
         r"at phase 0\.\d\d: hits at 0\.09 rad",

@@ -186,6 +186,8 @@ def test_joint_ranges_are_told_from_reach(lab: Lab):
         ("tool.axis", {"tool": {"position": [0.4, 0, 0.4], "axis": [0, 0, 1], "orientation": [1, 0, 0, 0]}}),
         ("tool.axis", {"tool": {"position": [0.4, 0, 0.4], "axis": [0, 0, 0]}}),
         ("tool.orientation", {"tool": {"position": [0.4, 0, 0.4], "orientation": [0, 0, 0, 0]}}),
+        ("tool.position", {"tool": {"position": [0.4, 0, 1e300]}}),
+        ("tool.velocity", {"tool": {"position": [0.4, 0, 0.4], "velocity": [-1e5, 0, 0]}}),
         (
             "waypoints[0].tool",
             {"waypoints": [{"time_from_start": 0.5, "tool": {"position": [0, 0, 1]}, "positions": [0.0] * 6}]},

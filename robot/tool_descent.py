@@ -1,0 +1,153 @@
+"""From a seed to a posture that has the tool at a pose.
+
+mink says how far the tool is from its pose and how the joints change that; a damped Gauss-Newton descent inside the
+joints' ranges leads there, and a redundant arm then moves in its null space towards a preferred posture. Steps are
+counted, not timed, so every machine returns the same answer.
+"""
+
+import mink
+import mujoco
+import numpy as np
+
+from robot.description import RobotConfig
+from robot.kinematics import Kinematics
+from robot.tool_target import Posture, ToolTarget
+
+MET, AIMED_AT = 1e-7, 1e-10
+"""Error (m, rad) up to which a pose is met, and at which a descent ends: nearly always, and where the arm is stretched
+out only slowly."""
+STEPS, PULLS, STEPS_A_PULL = 30, 6, 6
+"""Steps of a descent, moves in the null space, and steps that lead back to the pose after each."""
+STUCK, STUCK_STEPS = 0.97, 5
+"""A descent ends where more than this part of the error is left by each of so many steps."""
+PULL_GAIN, LEAST_PULL = 0.97, 0.005
+"""The last move in the null space leaves more than this part of the distance, or would be shorter than this (rad)."""
+FIRST_DAMPING, LEAST_DAMPING = 0.1, 1e-4
+LONGEST_STEP = 0.8
+"""rad, on any joint: beyond it the linearisation says nothing."""
+FULL_TURN = 2 * np.pi
+
+
+class ToolDescent:
+    """Descents of one arm. It holds its own MuJoCo data: use one per thread.
+
+    turns: (J,), which joints are hinges.
+    """
+
+    def __init__(self, config: RobotConfig) -> None:
+        kinematics = Kinematics(config)
+        model, ids = kinematics.model, kinematics.joint_ids
+        self.turns = model.jnt_type[ids] == int(mujoco.mjtJoint.mjJNT_HINGE)
+        self._qpos, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
+        self._site = kinematics.site
+        self._frame = mink.FrameTask(self._site, "site", position_cost=1.0, orientation_cost=1.0)
+        self._pointing = mink.AxisAlignTask(self._site, "site")
+        self._configuration = mink.Configuration(model, kinematics.resting)
+        accelerations = config.limits.accelerations
+        scale = np.where(np.isfinite(accelerations), accelerations, 1.0)
+        self._weights = scale / scale.max()
+
+    def descend(
+        self, target: ToolTarget, positions: np.ndarray, ranges: np.ndarray, steps: int = STEPS
+    ) -> tuple[np.ndarray, float]:
+        """Lead joint positions (J,) inside `ranges` (J, 2) to the pose; return where they end and the error left."""
+        error, rows = self._error(target, positions)
+        damping, size, stuck = FIRST_DAMPING, float(np.linalg.norm(error)), 0
+        for _ in range(steps):
+            if size <= AIMED_AT or stuck >= STUCK_STEPS:
+                break
+            tried = np.clip(positions + _step(rows, error, damping, positions, ranges), *ranges.T)
+            next_error, next_rows = self._error(target, tried)
+            next_size = float(np.linalg.norm(next_error))
+            stuck = stuck + 1 if next_size > STUCK * size else 0
+            if next_size < size:
+                positions, error, rows, size = tried, next_error, next_rows, next_size
+                damping = max(damping / 8, LEAST_DAMPING)
+            else:
+                damping = 6 * max(damping, 1e-3)
+        return positions, size
+
+    def pull(self, target: ToolTarget, positions: np.ndarray, preferred: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+        """Return a posture that meets the target too and is as near to the preferred one as the null space leads."""
+        for _ in range(PULLS):
+            _, rows = self._error(target, positions)
+            away = (preferred - positions) / self._weights
+            _, values, basis = np.linalg.svd(rows * self._weights)
+            spanned = basis[: int(np.sum(values > 1e-6))]
+            move = self._weights * (away - spanned.T @ (spanned @ away))
+            longest = np.abs(move).max()
+            if longest < LEAST_PULL:
+                break
+            move *= min(1.0, LONGEST_STEP / longest)
+            tried, error = self.descend(target, np.clip(positions + move, *ranges.T), ranges, STEPS_A_PULL)
+            left = self.distance(tried, preferred) / float(np.linalg.norm(away))
+            if error <= MET and left < 1.0:
+                positions = tried
+            if error > MET or left > PULL_GAIN:
+                break
+        return positions
+
+    def distance(self, positions: np.ndarray, preferred: np.ndarray) -> float:
+        """Return how far postures are apart, each joint as its acceleration limit weighs it."""
+        return float(np.linalg.norm((positions - preferred) / self._weights))
+
+    def wind(self, positions: np.ndarray, preferred: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+        """Return the same posture whole turns nearer to the preferred one, where the ranges allow it."""
+        turned = positions - FULL_TURN * np.round((positions - preferred) / FULL_TURN)
+        inside = self.turns & (turned >= ranges[:, 0]) & (turned <= ranges[:, 1])
+        return np.where(inside, turned, positions)
+
+    def motion(self, target: ToolTarget, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return rows (m, J) of the tool's Jacobian and the velocities (m,) that are asked of them, in its frame."""
+        turned = self._place(positions).rotation().as_matrix().T
+        rows = self._configuration.get_frame_jacobian(self._site, "site")[:, self._dofs]
+        asked = (rows[:3], target.velocity), (rows[3:], target.angular_velocity)
+        given = [(part, turned @ wish) for part, wish in asked if wish is not None]
+        return np.concatenate([part for part, _ in given]), np.concatenate([wish for _, wish in given])
+
+    def posture(self, target: ToolTarget, positions: np.ndarray) -> Posture:
+        """Return where joint positions (J,) have the tool, and how far from the target."""
+        pose = self._place(positions)
+        rotation = pose.rotation().as_matrix()
+        cosine = 1.0
+        if target.rotation is not None:
+            cosine = (np.trace(rotation.T @ target.rotation) - 1) / 2
+        elif target.axis is not None:
+            cosine = rotation[:, 2] @ target.axis
+        distance = float(np.linalg.norm(pose.translation() - target.position))
+        angle = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        return Posture(positions, distance, angle, pose.translation().copy(), pose.rotation().wxyz.copy())
+
+    def _place(self, positions: np.ndarray) -> mink.SE3:
+        self._configuration.data.qpos[self._qpos] = positions
+        self._configuration.update()
+        return self._configuration.get_transform_frame_to_world(self._site, "site")
+
+    def _error(self, target: ToolTarget, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far the tool is from its pose (m, rad; 3 or 6 numbers), and the Jacobian of that."""
+        pose = self._place(positions)
+        rotation = pose.rotation() if target.rotation is None else mink.SO3.from_matrix(target.rotation)
+        self._frame.set_target(mink.SE3.from_rotation_and_translation(rotation, target.position))
+        rows, correction, _ = self._frame.compute_qp_residual(self._configuration)
+        rows, error = rows[:, self._dofs], -correction
+        if target.rotation is not None:
+            return error, rows
+        if target.axis is None:
+            return error[:3], rows[:3]
+        self._pointing.set_target(target.axis)
+        turning, correction, _ = self._pointing.compute_qp_residual(self._configuration)
+        return np.concatenate([error[:3], -correction]), np.concatenate([rows[:3], turning[:, self._dofs]])
+
+
+def _step(rows: np.ndarray, error: np.ndarray, damping: float, positions: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    """Return the damped Gauss-Newton step (J,) of the joints that their ranges do not hold back."""
+    free, step = np.ones(len(positions), dtype=bool), np.zeros(len(positions))
+    for _ in range(len(positions)):
+        part = rows[:, free]
+        step[:] = 0.0
+        step[free] = -part.T @ np.linalg.solve(part @ part.T + damping**2 * np.eye(len(error)), error)
+        held = free & (((positions <= ranges[:, 0]) & (step < 0)) | ((positions >= ranges[:, 1]) & (step > 0)))
+        if not held.any() or held.sum() == free.sum():
+            break
+        free &= ~held
+    return step * min(1.0, LONGEST_STEP / max(np.abs(step).max(), 1e-12))
