@@ -10,7 +10,7 @@ from robot.tool_target import Posture, ToolTarget, Unreachable
 from robot.tool_velocities import joint_velocities
 
 RANDOM_SEEDS, FURTHER_SEEDS = 6, 24
-"""Random postures from which to search, and how many more where the tool can be there, but was not found to point so."""
+"""Random postures from which to search, and how many more where the tool can be there, but not yet pointing so."""
 SAME_POSTURE = 0.02
 """rad, on any joint."""
 

@@ -60,7 +60,7 @@ def test_the_tool_hits_and_a_correction_moves_the_hit(arm: Arm, config: RobotCon
     velocity = np.array([0.1, 0.2, 0.05])
     handle = arm.goal("reach", tool=tool(place, axis=rotation[:, 2], velocity=velocity))
     arm.step(500)
-    moved = place + [0.02, -0.01, 0.01]
+    moved = place + np.array([0.02, -0.01, 0.01])
     corrected = handle.correct(tool=tool(moved, axis=rotation[:, 2], velocity=velocity))
     assert np.abs(np.array(corrected.reply.positions) - handle.reply.positions).max() < 0.2, "the same posture"
     hit, moves = at_the_hit(arm, corrected, judge)
