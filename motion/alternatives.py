@@ -46,7 +46,7 @@ def plan_best(
     ends: Sequence[End],
     tick: float = 0.001,
     warm: Warm | None = None,
-    verify: Callable[[Plan], None] | None = None,
+    verify: Callable[[SplinePlan], None] | None = None,
 ) -> tuple[int, SplinePlan]:
     """Plan the motion to the feasible one of the ends whose error is least; return its index and the plan.
 

@@ -8,6 +8,8 @@ import numpy as np
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import matrix_bytes
+from robot.description import RobotConfig
+from robot.kinematics import Kinematics
 from tools.drill.harness import short_demo
 from tools.drill.harness.cell import Cell
 
@@ -28,6 +30,7 @@ def valid_requests(cell: Cell) -> list[tuple[str, Body]]:
         ("execute", msgspec.to_builtins(trajectory, builtin_types=(bytes,))),
         ("execute", _pieces(trajectory, cell.home)),
         *(("goal", goal) for goal in _goals(cell.home)),
+        ("goal", _tool_goal(cell.config)),
         ("primitives", {}),
         *(("learn", demonstration) for demonstration in _demonstrations(cell.home)),
         ("forget", {"name": short_demo.NAME}),
@@ -116,6 +119,21 @@ def _goals(home: list[float]) -> list[Body]:
     ]
 
 
+def _tool_goal(config: RobotConfig) -> Body:
+    """A goal where the tool is at home, through a place beside it."""
+    place, rotation = Kinematics(config).tool_pose(config.home)
+    along = rotation[:, 2].tolist()
+    moves = {"velocity": [0.01, 0.0, 0.0], "angular_velocity": [0.0, 0.01, 0.0]}
+    beside = {"position": (place - 0.005 * rotation[:, 0]).tolist(), "axis": along}
+    return {
+        "primitive": "forehand",
+        "tool": {"position": place.tolist(), "orientation": None, "axis": along, "velocity": moves["velocity"]},
+        "waypoints": [{"time_from_start": 0.7, "tool": beside | moves}],
+        "duration": 1.5,
+        "plan_only": True,
+    }
+
+
 def _demonstrations(home: list[float]) -> list[Body]:
     """Return samples as arrays at a rate, and as a matrix at given times, smoothed."""
     samples = np.linspace(home, _near(home), 50)
@@ -125,7 +143,7 @@ def _demonstrations(home: list[float]) -> list[Body]:
         "times": np.linspace(0.0, 0.5, 50).tolist(),
         "smoothing": {"window_s": 0.11, "order": 3},
     }
-    as_arrays = {"positions": samples.tolist(), "rate": 100.0}
+    as_arrays = {"positions": samples.tolist(), "rate": 100.0, "joint_names": None}
     return [{"name": short_demo.NAME, "replace": True, **how} for how in (as_arrays, as_matrix)]
 
 
