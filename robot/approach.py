@@ -7,7 +7,7 @@ pair is looked at next when its way could be used up, pairs far apart seldom, ne
 import math
 import time
 from bisect import bisect_right
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
 import numpy as np
@@ -19,9 +19,6 @@ PRECISION = 2e-3
 
 LOOKS = 60
 """Most distances that are measured to find the smallest one, beside those that show that nothing collides."""
-
-AFTER = 4
-"""Of two bodies that collide the distance is measured at every so many steps after, for the smallest one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +75,7 @@ def approach(
         if nearest is None or seen.distance < nearest.distance:
             nearest = seen
         if seen.distance < floors[pair]:
-            return Approach(nearest, hit=_worst(look, seen, end))
+            return Approach(nearest, hit=seen)
         way = ways[pair]
         following = bisect_right(way, way[step] + seen.distance - floors[pair]) - 1
         if pair in latest:
@@ -104,12 +101,6 @@ class _Look:
             self._clearance.place(self._positions[step])
             self.step = step
         return Seen(self._clearance.distance(pair), pair, step)
-
-
-def _worst(look: _Look, hit: Seen, end: int) -> Seen:
-    """The step of the hit, with the smallest distance of the two from there on."""
-    after = range(hit.step, end + 1, AFTER)
-    return replace(hit, distance=min(look.at(step, hit.pair).distance for step in after))
 
 
 def _refined(
@@ -142,7 +133,7 @@ def _refined(
             continue
         seen = look.at(step, gap.first.pair)
         if seen.distance < floors[seen.pair]:
-            return Approach(seen, hit=_worst(look, seen, end))
+            return Approach(seen, hit=seen)
         if seen.distance < best:
             best, nearest = seen.distance, seen
         parts = [_Gap(gap.first, seen)] + ([] if gap.last is None else [_Gap(seen, gap.last)])

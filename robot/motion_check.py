@@ -36,6 +36,9 @@ ROUNDING = 1e-9
 ESCAPE = 1e-3
 """Bodies that are nearer than the margin when a motion begins may come this much (m) nearer still."""
 
+AFTER = 200
+"""Of two bodies that collide the distance is measured at so many instants after, for the smallest one."""
+
 Scope = Literal["all", "part", "none"]
 
 
@@ -60,8 +63,8 @@ class Collides(MotionError):
 class TorqueExceeded(MotionError):
     """A motion needs more torque than a joint has.
 
-    `value` (N·m, signed) is the first beyond `bound`, at `time` (s from the start). `min_duration` (s) is a duration in
-    which the motion can be played, None where none was found.
+    `time` (s from the start) is the first instant beyond `bound`, `value` (N·m, signed) the largest found in the second
+    around it. `min_duration` (s) is a duration in which the motion can be played, None where none was found.
     """
 
     quantity = "torque"
@@ -69,7 +72,8 @@ class TorqueExceeded(MotionError):
     def __init__(self, joint: int, value: float, bound: float, time: float, min_duration: float | None = None) -> None:
         remedy = "give it more time" if min_duration is None else f"a duration of {min_duration:.6g} s works"
         super().__init__(
-            f"joint {joint}: needs a torque of {value:.4g} N·m at {time:.3f} s and has {abs(bound):.4g} N·m; {remedy}"
+            f"joint {joint}: needs a torque of {abs(value):.4g} N·m, first more than its {abs(bound):.4g} N·m at "
+            f"{time:.3f} s; {remedy}"
         )
         self.joint = joint
         self.value = value
@@ -144,7 +148,7 @@ class MotionCheck:
         for first in range(0, count, SEGMENT):
             times = np.arange(first, min(first + SEGMENT, count) + 1) * self._step
             states = trajectory.sample(times)
-            done = not collision or self._apart(trajectory, times, states, floors, findings, deadline)
+            done = not collision or self._apart(trajectory, duration, times, states, floors, findings, deadline)
             if not done or (torque and not self._strong(times, states, findings, deadline)):
                 findings.scope = "part"
                 return findings
@@ -161,6 +165,7 @@ class MotionCheck:
     def _apart(
         self,
         trajectory: Trajectory,
+        duration: float,
         times: np.ndarray,
         states: Samples,
         floors: np.ndarray,
@@ -182,12 +187,21 @@ class MotionCheck:
         best = findings.nearest.distance if findings.nearest else math.inf
         found = approach(clearance, states.positions, ways, floors, best, deadline)
         if found.hit is not None:
-            hit = found.hit
-            raise Collides(clearance.pairs[hit.pair], float(times[hit.step]), hit.distance, clearance.margin)
+            pair, first = found.hit.pair, float(times[found.hit.step])
+            deepest = self._deepest(pair, trajectory, first, duration)
+            raise Collides(clearance.pairs[pair], first, deepest, clearance.margin)
         if found.nearest is not None and found.nearest.distance < best:
             near = found.nearest
             findings.nearest = Nearest(near.distance, *clearance.pairs[near.pair].bodies, float(times[near.step]))
         return found.complete
+
+    def _deepest(self, pair: int, trajectory: Trajectory, first: float, duration: float) -> float:
+        """Return the smallest distance of a pair from an instant on, m."""
+        distances = []
+        for positions in trajectory.sample(np.linspace(first, duration, AFTER)).positions:
+            self.clearance.place(positions)
+            distances.append(self.clearance.distance(pair))
+        return min(distances)
 
     def _ways(self, states: Samples, step: float) -> np.ndarray:
         """Return by how much the joints can bring each pair nearer in each step, (P, n - 1), m."""
@@ -209,10 +223,10 @@ class MotionCheck:
         use = np.abs(torques) / limits
         beyond = np.flatnonzero((use > 1 + ROUNDING).any(axis=1))
         if beyond.size:
-            row = beyond[steps[beyond].argmin()]
-            joint = int(use[row].argmax())
-            value, time_from_start = float(torques[row, joint]), float(times[steps[row]])
-            raise TorqueExceeded(joint, value, math.copysign(limits[joint], value), time_from_start)
+            first = beyond[steps[beyond].argmin()]
+            joint = int(use[first].argmax())
+            value = float(torques[use[:, joint].argmax(), joint])
+            raise TorqueExceeded(joint, value, math.copysign(limits[joint], value), float(times[steps[first]]))
         assert findings.torque_use is not None
         findings.torque_use = np.maximum(findings.torque_use, use.max(axis=0, initial=0.0))
         return time.perf_counter() <= deadline

@@ -1,0 +1,194 @@
+"""Goals that would drive an arm through itself, through a table or beyond its torques, on arms of other people."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from motion.demonstration import Demonstration
+from motion.primitive import Primitive, learn
+from motion.request import Boundary
+from protocol import messages as m
+from protocol.errors import Refusal
+from robot.clearance import Clearance
+from robot.description import RobotConfig, load_robot
+from robot.torques import InverseDynamics
+from services.planner.corrections import Correction
+from services.planner.goals import Origin
+from services.planner.messages import goal_reply
+from services.planner.solving import Made, Solver
+from tests import arms
+
+ARMS = {"ur5e": arms.UR5E, "panda": arms.PANDA}
+TABLE = 0.02
+"""Half the height of the table under the arm, m."""
+
+
+def on_a_table(arm: arms.Arm, folder: Path) -> Path:
+    """Write a scene in which the arm stands on a table, and return its file."""
+    spec = mujoco.MjSpec.from_file(str(arm.model))
+    spec.meshdir = str((arm.model.parent / spec.meshdir).resolve())
+    for key in spec.keys:
+        spec.delete(key)
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    spec.worldbody.add_geom(name="table", type=box, size=[1, 1, TABLE], pos=[0, 0, -0.03 - TABLE])
+    spec.compile()
+    scene = folder / "scene.xml"
+    scene.write_text(spec.to_xml())
+    return scene
+
+
+@dataclass(frozen=True)
+class Lab:
+    """An arm on a table, with a planner's solver."""
+
+    name: str
+    config: RobotConfig
+    solver: Solver
+    primitive: Primitive
+
+    def solved(self, correction: Correction | None = None, deadline: float = np.inf, **fields: Any) -> Made:
+        """Plan a goal from home at rest."""
+        goal = m.Goal(**{"primitive": "wave", "duration": 2.0, "plan_only": True, **fields})
+        origin = Origin(0.0, 0, Boundary(self.config.home, *np.zeros((2, len(self.config.home)))), correction)
+        with pytest.raises(StopIteration) as done:
+            next(self.solver.solve(goal, self.primitive, origin, deadline))
+        return done.value.value
+
+    def refused(self, **fields: Any) -> Refusal:
+        with pytest.raises(Refusal) as caught:
+            self.solved(**fields)
+        return caught.value
+
+    def home(self, moved: dict[str, float]) -> list[float]:
+        """Home, but for joints that are named."""
+        names, values = self.config.joint_names, self.config.home.tolist()
+        return [moved.get(name, value) for name, value in zip(names, values, strict=True)]
+
+    def distances(self, made: Made, bodies: tuple[str, ...]) -> np.ndarray:
+        """The distance of two bodies at every millisecond (n,), m."""
+        clearance = Clearance(self.config, self.config.load_model())
+        pairs = [index for index, pair in enumerate(clearance.pairs) if pair.bodies == bodies]
+        found = []
+        for positions in made.plan.samples().positions:
+            clearance.place(positions)
+            found.append(min(clearance.distance(pair) for pair in pairs))
+        return np.array(found)
+
+    def torques(self, made: Made) -> np.ndarray:
+        """Torques at every millisecond (n, J), N·m."""
+        dynamics, samples = InverseDynamics(self.config, self.config.load_model()), made.plan.samples()
+        states = zip(samples.positions, samples.velocities, samples.accelerations, strict=True)
+        return np.array([dynamics.torques(*state) for state in states])
+
+
+def lab_of(name: str, arm: arms.Arm, folder: Path) -> Lab:
+    arm = replace(arm, model=on_a_table(arm, folder))
+    file = arm.write(folder)
+    file.write_text(file.read_text().replace("20.0", "80.0").replace("500.0", "9e3").replace("3.0", "6.0"))
+    config = load_robot(file)
+    times = np.linspace(0, 1, 101)
+    shape = times**3 * (10 - 15 * times + 6 * times**2)
+    movement = config.home + np.outer(shape, np.resize([0.2, -0.15], config.joint_count))
+    return Lab(name, config, Solver(config), learn(Demonstration(2 * times, movement)))
+
+
+@pytest.fixture(scope="module", params=["ur5e", "panda"])
+def lab(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Lab:
+    """A UR5e, and a Panda with its hand."""
+    return lab_of(request.param, ARMS[request.param], tmp_path_factory.mktemp(request.param))
+
+
+@dataclass(frozen=True)
+class Trap:
+    """Joints that a goal moves away from home, and what it is refused for."""
+
+    moved: dict[str, float]
+    names: tuple[str, ...]
+
+
+SELF = {
+    "ur5e": Trap({"elbow_joint": 3.1}, ("wrist_3_link", "upper_arm_link")),
+    "panda": Trap({"joint2": -0.3, "joint4": -3.05, "joint6": 0.0}, ("left_finger", "link2")),
+}
+SCENE = {
+    "ur5e": Trap({"shoulder_lift_joint": 0.3}, ("wrist_3_link", "world")),
+    "panda": Trap({"joint2": 1.7}, ("left_finger", "world")),
+}
+STRONG = {
+    "ur5e": Trap({"shoulder_lift_joint": -2.7, "elbow_joint": 0.2}, ("shoulder_lift_joint",)),
+    "panda": Trap({"joint2": 0.8, "joint4": -0.5}, ("joint2",)),
+}
+FAST = 0.45
+
+
+@pytest.mark.parametrize("traps", [SELF, SCENE], ids=["itself", "table"])
+def test_a_plan_through_something_is_refused(lab: Lab, traps: dict[str, Trap]):
+    """With the bodies and the first instant that a replay at 1 kHz finds."""
+    trap = traps[lab.name]
+    refusal = lab.refused(positions=lab.home(trap.moved))
+    assert (refusal.code, refusal.detail["body"], refusal.detail["other"]) == ("collision", *trap.names)
+    made = lab.solved(positions=lab.home(trap.moved), checks=m.Checks(collision=False))
+    distances = lab.distances(made, trap.names)
+    margin = lab.config.collision.margin
+    assert refusal.detail["time_from_start"] == pytest.approx(np.flatnonzero(distances < margin)[0] / 1e3, abs=0.0021)
+    assert refusal.detail["distance"] == pytest.approx(distances.min(), abs=5e-3)
+    assert made.findings.nearest is None
+
+
+def test_a_plan_beyond_the_torques_is_refused_with_a_duration_that_works(lab: Lab):
+    trap = STRONG[lab.name]
+    refusal = lab.refused(positions=lab.home(trap.moved), duration=FAST)
+    assert (refusal.code, refusal.detail["quantity"], refusal.detail["joint"]) == ("limit", "torque", *trap.names)
+    joint = lab.config.joint_names.index(trap.names[0])
+    torques = lab.torques(lab.solved(positions=lab.home(trap.moved), duration=FAST, checks=m.Checks(torque=False)))
+    beyond = np.flatnonzero((np.abs(torques) > lab.config.torques).any(axis=1))
+    assert refusal.detail["time_from_start"] == pytest.approx(beyond[0] / 1e3, abs=0.0021)
+    assert abs(refusal.detail["value"]) == pytest.approx(np.abs(torques[:, joint]).max(), rel=0.01)
+    slower = lab.solved(positions=lab.home(trap.moved), duration=refusal.detail["min_duration"])
+    assert slower.findings.torque_use is not None
+    assert slower.findings.torque_use[joint] == pytest.approx(
+        np.abs(lab.torques(slower)[:, joint]).max() / lab.config.torques[joint], rel=0.01
+    )
+
+
+def test_the_report_says_what_was_found(lab: Lab):
+    made = lab.solved()
+    report = goal_reply(made, "", None, lab.config).report
+    assert (report.checked, report.certified) == ("all", True)
+    assert report.torque_use is not None
+    assert len(report.torque_use) == lab.config.joint_count
+    assert report.clearance is not None
+    assert 0.01 < report.clearance.distance < 0.05
+    unchecked = lab.solved(checks=m.Checks(collision=False, torque=False))
+    report = goal_reply(unchecked, "", None, lab.config).report
+    assert (report.checked, report.torque_use, report.clearance) == ("none", None, None)
+
+
+def test_an_end_that_collides_leaves_the_next(lab: Lab):
+    trap = SELF[lab.name]
+    other = m.Alternative(positions=(lab.config.home + 0.05).tolist())
+    assert lab.solved(positions=lab.home(trap.moved), alternatives=[other]).alternative == 1
+    refusal = lab.refused(positions=lab.home(trap.moved), alternatives=[m.Alternative(duration=2.5)])
+    assert (refusal.code, refusal.detail["alternatives"]) == ("collision", ["collision"])
+
+
+def test_the_fastest_keeps_the_torques(lab: Lab):
+    made = lab.solved(positions=lab.home(STRONG[lab.name].moved), fastest=True, duration=None)
+    assert np.all(np.abs(lab.torques(made)) <= lab.config.torques * 1.001)
+
+
+def test_motions_of_other_methods_are_checked_too(lab: Lab):
+    refusal = lab.refused(positions=lab.home(SELF[lab.name].moved), method="dmp", duration=3.0)
+    assert refusal.code == "collision"
+
+
+def test_a_correction_without_time_is_checked_in_part(lab: Lab):
+    """What lies far ahead passes, and the report says that it was not looked at."""
+    moved = lab.home(SELF[lab.name].moved)
+    made = lab.solved(positions=moved, duration=6.0, deadline=0.0)
+    assert made.findings.scope == "part"
+    assert lab.refused(positions=moved, duration=6.0).code == "collision"

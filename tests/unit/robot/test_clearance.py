@@ -1,0 +1,76 @@
+"""Which pairs of bodies plans are checked for, and their distances."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robot.clearance import Clearance, Ignored
+from tests.unit.robot.small_arm import small_arm
+
+EAST = [0.0, 0.0, 0.0]
+
+
+def made(folder: Path, more: str = "", **fields: str) -> Clearance:
+    config = small_arm(folder, more, **fields)
+    return Clearance(config, config.load_model())
+
+
+def pairs(clearance: Clearance) -> set[tuple[str, str]]:
+    return {(pair.bodies[0], pair.place) for pair in clearance.pairs}
+
+
+def test_what_flies_or_is_moved_by_hand_does_not_count(tmp_path: Path):
+    clearance = made(tmp_path)
+    assert pairs(clearance) == {
+        ("lower", "world (wall)"),
+        ("lower", "world (pedestal)"),
+        ("upper", "world (wall)"),
+        ("hand", "world (wall)"),
+        ("hand", "world (pedestal)"),
+        ("hand", "upper"),
+        ("finger", "world (wall)"),
+        ("finger", "world (pedestal)"),
+        ("finger", "upper"),
+        ("finger", "lower"),
+    }
+
+
+def test_what_is_ignored_is_listed_with_its_reason(tmp_path: Path):
+    clearance = made(tmp_path, '[collision]\nignore = [["finger", "world"]]')
+    assert set(clearance.ignored) == {
+        Ignored("lower", "upper", "neighbours"),
+        Ignored("hand", "lower", "neighbours"),
+        Ignored("upper", "world", "near at home"),
+        Ignored("finger", "world", "collision.ignore"),
+    }
+    assert ("upper", "world (wall)") in pairs(clearance), "of the world each geom counts alone"
+    assert not {pair for pair in pairs(clearance) if pair[0] == "finger" and "world" in pair[1]}
+    assert "near at home: upper – world" in str(clearance)
+
+
+def test_what_is_near_at_home_may_touch(tmp_path: Path):
+    folded = made(tmp_path, home="[1.57, 3.05, 0.0]")
+    assert Ignored("hand", "upper", "near at home") in folded.ignored
+    assert ("hand", "upper") not in pairs(folded)
+
+
+def test_distances_are_exact_where_they_are_small(tmp_path: Path):
+    clearance = made(tmp_path)
+    clearance.place(np.array(EAST))
+    index = [pair.place for pair in clearance.pairs if pair.bodies[0] == "hand"].index("world (wall)")
+    hand = [index for index, pair in enumerate(clearance.pairs) if pair.bodies[0] == "hand"][index]
+    assert clearance.distance(hand) == pytest.approx(1.9 - 1.74, abs=1e-6)
+    clearance.place(np.array([0.0, np.pi, 0.0]))
+    assert clearance.distance(hand) >= 0.2, "a lower bound"
+
+
+def test_held_joints_are_at_their_values(tmp_path: Path):
+    distances = []
+    for value in (0.0, 0.3):
+        clearance = made(tmp_path, f"[held]\ngrip = {value}\n")
+        clearance.place(np.array([0.0, 0.0, np.pi / 2]))
+        index = next(i for i, pair in enumerate(clearance.pairs) if pair.bodies == ("finger", "lower"))
+        distances.append(clearance.distance(index))
+    assert distances[0] == pytest.approx(0.13, abs=1e-6)
+    assert distances[1] > distances[0]

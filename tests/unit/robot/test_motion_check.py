@@ -1,0 +1,90 @@
+"""Checks of motions against collisions and torques, on an arm small enough to work them out."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motion.errors import MotionError
+from robot.motion_check import Collides, MotionCheck, TorqueExceeded
+from tests.unit.robot.small_arm import small_arm, straight
+
+NORTH, EAST = [1.57, 0.0, 0.0], [0.0, 0.0, 0.0]
+
+
+@pytest.fixture(scope="module")
+def check(tmp_path_factory: pytest.TempPathFactory) -> MotionCheck:
+    """The arm, with a finger that makes it reach the wall when stretched."""
+    return MotionCheck(small_arm(tmp_path_factory.mktemp("robot"), "torques = [60, 30, inf]\n[held]\ngrip = 0.0\n"))
+
+
+def refusal(check: MotionCheck, *motion: list[float], duration: float = 1.0, **asked: bool) -> MotionError:
+    with pytest.raises(MotionError) as caught:
+        check.check(straight(*motion, duration=duration), duration, **asked)
+    return caught.value
+
+
+def test_a_free_motion_says_how_near_it_came(check: MotionCheck):
+    found = check.check(straight(NORTH, [1.0, 0.3, 0.0]), 1.0)
+    assert found.scope == "all"
+    assert found.nearest is not None
+    assert found.torque_use is not None
+    assert 0 < found.torque_use[0] < 1
+    assert np.isnan(found.torque_use[2]), "no limit"
+    far = check.check(straight(NORTH, EAST), 1.0)
+    assert far.nearest is not None
+    assert (far.nearest.body, far.nearest.other) == ("finger", "world")
+    assert far.nearest.distance == pytest.approx(1.9 - 1.82, abs=2e-3)
+
+
+def test_the_folded_arm_meets_itself_at_the_right_instant(check: MotionCheck):
+    """The hand, 0.04 m thick, 0.7 m behind the elbow, comes near to the upper arm, 0.05 m thick."""
+    found = refusal(check, NORTH, [1.57, 3.1, 0.0])
+    assert isinstance(found, Collides)
+    assert (found.body, found.other) == ("hand", "upper")
+    angles = straight(NORTH, [1.57, 3.1, 0.0]).sample(np.array([found.time - 0.002, found.time])).positions[:, 1]
+    before, at = (0.7 * np.sin(np.pi - angle) - 0.09 for angle in angles)
+    assert at < 0.01 <= before
+    assert found.distance == pytest.approx(0.7 * np.sin(np.pi - 3.1) - 0.09, abs=1e-3)
+    assert "0.061 m deep into upper" in str(found)
+
+
+def test_what_is_near_at_the_start_may_only_part(check: MotionCheck):
+    inside = [1.57, 3.09, 0.0]
+    assert check.check(straight(inside, [1.57, 1.0, 0.0]), 1.0).scope == "all"
+    assert isinstance(refusal(check, inside, [1.57, 3.1, 0.0]), Collides)
+
+
+def test_a_fast_arm_is_looked_at_more_often(tmp_path: Path):
+    """At 118 rad/s the finger is within the margin for 1.2 ms, between two steps of 2 ms."""
+    careful = MotionCheck(small_arm(tmp_path, "[collision]\nmargin = 0.085\n"))
+    found = refusal(careful, NORTH, [-1.57, 0.0, 0.0], duration=0.05, torque=False)
+    assert isinstance(found, Collides)
+    assert (found.body, found.time) == ("finger", pytest.approx(0.025, abs=0.001))
+
+
+def test_torques_beyond_the_limits_name_joint_and_instant(check: MotionCheck):
+    """About the vertical axis the stretched arm has an inertia of some 2.4 kg·m²."""
+    found = refusal(check, NORTH, [2.9, 0.0, 0.0], duration=0.4)
+    assert isinstance(found, TorqueExceeded)
+    assert (found.joint, found.bound) == (0, 60.0)
+    assert found.value == pytest.approx(2.4 * 5.77 * 1.33 / 0.4**2, rel=0.05)
+    assert found.time < 0.1
+    assert check.check(straight(NORTH, [2.9, 0.0, 0.0], 0.4), 0.4, torque=False).torque_use is None
+
+
+def test_checks_can_be_left_out(check: MotionCheck):
+    motion = straight(NORTH, [1.57, 3.1, 0.0])
+    found = check.check(motion, 1.0, collision=False)
+    assert (found.scope, found.nearest) == ("all", None)
+    assert check.check(motion, 1.0, collision=False, torque=False).scope == "none"
+
+
+def test_without_time_the_nearest_future_is_checked(check: MotionCheck):
+    """The arm meets itself near the end; what comes before passes."""
+    motion = straight(NORTH, [1.57, 3.1, 0.0], 20.0)
+    assert check.check(motion, 20.0, deadline=time.perf_counter() + 0.002).scope == "part"
+    late = straight([1.57, 3.0, 0.0], [1.57, 3.1, 0.0], 20.0)
+    with pytest.raises(Collides):
+        check.check(late, 20.0, deadline=time.perf_counter() + 0.05)
