@@ -1,0 +1,51 @@
+"""A UR5e over the bus: what its plans would meet, and that it is met where the check is left out."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from protocol import messages as m
+from protocol import topics
+from protocol.errors import Refusal
+from robot.conversions import samples_of
+from services.common.cli import Options
+from tests import arms
+from tools.drill.harness.start import CellConfig, started
+
+OFF = 2e-3
+"""An arm that touches nothing stays this near to its plan, rad."""
+
+
+def test_a_folding_arm_is_refused_and_would_have_touched_itself(tmp_path: Path):
+    """It leaves its plan shortly after the instant that the refusal names, when the bodies are a margin apart."""
+    config = CellConfig(robot_config=arms.UR5E.write(tmp_path, "ur5e"))
+    with started(config, Options(), tmp_path) as cell:
+        times = np.linspace(0, 1, 201)
+        shape = times**3 * (10 - 15 * times + 6 * times**2)
+        movement = cell.config.home + np.outer(shape, [0.2, 0.1, 0.1, 0.1, 0.1, 0.1])
+        cell.bus.ask(
+            topics.LEARN,
+            m.Learn(name="wave", times=(2 * times).tolist(), positions=movement.tolist()),
+        )
+        folded = [*cell.home[:2], 3.1, *cell.home[3:]]
+        with pytest.raises(Refusal) as caught:
+            cell.goal(primitive="wave", positions=folded)
+        refusal = caught.value
+        found = refusal.detail
+        assert (refusal.code, found["body"], found["other"]) == ("collision", "wrist_3_link", "upper_arm_link")
+        safe = cell.goal(primitive="wave", plan_only=True).report
+        assert safe.checked == "all"
+        assert safe.clearance is not None
+        assert safe.torque_use is not None
+        cell.reset()
+        reply = cell.goal(primitive="wave", positions=folded, checks=m.Checks(collision=False), include_trajectory=True)
+        assert (reply.report.clearance, reply.report.certified) == (None, True)
+        cell.step(cell.ticks(reply.start_time + reply.total_duration))
+        assert reply.trajectory is not None
+        planned = samples_of(reply.trajectory).positions
+        measured = np.array([state.positions for state in cell.states()])[cell.ticks(reply.start_time) :]
+        count = min(len(planned), len(measured))
+        off = np.abs(planned[:count] - measured[:count]).max(axis=1)
+        touched = np.flatnonzero(off > OFF)[0] / cell.config.rate_hz
+        assert 0 < touched - found["time_from_start"] < 0.1
