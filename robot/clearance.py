@@ -11,6 +11,7 @@ import numpy as np
 from robot.description import RobotConfig
 from robot.levers import PLANE, Levers
 from robot.model import joint_ids
+from robot.tree import body_name, carrying_joints, path_to_world
 
 FAR = 1.0
 """Distances are measured up to here, m; what is farther counts as this far."""
@@ -111,11 +112,6 @@ class Clearance:
         return nearest
 
 
-def body_name(model: mujoco.MjModel, body: int) -> str:
-    """Return a body's name, its number where it has none."""
-    return model.body(body).name or f"body {body}"
-
-
 def _candidates(model: mujoco.MjModel, joints: list[int]) -> tuple[list[Pair], list[Ignored]]:
     """Return the pairs whose distance the joints change, and the neighbours among them."""
     levers = Levers(model)
@@ -168,12 +164,8 @@ def _can_touch(model: mujoco.MjModel, one: int, other: int) -> bool:
 
 def _loose(model: mujoco.MjModel, body: int) -> bool:
     """Return whether something else than the robot's joints places the body: it flies, or is a mocap body."""
-    while body:
-        joint = model.body_jntadr[body]
-        if model.body_mocapid[body] >= 0 or (joint >= 0 and model.jnt_type[joint] == FREE):
-            return True
-        body = int(model.body_parentid[body])
-    return False
+    flies = any(model.jnt_type[joint] == FREE for joint in carrying_joints(model, body))
+    return flies or any(model.body_mocapid[part] >= 0 for part in path_to_world(model, body))
 
 
 def _neighbours(model: mujoco.MjModel, one: int, other: int) -> bool:

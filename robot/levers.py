@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from robot.model import SINGLE_AXIS
+from robot.tree import joints_of, path_to_world
 
 HINGE, SLIDE = SINGLE_AXIS
 PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
@@ -18,7 +19,7 @@ class Levers:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
-        self._chains = [self._chain(body) for body in range(model.nbody)]
+        self._chains = [[*path_to_world(model, body), 0] for body in range(model.nbody)]
         self._edges = [self._edge(body) for body in range(model.nbody)]
 
     def between(self, one: int, other: int, joints: list[int]) -> np.ndarray:
@@ -69,17 +70,10 @@ class Levers:
         up, down = self._chains[begin], self._chains[end]
         return [b for b in up if b not in down] + [b for b in reversed(down) if b not in up]
 
-    def _chain(self, body: int) -> list[int]:
-        """Return the body and its ancestors."""
-        chain = [body]
-        while chain[-1]:
-            chain.append(int(self._model.body_parentid[chain[-1]]))
-        return chain
-
     def _edge(self, body: int) -> float:
         """Return the largest distance of the body's origin from its parent's, m."""
         model, length = self._model, float(np.linalg.norm(self._model.body_pos[body]))
-        for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
+        for joint in joints_of(model, body):
             length += 2 * float(np.linalg.norm(model.jnt_pos[joint]))
             if model.jnt_type[joint] == SLIDE:
                 length += float(np.abs(model.jnt_range[joint]).max()) if model.jnt_limited[joint] else np.inf

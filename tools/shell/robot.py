@@ -14,6 +14,7 @@ from tyro.conf import OmitSubcommandPrefixes, Positional, arg, subcommand
 
 from robot.checking.checks import check_robot, cost_finding, measure_cost
 from robot.checking.subject import Finding
+from robot.clearance import Clearance
 from robot.description import RobotConfig, load_robot
 from robot.importing.arm import import_robot
 from robot.importing.document import DECIDE, open_values
@@ -96,7 +97,8 @@ def _import(command: Import) -> int:
 def _check(path: Path) -> int:
     config = load_robot(path)
     model = config.load_model()
-    findings = [*check_robot(config, model), cost_finding(config, measure_cost(config, model))]
+    pairs = Finding("note", str(Clearance(config, model)))
+    findings = [*check_robot(config, model), pairs, cost_finding(config, measure_cost(config, model))]
     console = Console(soft_wrap=True, highlight=False)
     if not console.is_terminal:
         console.width = PIPE_WIDTH
