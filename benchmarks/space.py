@@ -65,18 +65,24 @@ class Replay:
         self._geoms = np.array([geoms for pair in clearance.pairs for geoms in pair.geoms]).reshape(-1, 2)
         self._dynamics = InverseDynamics(config, config.load_model())
         self._limits = config.torques
-        self._reach = self._model.geom_rbound.copy()
-        self._reach[self._model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)] = np.inf
+        reach = model.geom_rbound.copy()
+        reach[model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)] = np.inf
+        self._reach = reach[self._geoms].sum(axis=1)
 
     def distance(self, plan: Plan, far: float, step: float = REPLAY_S) -> float:
         """Return the smallest distance along a plan, m; `far` where it is larger."""
-        data, nearest = self._clearance.data, far
-        for positions in plan.sample(np.arange(0, plan.total_duration + step / 2, step)).positions:
-            self._clearance.place(positions)
-            one, other = data.geom_xpos[self._geoms[:, 0]], data.geom_xpos[self._geoms[:, 1]]
-            gaps = np.linalg.norm(one - other, axis=1) - self._reach[self._geoms].sum(axis=1)
-            for geoms in self._geoms[gaps < nearest].tolist():
-                nearest = min(nearest, mujoco.mj_geomDistance(self._model, data, *geoms, nearest, None))
+        clearance, nearest = self._clearance, far
+        motion = plan.sample(np.arange(0, plan.total_duration + step / 2, step)).positions
+        centres = np.empty((len(motion), self._model.ngeom, 3))
+        for index, positions in enumerate(motion):
+            clearance.place(positions)
+            centres[index] = clearance.data.geom_xpos
+        # Spheres around the geoms: pairs whose spheres are apart need no closer look.
+        apart = np.linalg.norm(np.subtract(*(centres[:, side] for side in self._geoms.T)), axis=2) - self._reach
+        for index in np.flatnonzero((apart < far).any(axis=1)).tolist():
+            clearance.place(motion[index])
+            for geoms in self._geoms[apart[index] < nearest].tolist():
+                nearest = min(nearest, mujoco.mj_geomDistance(self._model, clearance.data, *geoms, nearest, None))
         return nearest
 
     def torque_use(self, plan: Plan) -> float:
