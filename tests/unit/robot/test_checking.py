@@ -7,8 +7,6 @@ import pytest
 from robot.checking.checks import Cost, check_robot, cost_finding, measure_cost
 from robot.checking.subject import Finding
 from robot.description import load_robot
-from robot.importing.arm import import_robot
-from tests import models
 
 MODEL = """
 <mujoco>
@@ -129,17 +127,6 @@ def test_radians_read_as_degrees_are_found(tmp_path: Path) -> None:
 
 def test_an_equality_of_a_gripper_is_none_of_the_arm(tmp_path: Path) -> None:
     assert findings(tmp_path, equality='<joint joint1="f" polycoef="0 0 0 0 0"/>') == []
-
-
-def test_a_model_that_fights_back_is_unusable(tmp_path: Path) -> None:
-    """The xArm7 of gym-xarm is welded to a mocap body."""
-    file = tmp_path / "xarm.toml"
-    file.write_text(import_robot(models.XARM7, file).text)
-    robot = load_robot(file)
-    first, *others = check_robot(robot, robot.load_model())
-    assert first.level == "unusable"
-    assert "a weld of robot0:mocap2 to link7 works against joint1" in first.sentence
-    assert [finding for finding in others if finding.level == "unusable"] == []
 
 
 def test_costs_are_measured(tmp_path: Path) -> None:

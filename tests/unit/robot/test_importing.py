@@ -58,6 +58,9 @@ def test_arms_are_imported(
     for name, value in {**dict(zip(robot.joint_names, robot.home, strict=True)), **robot.held}.items():
         data.qpos[model.jnt_qposadr[model.joint(name).id]] = value
     assert touching(model, data, {model.joint(name).id for name in robot.joint_names}) == {}
+    unusable = [finding.sentence for finding in check_robot(robot, model) if finding.level == "unusable"]
+    assert all("weld" in sentence for sentence in unusable), "the xArm7 is welded to a mocap body"
+    assert bool(unusable) == (source == models.XARM7)
 
 
 def test_values_come_from_the_urdf(tmp_path: Path) -> None:
@@ -101,20 +104,6 @@ def test_tool_home_and_name_may_be_named(tmp_path: Path) -> None:
     for option, sentence in (("tool", "no such site or body"), ("keyframe", "it has panda_home")):
         with pytest.raises(RobotError, match=sentence):
             import_robot(models.TWO_PANDAS, None, **{option: "absent"})
-
-
-def test_connected_links_of_a_urdf_do_not_collide(tmp_path: Path) -> None:
-    """SO-101's base and shoulder overlap; MuJoCo by itself throws the arm."""
-    robot, _ = imported(tmp_path, models.SO101_URDF)
-    model = robot.load_model()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    assert data.ncon == 0
-    bare = mujoco.MjModel.from_xml_path(str(models.SO101_URDF))
-    data = mujoco.MjData(bare)
-    mujoco.mj_forward(bare, data)
-    assert data.ncon > 0
-    assert [finding for finding in check_robot(robot, model) if finding.level == "unusable"] == []
 
 
 def ur5e_urdf(folder: Path, old: str, new: str) -> Path:
