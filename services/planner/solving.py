@@ -190,7 +190,7 @@ class Solver:
             raise error.with_remedy(slower.duration if slower else None) from None
         return made
 
-    def _fastest(self, primitive: Primitive, request: MotionRequest, verify: Verifier) -> Plan:
+    def _fastest(self, primitive: Primitive, request: MotionRequest, verify: Verifier) -> SplinePlan:
         """The plan in the shortest duration found that keeps the limits, those of torques included."""
         made = plan_fastest(primitive, request, self._config.tick)
         try:
@@ -201,7 +201,7 @@ class Solver:
             return slower
         return made
 
-    def _slower(self, primitive: Primitive, request: MotionRequest, verify: Verifier) -> Plan | None:
+    def _slower(self, primitive: Primitive, request: MotionRequest, verify: Verifier) -> SplinePlan | None:
         """A plan that passes in a longer duration than the one requested; None where none was found."""
         for factor in SLOWER:
             duration = math.ceil(factor * request.duration * self._config.rate_hz) / self._config.rate_hz

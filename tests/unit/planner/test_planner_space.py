@@ -63,7 +63,7 @@ class Lab:
             self.solved(**fields)
         return caught.value
 
-    def home(self, moved: dict[str, float]) -> list[float]:
+    def home(self, moved: dict[str, float]) -> list[float | None]:
         """Home, but for joints that are named."""
         names, values = self.config.joint_names, self.config.home.tolist()
         return [moved.get(name, value) for name, value in zip(names, values, strict=True)]
