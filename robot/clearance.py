@@ -38,13 +38,11 @@ class Ignored:
 class Pair:
     """Two bodies that could meet.
 
-    bodies: their names. place: the second, with the geom's name where it is the world's. geoms: what could meet.
-    rates: (J,), by how much their distance can shrink a unit of each joint. centres, reach: a geom of each, and how far
+    bodies: their names; of the world that of its geom. geoms: what could meet. rates: (J,), by how much their distance can shrink a unit of each joint. centres, reach: a geom of each, and how far
     the bodies' geoms reach from their centres, in all, m.
     """
 
     bodies: tuple[str, str]
-    place: str
     geoms: tuple[tuple[int, int], ...]
     rates: np.ndarray
     centres: tuple[int, int]
@@ -73,9 +71,9 @@ class Clearance:
         self.data.qpos[model.jnt_qposadr[joint_ids(model, tuple(config.held))]] = list(config.held.values())
         self.pairs, self.ignored = _candidates(model, joints)
         self.place(config.home)
-        kept = []
+        kept, ignore = [], config.collision.ignore
         for index, pair in enumerate(self.pairs):
-            if frozenset(pair.bodies) in config.collision.ignore:
+            if frozenset(body_name(model, int(model.geom_bodyid[geom])) for geom in pair.geoms[0]) in ignore:
                 self.ignored.append(Ignored(*pair.bodies, "collision.ignore"))
             elif self.distance(index) < self.margin:
                 self.ignored.append(Ignored(*pair.bodies, "near at home"))
@@ -127,7 +125,7 @@ def _candidates(model: mujoco.MjModel, joints: list[int]) -> tuple[list[Pair], l
             if not levers.between(one, other, joints).any():
                 continue
             if _neighbours(model, *bodies):
-                ignored[frozenset(bodies)] = Ignored(*_names(model, bodies), "neighbours")
+                ignored[frozenset(bodies)] = Ignored(*_names(model, (one, other)), "neighbours")
                 continue
             keys = (bodies[0] or -1 - one), (bodies[1] or -1 - other)
             found[keys].append((one, other))
@@ -135,19 +133,20 @@ def _candidates(model: mujoco.MjModel, joints: list[int]) -> tuple[list[Pair], l
 
 
 def _pair(model: mujoco.MjModel, levers: Levers, geoms: tuple[tuple[int, int], ...], joints: list[int]) -> Pair:
-    bodies = int(model.geom_bodyid[geoms[0][0]]), int(model.geom_bodyid[geoms[0][1]])
     rates = np.max([levers.between(one, other, joints) for one, other in geoms], axis=0)
     reach = sum(max(_reach(model, pair[side], geoms[0][side]) for pair in geoms) for side in range(2))
-    names = _names(model, bodies)
-    fixed = [model.geom(geom).name for geom, body in zip(geoms[0], bodies, strict=True) if not body]
-    place = f"{names[1]} ({fixed[0]})" if fixed and fixed[0] else names[1]
-    return Pair(names, place, geoms, rates, geoms[0], reach)
+    return Pair(_names(model, geoms[0]), geoms, rates, geoms[0], reach)
 
 
-def _names(model: mujoco.MjModel, bodies: tuple[int, int]) -> tuple[str, str]:
-    """Return the names of two bodies, that of the later in the model first: the arm moves it farther."""
-    one, other = (body_name(model, body) for body in sorted(bodies, reverse=True))
-    return one, other
+def _names(model: mujoco.MjModel, geoms: tuple[int, int]) -> tuple[str, str]:
+    """Return the names of two geoms' bodies, that of the later in the model first: the arm moves it farther.
+
+    Of the world it is the geom's name, as in messages on contacts.
+    """
+    later, earlier = sorted(geoms, key=lambda geom: -int(model.geom_bodyid[geom]))
+    other = int(model.geom_bodyid[earlier])
+    named = body_name(model, other) if other else model.geom(earlier).name or "world"
+    return body_name(model, int(model.geom_bodyid[later])), named
 
 
 def _reach(model: mujoco.MjModel, geom: int, centre: int) -> float:

@@ -53,7 +53,7 @@ class Collides(MotionError):
         self.body, self.other = pair.bodies
         how = f"within {distance:.3f} m of" if distance > 0 else f"{-distance:.3f} m deep into"
         super().__init__(
-            f"{self.body} comes {how} {pair.place}, first nearer than the margin of {margin:g} m at {time:.3f} s; "
+            f"{self.body} comes {how} {self.other}, first nearer than the margin of {margin:g} m at {time:.3f} s; "
             "give waypoints around it, another end, or checks.collision = false"
         )
         self.time = time

@@ -117,7 +117,7 @@ class Clearance(Struct, kw_only=True):
     Attributes:
         distance: m, found to 2 mm; above 0.2 m it is a lower bound
         body: that the arm moves
-        other: body that it comes nearest to
+        other: body that it comes nearest to, or the geom's name where that is the world
         time_from_start: time at which it does
     """
 

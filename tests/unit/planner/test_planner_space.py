@@ -65,8 +65,8 @@ class Lab:
 
     def home(self, moved: dict[str, float]) -> list[float | None]:
         """Home, but for joints that are named."""
-        names, values = self.config.joint_names, self.config.home.tolist()
-        return [moved.get(name, value) for name, value in zip(names, values, strict=True)]
+        values: list[float] = self.config.home.tolist()
+        return [moved.get(name, value) for name, value in zip(self.config.joint_names, values, strict=True)]
 
     def distances(self, made: Made, bodies: tuple[str, ...]) -> np.ndarray:
         """The distance of two bodies at every millisecond (n,), m."""
@@ -115,8 +115,8 @@ SELF = {
     "panda": Trap({"joint2": -0.3, "joint4": -3.05, "joint6": 0.0}, ("left_finger", "link2")),
 }
 SCENE = {
-    "ur5e": Trap({"shoulder_lift_joint": 0.3}, ("wrist_3_link", "world")),
-    "panda": Trap({"joint2": 1.7}, ("left_finger", "world")),
+    "ur5e": Trap({"shoulder_lift_joint": 0.3}, ("wrist_3_link", "table")),
+    "panda": Trap({"joint2": 1.7}, ("left_finger", "table")),
 }
 STRONG = {
     "ur5e": Trap({"shoulder_lift_joint": -2.7, "elbow_joint": 0.2}, ("shoulder_lift_joint",)),

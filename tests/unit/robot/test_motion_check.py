@@ -34,7 +34,7 @@ def test_a_free_motion_says_how_near_it_came(check: MotionCheck):
     assert np.isnan(found.torque_use[2]), "no limit"
     far = check.check(straight(NORTH, EAST), 1.0)
     assert far.nearest is not None
-    assert (far.nearest.body, far.nearest.other) == ("finger", "world")
+    assert (far.nearest.body, far.nearest.other) == ("finger", "wall")
     assert far.nearest.distance == pytest.approx(1.9 - 1.82, abs=2e-3)
 
 

@@ -77,11 +77,11 @@ def touch_limit(lab: Lab) -> Measured:
 
 
 def hit_post(lab: Lab) -> Measured:
-    """Strike with a post in the way of the racket."""
+    """Strike with a post in the way of the racket, of which the planner is asked to take no notice."""
     config = post_in_the_way(lab)
     with lab.cell(CellConfig(robot_config=config)) as cell:
         cell.reset()
-        reply = cell.strike()
+        reply = cell.strike(checks=m.Checks(collision=False))
         cell.step_to(cell.end_tick(reply) + 1500)
         return {"the goal": cell.result(reply.goal_id).outcome, **end(cell)}
 
