@@ -33,6 +33,7 @@ class GoalFields(TypedDict, total=False):
         start: Where a motion begins that is only planned; by default where the arm will be.
         waypoints: Places or velocities on the way, of the joints or of the tool.
         limits: Tighter limits than the robot's own.
+        tolerance: Largest error at the hit; where it is larger the outcome is `missed`. By default the robot's own.
         rest_fraction: Final part of the duration without acceleration, 0 to below 1.
         place_time: Keep the demonstrated places but for about this long at both ends, s.
         follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
@@ -56,6 +57,7 @@ class GoalFields(TypedDict, total=False):
     start: m.Start | None
     waypoints: Sequence[m.Waypoint]
     limits: m.GoalLimits | None
+    tolerance: m.Tolerance | None
     rest_fraction: float
     place_time: float | None
     follow_through: float

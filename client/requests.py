@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, Unpack
 
@@ -124,6 +124,11 @@ class Requests(Generic[GoalT, MotionT]):
     async def recover(self) -> m.Recovered:
         """Make the arm ready again after a reflex, a stop or its own brake; a new run begins where it stands."""
         return await self._link.ask(topics.RECOVER, m.Empty())
+
+    @Twofold
+    async def hold(self, joints: Mapping[str, float]) -> m.Held:
+        """Lead held joints, as those of a gripper, to new values: rad or m by name."""
+        return await self._link.ask(topics.HOLD, m.Hold(joints=dict(joints)))
 
     @Twofold
     async def result(self, goal_id: str) -> m.Result:

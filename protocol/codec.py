@@ -7,6 +7,7 @@ unpacked afterwards, to explain what is wrong with it.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
@@ -33,6 +34,8 @@ MAX_EXPLAINED = 1 << 12
 MAX_BEGINNING = 64
 """Bytes of a body that are searched for JSON."""
 _WHERE = re.compile(r"^(?P<what>.*?)(?: - at (?P<key>`key` in )?`\$\.?(?P<path>.*?)`)?$", re.DOTALL)
+_VALUE = "[...]"
+"""How msgspec ends the path of a value in a map of numbers."""
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _FINITE = re.compile(r"Expected `float` [<>]= ")
 _NAMED = re.compile(r"(unknown|required) field `(.*?)`")
@@ -164,6 +167,8 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
     """Turn msgspec's message and JSON path into a refusal that names the field. A large `body` is passed as {}."""
     matched = _WHERE.match(_short(str(error), MAX_ERROR))
     what, path = (matched["what"], matched["path"] or "") if matched else (str(error), "")
+    if path.endswith(_VALUE):
+        path = _entry(body, path.removesuffix(_VALUE))
     value = _value_at(body, path)
     if matched and matched["key"]:
         strange = [key for key in (value if isinstance(value, dict) else ()) if not isinstance(key, str)]
@@ -185,6 +190,15 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
         choices = _choices(get_type_hints(kind).get(field))
         sentence += f"; choose from {', '.join(repr(choice) for choice in choices)}" if choices else ""
     return bad_message(field, f"{field}: {sentence[0].lower()}{sentence[1:]}" if field else sentence)
+
+
+def _entry(body: Any, path: str) -> str:
+    """Return the path of the first value, in the map at `path`, that is no finite number."""
+    values = _value_at(body, path)
+    for key, value in values.items() if isinstance(values, dict) else ():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            return f"{path}.{key}"
+    return path
 
 
 def _value_at(body: Any, path: str) -> Any:

@@ -89,6 +89,7 @@ STATUS_QUERY = Query("status", "controller", m.Empty, m.Status, "return the late
 STATE_QUERY = Query("state", "robot", m.Empty, m.State, "return the latest state", reads=True)
 DESCRIPTION = Query("description", "robot", m.Empty, m.Description, "describe the arm", reads=True)
 RECOVER = Query("recover", "robot", m.Empty, m.Recovered, "leave a reflex, a stop or the brake", timeout_s=30.0)
+HOLD = Query("hold", "robot", m.Hold, m.Held, "lead held joints, as a gripper's, to new values")
 SIM_STEP = Query("sim/step", "robot", m.Step, m.Stepped, "advance the stepped clock", timeout_s=120.0)
 SIM_RESET = Query("sim/reset", "robot", m.Reset, m.ResetDone, "begin a new run")
 SIM_DISTURB = Query("sim/disturb", "robot", m.Disturb, m.Disturbed, "push the arm, add sensor noise, drop messages")
@@ -101,7 +102,7 @@ PLAN = Publication("plan", "planner", m.Plan, "a whole accepted motion")
 REFUSED = Publication("refused", "planner", m.Refused, "a goal that was refused")
 STATUS = Publication("status", "controller", m.Status, "a summary of the controller", rate_hz=50.0, max_age_s=0.5)
 ENDED = Publication("ended", "controller", m.Result, "the outcome of a goal")
-CONTACT = Publication("contact", "robot", m.Contact, "two bodies touched")
+CONTACT = Publication("contact", "robot", m.Contact, "two bodies touch, or have parted")
 BALL = Publication("ball", "robot", m.BallState, "the ball", rate_hz=100.0, max_age_s=0.5)
 DISTURBANCE = Publication("disturbance", "robot", m.Disturbance, "the disturbances that act now")
 
@@ -119,6 +120,7 @@ QUERIES: tuple[Query, ...] = (
     STATE_QUERY,
     DESCRIPTION,
     RECOVER,
+    HOLD,
     SIM_STEP,
     SIM_RESET,
     SIM_DISTURB,

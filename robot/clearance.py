@@ -10,8 +10,8 @@ import numpy as np
 
 from robot.description import RobotConfig
 from robot.levers import PLANE, Levers
-from robot.model import joint_ids
-from robot.tree import body_name, carrying_joints, path_to_world
+from robot.model import body_name, joint_ids
+from robot.tree import carrying_joints, path_to_world
 
 FAR = 1.0
 """Distances are measured up to here, m; what is farther counts as this far."""

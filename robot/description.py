@@ -11,7 +11,7 @@ import numpy as np
 
 from motion.limits import Limits
 from robot.joints import bounds, home, inside, joint_range, ranges, torques
-from robot.model import TOOL_SITE, Tool, check_tool, compile_model, joint_ids
+from robot.model import TOOL_SITE, Tool, body_name, check_tool, compile_model, joint_ids, moved_bodies
 from robot.schema import CollisionTable, Description, OnFault, RobotError, ToolFrame, read_description
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 
@@ -44,7 +44,8 @@ class RobotConfig:
     rate_hz: ticks per second. silence_ticks: ticks without a fresh command before the arm brakes.
     max_tracking_error: rad, on any joint. on_fault: what the arm does beyond it: hold the measured pose, or stop along
     its reference. tolerance: default of a goal's. tool: a racket's centre, for example, its z axis the normal of the
-    striking face. held: joints beside the arm's, and the value (rad, m) at which each is held.
+    striking face. bodies: names of those that the joints move. held: joints beside the arm's, and the value (rad, m) at
+    which each is held.
     model: the robot and its surroundings in MuJoCo, with the tool's site, without geoms that touch nothing; only to be
     read.
     """
@@ -61,6 +62,7 @@ class RobotConfig:
     on_fault: OnFault
     tolerance: Tolerance
     tool: Tool
+    bodies: frozenset[str]
     held: Mapping[str, float]
     collision: Collision
     mjcf_path: Path
@@ -101,7 +103,8 @@ def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, to
         raise RobotError("joints.names: needs one or more names, each once")
     ids = joint_ids(model, names)
     _check_numbers(description)
-    check_tool(model, tool, ids)
+    moved = moved_bodies(model, ids)
+    check_tool(model, tool, moved)
     positions = ranges(joints, model, ids)
     return RobotConfig(
         name=description.name,
@@ -116,6 +119,7 @@ def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, to
         on_fault=description.on_fault,
         tolerance=_tolerance(description),
         tool=tool,
+        bodies=frozenset(body_name(model, body) for body in moved),
         held=_held(description, model),
         collision=_collision(description.collision, model),
         mjcf_path=mjcf_path,

@@ -1,5 +1,9 @@
 """The MuJoCo model of a robot: compiled from its file, and where its joints are in it."""
 
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,12 +47,13 @@ def compile_model(path: Path, tool: Tool, visual: bool = False) -> mujoco.MjMode
         RobotError: MuJoCo cannot load it, or it has no such body.
     """
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
-        if is_urdf(path):
-            prepare(spec, path)
-        if tool.body is not None:
-            _add_site(spec, tool)
-        return compile_spec(spec, visual)
+        with _quiet():
+            spec = mujoco.MjSpec.from_file(str(path))
+            if is_urdf(path):
+                prepare(spec, path)
+            if tool.body is not None:
+                _add_site(spec, tool)
+            return compile_spec(spec, visual)
     except RobotError:
         raise
     except ValueError as error:
@@ -70,8 +75,22 @@ def joint_ids(model: mujoco.MjModel, names: tuple[str, ...], key: str = "joints.
     return [model.joint(name).id for name in names]
 
 
-def check_tool(model: mujoco.MjModel, tool: Tool, joints: list[int]) -> None:
-    """Return where one of the joints moves the tool.
+def body_name(model: mujoco.MjModel, body: int) -> str:
+    """Return the name of a body; one without a name is called by its number."""
+    return model.body(body).name or f"body {body}"
+
+
+def moved_bodies(model: mujoco.MjModel, joints: list[int]) -> list[int]:
+    """Return the bodies that move with one of the joints, in the order of the model."""
+    moved = {int(model.jnt_bodyid[joint]) for joint in joints}
+    for body in range(1, model.nbody):  # parents come before their children
+        if int(model.body_parentid[body]) in moved:
+            moved.add(body)
+    return sorted(moved)
+
+
+def check_tool(model: mujoco.MjModel, tool: Tool, moved: list[int]) -> None:
+    """Return where the tool is on one of the `moved` bodies.
 
     Raises:
         RobotError: the model has no such site, or none of the joints moves it.
@@ -79,14 +98,28 @@ def check_tool(model: mujoco.MjModel, tool: Tool, joints: list[int]) -> None:
     sites = [model.site(i).name for i in range(model.nsite)]
     if tool.site not in sites:
         raise RobotError(f"tool: the model has no site {tool.site!r}; it has {_listed(sites)}")
-    body = model.site_bodyid[model.site(tool.site).id]
-    moving = {int(model.jnt_bodyid[joint]) for joint in joints}
-    name = tool.body or tool.site
-    while body:
-        if int(body) in moving:
-            return
-        body = model.body_parentid[body]
-    raise RobotError(f"tool: none of joints.names moves {name!r}; name a site or a body at the end of the arm")
+    if model.site_bodyid[model.site(tool.site).id] not in moved:
+        name = tool.body or tool.site
+        raise RobotError(f"tool: none of joints.names moves {name!r}; name a site or a body at the end of the arm")
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep MuJoCo from warning of options of an attached model that differ: the first model's hold."""
+    conflict = "Attach conflict"
+
+    def warn(text: str) -> None:
+        if not text.startswith(conflict):
+            print(f"MuJoCo: {text}", file=sys.stderr)
+
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(warn)
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", conflict)
+            yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _add_site(spec: mujoco.MjSpec, tool: Tool) -> None:

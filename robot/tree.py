@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from robot.model import SINGLE_AXIS
+from robot.model import SINGLE_AXIS, body_name
 
 CONNECTIONS = int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)
 JOINT_EQUALITY = int(mujoco.mjtEq.mjEQ_JOINT)
@@ -108,11 +108,6 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, joints: set[int]) -> di
             pair = names[0], names[1]
             pairs[pair] = min(pairs.get(pair, np.inf), float(data.contact.dist[index]))
     return {pair: distance for pair, distance in pairs.items() if distance < 0}
-
-
-def body_name(model: mujoco.MjModel, body: int) -> str:
-    """Return a body's name, or its number where it has none."""
-    return model.body(body).name or f"body {body}"
 
 
 def _flies(model: mujoco.MjModel, body: int) -> bool:

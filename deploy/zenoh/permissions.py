@@ -50,7 +50,7 @@ def serving(service: str) -> tuple[str, ...]:
     return alive_key(service), claim_key(service, "*")
 
 
-OPERATING = (topics.GOAL, topics.LEARN, topics.FORGET, topics.CANCEL, topics.RESET, topics.RECOVER)
+OPERATING = (topics.GOAL, topics.LEARN, topics.FORGET, topics.CANCEL, topics.RESET, topics.RECOVER, topics.HOLD)
 SIMULATING = (topics.SIM_STEP, topics.SIM_RESET, topics.SIM_DISTURB)
 
 ROLES = (

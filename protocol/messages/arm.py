@@ -8,6 +8,7 @@ from protocol.messages.base import (
     Clock,
     Condition,
     DriveMode,
+    Joints,
     Message,
     Names,
     Number,
@@ -37,6 +38,7 @@ class State(Message, kw_only=True):
         condition: `ready`: the arm follows commands; otherwise the reason why it does not: its own brake, a reflex, the
             user's stop, hand guiding, or that it is not ready
         reason: of the condition, a sentence
+        held: positions of the joints that are held, rad or m by name
     """
 
     run: int
@@ -51,6 +53,7 @@ class State(Message, kw_only=True):
     truth: Point | None = None
     condition: Condition = "ready"
     reason: str = ""
+    held: Joints = field(default_factory=dict)
 
 
 class RobotLimits(Struct, kw_only=True):
@@ -108,6 +111,28 @@ class Recovered(Message, kw_only=True):
 
     condition: Condition
     run: int
+
+
+class Hold(Request, kw_only=True):
+    """Lead held joints, as those of a gripper, to new values.
+
+    Attributes:
+        joints: rad or m by name; the others keep their values
+    """
+
+    joints: Joints
+
+
+class Held(Message, kw_only=True):
+    """The held joints are on their way.
+
+    Attributes:
+        joints: as in the request
+        arrival_time: time at which they are there unless something keeps them from it, null where it is not known
+    """
+
+    joints: Joints
+    arrival_time: Number | None
 
 
 class Step(Request, kw_only=True):
@@ -185,19 +210,23 @@ class Disturbed(Message, kw_only=True):
 
 
 class Contact(Message, kw_only=True):
-    """Two bodies touched.
+    """Two bodies touch, or have parted.
+
+    Each contact is published twice, unless its impulse stays below 0.01 N·s: when it reaches that, and at its end.
 
     Attributes:
-        time: of the contact
+        time: of the first touch
         bodies: names of the bodies
-        impulse: over the contact, N·s
-        ball_velocity: after the contact, null for a contact without the ball
+        impulse: so far, N·s
+        ball_velocity: after the contact, null before its end and for a contact without the ball
+        ended: the bodies have parted
     """
 
     time: Number
     bodies: list[str]
     impulse: Number
     ball_velocity: Vector | None
+    ended: bool = True
 
 
 class BallState(Message, kw_only=True):

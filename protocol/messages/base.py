@@ -12,11 +12,13 @@ Number = Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)]
 Vector = list[Number]
 PartialVector = list[Number | None]
 Range = tuple[Number, Number]
+Joints = Annotated[dict[str, Number], Meta(max_length=MAX_JOINTS)]
+"""Values of joints by name."""
 Triple = tuple[Number, Number, Number]
 Quaternion = tuple[Number, Number, Number, Number]
 Names = Annotated[list[str], Meta(max_length=MAX_JOINTS)]
 """Names of joints."""
-Outcome = Literal["running", "succeeded", "preempted", "canceled", "aborted"]
+Outcome = Literal["running", "succeeded", "missed", "preempted", "canceled", "aborted"]
 Mode = Literal["holding", "tracking", "stopping", "fault"]
 Clock = Literal["realtime", "stepped", "paced"]
 Condition = Literal["ready", "braking", "reflex", "user_stopped", "guiding", "not_ready"]
@@ -91,6 +93,18 @@ class ToolGoal(Struct, forbid_unknown_fields=True, kw_only=True):
     axis: Triple | None = None
     velocity: Triple | None = None
     angular_velocity: Triple | None = None
+
+
+class Tolerance(Struct, forbid_unknown_fields=True, kw_only=True):
+    """Largest error at a hit, on any joint; null: the robot's own.
+
+    Attributes:
+        positions: rad, > 0
+        velocities: rad/s, > 0
+    """
+
+    positions: Number | None = None
+    velocities: Number | None = None
 
 
 class Waypoint(Struct, forbid_unknown_fields=True, kw_only=True):

@@ -92,15 +92,32 @@ class Hit(Struct, kw_only=True):
     truth_error: Point | None = None
 
 
+class FirstContact(Struct, kw_only=True):
+    """The first contact of the arm.
+
+    Attributes:
+        body: of the arm
+        other: what it touched, another body of the arm included
+        time: of the touch
+    """
+
+    body: str
+    other: str
+    time: Number
+
+
 class Result(Message, kw_only=True):
-    """The outcome of a goal; errors are reported, not judged.
+    """The outcome of a goal.
 
     Attributes:
         goal_id: of the goal
-        outcome: `succeeded`: played to rest
+        outcome: `succeeded`: played to rest; `missed`: played to rest, with a larger error at the hit than the goal's
+            tolerance, by the true state where it is known
         reason: a sentence
         hit: null where the hit was not reached
         peak_tracking_error: largest of any joint at any time, rad
+        saturated_ticks: ticks so far in which the torque of a joint was clipped
+        first_contact: of the arm during the motion, null for none
         stamps: times at which it reached each stage
     """
 
@@ -109,6 +126,8 @@ class Result(Message, kw_only=True):
     reason: str = ""
     hit: Hit | None = None
     peak_tracking_error: Number = 0.0
+    saturated_ticks: int = 0
+    first_contact: FirstContact | None = None
     stamps: Stamps = Stamps()
 
 

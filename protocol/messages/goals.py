@@ -4,7 +4,18 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct, field
 
-from protocol.messages.base import Clearance, Message, Number, PartialVector, Range, Request, ToolGoal, Vector, Waypoint
+from protocol.messages.base import (
+    Clearance,
+    Message,
+    Number,
+    PartialVector,
+    Range,
+    Request,
+    Tolerance,
+    ToolGoal,
+    Vector,
+    Waypoint,
+)
 from protocol.messages.trajectories import Trajectory
 
 MAX_ALTERNATIVES = 256
@@ -105,6 +116,7 @@ class Goal(Request, kw_only=True):
         start: null: the reference at the time at which the motion begins; given only with `plan_only`
         waypoints: at least 0.01 of the duration from each other and from the ends
         limits: tighter than the robot's own; where both have a limit, the tighter one holds
+        tolerance: largest error at the hit; where it is larger the outcome is `missed`. null: the robot's own
         rest_fraction: final part of the duration with exactly zero acceleration, 0 ≤ ρ < 1; `accelerations` must then
             be null or 0
         place_time: s of the demonstration, at least 0.05: keep the demonstrated positions, except within about this
@@ -137,6 +149,7 @@ class Goal(Request, kw_only=True):
     start: Start | None = None
     waypoints: list[Waypoint] = field(default_factory=list)
     limits: GoalLimits | None = None
+    tolerance: Tolerance | None = None
     rest_fraction: Number = 0.0
     place_time: Number | None = None
     follow_through: Number = 0.0

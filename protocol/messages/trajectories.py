@@ -4,7 +4,17 @@ from typing import Annotated
 
 from msgspec import UNSET, Meta, Struct, UnsetType, field
 
-from protocol.messages.base import Clearance, Message, Names, Number, PartialVector, Range, Stamps, Waypoint
+from protocol.messages.base import (
+    Clearance,
+    Message,
+    Names,
+    Number,
+    PartialVector,
+    Range,
+    Stamps,
+    Tolerance,
+    Waypoint,
+)
 
 MAX_PIECES = 4096
 """Largest number of pieces of one motion."""
@@ -44,6 +54,7 @@ class Motion(Message, kw_only=True):
         hit_index: index of the sample at the goal, or of the nearest one
         stamps: of the stages reached so far
         pieces: the motion as polynomials, left out where it is none
+        tolerance: as in the [Goal](#goal), left out where the goal has none
     """
 
     goal_id: str
@@ -59,6 +70,7 @@ class Motion(Message, kw_only=True):
     stamps: Stamps = Stamps()
     # Left out, not null: clients of the first version refuse a trajectory with a field that they do not know.
     pieces: Pieces | UnsetType | None = UNSET
+    tolerance: Tolerance | UnsetType | None = UNSET
 
 
 class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):

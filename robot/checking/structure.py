@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import mujoco
 
 from robot.checking.subject import Finding, Subject
+from robot.model import body_name
 from robot.tree import (
     actuated,
-    body_name,
     carrying_joints,
     connections,
     is_moved_by,

@@ -1,6 +1,7 @@
 """The condition of the arm, and the faults that follow from it."""
 
 from protocol import messages as m
+from protocol.errors import Refusal
 
 _WORDS: dict[m.Condition, str] = {
     "braking": "the arm braked by itself",
@@ -40,6 +41,15 @@ class ArmCondition:
         if self.now == "braking" and not in_fault and state.tick > self._release_by:
             return "the arm still brakes, held too far from where it is measured; send `reset`"
         return None
+
+    def require(self, cure: str, *allowed: m.Condition) -> None:
+        """Return where the condition is one of those `allowed`.
+
+        Raises:
+            Refusal: `fault`, with the condition in words and its cure.
+        """
+        if self.now not in allowed:
+            raise Refusal("fault", f"{self.sentence}; {cure}", fault=self.sentence)
 
     def expect_release(self, tick: int) -> None:
         """Expect the arm to have released its brake by `tick`."""

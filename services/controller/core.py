@@ -13,6 +13,8 @@ from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
 from services.controller.checks import Checked, check_continuity
 from services.controller.conditions import ArmCondition
+from services.controller.incidents import lost_track
+from services.controller.judgement import judge_of
 from services.controller.ledger import ActiveGoal, Ledger, error_of
 from services.controller.loop_statistics import LoopStatistics
 from services.controller.modes import Event, Mode, next_mode
@@ -74,6 +76,7 @@ class Controller:
         self._timeline.forget_before(state.tick)
         positions, reference = np.array(state.positions), self._timeline.at(state.tick)
         self._follow_goals(state, positions, reference, now_ns)
+        reference = self._timeline.at(state.tick)  # a fault may have changed it
         # The command is held for a tick, so what it adds to the velocity is the reference's change over that tick.
         begin, end = (self._timeline.at(state.tick + self._delay_ticks + k) for k in (0, 1))
         feedforward = (end[1] - begin[1]) * self.config.rate_hz
@@ -118,9 +121,7 @@ class Controller:
         if self.fault is not None:
             sentence = f"the controller is in fault: {self.fault}; send `reset` once the arm is at rest"
             raise Refusal("fault", sentence, fault=self.fault)
-        if self._condition.now != "ready":
-            why = self._condition.sentence
-            raise Refusal("fault", f"{why}; send this goal once the arm's condition is ready", fault=why)
+        self._condition.require("send this goal once the arm's condition is ready", "ready")
         self.ledger.admit(trajectory, clients)
         if trajectory.epoch != self.epoch:
             sentence = f"goal {goal_id} was planned in epoch {trajectory.epoch}, it is {self.epoch} now; plan again"
@@ -143,6 +144,7 @@ class Controller:
                 start=segment.start,
                 hit=segment.start + trajectory.hit_index,
                 end=segment.end,
+                judge=judge_of(trajectory, self.config),
             )
         )
         return m.Accepted(goal_id=goal_id, start_time=segment.start * self.config.tick)
@@ -195,9 +197,7 @@ class Controller:
                 the arm or its reference moves.
         """
         state = self.states.require()
-        if self._condition.now not in ("ready", "braking"):
-            why = self._condition.sentence
-            raise Refusal("fault", f"{why}; send `recover` to the arm first", fault=why)
+        self._condition.require("send `recover` to the arm first", "ready", "braking")
         fastest = max(abs(velocity) for velocity in (state.truth or state).velocities)
         if state.tick < self._timeline.end or (self.fault is not None and fastest > AT_REST):
             goal = self.ledger.current(state.tick)
@@ -256,18 +256,25 @@ class Controller:
     ) -> None:
         """Update the goal under way, end those that are over, and fault where the arm is too far from its reference."""
         errors = np.abs(positions - reference[0])
-        worst = int(errors.argmax())
         goal = self.ledger.current(state.tick)
         if goal is not None:
-            goal.follow(state, reference, float(errors[worst]), now_ns)
+            goal.follow(state, reference, float(errors.max()), now_ns)
+        lost = lost_track(errors, goal and goal.result, self.config)
         self.changed |= self.ledger.close_due(state.tick)
         if not self.ledger.active and state.tick >= self._timeline.end:
             self._switch(Event.REST)
-        if errors[worst] > self.config.max_tracking_error and self.fault is None:
-            self.raise_fault(
-                f"{self.config.joint_names[worst]} is {errors[worst]:.3f} rad from its reference, more than "
-                f"max_tracking_error = {self.config.max_tracking_error} rad"
-            )
+        if lost is not None:
+            self._lose_track(state, lost)
+
+    def _lose_track(self, state: m.State, reason: str) -> None:
+        """Fault where the arm is too far from its reference.
+
+        With `on_fault = "hold"` the reference gives way to the arm, in a fault too: the arm never presses for long.
+        """
+        if self.fault is None:
+            self.raise_fault(reason)
+        if self.config.on_fault == "hold":
+            self._timeline.give_way(state, self.config.limits, self.config.tick)
 
     def _halt(self, reason: str) -> int:
         """Cancel the motion; return the tick at which the arm rests."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from protocol import messages as m
 from protocol.errors import Refusal
+from services.controller.judgement import Judge
 
 KEPT = 1000
 
@@ -20,6 +21,7 @@ class ActiveGoal:
         start: Tick at which its motion starts.
         hit: Tick of its hit; None where a stop keeps the arm from reaching it.
         end: Tick at which the goal ends with the outcome `closing`, for `reason`, unless something else ends it first.
+        judge: Says whether its hit was a miss; without one, none is.
     """
 
     result: m.Result
@@ -30,11 +32,13 @@ class ActiveGoal:
     end: int
     closing: m.Outcome = "succeeded"
     reason: str = ""
+    judge: Judge | None = None
 
     def follow(self, state: m.State, reference: tuple[np.ndarray, ...], error: float, now_ns: int) -> None:
         """Update the result from `state` and its `reference` (positions, velocities, …); `error`: the largest, rad."""
         result, stamps = self.result, self.result.stamps
         result.peak_tracking_error = max(result.peak_tracking_error, error)
+        result.saturated_ticks += any(state.saturated)
         if stamps.first_command is None:
             result.stamps = m.Stamps(stamps.requested, stamps.planned, stamps.accepted, now_ns)
         if result.hit is None and self.hit is not None and self.hit <= state.tick:
@@ -152,6 +156,15 @@ class Ledger:
         ended, self.ended = self.ended, []
         return ended
 
+    def note_touch(self, touch: m.FirstContact, tick: int) -> None:
+        """Keep the first contact of the arm during the motion that was played at `tick`."""
+        goal = self.current(tick)
+        if goal is not None and goal.result.first_contact is None:
+            goal.result.first_contact = touch
+
     def _end(self, goal: ActiveGoal, outcome: m.Outcome, reason: str) -> None:
+        hit = goal.result.hit
+        if outcome == "succeeded" and hit and goal.judge and (missed := goal.judge.miss(hit)):
+            outcome, reason = "missed", missed
         goal.result.outcome, goal.result.reason = outcome, reason
         self.ended.append(goal.result)

@@ -4,6 +4,7 @@ import contextlib
 import logging
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 
 from protocol import messages as m
@@ -18,11 +19,14 @@ from services.common.puts import PutWatch
 from services.controller.checker import TrajectoryChecker
 from services.controller.core import Controller
 from services.controller.handshake import ArmHandshake, Departed
+from services.controller.incidents import touch_of
 from services.controller.leases import ClientLeases
 from services.controller.publications import Publications
 from services.controller.requests import Requests
 from services.controller.watchdog import SilenceWatchdog
 
+WAITING_CONTACTS = 64
+"""Contacts that wait for the loop, which takes in one a tick; the newest are kept."""
 FAREWELL_S = 3.0
 """Longest time that a controller that ends goes on for, until the arm under its control is at rest."""
 
@@ -46,6 +50,7 @@ class ControllerLoop:
         self._checker = TrajectoryChecker(config, PutWatch(bus, log), wake=self._states.wake)
         self._requests = Requests(self._core, self._leases, self._checker, wake=self._states.wake)
         self._publications = Publications(bus, self._core, log, clock)
+        self._contacts: deque[bytes] = deque(maxlen=WAITING_CONTACTS)
         self._refusals = ThrottledLog(log)
         self._arm_clock: m.Clock | None = None
         self._request_answered = False
@@ -53,6 +58,7 @@ class ControllerLoop:
     def open(self) -> None:
         """Declare everything on the bus; the arm introduces itself as soon as it is there."""
         self._bus.stream(topics.STATE, self._states)
+        self._bus.listen(topics.CONTACT, self._contacts.append)
         self._requests.open(self._bus)
         self._handshake.open()
         self._leases.open(self._bus)
@@ -120,6 +126,7 @@ class ControllerLoop:
         """Apply at most one event of each kind, answer at most one request a tick, and report."""
         self._attend_to_arm()
         self._leases.step()
+        self._note_contact()
         if not self._request_answered:
             self._request_answered = self._requests.answer_one()
         self._publications.report()
@@ -150,6 +157,14 @@ class ControllerLoop:
         self._request_answered = False
         self._core.statistics.note_response(self._clock() - received_ns)
         return True
+
+    def _note_contact(self) -> None:
+        """Take in a contact that the robot side has published."""
+        if self._contacts:
+            with contextlib.suppress(Refusal):  # what cannot be read counts as lost
+                contact = decode(self._contacts.popleft(), m.Contact)
+                if touch := touch_of(contact, self._config):
+                    self._core.ledger.note_touch(touch, round(contact.time * self._config.rate_hz))
 
     def _attend_to_arm(self) -> None:
         """Adopt the clock of an arm that appears, answer the state it was asked for, and notice that it leaves."""

@@ -8,6 +8,7 @@ import numpy as np
 from motion.braking import first_stop, stop
 from motion.limits import Limits
 from motion.trajectory import Samples
+from protocol.messages import State
 
 WINDOW = 64
 """Ticks searched first for a stop: it is nearly always close, and the loop has only a tick's time."""
@@ -38,6 +39,14 @@ class Timeline:
         still = np.zeros((1, len(positions)))
         here = np.array(positions, dtype=float)[None, :]
         self._segments = [Segment(tick, Samples(here, still, still))]
+
+    def give_way(self, state: State, limits: Limits, length: float) -> None:
+        """Drop all segments and stop from the measured `state`, inside the limits of velocity, acceleration and jerk.
+
+        `length`: of a tick, s. Position limits are not promised: the arm is where it is.
+        """
+        velocities = np.clip(state.velocities, -limits.velocities, limits.velocities)
+        self._segments = [_stop(state.tick, (np.array(state.positions), velocities, 0 * velocities), limits, length)]
 
     def splice(self, segment: Segment) -> None:
         """Let `segment` replace everything from its start on."""
@@ -74,9 +83,7 @@ class Timeline:
         return rests, rests
 
     def _splice_stop(self, tick: int, limits: Limits, length: float) -> tuple[int, int]:
-        halt = stop(*self.at(tick), limits)
-        count = math.ceil(halt.duration / length - 1e-9) + 1
-        segment = Segment(tick, halt.sample(np.arange(count) * length))
+        segment = _stop(tick, self.at(tick), limits, length)
         self.splice(segment)
         return segment.start, segment.end
 
@@ -101,3 +108,10 @@ class Timeline:
     def end(self) -> int:
         """Tick from which the reference is at rest for good."""
         return self._segments[-1].end
+
+
+def _stop(tick: int, state: tuple[np.ndarray, np.ndarray, np.ndarray], limits: Limits, length: float) -> Segment:
+    """Return the stop that begins at `tick` from positions, velocities and accelerations (J,)."""
+    halt = stop(*state, limits)
+    count = math.ceil(halt.duration / length - 1e-9) + 1
+    return Segment(tick, halt.sample(np.arange(count) * length))

@@ -36,6 +36,7 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
         raise _invalid("follow_through", sentence)
     if goal.follow_through > 0 and goal.tail == "coast":
         raise _invalid("follow_through", "follow_through is for tail 'stop'; an arm that coasts has no end of it")
+    _check_tolerance(goal)
     _check_method(goal)
     __check_pose(goal)
     _check_alternatives(goal, config.joint_count)
@@ -77,6 +78,13 @@ def _check_names(goal: m.Goal) -> None:
         raise _invalid("goal_id", f"goal_id must have 1 to {MAX_ID} characters")
     if goal.revises is not None and not 0 < len(goal.revises) <= MAX_ID:
         raise _invalid("revises", f"revises must be a goal_id of 1 to {MAX_ID} characters")
+
+
+def _check_tolerance(goal: m.Goal) -> None:
+    for name in ("positions", "velocities"):
+        value = getattr(goal.tolerance, name, None)
+        if value is not None and value <= 0:
+            raise _invalid(f"tolerance.{name}", f"tolerance.{name} is {value}; it must be greater than 0, or null")
 
 
 def _check_method(goal: m.Goal) -> None:

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
+from msgspec import UNSET
 
 from motion.limits import Limits
 from motion.plan import SplinePlan
@@ -67,6 +68,7 @@ def _frame(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: 
         "count": round(made.plan.total_duration / config.tick) + 1,
         "hit_index": made.plan.hit_index,
         "stamps": stamps,
+        "tolerance": UNSET if goal.tolerance is None else goal.tolerance,
     }
 
 

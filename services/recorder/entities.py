@@ -115,8 +115,8 @@ GOALS = Entity(
     "/goals",
     VALUES,
     ENDED,
-    "`goal_id`, `outcome`, `reason`, `peak_tracking_error` (rad); `requested`, `planned`, `accepted`, `first_command` "
-    "(Unix ns, 0: never)",
+    "`goal_id`, `outcome`, `reason`, `peak_tracking_error` (rad), `saturated_ticks`, `first_contact` (in words, empty: "
+    "none); `requested`, `planned`, `accepted`, `first_command` (Unix ns, 0: never)",
     needs="a result",
 )
 HIT_POSITION_ERROR = Entity(
@@ -137,7 +137,7 @@ REFUSALS = Entity(
 
 RUN_EVENT = Entity("/events/run", EVENT, (*STATE, *COMMAND), "a run begins")
 GOAL_EVENT = Entity("/events/goal", EVENT, GOAL, "a goal is planned, refused or ended", needs="a goal")
-CONTACT_EVENT = Entity("/events/contact", EVENT, CONTACT, "two bodies touched", needs="a contact")
+CONTACT_EVENT = Entity("/events/contact", EVENT, CONTACT, "two bodies touch, or part", needs="a contact")
 CONTROLLER_EVENT = Entity("/events/controller", EVENT, (*STATUS, *STATE), "modes, faults, late ticks, an unready arm")
 DISTURBANCE_EVENT = Entity("/events/disturbance", EVENT, DISTURBANCE, "disturbances change", needs="a disturbance")
 RECORDER_EVENT = Entity("/events/recorder", EVENT, OWN, "what is missing in the trace", needs="something missing")

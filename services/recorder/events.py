@@ -81,6 +81,8 @@ class ResultWriter:
                 outcome=[result.outcome],
                 reason=[result.reason],
                 peak_tracking_error=[float(result.peak_tracking_error)],
+                saturated_ticks=[result.saturated_ticks],
+                first_contact=[_touch(result.first_contact)],
                 **{name: [int(getattr(result.stamps, name) or 0)] for name in m.Stamps.__struct_fields__},
             )
             if result.hit:
@@ -92,6 +94,11 @@ class ResultWriter:
                 self._end(result.goal_id)
 
 
+def _touch(contact: m.FirstContact | None) -> str:
+    """Return a contact in words; empty: none."""
+    return f"{contact.body} touched {contact.other} at {contact.time:.3f} s" if contact else ""
+
+
 def _sentence(result: m.Result) -> str:
     reason = f" ({result.reason})" if result.reason else ""
     hit = ""
@@ -99,7 +106,9 @@ def _sentence(result: m.Result) -> str:
         position = max((abs(error) for error in result.hit.position_error), default=0.0)
         velocity = max((abs(error) for error in result.hit.velocity_error), default=0.0)
         hit = f"; off by {position:.2g} rad and {velocity:.2g} rad/s at the hit"
-    return f"goal {result.goal_id} {result.outcome}{reason}{hit}; peak error {result.peak_tracking_error:.2g} rad"
+    touch = f"; {_touch(result.first_contact)}" if result.first_contact else ""
+    peak = f"; peak error {result.peak_tracking_error:.2g} rad"
+    return f"goal {result.goal_id} {result.outcome}{reason}{hit}{peak}{touch}"
 
 
 class RefusalWriter:
@@ -133,7 +142,7 @@ class ContactWriter:
         self._context = context
 
     def write(self, received: list[Received[m.Contact]]) -> None:
-        """Write every contact at its first touch."""
+        """Write every contact: the touch and the impulse at its time, the end at the arm's present tick."""
         for one in received:
             contact = one.message
             row = self._context.row(self._context.runs.tick_at(contact.time), one.wall_ns)
@@ -141,8 +150,11 @@ class ContactWriter:
             if contact.ball_velocity is not None:
                 speed = f", the ball leaves at {np.linalg.norm(contact.ball_velocity):.2f} m/s"
             bodies = " and ".join(contact.bodies)
-            sentence = f"{bodies} touched with {contact.impulse:.3f} N·s{speed}"
-            self._context.event(entities.CONTACT_EVENT, row, sentence)
+            if not contact.ended:
+                self._context.event(entities.CONTACT_EVENT, row, f"{bodies} touch")
+                continue
+            sentence = f"{bodies} parted after {contact.impulse:.3f} N·s{speed}"
+            self._context.event(entities.CONTACT_EVENT, self._context.row_at(one.wall_ns), sentence)
             self._context.trace.scalars(entities.CONTACTS.path, row, [contact.impulse])
 
 

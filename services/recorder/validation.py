@@ -144,6 +144,9 @@ def _check_result(result: m.Result, joint_count: int) -> None:
         _check_range("hit.time", result.hit.time, MAX_TIME_S)
         errors = {"hit.position_error": result.hit.position_error, "hit.velocity_error": result.hit.velocity_error}
         check_lengths(joint_count, **errors)
+    _check_range("saturated_ticks", result.saturated_ticks, MAX_TICK)
+    if result.first_contact:
+        _check_range("first_contact.time", result.first_contact.time, MAX_TIME_S)
 
 
 def _check_refused(refused: m.Refused, _: int) -> None:

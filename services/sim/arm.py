@@ -1,6 +1,7 @@
 """The simulated arm: a robot's backend in MuJoCo, and its ball."""
 
 import math
+from collections.abc import Mapping
 
 import mujoco
 import numpy as np
@@ -13,6 +14,7 @@ from robot.description import RobotConfig
 from services.common.robot_side.backend import Backend, Observation, RobotFailed, Setpoint
 from services.sim.contact import ContactLog
 from services.sim.disturbances import Disturbances
+from services.sim.held import HeldJoints
 from services.sim.inverse_dynamics import InverseDynamics
 from services.sim.model import Scene, build_scene
 
@@ -33,7 +35,10 @@ class SimulatedArm(Backend):
     def __init__(self, config: RobotConfig, seed: int = 0) -> None:
         self.config = config
         self._scene: Scene = build_scene(config)
-        self._dynamics = InverseDynamics(self._scene)
+        self._held = HeldJoints(config, self._scene)
+        self._dynamics = InverseDynamics(self._scene, np.concatenate([self._scene.dofs, self._held.dofs]))
+        self._torque_limits = np.concatenate([config.torques, self._held.limits])
+        self._controlled = np.concatenate([self._scene.dofs, self._held.dofs])
         self._contact_log = ContactLog(self._scene)
         self._disturbances = Disturbances(config)
         self.reset(seed=seed)
@@ -52,6 +57,7 @@ class SimulatedArm(Backend):
         scene = self._scene
         mujoco.mj_resetData(scene.model, scene.data)
         scene.data.qpos[scene.qpos] = pose
+        self._held.reset()
         if ball is not None:
             self._place_ball(ball)
         self._noise = np.random.default_rng(seed)
@@ -76,13 +82,15 @@ class SimulatedArm(Backend):
         scene = self._scene
         model, data = scene.model, scene.data
         mujoco.mj_step1(model, data)
-        demanded = self._dynamics.torques(accelerations)
+        demanded = self._dynamics.torques(np.concatenate([accelerations, self._held.accelerations()]))
         if not math.isfinite(demanded.sum()):
             raise ValueError(f"accelerations: {accelerations} cannot be turned into torques; they must be finite")
-        limits = self.config.torques
-        self._torques = np.minimum(np.maximum(demanded, -limits), limits)  # np.clip takes three times as long
-        self._saturated = self._torques != demanded
-        data.qfrc_applied[scene.dofs] = self._torques + self._pushes()
+        limits, joints = self._torque_limits, self.config.joint_count
+        torques = np.minimum(np.maximum(demanded, -limits), limits)  # np.clip takes three times as long
+        self._torques = torques[:joints]
+        self._saturated = self._torques != demanded[:joints]
+        data.qfrc_applied[self._controlled] = torques
+        data.qfrc_applied[scene.dofs] += self._pushes()
         self._contacts = []
         for substep in range(scene.substeps):
             if substep:
@@ -119,12 +127,16 @@ class SimulatedArm(Backend):
         assert request.duration is not None
         return self._disturbances.push(kind, request.values, request.start_time, request.duration, self._tick)
 
+    def hold(self, targets: Mapping[str, float]) -> float:
+        """Begin to lead held joints to new values, rad or m by name; return how long that takes, s."""
+        return self._held.lead(targets)
+
     def disturbances(self) -> list[ActiveDisturbance]:
         """What acts on the arm in the coming tick."""
         return self._disturbances.describe(self._tick)
 
     def contacts(self) -> list[Contact]:
-        """The contacts that ended in the tick before."""
+        """The contacts that began or ended in the tick before."""
         return self._contacts
 
     def ball(self) -> tuple[np.ndarray, np.ndarray] | None:
@@ -149,9 +161,13 @@ class SimulatedArm(Backend):
 
     def _pushes(self) -> np.ndarray:
         """Generalised forces (J,), N·m, of the pushes that act now."""
-        total = np.zeros(self.config.joint_count)
+        joints = self.config.joint_count
+        total = np.zeros(joints)
         for push in self._disturbances.acting(self._tick):
-            total += self._dynamics.inertial(push.values) if push.kind == "acceleration" else push.values
+            if push.kind == "acceleration":
+                total += self._dynamics.inertial(np.pad(push.values, (0, len(self._controlled) - joints)))[:joints]
+            else:
+                total += push.values
         return total
 
     def _measure(self) -> Observation:
@@ -171,6 +187,7 @@ class SimulatedArm(Backend):
             saturated=self._saturated,
             true_positions=true_positions,
             true_velocities=true_velocities,
+            held=self._held.positions(),
         )
 
     def _checked_pose(self, positions: list[float]) -> np.ndarray:

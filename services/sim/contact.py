@@ -1,4 +1,4 @@
-"""Contacts of the ball and of the arm, each reported once, when it has ended."""
+"""Contacts of the ball and of the arm, each reported when it begins and when it has ended."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from protocol.messages import Contact
+from robot.model import body_name
 from services.sim.model import BALL, TEE, Scene
 
 MIN_IMPULSE = 0.01
@@ -17,10 +18,11 @@ Bodies = tuple[str, str]
 
 @dataclass(slots=True)
 class _Episode:
-    """A contact that lasts: since when (s), what it has given so far (N·s)."""
+    """A contact that lasts: since when (s), what it has given so far (N·s), whether it was reported."""
 
     start_time: float
     impulse: float = 0.0
+    reported: bool = False
 
 
 class ContactLog:
@@ -38,9 +40,10 @@ class ContactLog:
         self._open.clear()
 
     def update(self, time: float) -> list[Contact]:
-        """Add the physics step that began at `time` (s) and has just been taken; returns the contacts that ended.
+        """Add the physics step that began at `time` (s) and has just been taken; return the contacts to report.
 
-        The `time` of a contact is its first touch, its velocity the ball's after it.
+        A contact is reported once its impulse is no trifle, and again when it has ended. Its `time` is the first touch,
+        its velocity the ball's after it.
         """
         scene = self._scene
         touching: set[Bodies] = set()
@@ -52,23 +55,39 @@ class ContactLog:
             episode = self._open.setdefault(bodies, _Episode(time))
             episode.impulse += float(np.linalg.norm(self._force[:3])) * scene.model.opt.timestep
             touching.add(bodies)
-        if len(touching) == len(self._open):
-            return []
-        ended = {bodies: self._open.pop(bodies) for bodies in self._open.keys() - touching}
-        return [self._report(bodies, ended[bodies]) for bodies in sorted(ended) if ended[bodies].impulse >= MIN_IMPULSE]
+        return self._begun(touching) + self._ended(touching) if self._open else []
 
-    def _report(self, bodies: Bodies, episode: _Episode) -> Contact:
+    def _begun(self, touching: set[Bodies]) -> list[Contact]:
+        reports = []
+        for bodies in sorted(touching):
+            episode = self._open[bodies]
+            if not episode.reported and episode.impulse >= MIN_IMPULSE:
+                episode.reported = True
+                reports.append(self._report(bodies, episode, ended=False))
+        return reports
+
+    def _ended(self, touching: set[Bodies]) -> list[Contact]:
+        ended = {bodies: self._open.pop(bodies) for bodies in self._open.keys() - touching}
+        return [self._report(bodies, ended[bodies], ended=True) for bodies in sorted(ended) if ended[bodies].reported]
+
+    def _report(self, bodies: Bodies, episode: _Episode, ended: bool) -> Contact:
         ball = self._scene.ball
         velocity = None
-        if ball is not None and BALL in bodies:
+        if ended and ball is not None and BALL in bodies:
             velocity = self._scene.data.qvel[ball.dof : ball.dof + 3].tolist()
-        return Contact(time=episode.start_time, bodies=list(bodies), impulse=episode.impulse, ball_velocity=velocity)
+        return Contact(
+            time=episode.start_time,
+            bodies=list(bodies),
+            impulse=episode.impulse,
+            ball_velocity=velocity,
+            ended=ended,
+        )
 
     def _geom_owner(self, geom: int) -> str:
         """The geom's body; of what belongs to the world, the geom's own name."""
         model = self._scene.model
         body = model.geom_bodyid[geom]
-        return model.body(body).name if body else model.geom(geom).name or "world"
+        return body_name(model, body) if body else model.geom(geom).name or "world"
 
 
 def _in_order(first: str, second: str) -> Bodies:

@@ -7,24 +7,44 @@ from services.sim.model import Scene
 
 
 class InverseDynamics:
-    """M·q̈ + bias − passive over the arm's joints alone: what else moves is at rest in it.
+    """M·q̈ + bias − passive − friction over the joints at `dofs` alone: what else moves is at rest in it.
 
-    The ball's contacts are therefore not compensated. Reads the scene's data as `mj_step1` leaves them.
+    Contacts are therefore not compensated. Reads the scene's data as `mj_step1` leaves them.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, dofs: np.ndarray) -> None:
+        """Prepare for the joints at `dofs` (D,), addresses in MuJoCo's velocities."""
         self._scene = scene
+        self._dofs = dofs
         self._accelerations = np.zeros(scene.model.nv)
         self._forces = np.zeros(scene.model.nv)
+        rubbing = np.flatnonzero(scene.model.dof_frictionloss)
+        self._rubbing = np.flatnonzero(np.isin(dofs, rubbing))
+        self._rows = np.searchsorted(rubbing, dofs[self._rubbing])
+        self._losses = scene.model.dof_frictionloss[dofs[self._rubbing]]
 
     def inertial(self, accelerations: np.ndarray) -> np.ndarray:
-        """M·q̈ (J,), N·m: the generalised force that would change the accelerations by q̈ (J,), rad/s²."""
+        """M·q̈ (D,), N·m: the generalised force that would change the accelerations by q̈ (D,), rad/s²."""
         scene = self._scene
-        self._accelerations[scene.dofs] = accelerations
+        self._accelerations[self._dofs] = accelerations
         mujoco.mj_mulM(scene.model, scene.data, self._forces, self._accelerations)
-        return self._forces[scene.dofs]
+        return self._forces[self._dofs]
 
     def torques(self, accelerations: np.ndarray) -> np.ndarray:
-        """Torques (J,), N·m, that accelerate the arm with q̈ (J,), rad/s², where nothing touches it."""
-        data, dofs = self._scene.data, self._scene.dofs
-        return self.inertial(accelerations) + data.qfrc_bias[dofs] - data.qfrc_passive[dofs]
+        """Torques (D,), N·m, that accelerate the joints with q̈ (D,), rad/s², where nothing touches them."""
+        data, dofs = self._scene.data, self._dofs
+        torques = self.inertial(accelerations) + data.qfrc_bias[dofs] - data.qfrc_passive[dofs]
+        if len(self._rows):
+            torques[self._rubbing] -= self._friction(accelerations[self._rubbing])
+        return torques
+
+    def _friction(self, accelerations: np.ndarray) -> np.ndarray:
+        """Friction of the joints that have any, at their accelerations, N·m.
+
+        MuJoCo's friction is a soft constraint, −D(q̈ − a) cut at the friction loss, where a opposes the velocity. It
+        depends on the acceleration smoothly, so that compensating it neither chatters nor lets the joint stick.
+        """
+        data = self._scene.data
+        rows = data.ne + self._rows
+        forces = data.efc_D[rows] * (data.efc_aref[rows] - accelerations)
+        return np.minimum(np.maximum(forces, -self._losses), self._losses)

@@ -50,7 +50,7 @@ class SimLoop(RobotLoop):
         return self._loss.has(stream, tick)
 
     def publish(self) -> None:
-        """Say what the tick brought: the state, contacts that ended, the ball, what disturbs the arm now."""
+        """Say what the tick brought: the state, contacts that began or ended, the ball, what disturbs the arm now."""
         super().publish()
         now = self._arm.observe()
         for contact in self._arm.contacts():

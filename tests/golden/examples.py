@@ -75,7 +75,11 @@ TRAJECTORY = m.Trajectory(
     stamps=m.Stamps(requested=RUN, planned=RUN + 5_000_000),
 )
 PIECES = m.Pieces(breaks=[0.0, 0.002, 0.003, 0.003], coefficients=matrix_bytes(COEFFICIENTS))
-MOTION: dict[str, Any] = asdict(TRAJECTORY) | {"stamps": STAMPS, "pieces": PIECES}
+MOTION: dict[str, Any] = asdict(TRAJECTORY) | {
+    "stamps": STAMPS,
+    "pieces": PIECES,
+    "tolerance": m.Tolerance(velocities=0.0625),
+}
 
 STATUS = m.Status(
     time=4.5,
@@ -103,6 +107,8 @@ RESULT = m.Result(
         truth_error=m.Point(positions=SMALL, velocities=SMALL),
     ),
     peak_tracking_error=0.0125,
+    saturated_ticks=3,
+    first_contact=m.FirstContact(body="racket", other="ball", time=5.05),
     stamps=STAMPS,
 )
 
@@ -126,6 +132,7 @@ GOALS: dict[str, Struct] = {
             accelerations=[None, 100.0, None, None, None, None],
             jerks=[None, None, 5000.0, None, None, None],
         ),
+        tolerance=m.Tolerance(positions=0.001, velocities=0.0625),
         preempt=False,
     ),
     "Goal-correction": m.Goal(
@@ -184,6 +191,7 @@ GOALS: dict[str, Struct] = {
         count=4,
         hit_index=2,
         pieces=PIECES,
+        tolerance=m.Tolerance(positions=0.001),
     ),
     "Accepted": m.Accepted(goal_id="forehand-7", start_time=4.25),
     "Plan": m.Plan(
@@ -304,6 +312,7 @@ ARM: dict[str, Struct] = {
         truth=m.Point(positions=HOME, velocities=STILL),
         condition="reflex",
         reason="joint_2 met more force than it may",
+        held={"finger": 0.03125},
     ),
     "Description": m.Description(
         joint_names=JOINTS,
@@ -323,6 +332,8 @@ ARM: dict[str, Struct] = {
         torques_are="measured",
     ),
     "Recovered": m.Recovered(condition="ready", run=8),
+    "Hold": m.Hold(joints={"finger": 0.03125}),
+    "Held": m.Held(joints={"finger": 0.03125}, arrival_time=5.25),
     "Step": m.Step(ticks=250),
     "Stepped": m.Stepped(tick=4750, time=4.75),
     "Reset": m.Reset(positions=PREPARE, ball=m.Ball(position=(0.75, 0.0, 1.125), velocity=(-3.0, 0.0, 1.5)), seed=7),
@@ -340,6 +351,7 @@ ARM: dict[str, Struct] = {
             m.ActiveDisturbance(kind="sensor_noise", position_std=0.001, velocity_std=0.01),
         ],
     ),
+    "Contact-touch": m.Contact(time=5.05, bodies=["racket", "ball"], impulse=0.0625, ball_velocity=None, ended=False),
     "Contact": m.Contact(time=5.05, bodies=["racket", "ball"], impulse=0.375, ball_velocity=[6.5, 0.25, 1.0]),
     "BallState": m.BallState(time=5.05, position=[0.75, 0.0, 1.125], velocity=[6.5, 0.25, 1.0]),
     "ErrorBody": m.ErrorBody(

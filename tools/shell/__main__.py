@@ -41,6 +41,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "execute": Command("tools.shell.motion:execute", "play a trajectory from a file"),
         "cancel": Command("tools.shell.motion:cancel", "stop the motion"),
         "reset": Command("tools.shell.motion:reset", "leave a latched fault"),
+        "hold": Command("tools.shell.arm:hold", "lead a gripper, or other held joints, to new values"),
         "recover": Command("tools.shell.arm:recover", "make the arm ready again after a reflex or a stop"),
         "result": Command("tools.shell.motion:result", "how a goal went"),
     },

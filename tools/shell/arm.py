@@ -31,6 +31,18 @@ def recover(*, shell: Shared) -> None:
         link.print(link.arm.recover())
 
 
+def hold(pairs: Positional[Annotated[tuple[str, ...], arg(metavar="JOINT VALUE ...")]], *, shell: Shared) -> None:
+    """Lead held joints, as those of a gripper, to new values: `volley hold finger_joint1 0.02 finger_joint2 0.02`.
+
+    Args:
+        pairs: JOINT VALUE, rad or m, for each joint that is to move.
+        shell: How to reach the robot.
+    """
+    targets = joints.by_name(pairs)
+    with reach(shell) as link:
+        link.print(link.arm.hold(targets))
+
+
 def step(ticks: Positional[Annotated[int, arg(metavar="TICKS")]] = 1, *, shell: Shared) -> None:
     """Advance the stepped clock.
 

@@ -11,7 +11,18 @@ from client import GoalFields, executable
 from protocol import messages as m
 from protocol.codec import encode
 from tools.shell import joints
-from tools.shell.flags import Coordinates, File, Identifier, Name, Points, Seconds, Switch, ToolPoints, Words
+from tools.shell.flags import (
+    Coordinates,
+    File,
+    Identifier,
+    Name,
+    Number,
+    Points,
+    Seconds,
+    Switch,
+    ToolPoints,
+    Words,
+)
 from tools.shell.following import follow
 from tools.shell.shell import Shared, Shell, UsageError, reach
 from tools.shell.tool import tool, tool_waypoint
@@ -49,6 +60,8 @@ class GoalFlags:
         start_positions: With --plan-only: plan from here, rad, instead of where the arm will be.
         start_velocities: With --start-positions: the velocity there, rad/s; by default zero.
         start_accelerations: With --start-positions: the acceleration there, rad/s², _ for free; by default free.
+        tolerance: Largest position error of a joint at the hit, rad; a larger one is a miss. By default the robot's.
+        velocity_tolerance: The same for velocities, rad/s.
         rest_fraction: Final part of the duration without acceleration, 0 to below 1.
         place_time: Keep the demonstrated places but for about this long at both ends, s; by default a start or goal
             that differs moves all of them.
@@ -89,6 +102,8 @@ class GoalFlags:
     start_positions: Words = ()
     start_velocities: Words = ()
     start_accelerations: Words = ()
+    tolerance: Number = None
+    velocity_tolerance: Number = None
     rest_fraction: Annotated[float, arg(metavar="X")] = 0.0
     place_time: Seconds = None
     follow_through: Annotated[float, arg(metavar="S")] = 0.0
@@ -166,6 +181,7 @@ def to_fields(flags: GoalFlags, count_joints: Callable[[], int]) -> GoalFields:
         start=_start(flags),
         waypoints=[*map(joints.waypoint, flags.waypoint), *map(tool_waypoint, flags.tool_waypoint)],
         limits=_limits(flags, count_joints),
+        tolerance=_tolerance(flags),
         rest_fraction=flags.rest_fraction,
         place_time=flags.place_time,
         follow_through=flags.follow_through,
@@ -195,6 +211,11 @@ def _start(flags: GoalFlags) -> m.Start | None:
         velocities=_given(joints.vector, flags.start_velocities, "--start-velocities"),
         accelerations=_given(joints.partial, flags.start_accelerations, "--start-accelerations"),
     )
+
+
+def _tolerance(flags: GoalFlags) -> m.Tolerance | None:
+    tolerance = m.Tolerance(positions=flags.tolerance, velocities=flags.velocity_tolerance)
+    return tolerance if tolerance != m.Tolerance() else None
 
 
 def _limits(flags: GoalFlags, count_joints: Callable[[], int]) -> m.GoalLimits | None:

@@ -77,6 +77,17 @@ def alternative(text: str) -> m.Alternative:
     )
 
 
+def by_name(words: Sequence[str]) -> dict[str, float]:
+    """Return the values that the words JOINT VALUE JOINT VALUE … give to joints.
+
+    Raises:
+        UsageError: a joint without a value, or a value that is no finite number.
+    """
+    if not words or len(words) % 2:
+        raise UsageError("write JOINT VALUE for each joint, as: finger_joint1 0.02 finger_joint2 0.02")
+    return {name: number(word, name) for name, word in zip(words[::2], words[1::2], strict=True)}
+
+
 def number(word: str, flag: str) -> float:
     """Return the finite number in `word`.
 

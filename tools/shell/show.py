@@ -15,6 +15,7 @@ from protocol import messages as m
 
 OUTCOME_STYLES = {
     "succeeded": "green",
+    "missed": "red",
     "running": "cyan",
     "preempted": "yellow",
     "canceled": "yellow",
@@ -143,7 +144,16 @@ def _(reply: m.Result, names: Sequence[str]) -> RenderableType:
         lines.append(joint_table(names, columns, f"at the hit, {reply.hit.time:.3f} s"))
     elif reply.outcome != "running":
         lines.append(sentence("the hit was not reached"))
-    lines.append(sentence(f"largest tracking error {cell(reply.peak_tracking_error)} rad", _stages(reply.stamps)))
+    touch = reply.first_contact
+    lines.append(
+        sentence(
+            f"largest tracking error {cell(reply.peak_tracking_error)} rad",
+            f"torques clipped for {reply.saturated_ticks} ticks" if reply.saturated_ticks else "",
+            f"{touch.body} touched {touch.other} at {touch.time:.3f} s" if touch else "",
+        )
+    )
+    if stages := _stages(reply.stamps):
+        lines.append(sentence(stages))
     return Group(*lines)
 
 
@@ -200,7 +210,8 @@ def _(reply: m.State, names: Sequence[str]) -> RenderableType:
     ]
     if reply.truth:
         columns += [("true position [rad]", reply.truth.positions), ("true velocity [rad/s]", reply.truth.velocities)]
-    return Group(head, joint_table(names, columns))
+    held = sentence(*(f"{name} held at {cell(value)}" for name, value in reply.held.items()))
+    return Group(head, joint_table(names, columns), *([held] if reply.held else []))
 
 
 @show.register
@@ -283,6 +294,13 @@ def _(reply: m.Canceled, names: Sequence[str]) -> RenderableType:
 @show.register
 def _(reply: m.Recovered, names: Sequence[str]) -> RenderableType:
     return sentence(f"the arm is {reply.condition.replace('_', ' ')}", f"run {reply.run}")
+
+
+@show.register
+def _(reply: m.Held, names: Sequence[str]) -> RenderableType:
+    targets = ", ".join(f"{name} to {cell(value)}" for name, value in reply.joints.items())
+    there = "" if reply.arrival_time is None else f"there at {reply.arrival_time:.3f} s"
+    return sentence(f"leading {targets}", there)
 
 
 @show.register

@@ -69,7 +69,8 @@ def event(message: object) -> str:
         case m.Contact():
             speed = sum(v * v for v in message.ball_velocity) ** 0.5 if message.ball_velocity else None
             ball = f", ball at {speed:.2f} m/s" if speed is not None else ""
-            return f"{message.time:9.3f} s  {' hits '.join(message.bodies)}: {cell(message.impulse)} N·s{ball}"
+            touch = f"{' parted from ' if message.ended else ' touches '}".join(message.bodies)
+            return f"{message.time:9.3f} s  {touch}: {cell(message.impulse)} N·s{ball}"
         case m.Disturbance():
             kinds = ", ".join(active.kind for active in message.active)
             return f"{message.time:9.3f} s  {f'disturbed by {kinds}' if kinds else 'disturbed no more'}"

@@ -1,10 +1,12 @@
 """The interface of a robot: what the loop of the robot side needs of it, be it simulated or real."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from protocol.codec import bad_message
 from protocol.messages import Condition, DriveMode, TorqueSource
 
 
@@ -53,7 +55,8 @@ class Observation:
 
     positions, velocities: measured. torques: of the tick before, as `Abilities.torques_are` says; saturated where they
     were clipped. true_positions, true_velocities: without noise, None where unknown. condition: "ready" where the robot
-    follows setpoints, else what keeps it from that, with the reason in a sentence.
+    follows setpoints, else what keeps it from that, with the reason in a sentence. held: positions of the joints
+    that are held beside the arm's, as a gripper's, rad or m by name.
     """
 
     tick: int
@@ -66,6 +69,7 @@ class Observation:
     true_velocities: np.ndarray | None = None
     condition: Condition = "ready"
     reason: str = ""
+    held: Mapping[str, float] = field(default_factory=dict)
 
 
 class Backend(ABC):
@@ -93,6 +97,16 @@ class Backend(ABC):
 
     def recover(self) -> None:  # noqa: B027, most robots have nothing to recover from
         """Begin to make the robot ready again, without waiting: `observe` says when it is."""
+
+    def hold(self, targets: Mapping[str, float]) -> float | None:
+        """Begin to lead held joints, as a gripper's, to new values, rad or m by name, without waiting.
+
+        Returns how long that takes, s, or None where it is not known.
+
+        Raises:
+            Refusal: `bad_message` for a joint that is not held, `limit` for a value outside its range.
+        """
+        raise bad_message("joints", "this robot has no joints that are held")
 
     def close(self) -> None:  # noqa: B027, most robots have nothing to release
         """Release the robot, at rest or not."""

@@ -55,6 +55,7 @@ class RobotLoop:
             topics.STATE_QUERY.key: self._tell_state,
             topics.DESCRIPTION.key: self._describe,
             topics.RECOVER.key: self._recover,
+            topics.HOLD.key: self._hold,
         }
         self._bus = bus
         self._puts = PutWatch(bus, log)
@@ -173,6 +174,12 @@ class RobotLoop:
         self.backend.recover()
         deadline = time.monotonic() + RECOVERY_S
         self.deferred = DeferredReply(asking, self._is_ready, self._recovered, deadline)
+
+    def _hold(self, asking: PendingQuery) -> None:
+        targets = asking.decode().joints
+        duration = self.backend.hold(targets)
+        arrival_time = None if duration is None else self.backend.observe().time + duration
+        asking.reply(m.Held(joints=targets, arrival_time=arrival_time))
 
     def _is_ready(self) -> bool:
         return self.backend.observe().condition == "ready"

@@ -28,6 +28,7 @@ def state_message(now: Observation, drive: Drive, applied_tick: int) -> m.State:
         truth=truth,
         condition=condition,
         reason=reason,
+        held=dict(now.held),
     )
 
 

@@ -24,6 +24,7 @@ CASES: list[tuple[Callable[[Any], Any], str, Any]] = [
     (lambda arm: arm.cancel(), "cancel", m.Cancel()),
     (lambda arm: arm.reset(), "reset", m.Empty()),
     (lambda arm: arm.recover(), "recover", m.Empty()),
+    (lambda arm: arm.hold({"finger": 0.02}), "hold", m.Hold(joints={"finger": 0.02})),
     (lambda arm: arm.result("g1"), "result", m.ResultRequest(goal_id="g1")),
     (lambda arm: arm.forget("wipe"), "forget", m.Forget(name="wipe")),
     (lambda arm: arm.state(), "state", m.Empty()),

@@ -62,6 +62,7 @@ class FakeBus:
         self.inboxes: dict[str, Inbox[Any]] = {}
         self.watches: dict[str, Callable[[str, bool], object]] = {}
         self.streams: dict[str, Stream] = {}
+        self.listeners: dict[str, Callable[[bytes], object]] = {}
         self.puts: list[str] = []
 
     def publisher(self, topic: topics.Publication, blocking: bool = False) -> FakePublisher:
@@ -80,6 +81,10 @@ class FakeBus:
     def stream(self, topic: topics.Publication, stream: Stream) -> None:
         """Note where samples go."""
         self.streams[topic.key] = stream
+
+    def listen(self, topic: topics.Publication, callback: Callable[[bytes], object]) -> None:
+        """Note who receives samples."""
+        self.listeners[topic.key] = callback
 
     def watch_alive(self, key: str, callback: Callable[[str, bool], object]) -> None:
         """Note who watches which token."""

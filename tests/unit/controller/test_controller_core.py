@@ -1,17 +1,21 @@
 """The controller without its bus, against an arm that follows every command exactly."""
 
+import dataclasses
+
 import msgspec
 import numpy as np
 import pytest
+from msgspec import UNSET, UnsetType
 
 from motion.braking import stop
 from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import matrix, matrix_bytes
 from protocol.errors import Refusal
-from robot.description import load_robot
+from robot.description import Tolerance, load_robot
 from services.controller.checks import check_trajectory
 from services.controller.core import Controller
+from services.controller.incidents import touch_of
 from services.controller.modes import Mode
 from tests.golden.examples import EXAMPLES
 
@@ -416,3 +420,89 @@ def test_an_older_robot_side_only_says_that_it_brakes(arm: PerfectArm):
     arm.brake = True
     arm.turn(1)
     assert arm.controller.fault == "the arm braked by itself"
+
+
+@pytest.mark.parametrize("speed", [0.0, 2.0])
+def test_the_reference_gives_way_to_an_arm_that_is_kept_from_it(arm: PerfectArm, speed: float):
+    """It goes on from where the arm is, stops inside the limits, and gives way again while the arm is pushed."""
+    controller = arm.controller
+    execute(arm, trajectory(controller, 30))
+    arm.turn(100)
+    for _ in range(2):
+        arm.positions[2] += ROBOT.max_tracking_error + 0.01
+        arm.velocities[2] = speed
+        measured = arm.state()
+        arm.turn(1)
+        command = arm.commands[-1]
+        assert (command.positions, command.velocities) == (measured.positions, measured.velocities)
+        began = len(arm.commands)
+        arm.turn(400)
+        velocities = np.array([command.velocities for command in arm.commands[began - 1 :]])
+        accelerations = np.diff(velocities, axis=0) / TICK
+        assert not velocities[-1].any()
+        assert np.all(np.abs(accelerations) <= ROBOT.limits.accelerations + 1e-9)
+        assert np.all(np.abs(np.diff(accelerations, axis=0)) / TICK <= ROBOT.limits.jerks + 1e-6)
+
+
+def test_with_on_fault_stop_the_reference_ends_its_own_way():
+    config = dataclasses.replace(ROBOT, on_fault="stop")
+    arm = PerfectArm(Controller(config))
+    arm.turn(10)
+    arm.positions[2] += config.max_tracking_error + 0.01
+    arm.turn(1)
+    assert arm.controller.fault
+    assert arm.commands[-1].positions == ROBOT.home.tolist()
+
+
+@pytest.mark.parametrize(
+    ("bodies", "touch"),
+    [
+        (["racket", "ball"], m.FirstContact(body="racket", other="ball", time=0.05)),
+        (["floor", "racket"], m.FirstContact(body="racket", other="floor", time=0.05)),
+        (["forearm", "shoulder"], m.FirstContact(body="forearm", other="shoulder", time=0.05)),
+        (["floor", "ball"], None),
+        (["racket"], None),
+    ],
+)
+def test_whose_contact_it_is(bodies: list[str], touch: m.FirstContact | None):
+    assert touch_of(m.Contact(time=0.05, bodies=bodies, impulse=1.0, ball_velocity=None), ROBOT) == touch
+
+
+def test_a_result_has_the_first_touch_and_the_clipped_ticks(arm: PerfectArm):
+    """Of its own motion: not what was touched before it began."""
+    execute(arm, trajectory(arm.controller, 30))
+    ledger = arm.controller.ledger
+    ledger.note_touch(m.FirstContact(body="racket", other="floor", time=0.02), 20)
+    arm.turn(100)
+    for name in ("ball", "post"):
+        ledger.note_touch(m.FirstContact(body="racket", other=name, time=0.05), 50)
+    for _ in range(3):
+        arm.controller.answer(arm.state(saturated=[True] + [False] * (JOINTS - 1)), 0)
+        arm.tick += 1
+    result = ledger.result("goal")
+    assert result.first_contact == m.FirstContact(body="racket", other="ball", time=0.05)
+    assert result.saturated_ticks == 3
+
+
+@pytest.mark.parametrize(
+    ("robot", "goal", "outcome"),
+    [
+        (Tolerance(), UNSET, "succeeded"),
+        (Tolerance(positions=0.01), UNSET, "missed"),
+        (Tolerance(positions=0.01), m.Tolerance(positions=0.1), "succeeded"),
+        (Tolerance(positions=0.01), m.Tolerance(velocities=1.0), "missed"),
+        (Tolerance(), m.Tolerance(velocities=0.01), "missed"),
+    ],
+)
+def test_what_a_miss_is(robot: Tolerance, goal: m.Tolerance | UnsetType, outcome: m.Outcome):
+    """By the goal's tolerance and, where that is null, by the robot's."""
+    arm = PerfectArm(Controller(dataclasses.replace(ROBOT, tolerance=robot)))
+    arm.turn(10)
+    execute(arm, trajectory(arm.controller, 30, tolerance=goal))
+    arm.turn(220)
+    arm.positions[1] += 0.05
+    arm.velocities[1] += 0.05
+    arm.turn(400)
+    result = arm.controller.ledger.result("goal")
+    assert result.outcome == outcome
+    assert ("joint_2 was" in result.reason) == (outcome == "missed")

@@ -311,3 +311,19 @@ def test_in_paced_time_a_farewell_does_not_wait_for_an_arm_that_is_gone(desks: C
     began = time.monotonic()
     desk.loop.close()
     assert time.monotonic() - began < 1.0
+
+
+def test_a_contact_on_the_bus_is_in_the_result_of_the_motion(desk: Desk):
+    """What is malformed counts as lost."""
+    desk.turn(state(0))
+    desk.turn(state(1))
+    desk.ask(topics.EXECUTE, staying(start=3, epoch=1))
+    touch = m.Contact(time=0.004, bodies=["racket", "floor"], impulse=0.1, ball_velocity=None, ended=False)
+    for tick in (2, 3, 4):
+        desk.turn(state(tick))
+    for body in (NOISE, encode(touch)):
+        desk.bus.listeners["contact"](body)
+    for tick in (5, 6):
+        desk.turn(state(tick))
+    result = desk.ask(topics.RESULT, m.ResultRequest(goal_id="goal"))
+    assert result.first_contact == m.FirstContact(body="racket", other="floor", time=0.004)

@@ -453,14 +453,20 @@ def test_a_message_a_batch_late_is_placed_where_it_happened(desk: Desk) -> None:
 def test_contact_and_ball(desk: Desk) -> None:
     places = [[0.1 * k, 1 / 3, -0.7] for k in range(5)]
     desk.publish(STATE, *(state(tick) for tick in range(50)))
-    desk.publish(CONTACT, m.Contact(time=0.012, bodies=["racket", "ball"], impulse=0.42, ball_velocity=[3.0, 0.0, 4.0]))
+    touch = m.Contact(time=0.012, bodies=["racket", "ball"], impulse=0.02, ball_velocity=None, ended=False)
+    desk.publish(
+        CONTACT, touch, msgspec.structs.replace(touch, impulse=0.42, ball_velocity=[3.0, 0.0, 4.0], ended=True)
+    )
     desk.publish(
         BALL, *(m.BallState(time=k / 100, position=place, velocity=[0.0] * 3) for k, place in enumerate(places))
     )
     trace = desk.read()
     assert trace.scalars("/contacts").tolist() == [0.42]
     assert trace.column("/contacts").ticks().tolist() == [12]
-    assert "racket and ball touched with 0.420 N·s, the ball leaves at 5.00 m/s" in trace.texts("/events/contact")
+    assert trace.texts("/events/contact") == [
+        "racket and ball touch",
+        "racket and ball parted after 0.420 N·s, the ball leaves at 5.00 m/s",
+    ]
     assert trace.scalars("/ball/position").tolist() == places
     tee = np.array(trace.column("/world/tee", "Transform3D:translation").values)
     assert tee.reshape(-1) == pytest.approx([0.0, 1 / 3, -0.733], abs=1e-6)

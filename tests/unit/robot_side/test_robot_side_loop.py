@@ -3,6 +3,7 @@
 import dataclasses
 import logging
 import threading
+from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -39,12 +40,13 @@ class Deaf:
 class Asked:
     """A request, and what came back."""
 
-    def __init__(self, topic: topics.Query) -> None:
+    def __init__(self, topic: topics.Query, request: m.Request) -> None:
         self.topic, self.replies = topic, []
+        self.request = request
 
-    def decode(self) -> m.Empty:
+    def decode(self) -> m.Request:
         """Return the request."""
-        return m.Empty()
+        return self.request
 
     def reply(self, answer: Any) -> None:
         """Keep the reply."""
@@ -78,9 +80,9 @@ def loop_of(backend: StandIn) -> RobotLoop:
     return RobotLoop(Deaf(), ROBOT, backend, "paced", logging.getLogger("test"), run=7)  # type: ignore[arg-type]
 
 
-def ask(loop: RobotLoop, topic: topics.Query) -> Asked:
+def ask(loop: RobotLoop, topic: topics.Query, request: m.Request = m.Empty()) -> Asked:  # noqa: B008
     """Send a request, and return it with what came back so far."""
-    asked = Asked(topic)
+    asked = Asked(topic, request)
     assert loop.requests.offer(asked)  # type: ignore[arg-type]
     loop.attend()
     return asked
@@ -237,3 +239,23 @@ def test_a_robot_that_is_the_clock_sets_the_pace():
     loop.publish = lambda: published.append(loop.state_message().tick)  # type: ignore[method-assign]
     keep_time(loop, ended)
     assert published == [1, 3, 4]
+
+
+class Gripping(StandIn):
+    """Holds one finger."""
+
+    def hold(self, targets: Mapping[str, float]) -> float | None:
+        """Take any time."""
+        self.targets = targets
+        return None
+
+
+def test_held_joints_are_led_on_request():
+    loop = loop_of(backend := Gripping(ROBOT))
+    (held,) = ask(loop, topics.HOLD, m.Hold(joints={"finger": 0.5})).replies
+    assert (held, backend.targets) == (m.Held(joints={"finger": 0.5}, arrival_time=None), {"finger": 0.5})
+
+
+def test_a_robot_without_held_joints_says_so():
+    (refusal,) = ask(loop_of(StandIn(ROBOT)), topics.HOLD, m.Hold(joints={"finger": 0.5})).replies
+    assert (refusal.code, refusal.message) == ("bad_message", "this robot has no joints that are held")

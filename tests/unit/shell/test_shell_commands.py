@@ -60,6 +60,7 @@ PUSH = ["100", "0", "0", "0", "0", "0"]
         (["description"], "description", None, "stepped clock"),
         (["step", "250"], "sim/step", m.Step(ticks=250), "tick 4750"),
         (["recover"], "recover", m.Empty(), "the arm is ready"),
+        (["hold", "a", "-.5", "b", "1"], "hold", m.Hold(joints={"a": -0.5, "b": 1.0}), "leading finger to 0.03125"),
         (["reset-sim", "--seed", "7"], "sim/reset", m.Reset(seed=7), "run 7 begins"),
         (
             ["reset-sim", "--positions", *WORDS, "--ball", "1", "0", "1.5", "--ball-velocity", "-3", "0", "0"],
@@ -89,6 +90,12 @@ PUSH = ["100", "0", "0", "0", "0", "0"]
             ["goal", "forehand", "--positions", *WORDS, "--duration", ".8"],
             "goal",
             m.Goal(primitive="forehand", positions=HIT, duration=0.8),
+            "planned in 3.8 ms",
+        ),
+        (
+            ["goal", "forehand", "--tolerance", ".01", "--velocity-tolerance", ".1"],
+            "goal",
+            m.Goal(primitive="forehand", tolerance=m.Tolerance(positions=0.01, velocities=0.1)),
             "planned in 3.8 ms",
         ),
         (
@@ -212,7 +219,9 @@ def test_execute_refuses_a_file_that_is_no_trajectory(robot, tmp_path, capsys):
     assert robot.asked == []
 
 
-@pytest.mark.parametrize(("outcome", "status"), [("succeeded", 0), ("aborted", 1), ("canceled", 1), ("preempted", 1)])
+@pytest.mark.parametrize(
+    ("outcome", "status"), [("succeeded", 0), ("missed", 1), ("aborted", 1), ("canceled", 1), ("preempted", 1)]
+)
 def test_waiting_follows_the_motion_to_its_end(robot, capsys, outcome, status):
     robot.then["goal"] = ENDED, m.Result(goal_id="forehand-7", outcome=outcome, reason="because")
     assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--wait") == status

@@ -100,7 +100,7 @@ def test_screen_shows_status_and_events():
     assert "99.95 % on time" in text
     assert "plan forehand-7: forehand, corrects forehand-6 at phase 0.625, hits at 4.252 s" in text
     assert "refused forehand-8 as late: arrival_time 4.25 s has passed" in text
-    assert "racket hits ball: 0.375 N·s, ball at 6.58 m/s" in text
+    assert "racket parted from ball: 0.375 N·s, ball at 6.58 m/s" in text
     assert "succeeded forehand-7, off by 0.002 rad: played to rest" in text
     assert "disturbed by acceleration, sensor_noise" in text
     assert "no status" not in text

@@ -20,6 +20,9 @@ RECOVERED = 1e-3
 GIVE = 0.05
 """rad; largest travel beyond the end of a joint, which is soft in the model."""
 
+PRESSES_S = 0.1
+"""After this time the arm presses no longer."""
+
 POST = '<geom name="post" type="box" size="0.03 0.03 0.6" pos="{} {} {}" contype="0" conaffinity="3"/>'
 
 
@@ -83,7 +86,23 @@ def hit_post(lab: Lab) -> Measured:
         cell.reset()
         reply = cell.strike(checks=m.Checks(collision=False))
         cell.step_to(cell.end_tick(reply) + 1500)
-        return {"the goal": cell.result(reply.goal_id).outcome, **end(cell)}
+        result = cell.result(reply.goal_id)
+        touch = result.first_contact
+        return {
+            "the goal": result.outcome,
+            "first contact": f"{touch.body} with {touch.other}" if touch else "none",
+            "torque from 100 ms after the fault on, beyond that at rest": torque_left(
+                cell, reply, cell.ticks(PRESSES_S)
+            ),
+            **end(cell),
+        }
+
+
+def torque_left(cell: Cell, reply: m.GoalReply, ticks: int) -> float:
+    """Return by how much torques exceed those at rest, from `ticks` after the fault on; as a part of their limits."""
+    fault = max(command.tick for command in cell.commands() if command.goal_id == reply.goal_id) + 1
+    torques = np.abs([state.torques for state in cell.states() if state.tick > fault + ticks])
+    return float(((torques - torques[-1]) / cell.config.torques).max())
 
 
 def post_in_the_way(lab: Lab) -> Path:
@@ -134,7 +153,12 @@ SCENARIOS = (
         "obstacle",
         "a post in the way of the racket",
         "stepped",
-        (exactly("the goal", "aborted"), *ENDS),
+        (
+            exactly("the goal", "aborted"),
+            exactly("first contact", "racket with post"),
+            at_most("torque from 100 ms after the fault on, beyond that at rest", 0.1, "of the limit"),
+            *ENDS,
+        ),
         hit_post,
     ),
 )

@@ -1,0 +1,36 @@
+"""Whether a motion that was played met its goal."""
+
+from dataclasses import dataclass
+
+from protocol import messages as m
+from robot.description import RobotConfig, Tolerance
+
+
+@dataclass(frozen=True, slots=True)
+class Judge:
+    """The largest errors at the hit of one goal, and the names of the joints."""
+
+    tolerance: Tolerance
+    joint_names: tuple[str, ...]
+
+    def miss(self, hit: m.Hit) -> str:
+        """Return by what the arm missed, in words; empty where it did not. The true state counts where it is known."""
+        errors = hit.truth_error or m.Point(positions=hit.position_error, velocities=hit.velocity_error)
+        for values, bound, unit in (
+            (errors.positions, self.tolerance.positions, "rad"),
+            (errors.velocities, self.tolerance.velocities, "rad/s"),
+        ):
+            error, joint = max((abs(value), joint) for joint, value in enumerate(values))
+            if error > bound:
+                return f"{self.joint_names[joint]} was {error:.3g} {unit} off at the hit, more than {bound:g} {unit}"
+        return ""
+
+
+def judge_of(trajectory: m.Trajectory, config: RobotConfig) -> Judge:
+    """Return the judge of a goal: the tolerance that it has, otherwise the robot's own."""
+    own, asked = config.tolerance, trajectory.tolerance
+    if not isinstance(asked, m.Tolerance):
+        return Judge(own, config.joint_names)
+    positions = own.positions if asked.positions is None else asked.positions
+    velocities = own.velocities if asked.velocities is None else asked.velocities
+    return Judge(Tolerance(positions, velocities), config.joint_names)

@@ -1,0 +1,123 @@
+"""The joints that are held beside the arm's: grippers, fingers, a second arm."""
+
+import math
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+
+from motion.tracking import tracking_acceleration
+from motion.trajectory import Samples, Trajectory
+from protocol.codec import bad_message
+from protocol.errors import Refusal
+from robot.description import RobotConfig
+from robot.joints import joint_range
+from robot.model import joint_ids
+from robot.torque_limits import torque_limit
+from services.sim.model import Scene
+
+GAIN = 0.4
+"""Of the servos, by eq. 11, times the length of a tick: stiff, and stable up to 2."""
+SLOWEST_S, SPEED = 0.5, 1.0
+"""A joint takes this long to a new value, and this much more for every rad or m: s, rad/s or m/s."""
+_ENDING = np.array([[10.0, -6.0, -1.5], [-15.0, 8.0, 1.5], [6.0, -3.0, -0.5]])
+"""Times change, velocity and acceleration in units of the duration: powers 3 to 5 of a polynomial that ends at rest."""
+
+
+class HeldJoints:
+    """Servos of H joints, which are led smoothly from one value to the next.
+
+    Attributes:
+        dofs: Addresses (H,) of the joints in MuJoCo's velocities.
+        limits: Their largest torques (H,), N·m or N.
+        targets: The value that each is led to, rad or m.
+    """
+
+    def __init__(self, config: RobotConfig, scene: Scene) -> None:
+        ids = joint_ids(scene.model, tuple(config.held), "held")
+        self.dofs = scene.model.jnt_dofadr[ids].astype(np.intp)
+        self.limits = np.array([torque_limit(scene.model, joint) for joint in ids])
+        self._ranges = [joint_range(scene.model, joint) for joint in ids]
+        self._qpos = scene.model.jnt_qposadr[ids].astype(np.intp)
+        self._model, self._data = scene.model, scene.data
+        self._config = config
+        self.reset()
+
+    def reset(self) -> None:
+        """Put the joints at the values of the robot config, at rest."""
+        self.targets = dict(self._config.held)
+        values = np.array(list(self.targets.values()))[None]
+        self._data.qpos[self._qpos] = values[0]
+        self._place_followers()
+        self._follow(Samples(values, np.zeros_like(values), np.zeros_like(values)))
+
+    def lead(self, targets: Mapping[str, float]) -> float:
+        """Begin to move the named joints to new values, rad or m; return how long that takes, s.
+
+        Raises:
+            Refusal: `bad_message` for a joint that is not held, `limit` for a value outside its range.
+        """
+        self._check(targets)
+        self.targets |= targets
+        values = np.array(list(self.targets.values()))
+        samples, now = self._samples, self._index
+        begin = samples.positions[now], samples.velocities[now], samples.accelerations[now]
+        duration = SLOWEST_S + float(np.abs(values - begin[0]).max()) / SPEED
+        ticks = math.ceil(duration * self._config.rate_hz)
+        path = _path(begin, values, ticks * self._config.tick).sample(np.arange(ticks + 1) * self._config.tick)
+        path.positions[-1], path.velocities[-1], path.accelerations[-1] = values, 0.0, 0.0
+        self._follow(path)
+        return ticks * self._config.tick
+
+    def accelerations(self) -> np.ndarray:
+        """Return the accelerations (H,) that the servos want in the coming tick; one call is one tick."""
+        samples, now = self._samples, self._index
+        self._index = then = min(now + 1, len(samples) - 1)
+        feedforward = (samples.velocities[then] - samples.velocities[now]) * self._config.rate_hz
+        reference = samples.positions[now], samples.velocities[now], feedforward
+        return tracking_acceleration(GAIN * self._config.rate_hz, reference, *self._measured())
+
+    def positions(self) -> dict[str, float]:
+        """Return where the joints are, rad or m."""
+        return dict(zip(self.targets, self._measured()[0].tolist(), strict=True)) if self.targets else {}
+
+    def _place_followers(self) -> None:
+        """Put the joints where the model's equalities lead them with the held ones, so that they do not snap there."""
+        model, qpos = self._model, self._data.qpos
+        kind = int(mujoco.mjtEq.mjEQ_JOINT)
+        for equality in np.flatnonzero((model.eq_type == kind) & (model.eq_obj2id >= 0)):
+            follower, leader = model.jnt_qposadr[[model.eq_obj1id[equality], model.eq_obj2id[equality]]]
+            constant, slope, *bends = model.eq_data[equality, :5]
+            if follower in self._qpos and leader not in self._qpos and slope and not any(bends):
+                follower, leader, constant, slope = leader, follower, -constant / slope, 1 / slope
+            if leader in self._qpos and follower not in self._qpos:
+                change = qpos[leader] - model.qpos0[leader]
+                powers = change ** np.arange(5)
+                qpos[follower] = model.qpos0[follower] + powers @ [constant, slope, *bends]
+
+    def _measured(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._data.qpos[self._qpos], self._data.qvel[self.dofs]
+
+    def _follow(self, samples: Samples) -> None:
+        self._samples, self._index = samples, 0
+
+    def _check(self, targets: Mapping[str, float]) -> None:
+        ranges = dict(zip(self.targets, self._ranges, strict=True))
+        for name, value in targets.items():
+            if name not in ranges:
+                held = ", ".join(ranges) or "none"
+                raise bad_message("joints", f"{name!r} is not a held joint; this robot's config has {held}")
+            low, high = ranges[name].tolist()
+            if not low <= value <= high:
+                sentence = f"{name} at {value:.6g} lies outside its range {low:.6g} to {high:.6g}"
+                bound = low if value < low else high
+                raise Refusal("limit", sentence, joint=name, quantity="position", value=value, bound=bound)
+
+
+def _path(begin: tuple[np.ndarray, np.ndarray, np.ndarray], end: np.ndarray, duration: float) -> Trajectory:
+    """Return the polynomials from a state (positions, velocities, accelerations), (H,) each, to rest at `end`."""
+    scale = duration ** np.arange(6.0)
+    start = np.stack([begin[0], begin[1] * scale[1], begin[2] * scale[2] / 2])
+    ending = _ENDING @ np.stack([end - begin[0], start[1], 2 * start[2]])
+    coefficients = np.concatenate([start, ending]) / scale[:, None]
+    return Trajectory(np.array([0.0, duration]), coefficients.T[None])

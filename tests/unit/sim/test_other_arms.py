@@ -1,0 +1,168 @@
+"""Other people's arms under control: joint friction, held joints, and what follows from a touch."""
+
+from pathlib import Path
+
+import models
+import numpy as np
+import pytest
+
+from protocol import messages as m
+from protocol.errors import Refusal
+from robot.description import RobotConfig
+from tests.closed_loop import ClosedLoop, write_robot
+
+UR5E_JOINTS = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
+UR5E_HOME = "[-1.57, -1.57, 1.57, -1.57, -1.57, 0.0]"
+CELL = """
+<mujoco>
+  <asset>
+    <model name="arm" file="{arm}"/>
+    {gripper}
+  </asset>
+  <worldbody>
+    <attach model="arm" body="base" prefix="ur5e/"/>
+    {more}
+  </worldbody>
+</mujoco>
+"""
+TABLE = '<geom name="table" type="box" size="0.6 0.6 0.02" pos="0 0.8 0.1"/>'
+GRIPPER_MODEL = f'<model name="gripper" file="{models.GRIPPER_2F85}"/>'
+GRIPPER = '<body pos="1 0 1"><attach model="gripper" body="base_mount" prefix="gripper/"/></body>'
+
+
+def ur5e(folder: Path, scene: str, more: str = "") -> RobotConfig:
+    """Return a UR5e in a cell."""
+    cell = folder / "cell.xml"
+    gripper = GRIPPER_MODEL if scene == GRIPPER else ""
+    cell.write_text(CELL.format(arm=models.UR5E, gripper=gripper, more=scene))
+    names = [f"ur5e/{name}_joint" for name in UR5E_JOINTS]
+    return write_robot(folder, cell, '"ur5e/attachment_site"', names, UR5E_HOME, more)
+
+
+@pytest.mark.parametrize(
+    ("model", "tool", "names", "held"),
+    [
+        (models.FR3, "TCP", [f"joint{k}" for k in range(1, 8)], ""),
+        (models.Z1, "TCP", [f"joint{k}" for k in range(1, 7)], "[held]\njointGripper = -0.5"),
+    ],
+    ids=["FR3", "Z1"],
+)
+def test_joint_friction_is_compensated(tmp_path: Path, model: Path, tool: str, names: list[str], held: str):
+    """At speed, where it turns, and at rest, where it would stick."""
+    loop = ClosedLoop(write_robot(tmp_path, model, f'"{tool}"', names, '"keyframe:home"', held))
+    result = loop.move({"joint1": 0.6, "joint2": 0.3, "joint5": -0.4}, 1.0)
+    loop.turn(1300)
+    assert result.outcome == "succeeded"
+    assert result.peak_tracking_error < 1e-5
+    rest = np.abs(np.array(loop.arm.observe().velocities)).max()
+    assert rest < 1e-6, "it does not chatter"
+
+
+def test_fingers_are_held_and_led(tmp_path: Path):
+    """While the arm moves, and without moving the arm; the other finger follows by the model's equality."""
+    names = [f"joint{k}" for k in range(1, 8)]
+    held = "[held]\nfinger_joint1 = 0.02"
+    loop = ClosedLoop(write_robot(tmp_path, models.PANDA, '"TCP"', names, '"keyframe:home"', held))
+    result = loop.move({"joint1": 0.6, "joint6": 0.6}, 1.0)
+    loop.turn(500)
+    assert loop.arm.observe().held == pytest.approx({"finger_joint1": 0.02}, abs=1e-5)
+    assert loop.arm.hold({"finger_joint1": 0.04}) == pytest.approx(0.52)
+    positions = []
+    for _ in range(700):
+        loop.turn(1)
+        positions.append(loop.arm.observe().held["finger_joint1"])
+    assert np.abs(np.diff(positions, n=2)).max() < 1e-6, "it does not jump"
+    assert positions[-1] == pytest.approx(0.04, abs=1e-5)
+    assert result.outcome == "succeeded"
+    assert result.peak_tracking_error < 5e-5
+
+
+@pytest.mark.parametrize(
+    ("targets", "code", "words"),
+    [
+        ({"gripper/left_driver_joint": 0.1}, "bad_message", "is not a held joint; this robot's config has gripper/r"),
+        ({"gripper/right_driver_joint": 0.9}, "limit", "gripper/right_driver_joint at 0.9 lies outside its range 0 to"),
+    ],
+)
+def test_what_cannot_be_held_is_refused(gripper: ClosedLoop, targets: dict[str, float], code: str, words: str):
+    with pytest.raises(Refusal, match=words) as refused:
+        gripper.arm.hold(targets)
+    assert refused.value.code == code
+
+
+@pytest.fixture(scope="module")
+def gripper(tmp_path_factory: pytest.TempPathFactory) -> ClosedLoop:
+    """A UR5e beside a 2F-85, whose joints are in closed loops."""
+    held = '[held]\n"gripper/right_driver_joint" = 0.1'
+    return ClosedLoop(ur5e(tmp_path_factory.mktemp("gripper"), GRIPPER, held))
+
+
+def test_a_gripper_of_closed_loops_is_held(gripper: ClosedLoop):
+    """By one of its two drivers."""
+    gripper.arm.hold({"gripper/right_driver_joint": 0.6})
+    gripper.turn(1500)
+    assert gripper.arm.observe().held["gripper/right_driver_joint"] == pytest.approx(0.6, abs=0.003)
+
+
+def pressing(loop: ClosedLoop, joint: str, change: float) -> m.Result:
+    """Move a joint until that is a fault, and return the result of the motion."""
+    result = loop.move({f"ur5e/{joint}_joint": change}, 2.0)
+    for _ in range(2500):
+        loop.turn(1)
+        if loop.controller.fault:
+            break
+    assert result.outcome == "aborted"
+    return result
+
+
+@pytest.mark.parametrize(
+    ("scene", "joint", "change", "error", "bodies"),
+    [
+        (TABLE, "shoulder_lift", 1.9, 0.3, {"ur5e/wrist_3_link", "table"}),
+        ("", "elbow", 1.55, 0.15, {"ur5e/wrist_3_link", "ur5e/upper_arm_link"}),
+    ],
+    ids=["the table", "itself"],
+)
+def test_after_a_fault_the_arm_presses_against_nothing(
+    tmp_path: Path, scene: str, joint: str, change: float, error: float, bodies: set[str]
+):
+    """Within 100 ms the torques are those that gravity asks for; the touch is reported when it begins."""
+    loop = ClosedLoop(ur5e(tmp_path, scene, f"max_tracking_error = {error}"))
+    result = pressing(loop, joint, change)
+    before = np.abs(loop.torques[-2])
+    assert result.first_contact is not None
+    assert {result.first_contact.body, result.first_contact.other} == bodies
+    assert f"touched {result.first_contact.other} at" in result.reason
+    assert [contact.ended for contact in loop.contacts[:1]] == [False]
+    assert (before / loop.config.torques).max() > 0.5, "it pressed"
+    loop.turn(100)
+    after = np.array(loop.torques[-1:]), len(loop.torques)
+    loop.turn(1000)
+    gravity = np.abs(loop.arm.observe().torques)
+    pressed = np.abs(np.array(loop.torques[after[1] - 1 :])) - gravity
+    assert (pressed / loop.config.torques).max() < 0.05
+    assert np.abs(loop.arm.observe().velocities).max() < 1e-3
+    assert loop.controller.reset().mode == "holding"
+
+
+def test_a_reference_that_goes_on_presses(tmp_path: Path):
+    """With `on_fault = "stop"` it stops inside the table."""
+    loop = ClosedLoop(ur5e(tmp_path, TABLE, 'on_fault = "stop"'))
+    pressing(loop, "shoulder_lift", 1.9)
+    loop.turn(1000)
+    assert np.abs(loop.arm.observe().torques / loop.config.torques).max() == 1.0
+
+
+def test_a_hit_outside_the_tolerance_is_a_miss(tmp_path: Path):
+    """By the goal's own tolerance or the robot's."""
+    loop = ClosedLoop(ur5e(tmp_path, "", "[tolerance]\npositions = 0.01"))
+    played = []
+    for tolerance in (None, m.Tolerance(positions=0.5), m.Tolerance(positions=0.5, velocities=0.01)):
+        given = {} if tolerance is None else {"tolerance": tolerance}
+        played.append(loop.move({"ur5e/wrist_3_joint": 0.5}, 0.6, **given))
+        loop.arm.disturb(m.Disturb(kind="acceleration", values=[0.0] * 5 + [40.0], duration=0.3))
+        loop.turn(900)
+    assert [result.outcome for result in played] == ["missed", "succeeded", "missed"]
+    assert "ur5e/wrist_3_joint was" in played[0].reason
+    assert "rad off at the hit, more than 0.01 rad" in played[0].reason
+    assert "rad/s off at the hit, more than 0.01 rad/s" in played[2].reason
