@@ -30,7 +30,8 @@ class Arm(Requests[GoalHandle, MotionHandle], Blocks):
         """Listen to what is published on a topic from now on, as `for state in arm.stream(topics.STATE)`.
 
         Args:
-            topic: One of `topics`: STATE, COMMAND, STATUS, PLAN, REFUSED, ENDED, CONTACT, BALL, DISTURBANCE.
+            topic: One of `topics`: STATE, COMMAND, STATUS, PLAN, REFUSED, ENDED, CONTACT, BALL, SCENE,
+                DISTURBANCE.
             length: Messages kept until they are taken; of more the oldest are dropped.
         """
         return Stream(self._link, topic, length)

@@ -104,6 +104,7 @@ STATUS = Publication("status", "controller", m.Status, "a summary of the control
 ENDED = Publication("ended", "controller", m.Result, "the outcome of a goal")
 CONTACT = Publication("contact", "robot", m.Contact, "two bodies touch, or have parted")
 BALL = Publication("ball", "robot", m.BallState, "the ball", rate_hz=100.0, max_age_s=0.5)
+SCENE = Publication("scene", "robot", m.Scene, "what moves beside the arm and the ball", rate_hz=50.0, max_age_s=0.5)
 DISTURBANCE = Publication("disturbance", "robot", m.Disturbance, "the disturbances that act now")
 
 QUERIES: tuple[Query, ...] = (
@@ -125,7 +126,18 @@ QUERIES: tuple[Query, ...] = (
     SIM_RESET,
     SIM_DISTURB,
 )
-PUBLICATIONS: tuple[Publication, ...] = (STATE, COMMAND, PLAN, REFUSED, STATUS, ENDED, CONTACT, BALL, DISTURBANCE)
+PUBLICATIONS: tuple[Publication, ...] = (
+    STATE,
+    COMMAND,
+    PLAN,
+    REFUSED,
+    STATUS,
+    ENDED,
+    CONTACT,
+    BALL,
+    SCENE,
+    DISTURBANCE,
+)
 
 
 def check_robot_name(name: str) -> None:

@@ -1,8 +1,8 @@
 """The robot, simulated or real: states, description, recovery, the clock of the sim, disturbances."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from msgspec import Struct, field
+from msgspec import Meta, Struct, field
 
 from protocol.messages.base import (
     Clock,
@@ -19,6 +19,9 @@ from protocol.messages.base import (
     TorqueSource,
     Vector,
 )
+
+MAX_SCENE_JOINTS = 1024
+"""Joints beside the arm's; more can be simulated, but not published."""
 
 
 class State(Message, kw_only=True):
@@ -235,6 +238,18 @@ class BallState(Message, kw_only=True):
     time: Number
     position: Vector
     velocity: Vector
+
+
+class Scene(Message, kw_only=True):
+    """The joints of the robot's model that are neither the arm's nor the ball's: grippers, loose objects, other arms.
+
+    Attributes:
+        joints: coordinates by joint: an angle or a distance (rad, m); a quaternion of a joint with three axes; position
+            and quaternion of a body that moves freely. Quaternions have w first
+    """
+
+    time: Number
+    joints: Annotated[dict[str, Annotated[Vector, Meta(max_length=7)]], Meta(max_length=MAX_SCENE_JOINTS)]
 
 
 class ActiveDisturbance(Struct, kw_only=True):

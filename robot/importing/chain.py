@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from robot.model import SINGLE_AXIS, TOOL_SITE, Tool
+from robot.model import SINGLE_AXIS, TOOL_SITE, Tool, body_name
 from robot.schema import RobotError
-from robot.model import body_name
 from robot.tree import actuated, carrying_joints, followers, joint_equalities, path_to_world, single_axis
 
 TOOL_NAMES = ("attachment_?site", "tcp", "tool0?", "ee|eef|end_?effector", "grip.*", "grasp|pinch", "flange")

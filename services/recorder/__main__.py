@@ -63,9 +63,7 @@ def open_trace(flags: RecorderFlags, config: RobotConfig, log: logging.Logger) -
     if file is None and not flags.live:
         file = Path(f"volley-{datetime.now():%Y%m%d-%H%M%S}.rrd")
     live = Live(flags.live_port) if flags.live else None
-    trace = TraceWriter(
-        build_blueprint(config.joint_names, live=live is not None), file, live, index=not flags.unindexed
-    )
+    trace = TraceWriter(build_blueprint(config, live=live is not None), file, live, index=not flags.unindexed)
     if file:
         log.info("writes %s; open it with: rerun %s", file, file)
     if live:

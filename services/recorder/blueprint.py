@@ -2,27 +2,30 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from robot.description import RobotConfig
 from services.recorder import entities
+from services.recorder.scene import Scene, View
 from services.recorder.writer import TraceWriter
 
 MEASURED, REFERENCE, PLANNED = (38, 139, 210), (245, 158, 66), (110, 190, 110)
 DEMONSTRATED, LIMITS, PUSH, ERROR = (150, 150, 160), (200, 60, 60), (220, 38, 127), (190, 120, 220)
 MODES = {"holding": (122, 134, 154), "tracking": (63, 160, 90), "stopping": (227, 155, 45), "fault": (212, 60, 60)}
 LIVE_WINDOW_S = 10.0
-EYE, TARGET = (1.45, -1.85, 1.2), (0.1, -0.35, 0.7)
-"""Position and target of the camera, m: beside the arm and a little above."""
+EYE = np.array([1.5, -1.7, 0.6])
+"""From the middle of the arm to the camera, in radii of the arm: beside it and a little above."""
 
 
-def build_blueprint(names: Sequence[str], live: bool) -> rrb.Blueprint:
+def build_blueprint(config: RobotConfig, live: bool) -> rrb.Blueprint:
     """Return the layout: scene, lanes and events on the left; on the right the curves and the loop's timing.
 
     `live`: the curves show the last ten seconds and the cursor follows, instead of the whole trace.
     """
-    window = _window() if live else None
-    left = rrb.Vertical(_scene(), _lanes(window), _events(), row_shares=[5, 2, 2])
+    names, window = config.joint_names, _window() if live else None
+    left = rrb.Vertical(_scene(Scene(config).view()), _lanes(window), _events(), row_shares=[5, 2, 2])
     tabs = [_overview(names, window), *(_joint(name, window) for name in names), _loop(window)]
     return rrb.Blueprint(
         rrb.Horizontal(left, rrb.Tabs(*tabs, active_tab=0), column_shares=[1, 1]),
@@ -82,11 +85,16 @@ def _window() -> rrb.VisibleTimeRange:
     )
 
 
-def _scene() -> rrb.Spatial3DView:
-    eye = rrb.EyeControls3D(kind=rrb.Eye3DKind.Orbital, position=EYE, look_target=TARGET, eye_up=(0.0, 0.0, 1.0))
+def _scene(view: View) -> rrb.Spatial3DView:
+    eye = rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital,
+        position=view.centre + EYE * view.radius,
+        look_target=view.centre,
+        eye_up=(0.0, 0.0, 1.0),
+    )
     return rrb.Spatial3DView(
         origin="/world",
-        name="The strike",
+        name="The arm",
         eye_controls=eye,
         line_grid=rrb.LineGrid3D(visible=False),
         background=rrb.Background(color=(24, 28, 36)),

@@ -48,7 +48,7 @@ class Entity:
 
 STATE, COMMAND, STATUS = (topics.STATE,), (topics.COMMAND,), (topics.STATUS,)
 PLAN, ENDED, REFUSED = (topics.PLAN,), (topics.ENDED,), (topics.REFUSED,)
-BALL, CONTACT, DISTURBANCE = (topics.BALL,), (topics.CONTACT,), (topics.DISTURBANCE,)
+BALL, CONTACT, DISTURBANCE, SCENE = (topics.BALL,), (topics.CONTACT,), (topics.DISTURBANCE,), (topics.SCENE,)
 GOAL = (*PLAN, *ENDED, *REFUSED)
 OWN: tuple[Publication, ...] = ()
 
@@ -170,8 +170,10 @@ MALFORMED = Entity("/recorder/messages_malformed", SCALARS, OWN, "messages that 
 WORLD = Entity("/world", "ViewCoordinates", OWN, "right-handed axes, z up", "m", static=True)
 WORLD_SHAPE = Entity("/world/PART", SHAPES, OWN, "geometry that belongs to no body", "m", static=True)
 SHAPE = Entity("/world/BODY/PART", SHAPES, OWN, "geometry of a body, in its frame", "m", static=True)
-FIXED_BODY = Entity("/world/BODY", POSE, OWN, "pose of a body that the arm does not move", "m", static=True)
-BODY = Entity("/world/BODY", POSE, STATE, "pose of each body of the arm, 100 Hz", "m")
+FIXED_BODY = Entity("/world/BODY", POSE, OWN, "pose of a body that no joint moves", "m", static=True)
+BODY = Entity(
+    "/world/BODY", POSE, (*STATE, *SCENE), "pose of each body that a joint moves; 100 Hz, without the arm 50 Hz", "m"
+)
 TRAIL = Entity("/world/trail", LINES, STATE, "the last third of a second of the tool's path", "m")
 BALL_BODY = Entity("/world/ball", POSE, BALL, "the ball", "m", "a ball")
 TEE = Entity("/world/tee", POSE, BALL, "the tee below the place where the ball first rests", "m", "a ball")

@@ -6,9 +6,9 @@ import numpy as np
 import rerun as rr
 
 from protocol import messages as m
+from robot.surroundings import BALL, TEE
 from services.recorder import entities
 from services.recorder.context import Context
-from services.recorder.scene import BALL, TEE
 from services.recorder.validation import Received
 from services.recorder.writer import Rows
 
@@ -164,7 +164,6 @@ class BallWriter:
     def __init__(self, context: Context) -> None:
         self._context = context
         self._run = -1
-        context.scene.write_body(context.trace, BALL)
 
     def write(self, received: list[Received[m.BallState]]) -> None:
         """Write every state of the ball."""
@@ -178,6 +177,7 @@ class BallWriter:
         trace.scalars(entities.BALL_VELOCITY.path, rows, velocities)
         trace.send(entities.BALL_BODY.path, rows, rr.Transform3D.columns(translation=positions))
         if self._run < 0:
+            context.scene.write_body(trace, BALL)
             context.scene.write_body(trace, TEE)
         if self._run != context.runs.count:
             self._run = context.runs.count

@@ -16,6 +16,7 @@ from services.recorder.events import BallWriter, ContactWriter, RefusalWriter, R
 from services.recorder.plans import PlanWriter
 from services.recorder.pushes import DisturbanceWriter
 from services.recorder.streams import CommandWriter, StateWriter
+from services.recorder.surroundings import SurroundingsWriter
 from services.recorder.validation import Receiver, Source
 from services.recorder.writer import TraceWriter
 
@@ -38,6 +39,7 @@ def topic_writers(context: Context) -> dict[Publication, TopicWriter]:
         topics.ENDED: ResultWriter(context, plans.end),
         topics.CONTACT: ContactWriter(context),
         topics.BALL: BallWriter(context),
+        topics.SCENE: SurroundingsWriter(context),
         topics.DISTURBANCE: DisturbanceWriter(context),
     }
 
@@ -74,6 +76,7 @@ class Recorder:
     def write_batch(self) -> None:
         """Write what has arrived."""
         batch = self._receiver.take()
+        self._context.scene.expect([(one.message.time, one.message.joints) for one in batch[topics.SCENE]])
         for topic, writer in self._writers.items():
             writer.write(batch[topic])
         self._count(entities.STATES_MISSING, self._context.runs.missing_states)

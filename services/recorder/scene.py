@@ -1,6 +1,9 @@
-"""The robot's MuJoCo model as Rerun geometry, and its poses."""
+"""What moves in the picture, and where: kinematics of the robot's model."""
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -8,51 +11,86 @@ import rerun as rr
 
 from robot.description import RobotConfig
 from robot.model import joint_ids
+from robot.surroundings import BALL, TEE, Surroundings, bodies_moved_by, name_of_body
 from services.recorder import entities
+from services.recorder.geometry import Geometry
 from services.recorder.writer import TraceWriter
 
-HIDDEN_GROUP = 3
-"""Geoms of this group and above stand for collisions, as in MuJoCo's own viewer."""
+MARGIN = 1.8
+"""Half the size of an endless plane, in radii of what is looked at."""
+Joints = Mapping[str, list[float]]
 
-FLOOR_HALF_SIZE = 1.6
-BALL = "ball"
-TEE = "tee"
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """The sphere that the arm fills at home: its centre (3,) and radius, m."""
+
+    centre: np.ndarray
+    radius: float
 
 
 class Scene:
-    """The model with its own data. Bodies are those that move with the arm's joints, in model order."""
+    """The model with its own data.
+
+    Attributes:
+        names: Of all bodies, as a part of their path.
+        arm: Bodies that the arm's joints move.
+        others: Bodies that only other joints move: free ones, another arm; without the ball.
+    """
 
     def __init__(self, config: RobotConfig) -> None:
-        self.model = config.load_model(visual=True)
+        self.model = config.model
+        self._config = config
         self._data = mujoco.MjData(self.model)
         self._joints = joint_ids(self.model, config.joint_names)
         self._qpos = self.model.jnt_qposadr[self._joints]
         self._tool = self.model.site(config.tool.site).id
-        self.body_names = [self.model.body(body).name for body in range(self.model.nbody)]
-        roots = set(self.model.body_rootid[self.model.jnt_bodyid[self._joints]].tolist())
-        self.arm = [b for b in range(1, self.model.nbody) if self.model.body_rootid[b] in roots]
+        self._surroundings = Surroundings(config, self.model)
+        self._coming: deque[tuple[float, Joints]] = deque()
+        self._later: dict[str, list[tuple[str, tuple[rr.AsComponents, ...]]]] = {}
+        self.names = _paths(self.model)
+        moving = bodies_moved_by(self.model, list(range(self.model.njnt)))
+        arm = bodies_moved_by(self.model, self._joints)
+        self.arm = sorted(arm)
+        self.others = sorted(body for body in moving - arm if self.model.body(body).name != BALL)
+        self._surroundings.place(self._data, {name: [value] for name, value in config.held.items()})
+        self._place(config.home)
 
-    def radius_of(self, body: str) -> float:
+    def radius_of(self, name: str) -> float:
         """Return the radius (m) of a body's first geom, 0 without one."""
-        if body not in self.body_names:
-            return 0.0
-        geom = self.model.body_geomadr[self.body_names.index(body)]
+        body = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, name)
+        geom = self.model.body_geomadr[body] if body >= 0 else -1
         return float(self.model.geom_size[geom, 0]) if geom >= 0 else 0.0
 
-    def body_poses(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def expect(self, surroundings: list[tuple[float, Joints]]) -> None:
+        """Take what will move beside the arm, and when (s), for the poses that are asked for next."""
+        self._coming.extend(surroundings)
+
+    def body_poses(
+        self, positions: np.ndarray, times: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the poses of the arm's B bodies at joint positions (N, J), rad.
 
-        Their positions (N, B, 3), m, their quaternions (N, B, 4), x first, and the tool's positions (N, 3), m.
+        `times` (N,), s: other joints on the arm, as those of a gripper, are where they were then.
+
+        Returns positions (N, B, 3), m, quaternions (N, B, 4), x first, and the tool's positions (N, 3), m.
         """
         places = np.empty((len(positions), len(self.arm), 3))
         turns = np.empty((len(positions), len(self.arm), 4))
         tools = np.empty((len(positions), 3))
         for index, pose in enumerate(positions):
+            while times is not None and self._coming and self._coming[0][0] <= times[index]:
+                self._surroundings.place(self._data, self._coming.popleft()[1])
             self._place(pose)
-            places[index] = self._data.xpos[self.arm]
-            turns[index] = self._data.xquat[self.arm]
+            places[index], turns[index] = self._poses(self.arm)
             tools[index] = self._data.site_xpos[self._tool]
-        return places, np.roll(turns, -1, axis=2), tools  # MuJoCo has w first, Rerun last
+        return places, turns, tools
+
+    def other_poses(self, joints: Joints) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions (B, 3), m, and quaternions (B, 4), x first, of the other bodies."""
+        self._surroundings.place(self._data, joints)
+        mujoco.mj_kinematics(self.model, self._data)
+        return self._poses(self.others)
 
     def tool_path(self, positions: np.ndarray) -> np.ndarray:
         """Return the tool's positions (N, 3), m, at joint positions (N, J), rad."""
@@ -71,140 +109,59 @@ class Scene:
         reach = np.linalg.norm(direction)
         direction = direction / reach if reach > 0.02 else axis
         to_body = data.xmat[body].reshape(3, 3).T
-        return self.body_names[body], to_body @ (tool - data.xpos[body]), to_body @ direction
+        return self.names[body], to_body @ (tool - data.xpos[body]), to_body @ direction
+
+    def view(self) -> View:
+        """Return what to look at."""
+        self._place(self._config.home)
+        roots = set(self.model.body_rootid[self.arm].tolist())
+        bodies = [body for body in range(1, self.model.nbody) if self.model.body_rootid[body] in roots]
+        corners = [self._data.xpos[body] for body in bodies]
+        signs = np.array(list(product((-1, 1), repeat=3)))
+        for geom in np.flatnonzero(np.isin(self.model.geom_bodyid, bodies)):
+            centre, half = self.model.geom_aabb[geom, :3], self.model.geom_aabb[geom, 3:]
+            rotation = self._data.geom_xmat[geom].reshape(3, 3)
+            corners.extend(self._data.geom_xpos[geom] + (centre + signs * half) @ rotation.T)
+        low, high = np.min(corners, axis=0), np.max(corners, axis=0)
+        return View((low + high) / 2, float(np.linalg.norm(high - low)) / 2)
 
     def write_geometry(self, trace: TraceWriter) -> None:
         """Write the geometry of everything but ball and tee, which are written once a ball is published."""
         trace.static(entities.WORLD.path, rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-        mujoco.mj_kinematics(self.model, self._data)
-        for body, name in enumerate(self.body_names):
-            if name not in (BALL, TEE):
-                self.write_body(trace, name)
-                if body and body not in self.arm:
-                    turn = rr.Quaternion(xyzw=np.roll(self._data.xquat[body], -1))
-                    pose = rr.Transform3D(translation=self._data.xpos[body], quaternion=turn)
-                    trace.static(entities.FIXED_BODY.at(name), pose)
+        view = self.view()
+        geometry = Geometry(self._config.load_model(visual=True), view.centre, MARGIN * view.radius)
+        moving = {*self.arm, *self.others}
+        for body, path in enumerate(self.names):
+            name = self.model.body(body).name
+            if name in (BALL, TEE):
+                self._later[name] = list(geometry.shapes(body))
+                continue
+            for part, shape in geometry.shapes(body):
+                trace.static(entities.SHAPE.at(path, part) if body else entities.WORLD_SHAPE.at(part), *shape)
+            if body and body not in moving:
+                turn = rr.Quaternion(xyzw=np.roll(self._data.xquat[body], -1))
+                trace.static(
+                    entities.FIXED_BODY.at(path), rr.Transform3D(translation=self._data.xpos[body], quaternion=turn)
+                )
 
     def write_body(self, trace: TraceWriter, name: str) -> None:
-        """Write the geometry of one body, nothing where there is no such body."""
-        if name in self.body_names:
-            body = self.body_names.index(name)
-            for part, shape in self.shapes(body):
-                path = entities.SHAPE.at(name, part) if body else entities.WORLD_SHAPE.at(part)
-                trace.static(path, *shape)
-
-    def shapes(self, body: int) -> Iterator[tuple[str, list[rr.AsComponents]]]:
-        """Yield the visible geometry of a body: a named part for each kind of shape, and one for each mesh."""
-        model = self.model
-        start = model.body_geomadr[body]
-        geoms = [g for g in range(start, start + model.body_geomnum[body]) if self._is_visible(g)]
-        for kind, make in _PRIMITIVES.items():
-            chosen = [g for g in geoms if model.geom_type[g] == int(kind)]
-            if chosen:
-                part = kind.name.removeprefix("mjGEOM_").lower()
-                yield part, [make(model, chosen, [_colour(model, g) for g in chosen])]
-        for geom in geoms:
-            if model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_MESH):
-                yield f"mesh_{geom}", _mesh(model, geom)
-
-    def _is_visible(self, geom: int) -> bool:
-        return self.model.geom_group[geom] < HIDDEN_GROUP and _colour(self.model, geom)[3] > 0
+        """Write the geometry of ball or tee, nothing where there is no such body."""
+        for part, shape in self._later.pop(name, []):
+            trace.static(entities.SHAPE.at(name, part), *shape)
 
     def _place(self, positions: np.ndarray) -> None:
         self._data.qpos[self._qpos] = positions
         mujoco.mj_kinematics(self.model, self._data)
 
-
-def _colour(model: mujoco.MjModel, geom: int) -> tuple[int, int, int, int]:
-    material = model.geom_matid[geom]
-    rgba = model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom]
-    texture = model.mat_texid[material].max() if material >= 0 else -1
-    if texture >= 0 and model.tex_height[texture] > 0:
-        first = model.tex_adr[texture]
-        rgba = np.append(model.tex_data[first : first + 3] / 255.0, rgba[3])  # one of the checker's two
-    red, green, blue, alpha = (round(255 * float(value)) for value in rgba)
-    return red, green, blue, alpha
+    def _poses(self, bodies: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions and quaternions of bodies; MuJoCo has w first, Rerun last."""
+        return self._data.xpos[bodies], np.roll(self._data.xquat[bodies], -1, axis=1)
 
 
-def _turns(model: mujoco.MjModel, geoms: list[int]) -> list[rr.Quaternion]:
-    return [rr.Quaternion(xyzw=np.roll(model.geom_quat[g], -1)) for g in geoms]
-
-
-def _boxes(model: mujoco.MjModel, geoms: list[int], colours: list[tuple[int, ...]]) -> rr.AsComponents:
-    turns = _turns(model, geoms)
-    sizes, places = model.geom_size[geoms], model.geom_pos[geoms]
-    return rr.Boxes3D(half_sizes=sizes, centers=places, quaternions=turns, colors=colours, fill_mode="solid")
-
-
-def _planes(model: mujoco.MjModel, geoms: list[int], colours: list[tuple[int, ...]]) -> rr.AsComponents:
-    """Return a thin slab around the arm, whatever the size of the plane, which may be infinite."""
-    half_sizes = [[FLOOR_HALF_SIZE, FLOOR_HALF_SIZE, 0.002]] * len(geoms)
-    places = model.geom_pos[geoms] - [0.0, 0.0, 0.003]
-    return rr.Boxes3D(half_sizes=half_sizes, centers=places, colors=colours, fill_mode="solid")
-
-
-def _ellipsoids(model: mujoco.MjModel, geoms: list[int], colours: list[tuple[int, ...]]) -> rr.AsComponents:
-    half_sizes = [
-        [model.geom_size[g, 0]] * 3
-        if model.geom_type[g] == int(mujoco.mjtGeom.mjGEOM_SPHERE)
-        else model.geom_size[g].tolist()
-        for g in geoms
-    ]
-    return rr.Ellipsoids3D(
-        half_sizes=half_sizes,
-        centers=model.geom_pos[geoms],
-        quaternions=_turns(model, geoms),
-        colors=colours,
-        fill_mode="solid",
-    )
-
-
-def _cylinders(model: mujoco.MjModel, geoms: list[int], colours: list[tuple[int, ...]]) -> rr.AsComponents:
-    return rr.Cylinders3D(
-        lengths=2 * model.geom_size[geoms, 1],
-        radii=model.geom_size[geoms, 0],
-        centers=model.geom_pos[geoms],
-        quaternions=_turns(model, geoms),
-        colors=colours,
-        fill_mode="solid",
-    )
-
-
-def _capsules(model: mujoco.MjModel, geoms: list[int], colours: list[tuple[int, ...]]) -> rr.AsComponents:
-    """Rerun places a capsule by its lower end, MuJoCo by its middle."""
-    ends = []
-    for geom in geoms:
-        end = np.empty(3)
-        mujoco.mju_rotVecQuat(end, np.array([0.0, 0.0, -model.geom_size[geom, 1]]), model.geom_quat[geom])
-        ends.append(model.geom_pos[geom] + end)
-    return rr.Capsules3D(
-        lengths=2 * model.geom_size[geoms, 1],
-        radii=model.geom_size[geoms, 0],
-        translations=ends,
-        quaternions=_turns(model, geoms),
-        colors=colours,
-        fill_mode="solid",
-    )
-
-
-def _mesh(model: mujoco.MjModel, geom: int) -> list[rr.AsComponents]:
-    mesh = model.geom_dataid[geom]
-    points = slice(model.mesh_vertadr[mesh], model.mesh_vertadr[mesh] + model.mesh_vertnum[mesh])
-    faces = slice(model.mesh_faceadr[mesh], model.mesh_faceadr[mesh] + model.mesh_facenum[mesh])
-    shape = rr.Mesh3D(
-        vertex_positions=model.mesh_vert[points],
-        triangle_indices=model.mesh_face[faces],
-        albedo_factor=_colour(model, geom),
-    )
-    pose = rr.Transform3D(translation=model.geom_pos[geom], quaternion=_turns(model, [geom])[0])
-    return [shape, pose]
-
-
-_PRIMITIVES = {
-    mujoco.mjtGeom.mjGEOM_PLANE: _planes,
-    mujoco.mjtGeom.mjGEOM_BOX: _boxes,
-    mujoco.mjtGeom.mjGEOM_SPHERE: _ellipsoids,
-    mujoco.mjtGeom.mjGEOM_ELLIPSOID: _ellipsoids,
-    mujoco.mjtGeom.mjGEOM_CYLINDER: _cylinders,
-    mujoco.mjtGeom.mjGEOM_CAPSULE: _capsules,
-}
+def _paths(model: mujoco.MjModel) -> list[str]:
+    """Return a part of a path for each body: its name, escaped, and made unlike those of what else is in the world."""
+    paths = ["trail", "plan"]
+    for body in range(model.nbody):
+        name = rr.escape_entity_path_part(name_of_body(model, body))
+        paths.append(f"{name}_{body}" if name in paths else name)
+    return paths[2:]

@@ -78,10 +78,11 @@ class StateWriter:
             return
         rows = context.rows([ticks[k] for k in chosen], [received[k] for k in chosen])
         positions = np.array([received[k].message.positions for k in chosen])
-        places, turns, tools = context.scene.body_poses(positions)
+        times = np.array([received[k].message.time for k in chosen])
+        places, turns, tools = context.scene.body_poses(positions, times)
         for index, body in enumerate(context.scene.arm):
             poses = rr.Transform3D.columns(translation=places[:, index], quaternion=turns[:, index])
-            context.trace.send(entities.BODY.at(context.scene.body_names[body]), rows, poses)
+            context.trace.send(entities.BODY.at(context.scene.names[body]), rows, poses)
         self._trail.write(rows, tools)
 
 

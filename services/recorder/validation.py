@@ -26,7 +26,7 @@ MAX_NS = 1 << 63
 MAX_TIME_S = 1e9
 MIN_DT_S = 1e-6
 MAX_IN_SPACE = 1e6
-"""Largest coordinate of a ball, m or m/s."""
+"""Largest coordinate of a ball or another joint, m, rad or m/s."""
 
 
 class Received(NamedTuple, Generic[MessageT]):
@@ -166,6 +166,13 @@ def _check_ball(ball: m.BallState, _: int) -> None:
     _check_in_space("velocity", ball.velocity)
 
 
+def _check_scene(scene: m.Scene, _: int) -> None:
+    _check_range("time", scene.time, MAX_TIME_S)
+    for name, coordinates in scene.joints.items():
+        if max(map(abs, coordinates), default=0.0) > MAX_IN_SPACE:
+            raise bad_message("joints", f"joints: {name} is at {coordinates}; at most {MAX_IN_SPACE:g} can be shown")
+
+
 def _check_contact(contact: m.Contact, _: int) -> None:
     _check_range("time", contact.time, MAX_TIME_S)
     if contact.ball_velocity is not None:
@@ -216,5 +223,6 @@ CHECKS: dict[type, Callable[[Any, int], None]] = {
     m.Refused: _check_refused,
     m.Disturbance: _check_disturbance,
     m.BallState: _check_ball,
+    m.Scene: _check_scene,
     m.Contact: _check_contact,
 }

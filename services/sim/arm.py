@@ -11,6 +11,7 @@ from protocol.messages import ActiveDisturbance, Ball, Contact, Disturb
 from robot.checking.checks import check_robot
 from robot.checking.subject import Finding
 from robot.description import RobotConfig
+from robot.surroundings import Surroundings
 from services.common.robot_side.backend import Backend, Observation, RobotFailed, Setpoint
 from services.sim.contact import ContactLog
 from services.sim.disturbances import Disturbances
@@ -40,6 +41,7 @@ class SimulatedArm(Backend):
         self._torque_limits = np.concatenate([config.torques, self._held.limits])
         self._controlled = np.concatenate([self._scene.dofs, self._held.dofs])
         self._contact_log = ContactLog(self._scene)
+        self._surroundings = Surroundings(config, self._scene.model)
         self._disturbances = Disturbances(config)
         self.reset(seed=seed)
 
@@ -145,6 +147,10 @@ class SimulatedArm(Backend):
         if ball is None:
             return None
         return data.qpos[ball.qpos : ball.qpos + 3].copy(), data.qvel[ball.dof : ball.dof + 3].copy()
+
+    def surroundings(self) -> dict[str, list[float]]:
+        """Coordinates of the joints that are neither the arm's nor the ball's, by name."""
+        return self._surroundings.read(self._scene.data)
 
     def _advance(self, start_time: float) -> None:
         """Finish the physics step that begins at `start_time`, s.

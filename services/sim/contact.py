@@ -7,7 +7,8 @@ import numpy as np
 
 from protocol.messages import Contact
 from robot.model import body_name
-from services.sim.model import BALL, TEE, Scene
+from robot.surroundings import BALL, TEE
+from services.sim.model import Scene
 
 MIN_IMPULSE = 0.01
 """A contact with less, N·s, is none: a ball that comes to rest rattles through hundreds. It turns a ball by 0.2 m/s."""

@@ -17,6 +17,7 @@ from services.sim.disturbances import Loss
 
 MAX_STEPS = 10_000
 BALL_EVERY = 10
+SURROUNDINGS_HZ = 50
 
 
 class SimLoop(RobotLoop):
@@ -26,11 +27,13 @@ class SimLoop(RobotLoop):
         self._arm = SimulatedArm(config, seed)
         self._loss = Loss(config.rate_hz)
         self._acting: list[m.ActiveDisturbance] = []
+        self._surroundings_every = max(1, round(config.rate_hz / SURROUNDINGS_HZ))
         self.target = 0
         """In stepped time, the tick up to which steps were asked for."""
         super().__init__(bus, config, self._arm, clock, log, self._run_name(clock, seed))
         self._ball = self.publisher(topics.BALL)
         self._contact = self.publisher(topics.CONTACT)
+        self._surroundings = self.publisher(topics.SCENE)
         self._disturbance = self.publisher(topics.DISTURBANCE)
         self._warn(log)
         self.handlers |= {
@@ -50,7 +53,7 @@ class SimLoop(RobotLoop):
         return self._loss.has(stream, tick)
 
     def publish(self) -> None:
-        """Say what the tick brought: the state, contacts that began or ended, the ball, what disturbs the arm now."""
+        """Say what the tick brought: the state, contacts that began or ended, the ball, what moves, what disturbs the arm."""
         super().publish()
         now = self._arm.observe()
         for contact in self._arm.contacts():
@@ -58,6 +61,9 @@ class SimLoop(RobotLoop):
         ball = self._arm.ball() if now.tick % BALL_EVERY == 0 else None
         if ball is not None:
             self._ball.put(m.BallState(time=now.time, position=ball[0].tolist(), velocity=ball[1].tolist()))
+        surroundings = self._arm.surroundings() if now.tick % self._surroundings_every == 0 else None
+        if surroundings:
+            self._surroundings.put(m.Scene(time=now.time, joints=surroundings))
         acting = self._arm.disturbances() + self._loss.describe(now.tick)
         if acting != self._acting:
             self._acting = acting

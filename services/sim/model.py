@@ -8,10 +8,7 @@ import numpy as np
 
 from robot.description import RobotConfig
 from robot.model import joint_ids
-
-BALL = "ball"
-TEE = "tee"
-"""Bodies known by name, both optional: a ball with a free joint, and a mocap body whose origin is its top."""
+from robot.surroundings import BALL, TEE
 
 
 @dataclass(frozen=True, slots=True)

@@ -353,6 +353,7 @@ ARM: dict[str, Struct] = {
     ),
     "Contact-touch": m.Contact(time=5.05, bodies=["racket", "ball"], impulse=0.0625, ball_velocity=None, ended=False),
     "Contact": m.Contact(time=5.05, bodies=["racket", "ball"], impulse=0.375, ball_velocity=[6.5, 0.25, 1.0]),
+    "Scene": m.Scene(time=5.04, joints={"finger": [0.04], "block": [0.5, 0.25, 0.125, 1.0, 0.0, 0.0, 0.0]}),
     "BallState": m.BallState(time=5.05, position=[0.75, 0.0, 1.125], velocity=[6.5, 0.25, 1.0]),
     "ErrorBody": m.ErrorBody(
         code="limit",

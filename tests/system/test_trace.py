@@ -144,7 +144,8 @@ def paths(entity: Entity) -> set[str]:
         return {entity.at(scene.push_arrow(0, home)[0])}
     if "JOINT" in entity.path:
         return {entity.at(name) for name in NAMES}
-    return {entity.at(scene.body_names[body]) for body in scene.arm} if "BODY" in entity.path else {entity.path}
+    bodies = [*scene.arm, *scene.others]
+    return {entity.at(scene.names[body]) for body in bodies} if "BODY" in entity.path else {entity.path}
 
 
 def check_table(trace: Trace, occurred: Container[Event]) -> None:

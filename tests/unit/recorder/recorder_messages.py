@@ -7,7 +7,7 @@ import numpy as np
 
 from protocol import messages as m
 from protocol.codec import matrix_bytes
-from protocol.topics import BALL, COMMAND, CONTACT, DISTURBANCE, ENDED, PLAN, REFUSED, STATE, STATUS, Publication
+from protocol.topics import BALL, COMMAND, CONTACT, DISTURBANCE, ENDED, PLAN, REFUSED, SCENE, STATE, STATUS, Publication
 
 RUN = 1_790_000_000_123_456_789
 JOINTS = [f"joint_{index}" for index in range(1, 7)]
@@ -131,6 +131,7 @@ MESSAGES: dict[Publication, m.Message] = {
     STATUS: status(0.003),
     ENDED: result(),
     CONTACT: m.Contact(time=0.002, bodies=["racket", "ball"], impulse=0.42, ball_velocity=[6.0, 0.0, 1.5]),
+    SCENE: m.Scene(time=0.003, joints={"finger": [0.02]}),
     BALL: m.BallState(time=0.003, position=[0.4, -0.7, 0.9], velocity=[0.0, 0.0, 0.0]),
     DISTURBANCE: push(0.003, acceleration=[100.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
 }

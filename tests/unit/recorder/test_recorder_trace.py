@@ -35,6 +35,7 @@ from services.common.cli import free_endpoint
 from services.recorder import entities
 from services.recorder.blueprint import build_blueprint
 from services.recorder.context import Context
+from services.recorder.geometry import Geometry
 from services.recorder.recorder import Recorder, topic_writers
 from services.recorder.scene import Scene
 from services.recorder.validation import listen
@@ -75,7 +76,7 @@ class Desk:
 
     def __init__(self, file: Path) -> None:
         self._file = file
-        self._writer = TraceWriter(build_blueprint(JOINTS, live=False), file, None)
+        self._writer = TraceWriter(build_blueprint(CONFIG, live=False), file, None)
         self._sources = {topic: Waiting() for topic in PUBLICATIONS}
         self._recorder = Recorder(CONFIG, self._writer, self._sources, LOG)
 
@@ -110,7 +111,7 @@ def _joints(trace: Trace, path: str) -> np.ndarray:
 
 def test_every_recorded_topic_has_a_writer(tmp_path: Path) -> None:
     """A topic added to the table without a writer would be lost silently."""
-    writer = TraceWriter(build_blueprint(JOINTS, live=False), tmp_path / "trace.rrd", None)
+    writer = TraceWriter(build_blueprint(CONFIG, live=False), tmp_path / "trace.rrd", None)
     writers = topic_writers(Context(writer, CONFIG))
     assert set(writers) == {topic for topic in PUBLICATIONS if topic.recorded}
     assert next(iter(writers)) == STATE
@@ -132,7 +133,7 @@ def test_what_is_valid_can_be_written(desk: Desk, topic: Publication) -> None:
 def test_a_trace_reads_alike_with_and_without_its_index(tmp_path: Path, index: bool) -> None:
     """The index makes a file larger and nothing else."""
     file = tmp_path / "trace.rrd"
-    writer = TraceWriter(build_blueprint(JOINTS, live=False), file, None, index)
+    writer = TraceWriter(build_blueprint(CONFIG, live=False), file, None, index)
     values = np.arange(1000.0)
     for first in range(0, 1000, 10):
         writer.scalars("/x", Rows(np.arange(first, first + 10), 1000.0), values[first : first + 10])
@@ -181,14 +182,15 @@ def test_static_data_is_of_the_table_and_of_the_model(tmp_path: Path) -> None:
     desk.publish(STATE, state(0))
     desk.publish(BALL, MESSAGES[BALL])
     desk.read()
-    scene = Scene(CONFIG)
-    bodies = {name: [part for part, _ in scene.shapes(body)] for body, name in enumerate(scene.body_names)}
+    scene, geometry_of = Scene(CONFIG), Geometry(CONFIG.load_model(visual=True), np.zeros(3), 1.0)
+    bodies = {name: [part for part, _ in geometry_of.shapes(body)] for body, name in enumerate(scene.names)}
     geometry = {entities.SHAPE.at(name, part) for name, parts in bodies.items() if name != "world" for part in parts}
     geometry |= {entities.WORLD_SHAPE.at(part) for part in bodies["world"]}
     styled = {entity.at(*([name] if "JOINT" in entity.path else [])) for entity in PLAIN for name in JOINTS}
     static = {chunk.entity_path for chunk in RrdReader(tmp_path / "trace.rrd").stream() if chunk.is_static}
     assert geometry <= static
-    assert static - geometry - styled == {"/__properties"}
+    fixed = {entities.FIXED_BODY.at("base")}
+    assert static - geometry - styled == {"/__properties", *fixed}
 
 
 def test_commands_and_the_error_against_the_state_they_answer(desk: Desk) -> None:
@@ -524,7 +526,7 @@ def test_malformed_messages_are_counted_and_harm_nothing(desk: Desk, caplog: pyt
 
 def test_from_a_real_bus_nothing_is_lost(tmp_path: Path) -> None:
     endpoint, file = free_endpoint(), tmp_path / "trace.rrd"
-    writer = TraceWriter(build_blueprint(JOINTS, live=False), file, None)
+    writer = TraceWriter(build_blueprint(CONFIG, live=False), file, None)
     with Bus(open_session(listen=[endpoint])) as router, Bus(open_session(connect=[endpoint])) as bus:
         sources = listen(bus)
         recorder = Recorder(CONFIG, writer, sources, LOG)

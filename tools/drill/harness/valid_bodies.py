@@ -177,6 +177,7 @@ def valid_publications(cell: Cell) -> dict[topics.Publication, Body]:
         topics.STATUS: cell.status(),
         topics.ENDED: cell.result(reply.goal_id),
         topics.CONTACT: m.Contact(time=0.1, bodies=["racket", "ball"], impulse=0.1, ball_velocity=vector),
+        topics.SCENE: m.Scene(time=0.1, joints={"finger": [0.02]}),
         topics.BALL: m.BallState(time=0.1, position=vector, velocity=vector),
         topics.DISTURBANCE: m.Disturbance(time=0.1, active=[pushed]),
     }

@@ -1,0 +1,58 @@
+"""What moves in a robot's model beside the arm and the ball: grippers, loose objects, other arms."""
+
+from collections.abc import Mapping
+
+import mujoco
+
+from robot.description import RobotConfig
+
+BALL = "ball"
+TEE = "tee"
+"""Bodies known by name, both optional: a ball with a free joint, and a mocap body whose origin is its top."""
+_COORDINATES = {
+    int(mujoco.mjtJoint.mjJNT_FREE): 7,
+    int(mujoco.mjtJoint.mjJNT_BALL): 4,
+    int(mujoco.mjtJoint.mjJNT_SLIDE): 1,
+    int(mujoco.mjtJoint.mjJNT_HINGE): 1,
+}
+
+
+class Surroundings:
+    """The joints of a model that are neither the arm's nor the ball's."""
+
+    def __init__(self, config: RobotConfig, model: mujoco.MjModel) -> None:
+        self._spans: dict[str, slice] = {}
+        for joint in range(model.njnt):
+            name = model.joint(joint).name or f"joint_{joint}"
+            if name not in config.joint_names and model.body(model.jnt_bodyid[joint]).name != BALL:
+                start = int(model.jnt_qposadr[joint])
+                self._spans[name] = slice(start, start + _COORDINATES[int(model.jnt_type[joint])])
+
+    def __bool__(self) -> bool:
+        """Whether there is such a joint."""
+        return bool(self._spans)
+
+    def read(self, data: mujoco.MjData) -> dict[str, list[float]]:
+        """Return the coordinates of each joint: an angle or a distance, a quaternion, or position and quaternion."""
+        return {name: data.qpos[span].tolist() for name, span in self._spans.items()}
+
+    def place(self, data: mujoco.MjData, joints: Mapping[str, list[float]]) -> None:
+        """Set the coordinates of joints; those that the model has not, or has with another number, are left out."""
+        for name, coordinates in joints.items():
+            span = self._spans.get(name)
+            if span is not None and len(coordinates) == span.stop - span.start:
+                data.qpos[span] = coordinates
+
+
+def name_of_body(model: mujoco.MjModel, body: int) -> str:
+    """Return the name of a body; one without a name is called by its number."""
+    return model.body(body).name or f"body_{body}"
+
+
+def bodies_moved_by(model: mujoco.MjModel, joints: list[int]) -> set[int]:
+    """Return the bodies that at least one of the joints moves."""
+    moved = {int(model.jnt_bodyid[joint]) for joint in joints}
+    for body in range(1, model.nbody):
+        if int(model.body_parentid[body]) in moved:
+            moved.add(body)
+    return moved
