@@ -15,11 +15,11 @@ def compile_spec(spec: mujoco.MjSpec, visual: bool = False) -> mujoco.MjModel:
     spec.compiler.discardvisual = not visual
     spec.compiler.usethread = False  # each thread would keep a heap of its own
     model = spec.compile()
-    _give_back_memory()
+    give_back_memory()
     return model
 
 
-def _give_back_memory() -> None:
+def give_back_memory() -> None:
     """Return to the system what MuJoCo keeps of the meshes' files, and the memory that reading them took.
 
     It is 200 MB for one arm, which glibc keeps otherwise. Memory that is locked already cannot be returned.

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import rerun as rr
 
+from robot.compilation import give_back_memory
 from robot.description import RobotConfig
 from robot.model import joint_ids
 from robot.surroundings import BALL, TEE, Surroundings, bodies_moved_by, name_of_body
@@ -128,6 +129,11 @@ class Scene:
     def write_geometry(self, trace: TraceWriter) -> None:
         """Write the geometry of everything but ball and tee, which are written once a ball is published."""
         trace.static(entities.WORLD.path, rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+        self._write_shapes(trace)
+        trace.flush()
+        give_back_memory()  # what the visual model took
+
+    def _write_shapes(self, trace: TraceWriter) -> None:
         view = self.view()
         geometry = Geometry(self._config.load_model(visual=True), view.centre, MARGIN * view.radius)
         moving = {*self.arm, *self.others}

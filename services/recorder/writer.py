@@ -58,6 +58,9 @@ class Rows:
         return Rows(self.ticks[indices], self._rate_hz, None if self._wall_ns is None else self._wall_ns[indices])
 
 
+pa.set_memory_pool(pa.system_memory_pool())  # Arrow's own keeps hundreds of megabytes of what Rerun's threads free
+
+
 class _ScalarColumn(rr.ComponentColumn):
     """The column that `rr.Scalars.columns` makes of (N,) or (N, K) float64, in half its time.
 
@@ -86,9 +89,13 @@ class TraceWriter:
             sinks.append(rr.GrpcServerSink("127.0.0.1", live.port, server_memory_limit=LIVE_MEMORY))
         self.recording.set_sinks(*sinks, default_blueprint=blueprint)
 
+    def flush(self) -> None:
+        """Write what is buffered."""
+        self.recording.flush()
+
     def close(self) -> None:
         """Write what is buffered and finish the file."""
-        self.recording.flush()
+        self.flush()
         self.recording.disconnect()
 
     def static(self, path: str, *what: rr.AsComponents) -> None:
