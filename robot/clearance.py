@@ -1,6 +1,7 @@
 """Distances between the arm's bodies, and to what stands around it."""
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import dist
 from typing import Literal, get_args
@@ -94,6 +95,10 @@ class Clearance:
         """Put the arm at joint positions (J,)."""
         self.data.qpos[self._qpos] = positions
         mujoco.mj_kinematics(self.model, self.data)
+
+    def surround(self, joints: tuple[str, ...], positions: Sequence[float]) -> None:
+        """Put joints beside the arm's, as those of another robot, at positions, rad or m."""
+        self.data.qpos[self.model.jnt_qposadr[joint_ids(self.model, joints, "others")]] = positions
 
     def distance(self, index: int) -> float:
         """Return the distance of a pair where the arm is placed, m; negative: how deep they are in each other.

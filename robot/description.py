@@ -46,6 +46,7 @@ class RobotConfig:
     its reference. tolerance: default of a goal's. tool: a racket's centre, for example, its z axis the normal of the
     striking face. bodies: names of those that the joints move. held: joints beside the arm's, and the value (rad, m) at
     which each is held.
+    others: robots of the same bus that stand in the model: their joints, in the order of their own vectors.
     model: the robot and its surroundings in MuJoCo, with the tool's site, without geoms that touch nothing; only to be
     read.
     """
@@ -64,6 +65,7 @@ class RobotConfig:
     tool: Tool
     bodies: frozenset[str]
     held: Mapping[str, float]
+    others: Mapping[str, tuple[str, ...]]
     collision: Collision
     mjcf_path: Path
     model: mujoco.MjModel
@@ -121,6 +123,7 @@ def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, to
         tool=tool,
         bodies=frozenset(body_name(model, body) for body in moved),
         held=_held(description, model),
+        others=_others(description, model),
         collision=_collision(description.collision, model),
         mjcf_path=mjcf_path,
         model=model,
@@ -168,6 +171,17 @@ def _held(description: Description, model: mujoco.MjModel) -> dict[str, float]:
             raise RobotError(f"held.{name}: is one of joints.names, which move; leave it out here or there")
         held[name] = inside(f"held.{name}", value, joint_range(model, joint))
     return held
+
+
+def _others(description: Description, model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
+    """Return the joints of each other robot that stands in the model; each is held, which says where it begins."""
+    others = {name: tuple(joints) for name, joints in description.others.items()}
+    for name, joints in others.items():
+        joint_ids(model, joints, f"others.{name}")
+        free = [joint for joint in joints if joint not in description.held]
+        if free:
+            raise RobotError(f"others.{name}: {free[0]} has no value in held; give it the one at which it begins")
+    return others
 
 
 def _collision(table: CollisionTable, model: mujoco.MjModel) -> Collision:

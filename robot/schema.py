@@ -63,6 +63,7 @@ class Description(msgspec.Struct, forbid_unknown_fields=True):
     on_fault: OnFault = "hold"
     tolerance: ToleranceTable = msgspec.field(default_factory=ToleranceTable)
     held: dict[str, float] = msgspec.field(default_factory=dict)
+    others: dict[str, list[str]] = msgspec.field(default_factory=dict)
     collision: CollisionTable = msgspec.field(default_factory=CollisionTable)
 
 

@@ -42,17 +42,3 @@ class Surroundings:
             span = self._spans.get(name)
             if span is not None and len(coordinates) == span.stop - span.start:
                 data.qpos[span] = coordinates
-
-
-def name_of_body(model: mujoco.MjModel, body: int) -> str:
-    """Return the name of a body; one without a name is called by its number."""
-    return model.body(body).name or f"body_{body}"
-
-
-def bodies_moved_by(model: mujoco.MjModel, joints: list[int]) -> set[int]:
-    """Return the bodies that at least one of the joints moves."""
-    moved = {int(model.jnt_bodyid[joint]) for joint in joints}
-    for body in range(1, model.nbody):
-        if int(model.body_parentid[body]) in moved:
-            moved.add(body)
-    return moved

@@ -12,7 +12,8 @@ import rerun as rr
 from robot.compilation import give_back_memory
 from robot.description import RobotConfig
 from robot.model import joint_ids
-from robot.surroundings import BALL, TEE, Surroundings, bodies_moved_by, name_of_body
+from robot.surroundings import BALL, TEE, Surroundings
+from robot.tree import body_name, is_moved_by
 from services.recorder import entities
 from services.recorder.geometry import Geometry
 from services.recorder.writer import TraceWriter
@@ -50,10 +51,9 @@ class Scene:
         self._coming: deque[tuple[float, Joints]] = deque()
         self._later: dict[str, list[tuple[str, tuple[rr.AsComponents, ...]]]] = {}
         self.names = _paths(self.model)
-        moving = bodies_moved_by(self.model, list(range(self.model.njnt)))
-        arm = bodies_moved_by(self.model, self._joints)
-        self.arm = sorted(arm)
-        self.others = sorted(body for body in moving - arm if self.model.body(body).name != BALL)
+        self.arm = self._moved_by(set(self._joints))
+        moving = [body for body in self._moved_by(set(range(self.model.njnt))) if body not in self.arm]
+        self.others = [body for body in moving if self.model.body(body).name != BALL]
         self._surroundings.place(self._data, {name: [value] for name, value in config.held.items()})
         self._place(config.home)
 
@@ -155,6 +155,9 @@ class Scene:
         for part, shape in self._later.pop(name, []):
             trace.static(entities.SHAPE.at(name, part), *shape)
 
+    def _moved_by(self, joints: set[int]) -> list[int]:
+        return [body for body in range(1, self.model.nbody) if is_moved_by(self.model, body, joints)]
+
     def _place(self, positions: np.ndarray) -> None:
         self._data.qpos[self._qpos] = positions
         mujoco.mj_kinematics(self.model, self._data)
@@ -168,6 +171,6 @@ def _paths(model: mujoco.MjModel) -> list[str]:
     """Return a part of a path for each body: its name, escaped, and made unlike those of what else is in the world."""
     paths = ["trail", "plan"]
     for body in range(model.nbody):
-        name = rr.escape_entity_path_part(name_of_body(model, body))
+        name = rr.escape_entity_path_part(body_name(model, body).replace(" ", "_"))
         paths.append(f"{name}_{body}" if name in paths else name)
     return paths[2:]

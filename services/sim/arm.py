@@ -17,6 +17,7 @@ from services.sim.contact import ContactLog
 from services.sim.disturbances import Disturbances
 from services.sim.held import HeldJoints
 from services.sim.inverse_dynamics import InverseDynamics
+from services.sim.led import LedJoints
 from services.sim.model import Scene, build_scene
 
 TEE_STORE = (0.0, 0.0, -10.0)
@@ -42,6 +43,7 @@ class SimulatedArm(Backend):
         self._controlled = np.concatenate([self._scene.dofs, self._held.dofs])
         self._contact_log = ContactLog(self._scene)
         self._surroundings = Surroundings(config, self._scene.model)
+        self._led = LedJoints(self._scene)
         self._disturbances = Disturbances(config)
         self.reset(seed=seed)
 
@@ -83,6 +85,7 @@ class SimulatedArm(Backend):
         accelerations = setpoint.accelerations
         scene = self._scene
         model, data = scene.model, scene.data
+        self._led.place()
         mujoco.mj_step1(model, data)
         demanded = self._dynamics.torques(np.concatenate([accelerations, self._held.accelerations()]))
         if not math.isfinite(demanded.sum()):
@@ -147,6 +150,10 @@ class SimulatedArm(Backend):
         if ball is None:
             return None
         return data.qpos[ball.qpos : ball.qpos + 3].copy(), data.qvel[ball.dof : ball.dof + 3].copy()
+
+    def lead(self, joints: tuple[str, ...], positions: list[float], velocities: list[float]) -> None:
+        """Take the newest positions and velocities of another robot's joints, rad and rad/s."""
+        self._led.lead(joints, positions, velocities)
 
     def surroundings(self) -> dict[str, list[float]]:
         """Coordinates of the joints that are neither the arm's nor the ball's, by name."""

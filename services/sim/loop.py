@@ -9,6 +9,7 @@ from protocol.bus.bus import Bus, PendingQuery
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 from robot.description import RobotConfig
+from services.common.other_robots import OtherRobots
 from services.common.robot_side.deferred import DeferredReply
 from services.common.robot_side.loop import RobotLoop
 from services.common.robot_side.partner import HANG_S
@@ -35,6 +36,7 @@ class SimLoop(RobotLoop):
         self._contact = self.publisher(topics.CONTACT)
         self._surroundings = self.publisher(topics.SCENE)
         self._disturbance = self.publisher(topics.DISTURBANCE)
+        self._others = OtherRobots(bus, config.others)
         self._warn(log)
         self.handlers |= {
             topics.SIM_STEP.key: self._step_later,
@@ -55,6 +57,8 @@ class SimLoop(RobotLoop):
     def publish(self) -> None:
         """Say what the tick brought: the state, contacts that began or ended, the ball, what moves, what disturbs the arm."""
         super().publish()
+        for joints, state in self._others.take():
+            self._arm.lead(joints, state.positions, state.velocities)
         now = self._arm.observe()
         for contact in self._arm.contacts():
             self._contact.put(contact)
