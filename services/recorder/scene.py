@@ -11,9 +11,9 @@ import rerun as rr
 
 from robot.compilation import give_back_memory
 from robot.description import RobotConfig
-from robot.model import joint_ids
+from robot.model import body_name, joint_ids
 from robot.surroundings import BALL, TEE, Surroundings
-from robot.tree import body_name, is_moved_by
+from robot.tree import is_moved_by
 from services.recorder import entities
 from services.recorder.geometry import Geometry
 from services.recorder.writer import TraceWriter

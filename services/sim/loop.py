@@ -55,7 +55,7 @@ class SimLoop(RobotLoop):
         return self._loss.has(stream, tick)
 
     def publish(self) -> None:
-        """Say what the tick brought: the state, contacts that began or ended, the ball, what moves, what disturbs the arm."""
+        """Publish what the tick brought: the state, contacts, the ball, what else moves, and disturbances."""
         super().publish()
         for joints, state in self._others.take():
             self._arm.lead(joints, state.positions, state.velocities)
