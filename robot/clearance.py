@@ -39,8 +39,9 @@ class Ignored:
 class Pair:
     """Two bodies that could meet.
 
-    bodies: their names; of the world that of its geom. geoms: what could meet. rates: (J,), by how much their distance can shrink a unit of each joint. centres, reach: a geom of each, and how far
-    the bodies' geoms reach from their centres, in all, m.
+    bodies: their names; of the world that of its geom. geoms: what could meet. rates: (J,), by how much their distance
+    can shrink a unit of each joint. centres, reach: a geom of each, and how far the bodies' geoms reach from their
+    centres, in all, m.
     """
 
     bodies: tuple[str, str]

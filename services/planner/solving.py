@@ -18,10 +18,10 @@ from protocol import messages as m
 from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
 from robot.motion_check import Findings, MotionCheck, TorqueExceeded
-from services.planner.goal_checks import too_long
 from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import none_of, refusal_of
 from services.planner.tool_goals import ToolSpace, is_in_tool_space
+from services.planner.verifier import Verifier
 from services.planner.worker import Task
 
 ELSEWHERE = frozenset({"gaussian"})
@@ -29,9 +29,6 @@ ELSEWHERE = frozenset({"gaussian"})
 
 SLOWER = 1.05, 1.1, 1.2, 1.35, 1.6, 2.0, 3.0, 5.0
 """Times the duration that needs too much torque: durations that are tried instead."""
-
-LEAST_CHECK_S = 1e-3
-"""A correction that is late already is checked for so long all the same, its nearest future first."""
 
 
 def effort_of(goal: m.Goal) -> str:
@@ -53,31 +50,6 @@ class Made:
     origin: Origin
     solve_ms: float
     findings: Findings = field(default_factory=Findings)
-
-
-class Verifier:
-    """Checks the plans of one goal, and keeps what it found of the last that passed."""
-
-    def __init__(self, motions: MotionCheck, goal: m.Goal, deadline: float) -> None:
-        self.findings = Findings()
-        self._motions = motions
-        self._goal = goal
-        self._deadline = deadline
-
-    def __call__(self, plan: Plan) -> None:
-        """Check a plan.
-
-        Raises:
-            Refusal: it takes longer than a plan may.
-            MotionError: Collides or TorqueExceeded.
-        """
-        if plan.total_duration > MAX_PLAN_S + plan.tick / 2:
-            raise too_long(self._goal, plan.duration, plan.total_duration)
-        deadline = max(self._deadline, time.perf_counter() + LEAST_CHECK_S)
-        checks = self._goal.checks
-        self.findings = self._motions.check(
-            plan.trajectory, plan.total_duration, checks.collision, checks.torque, deadline
-        )
 
 
 class Solver:
