@@ -83,8 +83,8 @@ MEANINGS = {
     "`joint ranges`, `orientation` or `velocity`; `nearest` {position, orientation} is the pose found that comes "
     "nearest, `distance` (m) and `angle` (rad) away",
     "collision": "`body`, moved by the arm, comes nearer to `other` (a body, or a geom of the world) than the robot's "
-    "margin, first at `time_from_start`; `distance` (m) is the smallest of the two after it, negative: how deep they are "
-    "in each other",
+    "margin, first at `time_from_start`; `distance` (m) is the smallest after it, negative: how deep they are in "
+    "each other",
     "solver_failed": "the quadratic program was not solved, for numerical reasons or, with the status `time`, because "
     "planning took more than its budget; then the detail has `min_duration`, a duration that works or null",
     "late": "the start of the motion has passed; of `revises`: its hit has passed",
