@@ -152,8 +152,10 @@ class SimulatedArm(Backend):
         return data.qpos[ball.qpos : ball.qpos + 3].copy(), data.qvel[ball.dof : ball.dof + 3].copy()
 
     def lead(self, joints: tuple[str, ...], positions: list[float], velocities: list[float]) -> None:
-        """Take the newest positions and velocities of another robot's joints, rad and rad/s."""
-        self._led.lead(joints, positions, velocities)
+        """Take the newest positions and velocities of another robot's joints, rad and rad/s; nothing holds them now."""
+        begun = self._led.lead(joints, positions, velocities)
+        if begun is not None:
+            self._torque_limits[np.isin(self._controlled, begun)] = 0.0
 
     def surroundings(self) -> dict[str, list[float]]:
         """Coordinates of the joints that are neither the arm's nor the ball's, by name."""

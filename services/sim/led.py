@@ -15,13 +15,20 @@ class LedJoints:
         self._newest: dict[tuple[str, ...], tuple[np.ndarray, np.ndarray]] = {}
         self._addresses: dict[tuple[str, ...], tuple[np.ndarray, np.ndarray]] = {}
 
-    def lead(self, joints: tuple[str, ...], positions: Sequence[float], velocities: Sequence[float]) -> None:
-        """Take the newest positions and velocities of joints, rad and rad/s."""
-        if joints not in self._addresses:
+    def lead(
+        self, joints: tuple[str, ...], positions: Sequence[float], velocities: Sequence[float]
+    ) -> np.ndarray | None:
+        """Take the newest positions and velocities of joints, rad and rad/s.
+
+        Returns the addresses of their velocities where it is the first time.
+        """
+        first = joints not in self._addresses
+        if first:
             model = self._scene.model
             ids = [model.joint(name).id for name in joints]
             self._addresses[joints] = model.jnt_qposadr[ids].astype(np.intp), model.jnt_dofadr[ids].astype(np.intp)
         self._newest[joints] = np.array(positions), np.array(velocities)
+        return self._addresses[joints][1] if first else None
 
     def place(self) -> None:
         """Put the joints there; where nothing new has come since the last tick they stand still."""
