@@ -46,7 +46,7 @@ def letters() -> Made | None:
     if not (found := list(recorded.letters())):
         return None
     rows = [
-        nearest_to_bound([row for recording in letter for row in of_recording(recording)])
+        nearest_to_bound([row for recording in letter for row in of_recording(recording, timed=True)])
         for letter in track(found, "letters")
     ]
     return rows, pictures.letters([recordings[0] for recordings in found])

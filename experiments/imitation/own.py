@@ -25,6 +25,9 @@ GRID = 4001
 STEP = 1e-3
 """Step of second differences, s."""
 
+SLIP, SLIPS = 4, 81
+"""Largest error of a sample's time that `retimed` allows, in samples, and number of errors that are tried."""
+
 CLEAN = Recorder(500)
 
 
@@ -33,8 +36,8 @@ class Own:
     """One joint played under its demonstration's own conditions, rad and rad/s².
 
     acceleration_error: rms distance from the movement, or the standard error that learning reports if the movement is
-    unknown. signal: rms of the acceleration. kink: largest distance of a sample from the middle of its neighbours, None
-    for movements in closed form.
+    unknown. signal: rms of the acceleration. retimed: the deviation if every sample may belong to a time up to `SLIP`
+    samples earlier or later, the same for all joints; None for movements in closed form and for samples with times.
     """
 
     name: str
@@ -45,7 +48,7 @@ class Own:
     bound: float
     acceleration_error: float
     signal: float
-    kink: float | None = None
+    retimed: float | None = None
 
     @property
     def kept(self) -> bool:
@@ -107,14 +110,16 @@ def synthetic(movement: Movement, recorder: Recorder, seeds: int = SEEDS) -> Own
     return Own(movement.name, str(recorder), functions, span, max(deviations), allowed, max(errors), rms(signal))
 
 
-def of_recording(recording: Recorded) -> list[Own]:
-    """Compare the plan with the samples, for each joint or coordinate."""
+def of_recording(recording: Recorded, timed: bool = False) -> list[Own]:
+    """Compare the plan with the samples, for each joint or coordinate; `timed`: the samples have times of their own."""
     demonstration = recording.demonstration
     primitive = learn(demonstration)
-    played = ask(primitive).sample(demonstration.times - demonstration.times[0])
+    planned = ask(primitive)
+    played = planned.sample(demonstration.times - demonstration.times[0])
     beside = np.abs(played.positions - demonstration.positions).max(axis=0).tolist()
     spans = np.ptp(demonstration.positions, axis=0).tolist()
-    kinks = np.abs(np.diff(demonstration.positions, 2, axis=0)).max(axis=0) / 2
+    bounds = [bound(spans[k], float(noise), recording.floor) for k, noise in enumerate(primitive.noise_estimate)]
+    aside = [None] * len(bounds) if timed else retimed(demonstration, planned, np.array(bounds)).tolist()
     signals = np.sqrt(np.mean(played.accelerations**2, axis=0))
     return [
         Own(
@@ -123,13 +128,24 @@ def of_recording(recording: Recorded) -> list[Own]:
             primitive.basis_count,
             spans[k],
             beside[k],
-            bound(spans[k], float(primitive.noise_estimate[k]), recording.floor),
+            bounds[k],
             float(primitive.fit_rms[k]),
             float(signals[k]),
-            float(kinks[k]),
+            aside[k],
         )
         for k, joint in enumerate(recording.joints)
     ]
+
+
+def retimed(demonstration: Demonstration, planned: Plan, bounds: np.ndarray) -> np.ndarray:
+    """Return the largest deviations (J,) if each sample is compared at the time, near its own, that suits it best."""
+    times = demonstration.times - demonstration.times[0]
+    slips = np.linspace(-SLIP, SLIP, SLIPS) * times[-1] / (len(times) - 1)
+    at = np.clip(times[:, None] + slips, 0.0, times[-1])
+    played = planned.sample(at.ravel()).positions.reshape(*at.shape, -1)
+    apart = np.abs(played - demonstration.positions[:, None])
+    best = (apart / bounds).max(axis=2).argmin(axis=1)
+    return apart[np.arange(len(times)), best].max(axis=0)
 
 
 def nearest_to_bound(rows: list[Own]) -> Own:

@@ -44,7 +44,7 @@ def facts(results: Results) -> dict[str, str]:
 
 def _summary(rows: list[Own]) -> dict[str, str]:
     if not rows:
-        return dict.fromkeys(("count", "kept", "missed", "largest", "of_bound", "acceleration"), "–")
+        return dict.fromkeys(("count", "kept", "missed", "largest", "of_bound", "retimed", "acceleration"), "–")
     kept = sum(row.kept for row in rows)
     return {
         "count": str(len(rows)),
@@ -52,6 +52,7 @@ def _summary(rows: list[Own]) -> dict[str, str]:
         "missed": str(len(rows) - kept),
         "largest": _milli(max(row.deviation for row in rows)),
         "of_bound": _digits(100 * max(row.deviation / row.bound for row in rows)),
+        "retimed": _digits(100 * max((row.retimed or 0.0) / row.bound for row in rows)),
         "acceleration": _digits(100 * max(row.acceleration_error / row.signal for row in rows)),
     }
 
@@ -75,10 +76,16 @@ def _movements(rows: list[Own]) -> list[str]:
 def _recordings(rows: list[Own]) -> list[str]:
     head = "recording, joint | range | functions | deviation | % of range | bound | kept"
     cells = [
-        [f"{row.name}, {row.joint}", _milli(row.range), *_deviation(row), _milli(row.kink or 0.0), _accelerations(row)]
+        [
+            f"{row.name}, {row.joint}",
+            _milli(row.range),
+            *_deviation(row),
+            _milli(row.retimed or 0.0),
+            _accelerations(row),
+        ]
         for row in rows
     ]
-    return _markdown(f"{head} | kink | acceleration error, 1/s² (% of rms)", cells)
+    return _markdown(f"{head} | retimed | acceleration error, 1/s² (% of rms)", cells)
 
 
 def _deviation(row: Own) -> list[str]:

