@@ -1,0 +1,1 @@
+"""Recordings of joint movements: read from other programs' files, looked at, learned, and written out again."""

@@ -1,0 +1,36 @@
+"""What every reader returns: joint positions over time, as the file has them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+Unit = Literal["rad", "deg"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """One movement of one file.
+
+    Attributes:
+        times: (n,) s, as the file has them, or made from a rate; n may be 0, and they may not rise.
+        columns: Names of the C columns, as the file has them; () where it names none.
+        values: (n, C) float64 in `unit`, not finite where the file has no number.
+        unit: Of the values; None where the file does not say.
+        source: The file, or the directory of a data set.
+        episode: Its name in the file, as `volley episodes` lists it.
+        stamped: Whether the file has a time for each sample; False: `times` are made from a rate.
+    """
+
+    times: np.ndarray
+    columns: tuple[str, ...]
+    values: np.ndarray
+    unit: Unit | None
+    source: Path
+    episode: str
+    stamped: bool
+
+
+class Unreadable(Exception):
+    """A file without a usable recording; `str()` is one sentence that names the file and says what to do."""
