@@ -8,6 +8,9 @@ import numpy as np
 
 Unit = Literal["rad", "deg"]
 
+MAX_SAMPLES = 1_000_000
+"""Samples of one episode that are read into memory."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
@@ -21,6 +24,7 @@ class Recording:
         source: The file, or the directory of a data set.
         episode: Its name in the file, as `volley episodes` lists it.
         stamped: Whether the file has a time for each sample; False: `times` are made from a rate.
+        notes: Sentences on what the reader assumed.
     """
 
     times: np.ndarray
@@ -30,7 +34,25 @@ class Recording:
     source: Path
     episode: str
     stamped: bool
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Episode:
+    """One movement that a file has. `duration`, s, is None where the file has no times and no rate."""
+
+    name: str
+    samples: int
+    duration: float | None
 
 
 class Unreadable(Exception):
     """A file without a usable recording; `str()` is one sentence that names the file and says what to do."""
+
+
+def check_size(source: Path, episode: str, samples: int) -> None:
+    """Raise Unreadable where an episode has more samples than are read into memory."""
+    if samples > MAX_SAMPLES:
+        raise Unreadable(
+            f"{source}: {episode} has {samples} samples; at most {MAX_SAMPLES} are read, so cut it or keep every nth"
+        )

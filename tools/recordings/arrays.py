@@ -1,0 +1,74 @@
+"""Named arrays, as NPZ and HDF5 files have them: which are joint positions, and which their times."""
+
+import re
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+
+from tools.recordings.clock import TIMES, UNITS, unit_of_steps
+from tools.recordings.names import words
+
+POSITIONS = (
+    "qpos", "joint_positions", "joint_position", "joint_pos", "joint_states", "joint_state", "joints", "positions",
+    "position", "q", "state", "states",
+)  # fmt: skip
+"""Names of matrices of joint positions, the likeliest first; others may stand before and after."""
+
+NAMES = "joint_names", "columns", "names", "joints_names"
+POSES = frozenset({"pose", "poses", "ee", "eef", "tcp", "quat", "tool", "orientation"})
+SIDES = frozenset({"vel", "velocity", "gripper", "sin", "cos", "target", "action", "command"})
+"""Words of matrices that are something else, or a second form of the same."""
+
+
+class Matrix(Protocol):
+    """What both kinds of file say of an array before it is read."""
+
+    shape: tuple[int, ...]
+    dtype: np.dtype
+
+
+def is_positions(name: str) -> bool:
+    """Whether an array's name is that of joint positions."""
+    return _rank(name) is not None
+
+
+def most_likely(found: Mapping[str, object]) -> list[str]:
+    """Return the names that are joint positions, only those of the likeliest kind."""
+    ranks = {name: rank for name in found if (rank := _rank(name)) is not None}
+    return [name for name, rank in ranks.items() if rank == min(ranks.values())]
+
+
+def is_pose(name: str) -> bool:
+    """Whether an array has the tool's poses."""
+    return bool(POSES & set(words(name)))
+
+
+def times_name(found: Mapping[str, Matrix], samples: int) -> str | None:
+    """Return the name of an array with one time a sample."""
+    for word in TIMES:
+        for name, array in found.items():
+            if word in words(name) and array.shape in ((samples,), (samples, 1)) and array.dtype.kind in "fiu":
+                return name
+    return None
+
+
+def scaled(name: str, times: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return times from the first on, s, by the unit that their name says, or that fits, and what was assumed."""
+    flat = np.asarray(times).reshape(-1)
+    rest = (flat - flat[0]).astype(float) if len(flat) else flat.astype(float)
+    said = [UNITS[word] for word in words(name) if word in UNITS]
+    unit = said[-1] if said else unit_of_steps(rest)
+    note = () if said or unit == 1.0 else (f"{name} is taken to be in steps of {unit:g} s",)
+    return rest * unit, note
+
+
+def _rank(name: str) -> int | None:
+    base = re.split(r"[/]", name)[-1].lower()
+    parts = words(base)
+    if set(parts) & (SIDES | POSES):
+        return None
+    for rank, known in enumerate(POSITIONS):
+        if base == known or base.replace(".", "_").endswith(f"_{known}") or (known in base and len(known) > 5):
+            return rank
+    return None

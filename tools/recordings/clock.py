@@ -1,0 +1,90 @@
+"""Times of samples: which column has them, and in which unit."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tools.recordings.names import words
+
+UNITS = {
+    "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0,
+    "ms": 1e-3, "msec": 1e-3, "millis": 1e-3, "milliseconds": 1e-3,
+    "us": 1e-6, "µs": 1e-6, "usec": 1e-6, "micros": 1e-6, "microseconds": 1e-6,
+    "ns": 1e-9, "nsec": 1e-9, "nsecs": 1e-9, "nanosec": 1e-9, "nanos": 1e-9, "nanoseconds": 1e-9,
+}  # fmt: skip
+SPOKEN = {1.0: "s", 1e-3: "ms", 1e-6: "µs", 1e-9: "ns"}
+
+TIMES = "time", "timestamp", "timestamps", "times", "stamp", "t", "elapsed", "clock"
+"""Words that name a column of times, the likeliest first."""
+
+LONGEST_STEP = 0.5
+"""s: what lies further apart is no movement, so that the unit must be smaller."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Columns whose sum is the time, what one of each is in s, and sentences on what was assumed."""
+
+    columns: tuple[int, ...]
+    units: tuple[float, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def clock_of(names: Sequence[str], values: np.ndarray) -> Clock:
+    """Return the clock of a table: by name, or the first column where there are no names and it rises."""
+    if not names:
+        if values.shape[1] < 2 or np.any(np.diff(values[:, 0]) < 0) or values[0, 0] >= values[-1, 0]:
+            return Clock(())
+        return _guessed(0, "the first column", values[:, 0])
+    ranked = [(rank, index) for index, name in enumerate(names) if (rank := _rank(name)) is not None]
+    if not ranked:
+        return Clock(())
+    column = min(ranked)[1]
+    said = [UNITS[word] for word in words(names[column]) if word in UNITS]
+    if not said:
+        return _guessed(column, names[column], values[:, column])
+    fraction = _fraction(names, column) if said[-1] == 1.0 else None
+    return Clock((column,), (said[-1],)) if fraction is None else Clock((column, fraction), (1.0, 1e-9))
+
+
+def seconds(values: np.ndarray, clock: Clock) -> np.ndarray:
+    """Return times (n,), s, from the first sample's on; whole numbers are subtracted before they are scaled."""
+    total = np.zeros(len(values))
+    for column, unit in zip(clock.columns, clock.units, strict=True):
+        total += (values[:, column] - values[0, column]) * unit
+    return total
+
+
+def unit_of_steps(times: np.ndarray) -> float:
+    """Return the largest unit, s, in which the median step between times is at most LONGEST_STEP."""
+    steps = np.diff(times)
+    rising = steps[steps > 0]
+    step = float(np.median(rising)) if len(rising) else 0.0
+    return next((unit for unit in SPOKEN if step * unit <= LONGEST_STEP), 1e-9)
+
+
+def _rank(name: str) -> tuple[int, int] | None:
+    """Return how likely a column is the time, the least first: few other words, then the order of TIMES; or None."""
+    said = words(name)
+    kept = [word for word in said if word not in UNITS]
+    if not kept:
+        return (1, len(TIMES)) if said else None
+    found = [TIMES.index(word) for word in kept if word in TIMES]
+    return (len(kept), min(found)) if found else None
+
+
+def _guessed(column: int, name: str, times: np.ndarray) -> Clock:
+    unit = unit_of_steps(times)
+    note = () if unit == 1.0 else (f"{name} is taken as {SPOKEN[unit]}, for in s its samples would lie too far apart",)
+    return Clock((column,), (unit,), note)
+
+
+def _fraction(names: Sequence[str], column: int) -> int | None:
+    """Return the column of nanoseconds that belongs to one of seconds, as ROS writes stamps."""
+    stem = words(names[column])[:-1]
+    for index, name in enumerate(names):
+        parts = words(name)
+        if index != column and parts[:-1] == stem and parts and UNITS.get(parts[-1]) == 1e-9:
+            return index
+    return None

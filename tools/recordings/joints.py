@@ -1,0 +1,179 @@
+"""Which column of a recording is which joint of the robot."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from tools.recordings import names
+
+Key = Callable[[str], object]
+
+
+class Mismatch(Exception):
+    """Columns that cannot be matched to the robot's joints; `str()` is a sentence without the file's name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Matching:
+    """The column of each joint, in the robot's order, and sentences on what was assumed and left out."""
+
+    columns: tuple[int, ...]
+    notes: tuple[str, ...] = ()
+
+
+def match(columns: Sequence[str], count: int, joints: Sequence[str], mapping: Mapping[str, str]) -> Matching:
+    """Match the columns of a recording to the joints of a robot.
+
+    Names are compared as they are, then without units, case and separators, then by their ends (`panda_joint1` and
+    `joint1`). Columns without names, or with numbers for names, are taken in order where there are as many as joints.
+
+    Args:
+        columns: Names; () where the file has none.
+        count: Number of columns.
+        joints: The robot's, in its order.
+        mapping: Names of columns, and of joints that they are; each may have one `*` for the same part. Columns
+            without names are called 0, 1, ….
+
+    Raises:
+        Mismatch: some joint has no column, or several; or the columns are another robot's.
+    """
+    known = list(columns) if columns else [str(index) for index in range(count)]
+    mapped = _mapped(known, joints, mapping)
+    missing = [joint for joint in joints if joint not in mapped]
+    found = {**mapped, **(_by_name(known, missing, mapped) if columns else {})}
+    if len(found) == len(joints):
+        _refuse_another_robot(known, found, bool(mapping))
+        return Matching(tuple(found[joint] for joint in joints), _left_out(known, found.values()))
+    ordered = _in_order(known, columns, joints) if not found else None
+    if ordered is None:
+        raise Mismatch(_missing(known, joints, found))
+    return ordered
+
+
+def _mapped(columns: Sequence[str], joints: Sequence[str], mapping: Mapping[str, str]) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for theirs, ours in mapping.items():
+        fitting = [index for index, column in enumerate(columns) if fnmatchcase(column, _literal(theirs))]
+        if not fitting:
+            raise Mismatch(f"--map {theirs}={ours}: there is no column {theirs!r}; there are {_listed(columns)}")
+        named = False
+        for index in fitting:
+            joint = _renamed(columns[index], theirs, ours)
+            if joint in joints:
+                found[joint], named = index, True
+        if not named:
+            raise Mismatch(f"--map {theirs}={ours}: the robot has no joint {ours!r}; it has {_listed(joints)}")
+    return found
+
+
+def _literal(pattern: str) -> str:
+    """Return a pattern in which only `*` is special."""
+    return "".join(f"[{character}]" if character in "[?" else character for character in pattern)
+
+
+def _renamed(column: str, theirs: str, ours: str) -> str:
+    before, star, after = theirs.partition("*")
+    return ours.replace("*", column[len(before) : len(column) - len(after)]) if star else ours
+
+
+def _by_name(columns: Sequence[str], joints: Sequence[str], mapped: Mapping[str, int]) -> dict[str, int]:
+    """Return the column of each joint that has one, by the first way of comparing that finds all of them, or most."""
+    free = [index for index in range(len(columns)) if index not in mapped.values()]
+    best: dict[str, int] = {}
+    for key, like in ((str, _same), (names.joint_words, _same), (names.joint_words, _ends)):
+        measured = [index for index in free if key is str or not names.is_other(columns[index])]
+        keys = {index: key(columns[index]) for index in measured}
+        found: dict[str, int] = {}
+        for joint in joints:
+            alike = [index for index in measured if like(keys[index], key(joint))]
+            if len(alike) > 1:
+                choices = " and ".join(columns[index] for index in alike)
+                raise Mismatch(
+                    f"{len(alike)} columns can be {joint}: {choices}; choose with --map, as "
+                    f"--map {_star(columns[alike[0]], joint)}"
+                )
+            if alike:
+                found[joint] = alike[0]
+        if len(set(found.values())) == len(found) > len(best):
+            best = found
+        if len(best) == len(joints):
+            break
+    return best
+
+
+def _same(a: object, b: object) -> bool:
+    return bool(a) and a == b
+
+
+def _ends(a: tuple[str, ...], b: tuple[str, ...]) -> bool:
+    """Whether the shorter of two names is the end, or the beginning, of the other."""
+    short, long = sorted((a, b), key=len)
+    return bool(short) and (long[-len(short) :] == short or long[: len(short)] == short)
+
+
+def _star(column: str, joint: str) -> str:
+    """Return a mapping for a whole family, as left_*=*, where the column's name ends with the joint's."""
+    return f"'{column.removesuffix(joint)}*=*'" if column.endswith(joint) else f"{column}={joint}"
+
+
+def _refuse_another_robot(columns: Sequence[str], found: Mapping[str, int], chosen: bool) -> None:
+    """Raise Mismatch where further columns are joints of the same family: a longer arm's."""
+    families = {_family(columns[index]) for index in found.values()}
+    more = [
+        column
+        for index, column in enumerate(columns)
+        if index not in found.values() and not names.is_other(column) and not names.is_gripper(column)
+        and _family(column) in families and _family(column)
+    ]  # fmt: skip
+    if more and not chosen:
+        raise Mismatch(
+            f"its joints are another robot's: {_listed(more)} is not among the robot's joints, {_listed([*found])}; "
+            f"--map THEIRS=OURS takes columns all the same"
+        )
+
+
+def _family(name: str) -> tuple[str, ...]:
+    """Return a numbered joint's words without the number; () for other names."""
+    parts = names.joint_words(name)
+    return parts[:-1] if len(parts) > 1 and parts[-1].isdecimal() else ()
+
+
+def _in_order(known: Sequence[str], columns: Sequence[str], joints: Sequence[str]) -> Matching | None:
+    """Match columns without telling names by their order."""
+    if not columns:
+        fitting = list(range(len(known)))
+        why = "its columns have no names"
+    else:
+        measured = [i for i in range(len(known)) if not names.is_other(known[i]) and not names.is_gripper(known[i])]
+        numbered = [i for i in measured if _number(known[i]) is not None]
+        fitting = sorted(numbered, key=lambda index: _number(known[index]) or 0)
+        why = f"the numbers in {_listed([known[index] for index in fitting])} are no joint's name"
+    if len(fitting) != len(joints):
+        return None
+    note = f"{why}; they are taken in the robot's order, {_listed(joints)}"
+    return Matching(tuple(fitting), (note, *_left_out(known, fitting)))
+
+
+def _number(name: str) -> int | None:
+    """Return the number that is all that a name says: 3 of `q3`, `position[3]`, `3`."""
+    parts = [part for part in names.joint_words(name) if part != "joint"]
+    return int(parts[0]) if len(parts) == 1 and parts[0].isdecimal() else None
+
+
+def _left_out(columns: Sequence[str], taken: Sequence[int] | object) -> tuple[str, ...]:
+    chosen = set(taken)  # pyright: ignore[reportArgumentType]
+    rest = [column for index, column in enumerate(columns) if index not in chosen]
+    return (f"not a joint of the robot, left out: {_listed(rest)}",) if rest else ()
+
+
+def _missing(columns: Sequence[str], joints: Sequence[str], found: Mapping[str, int]) -> str:
+    missing = [joint for joint in joints if joint not in found]
+    free = [column for index, column in enumerate(columns) if index not in found.values()]
+    return (
+        f"it has no column for {_listed(missing)}; its columns are {_listed(free or columns)}, "
+        f"the robot has {len(joints)} joints; name them with --map {(free or columns)[0]}={missing[0]} …"
+    )
+
+
+def _listed(words: Sequence[str], most: int = 8) -> str:
+    return ", ".join(words) if len(words) <= most else f"{', '.join(words[:most])}, … ({len(words)})"

@@ -1,0 +1,65 @@
+"""Words in the names of columns: units, times, and quantities that are no joint position."""
+
+import re
+
+from tools.recordings.recording import Unit
+
+WORD = re.compile(r"[a-z°µ]+|\d+")
+
+DEGREES = frozenset({"deg", "degree", "degrees", "°"})
+RADIANS = frozenset({"rad", "rads", "radian", "radians"})
+
+POSITION = frozenset({"pos", "position", "positions", "actual", "measured", "value", "field", "qpos", "angle", "angles"})
+"""Words that a joint position's name may have beside the joint's."""
+
+JOINT = frozenset({"q", "j", "joint", "joints", "axis", "motor", "dof", "theta"})
+"""Words for a joint; before a number they all mean the same."""
+
+OTHER = frozenset(
+    {
+        "vel", "velocity", "velocities", "qd", "dq", "qvel", "speed", "speeds", "acc", "acceleration", "accelerations",
+        "qdd", "ddq", "effort", "efforts", "torque", "torques", "tau", "moment", "force", "current", "currents",
+        "temperature", "voltage", "target", "desired", "command", "commanded", "cmd", "goal", "action", "tcp", "ee",
+        "eef", "pose", "quat", "error", "stamp", "timestamp", "time", "seq", "frame", "index", "id", "mode", "status",
+        "reference", "planned", "demonstrated", "limits",
+    }
+)  # fmt: skip
+"""Words of quantities that are no measured joint position."""
+
+GRIPPER = frozenset({"gripper", "finger", "fingers", "fingertip", "hand", "jaw", "claw"})
+
+
+def words(name: str) -> tuple[str, ...]:
+    """Return a name's words and numbers in lower case, camel case taken apart: ("panda", "joint", "1")."""
+    return tuple(WORD.findall(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()))
+
+
+def joint_words(name: str) -> tuple[str, ...]:
+    """Return what tells one joint from another: without units and words for a position, `joint` in one spelling.
+
+    `joint` stays before a number only, so that `shoulder_pan_joint` and `shoulder_pan.pos` are the same.
+    """
+    kept = [word for word in words(name) if word not in POSITION | DEGREES | RADIANS]
+    spelled = ["joint" if word in JOINT else word for word in kept]
+    joints = [
+        word
+        for index, word in enumerate(spelled)
+        if word != "joint" or spelled[index + 1 : index + 2] and spelled[index + 1].isdecimal()
+    ]
+    return tuple(str(int(word)) if word.isdecimal() else word for word in joints)
+
+
+def unit_of(name: str) -> Unit | None:
+    """Return the unit that a column's name says."""
+    said = set(words(name))
+    return "deg" if said & DEGREES else "rad" if said & RADIANS else None
+
+
+def is_gripper(name: str) -> bool:
+    """Whether a column is of a gripper rather than of an arm's joint."""
+    return bool(GRIPPER & set(words(name)))
+
+
+def is_other(name: str) -> bool:
+    """Whether a column is a time, a velocity, a torque or another quantity that is no joint position."""
+    return bool(OTHER & set(words(name)))

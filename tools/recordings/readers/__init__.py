@@ -1,0 +1,176 @@
+"""Readers of recordings, one module a format. The table below is the only place that lists the formats.
+
+A reader never runs code from a file: no pickles, and ROS messages are decoded by the definition that ships with
+rosbags, never by the one in the bag.
+"""
+
+import importlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, TypeVar, cast
+
+from tools.recordings.recording import Episode, Recording, Unreadable
+
+T = TypeVar("T")
+
+HEAD_BYTES = 4096
+
+
+class Reader(Protocol):
+    """What a module of this package offers."""
+
+    def episodes(self, path: Path, rate: float | None) -> list[Episode]:
+        """Return the movements in a file; empty where it has none. `rate` (Hz): of samples without times."""
+        ...
+
+    def read(self, path: Path, episode: str, rate: float | None) -> Recording:
+        """Return one of the movements that `episodes` lists."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One format.
+
+    Attributes:
+        name: For sentences.
+        module: Of this package; imported when a file of the format is read.
+        fits: Whether a file, or a directory (whose head is empty), is of the format, by its first bytes.
+        needs: Distribution and extra, where the reader needs more than Volley does.
+        joints: What a file of this format must have to be learned, for a sentence.
+    """
+
+    name: str
+    module: str
+    fits: Callable[[Path, bytes], bool]
+    joints: str
+    needs: tuple[str, str] | None = None
+
+    def load(self, path: Path) -> Reader:
+        """Import the reader. Raises Unreadable with the command that installs what is missing."""
+        try:
+            return cast(Reader, importlib.import_module(f"{__name__}.{self.module}"))
+        except ModuleNotFoundError as error:
+            if self.needs is None or (error.name or "").split(".")[0] != self.needs[0]:
+                raise
+            package, extra = self.needs
+            raise Unreadable(
+                f"{path} is a {self.name} file, which {package} reads: pip install 'volley[{extra}]'"
+            ) from None
+
+
+def _begins(*magic: bytes) -> Callable[[Path, bytes], bool]:
+    return lambda _path, head: head.startswith(magic)
+
+
+def _holds(member: str) -> Callable[[Path, bytes], bool]:
+    return lambda path, _head: path.is_dir() and (path / member).is_file()
+
+
+def _is_text(_path: Path, head: bytes) -> bool:
+    try:
+        text = head[: head.rfind(b"\n") + 1 or len(head)].decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    return all(character.isprintable() or character.isspace() for character in text)
+
+
+ROS = ("rosbags", "ros")
+
+FORMATS: tuple[Format, ...] = (
+    Format("LeRobot", "lerobot", _holds("meta/info.json"), "the feature observation.state", ("pyarrow", "lerobot")),
+    Format("ROS 2", "ros", _holds("metadata.yaml"), "a topic of sensor_msgs/JointState", ROS),
+    Format("ROS 2 MCAP", "ros", _begins(b"\x89MCAP0\r\n"), "a topic of sensor_msgs/JointState", ROS),
+    Format("ROS 2 db3", "ros", _begins(b"SQLite format 3\0"), "a topic of sensor_msgs/JointState", ROS),
+    Format("ROS 1 bag", "ros", _begins(b"#ROSBAG V2.0"), "a topic of sensor_msgs/JointState", ROS),
+    Format("HDF5", "hdf5", _begins(b"\x89HDF\r\n\x1a\n"), "a matrix named qpos or …joint_pos…", ("h5py", "hdf5")),
+    Format("NPZ", "npz", _begins(b"PK\x03\x04", b"\x93NUMPY"), "a matrix named positions, samples × joints"),
+    Format("Rerun", "rrd", _begins(b"RRF"), "Scalars of joint positions"),
+    Format("CSV", "csv_table", _is_text, "a line a sample: a time and one number a joint"),
+)
+"""Every format, most particular first."""
+
+
+def format_of(path: Path) -> Format:
+    """Return the format of a file by its content, whatever its name.
+
+    Raises:
+        Unreadable: there is no such file, it is empty, or of no format that is read.
+    """
+    try:
+        head = b"" if path.is_dir() else _head(path)
+    except OSError as error:
+        raise Unreadable(f"{path} cannot be read: {error.strerror or error}") from None
+    if not path.is_dir() and not head:
+        raise Unreadable(f"{path} is empty; record it again")
+    for known in FORMATS:
+        if known.fits(path, head):
+            return known
+    if head.startswith(b"\x80") and head[1:2] in b"\x02\x03\x04\x05":
+        raise Unreadable(f"{path} is a pickle, which could run code; save its arrays with numpy.savez instead")
+    if head.startswith(b"PAR1"):
+        raise Unreadable(f"{path} is one part of a LeRobot data set; name the directory that holds meta/info.json")
+    names = ", ".join(dict.fromkeys(known.name for known in FORMATS))
+    what = "directory" if path.is_dir() else "file"
+    raise Unreadable(f"{path} is a {what} of no format that is read: {names}")
+
+
+def episodes(path: Path, rate: float | None = None) -> list[Episode]:
+    """Return the movements in a file, at least one. `rate` (Hz): of samples without times. Raises Unreadable."""
+    known = format_of(path)
+    found = _reading(path, known, lambda reader: reader.episodes(path, rate))
+    if not found:
+        raise Unreadable(f"{path} has no joint positions; a {known.name} recording needs {known.joints}")
+    return found
+
+
+def read(path: Path, episode: str | None = None, rate: float | None = None) -> Recording:
+    """Return a movement of a file.
+
+    Args:
+        path: The file, or the directory of a data set or bag.
+        episode: Its name or number in the list of `episodes`; needed where there are several.
+        rate: Samples a second, for a file without times.
+
+    Raises:
+        Unreadable: there is no such movement, or none was chosen.
+    """
+    chosen = choose(path, episodes(path, rate), episode)
+    return _reading(path, format_of(path), lambda reader: reader.read(path, chosen.name, rate))
+
+
+def choose(path: Path, found: Sequence[Episode], wanted: str | None) -> Episode:
+    """Return the episode of a name or number. Raises Unreadable, which lists those that there are."""
+    if wanted is None:
+        if len(found) == 1:
+            return found[0]
+        raise Unreadable(f"{path} has {len(found)} episodes; choose one with --episode: {_listed(found)}")
+    for episode in found:
+        if episode.name == wanted:
+            return episode
+    if wanted.isdecimal() and int(wanted) < len(found):
+        return found[int(wanted)]
+    raise Unreadable(f"{path} has no episode {wanted!r}; there are {_listed(found)}")
+
+
+def _listed(found: Sequence[Episode], most: int = 8) -> str:
+    names = ", ".join(episode.name for episode in found[:most])
+    return names if len(found) <= most else f"{names}, … {found[-1].name}"
+
+
+def _head(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(HEAD_BYTES)
+
+
+def _reading(path: Path, known: Format, ask: Callable[[Reader], T]) -> T:
+    reader = known.load(path)
+    try:
+        return ask(reader)
+    except Unreadable:
+        raise
+    # Each library raises its own errors on damaged files, among them KeyError, struct.error and RuntimeError.
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise Unreadable(f"{path} looks like {known.name} but cannot be read; is it whole? {reason}") from None

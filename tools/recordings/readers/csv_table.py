@@ -1,0 +1,196 @@
+"""Text tables: a line a sample, columns by name or in order, times in s, ms, µs or ns."""
+
+import csv
+import math
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from tools.recordings import names
+from tools.recordings.clock import Clock, clock_of, seconds
+from tools.recordings.recording import MAX_SAMPLES, Episode, Recording, Unit, Unreadable
+
+MAX_BYTES = 512 * 2**20
+"""A table of MAX_SAMPLES samples of 40 numbers; numbers in text are slow to read."""
+
+COMMENTS = "#", "//"
+DELIMITERS = ",", ";", "\t", "|"
+TEXT_SHARE = 0.5
+"""A column with more text than this is one of words, and no joint's."""
+
+
+def episodes(path: Path, rate: float | None) -> list[Episode]:
+    """Return the one movement of a table."""
+    recording = read(path, path.stem, rate)
+    times = recording.times
+    return [Episode(path.stem, len(times), float(times[-1] - times[0]) if len(times) else None)]
+
+
+def read(path: Path, episode: str, rate: float | None) -> Recording:
+    """Return a table's columns of numbers as a recording."""
+    table = _parse(path)
+    clock = clock_of(table.columns, table.values) if rate is None else Clock(())
+    if rate is None and not clock.columns:
+        raise Unreadable(f"{path} has no column of times, such as time or t_ms; give --rate, in samples a second")
+    rest = [index for index in range(table.values.shape[1]) if index not in clock.columns]
+    if not rest:
+        raise Unreadable(f"{path} has times and no joint positions; a line needs one number a joint")
+    columns = tuple(table.columns[index] for index in rest) if table.columns else ()
+    unit, values = _one_unit(columns, table.values[:, rest])
+    times = seconds(table.values, clock) if rate is None else np.arange(len(values)) / rate
+    return Recording(times, columns, values, unit, path, episode, rate is None, (*table.notes, *clock.notes))
+
+
+@dataclass(slots=True)
+class _Table:
+    columns: tuple[str, ...]
+    width: int
+    numbers: array = field(default_factory=lambda: array("d"))
+    words: dict[int, tuple[int, int, str]] = field(default_factory=dict)
+    """By column: how many cells are no numbers, line and text of the first."""
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def values(self) -> np.ndarray:
+        return np.frombuffer(self.numbers).reshape(-1, self.width)
+
+
+def _parse(path: Path) -> _Table:
+    """Read the table line by line. Raises Unreadable, naming the line."""
+    size = path.stat().st_size
+    if size > MAX_BYTES:
+        raise Unreadable(
+            f"{path} has {size / 2**20:.0f} MiB; text of at most {MAX_BYTES // 2**20} MiB is read, so cut it, "
+            "or save it with numpy.savez"
+        )
+    with path.open(encoding="utf-8-sig", newline="") as file:
+        head = [line for _, line in zip(range(200), file, strict=False)]
+        file.seek(0)
+        delimiter, comma = _dialect(head)
+        table = _Table((), 0)
+        for number, cells in _rows(file, delimiter):
+            if not table.width:
+                table.width = len(cells)
+                if not _is_numbers(cells, comma):
+                    table.columns = tuple(cell.strip() for cell in cells)
+                    continue
+                table.columns = _commented(head, delimiter, len(cells))
+            _append(path, table, number, cells, comma)
+    return _finished(path, table)
+
+
+def _rows(file: Iterator[str], delimiter: str | None) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and cells of each line that is neither empty nor a comment."""
+    number = 0
+
+    def lines() -> Iterator[str]:
+        nonlocal number
+        for number, line in enumerate(file, 1):
+            if line.strip() and not line.lstrip().startswith(COMMENTS):
+                yield line.strip(" \r\n") if delimiter else ",".join(line.split())
+
+    for cells in csv.reader(lines(), delimiter=delimiter or ","):
+        yield number, cells[:-1] if len(cells) > 1 and not cells[-1].strip() and delimiter != "\t" else cells
+
+
+def _dialect(head: Sequence[str]) -> tuple[str | None, bool]:
+    """Return the delimiter (None: blanks) and whether numbers have decimal commas."""
+    data = [line for line in head if line.strip() and not line.lstrip().startswith(COMMENTS)][:20]
+    counts = {mark: min((line.count(mark) for line in data), default=0) for mark in DELIMITERS}
+    for mark in (";", "\t", "|"):
+        if counts[mark]:
+            return mark, not any("." in line for line in data[1:]) and any("," in line for line in data[1:])
+    return ("," if counts[","] else None), False
+
+
+def _commented(head: Sequence[str], delimiter: str | None, width: int) -> tuple[str, ...]:
+    """Return the names in the last comment before the numbers, as numpy.savetxt writes them, or ()."""
+    found: tuple[str, ...] = ()
+    for line in head:
+        text = line.strip()
+        if text and not text.startswith(COMMENTS):
+            break
+        cells = [cell.strip() for cell in (text.lstrip("#/ ").split(delimiter) if text else ())]
+        if len(cells) == width and not _is_numbers(cells, False):
+            found = tuple(cells)
+    return found
+
+
+def _append(path: Path, table: _Table, number: int, cells: list[str], comma: bool) -> None:
+    if len(table.numbers) >= MAX_SAMPLES * table.width:
+        raise Unreadable(f"{path} has more than {MAX_SAMPLES} samples; cut it or keep every nth line")
+    if table.notes:
+        raise Unreadable(f"{path}: {table.notes[0]}; mend the line or delete it")
+    if len(cells) != table.width:
+        # Only the last line may be short: a program that was stopped wrote it.
+        table.notes.append(f"line {number} has {len(cells)} columns where there must be {table.width}")
+        return
+    try:
+        table.numbers.extend([float(cell) for cell in cells])
+    except ValueError:
+        table.numbers.extend([_number(table, index, number, cell, comma) for index, cell in enumerate(cells)])
+
+
+def _number(table: _Table, column: int, line: int, cell: str, comma: bool) -> float:
+    """Return a cell's number, or NaN, and remember text."""
+    text = cell.strip().strip('"')
+    try:
+        return float(text.replace(",", ".") if comma else text) if text else math.nan
+    except ValueError:
+        if (stamp := _stamp(text)) is not None:
+            return stamp
+        count, first, said = table.words.get(column, (0, line, text))
+        table.words[column] = count + 1, first, said
+        return math.nan
+
+
+def _stamp(text: str) -> float | None:
+    """Return a date and time, as 2026-11-29T12:00:00.25, in s."""
+    try:
+        return datetime.fromisoformat(text).timestamp()
+    except ValueError:
+        return None
+
+
+def _finished(path: Path, table: _Table) -> _Table:
+    """Drop columns of text; raise Unreadable where numbers are missing."""
+    if not table.width or not len(table.values):
+        raise Unreadable(f"{path} has no line of numbers; a recording has a line a sample: a time, then the joints")
+    samples = len(table.values)
+    text = [column for column, (count, _, _) in table.words.items() if count > TEXT_SHARE * samples]
+    for column, (_, line, said) in table.words.items():
+        if column not in text:
+            name = table.columns[column] if table.columns else f"column {column + 1}"
+            raise Unreadable(f"{path}, line {line}: {name} is {said!r} and no number; mend the line or delete it")
+    if table.notes:
+        table.notes = [f"the last line is cut off and was left out ({table.notes[0]})"]
+    kept = [column for column in range(table.width) if column not in text]
+    if not kept:
+        raise Unreadable(f"{path} has words and no numbers; a recording has a line a sample: a time, then the joints")
+    columns = tuple(table.columns[column] for column in kept) if table.columns else ()
+    numbers = array("d", np.ascontiguousarray(table.values[:, kept]).tobytes())
+    return _Table(columns, len(kept), numbers, {}, table.notes)
+
+
+def _one_unit(columns: Sequence[str], values: np.ndarray) -> tuple[Unit | None, np.ndarray]:
+    """Return the unit that the names of joints say; where they differ, degrees are turned into rad."""
+    units = [names.unit_of(column) for column in columns]
+    if not any(units):
+        return None, values
+    if "rad" not in units:
+        return "deg", values
+    return "rad", np.where([unit == "deg" for unit in units], np.radians(values), values)
+
+
+def _is_numbers(cells: Sequence[str], comma: bool) -> bool:
+    for cell in cells:
+        text = cell.strip().strip('"')
+        try:
+            float(text.replace(",", ".") if comma else text or "nan")
+        except ValueError:
+            return False
+    return True

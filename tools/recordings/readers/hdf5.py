@@ -1,0 +1,112 @@
+"""HDF5: ALOHA's /observations/qpos, robomimic's data/demo_N/obs/…joint_pos, and matrices of such names elsewhere."""
+
+import json
+import re
+from pathlib import Path, PurePosixPath
+
+import h5py
+import numpy as np
+
+from tools.recordings import arrays
+from tools.recordings.recording import Episode, Recording, Unreadable, check_size
+
+ALOHA_RATE_HZ = 50.0
+ALOHA_JOINTS = "waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate", "gripper"
+ALOHA_COLUMNS = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ALOHA_JOINTS)
+"""Of ALOHA's qpos, which the file does not name; grippers are in parts of their opening."""
+
+
+def episodes(path: Path, rate: float | None) -> list[Episode]:
+    """Return the movements, in the natural order of their names."""
+    with h5py.File(path, "r") as file:
+        found = []
+        for name, place in _named(_places(file)).items():
+            matrix = _matrix(file, place)
+            check_size(path, name, len(matrix))
+            times = _times(file, place, len(matrix), rate)
+            found.append(Episode(name, len(matrix), None if times is None else float(times[0][-1] - times[0][0])))
+        return found
+
+
+def read(path: Path, episode: str, rate: float | None) -> Recording:
+    """Return one movement."""
+    with h5py.File(path, "r") as file:
+        place = _named(_places(file))[episode]
+        matrix = _matrix(file, place)
+        values = np.asarray(matrix[()], dtype=float)
+        times = _times(file, place, len(values), rate)
+        if times is None:
+            raise Unreadable(f"{path} has no times for {place}; give --rate, in samples a second")
+        stamps, stamped, notes = times
+        return Recording(stamps, _columns(matrix, place), values, None, path, episode, stamped, notes)
+
+
+def _places(file: h5py.File) -> list[str]:
+    """Return the paths of the matrices of joint positions. Links to other files are not followed."""
+    found: dict[str, object] = {}
+
+    def visit(name: str, thing: object) -> None:
+        if isinstance(thing, h5py.Dataset) and thing.ndim == 2 and len(thing) > 1 and thing.dtype.kind in "fiu":
+            found[name] = thing
+
+    file.visititems(visit)
+    measured = {name: thing for name, thing in found.items() if not set(name.split("/")) & {"action", "actions"}}
+    inside = {name: thing for name, thing in measured.items() if not {"next_obs"} & set(name.split("/"))}
+    return sorted(arrays.most_likely(inside), key=_natural)
+
+
+def _named(places: list[str]) -> dict[str, str]:
+    """Return places by a short name: the part of the path that tells them apart."""
+    demos = [next((part for part in place.split("/") if re.fullmatch(r"\w*?\d+", part)), "") for place in places]
+    if all(demos) and len(set(demos)) == len(places):
+        return dict(zip(demos, places, strict=True))
+    return {place: place for place in places}
+
+
+def _natural(place: str) -> list[tuple[int, str]]:
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", place)]
+
+
+def _matrix(file: h5py.File, place: str) -> h5py.Dataset:
+    matrix = file[place]
+    assert isinstance(matrix, h5py.Dataset)
+    return matrix
+
+
+def _times(
+    file: h5py.File, place: str, samples: int, rate: float | None
+) -> tuple[np.ndarray, bool, tuple[str, ...]] | None:
+    """Return times, whether the file has them, and what was assumed; None where nothing is known."""
+    if rate is not None:
+        return np.arange(samples) / rate, False, ()
+    for folder in PurePosixPath(place).parents:
+        group = file[str(folder)] if str(folder) != "." else file
+        assert isinstance(group, h5py.Group)
+        beside = {name: thing for name, thing in group.items() if isinstance(thing, h5py.Dataset)}
+        name = arrays.times_name(beside, samples)
+        if name is not None:
+            stamps, notes = arrays.scaled(name, beside[name][()])
+            return stamps, True, notes
+    return _from_rate(file, place, samples)
+
+
+def _from_rate(file: h5py.File, place: str, samples: int) -> tuple[np.ndarray, bool, tuple[str, ...]] | None:
+    if place == "observations/qpos":
+        note = f"the file has no times; ALOHA records at {ALOHA_RATE_HZ:g} Hz, --rate says another"
+        return np.arange(samples) / ALOHA_RATE_HZ, False, (note,)
+    data = file.get("data")
+    text = data.attrs.get("env_args") if isinstance(data, h5py.Group) else None
+    if isinstance(text, str):
+        hertz = json.loads(text).get("env_kwargs", {}).get("control_freq")
+        if isinstance(hertz, int | float) and hertz > 0:
+            note = f"the file has no times; its env_args say {hertz:g} Hz, --rate says another"
+            return np.arange(samples) / hertz, False, (note,)
+    return None
+
+
+def _columns(matrix: h5py.Dataset, place: str) -> tuple[str, ...]:
+    for name in arrays.NAMES:
+        names = matrix.attrs.get(name)
+        if isinstance(names, np.ndarray) and names.shape == matrix.shape[1:]:
+            return tuple(text.decode() if isinstance(text, bytes) else str(text) for text in names)
+    return ALOHA_COLUMNS if place == "observations/qpos" and matrix.shape[1] == len(ALOHA_COLUMNS) else ()

@@ -1,0 +1,88 @@
+"""ROS bags: topics of sensor_msgs/JointState in a ROS 1 bag, a ROS 2 db3 or MCAP file, or a directory of them.
+
+Messages are decoded by the definition of JointState that rosbags ships; those in the bag are not used, because
+rosbags compiles definitions into code.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.rosbag1 import Reader as Bag1
+from rosbags.rosbag2 import Reader as Bag2
+from rosbags.rosbag2.storage_mcap import McapReader
+from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
+from rosbags.typesys import Stores, get_typestore
+
+from tools.recordings.recording import Episode, Recording, Unreadable, check_size
+
+TYPE = "sensor_msgs/msg/JointState"
+NS = 1_000_000_000
+
+
+def episodes(path: Path, rate: float | None) -> list[Episode]:
+    """Return the topics of joint states."""
+    with _opened(path) as (bag, _):
+        found = []
+        for topic in sorted({one.topic for one in bag.connections if one.msgtype == TYPE}):
+            samples = sum(one.msgcount for one in _connections(bag, topic))
+            check_size(path, topic, samples)
+            found.append(Episode(topic, samples, bag.metadata.duration / NS if _is_2(bag) else bag.duration / NS))
+        if not found and bag.connections:
+            topics = ", ".join(sorted(f"{one.topic} ({one.msgtype})" for one in bag.connections)[:8])
+            raise Unreadable(f"{path} has no topic of {TYPE}; it has {topics}")
+        return found
+
+
+def read(path: Path, episode: str, rate: float | None) -> Recording:
+    """Return a topic's positions: a column for each joint that any message names, NaN where a message lacks it."""
+    with _opened(path) as (bag, decode):
+        rows: list[dict[str, float]] = []
+        stamps: list[tuple[int, int]] = []
+        for connection, received, raw in bag.messages(_connections(bag, episode)):
+            message = decode(raw, connection.msgtype)
+            if len(message.position) and len(message.position) == len(message.name):
+                rows.append(dict(zip(message.name, message.position.tolist(), strict=True)))
+                stamps.append((message.header.stamp.sec * NS + message.header.stamp.nanosec, received))
+    if not rows:
+        raise Unreadable(f"{path}: no message of {episode} has positions of named joints; choose another topic")
+    columns = tuple(dict.fromkeys(name for row in rows for name in row))
+    values = np.array([[row.get(name, np.nan) for name in columns] for row in rows])
+    times, notes = _times(np.array(stamps))
+    times = times if rate is None else np.arange(len(rows)) / rate
+    return Recording(times, columns, values, "rad", path, episode, rate is None, notes)
+
+
+def _times(stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return the messages' own times, s, or those of the recorder where the messages have none."""
+    own, received = stamps[:, 0], stamps[:, 1]
+    has_own = len(own) < 2 or len(np.unique(own)) > len(own) // 2
+    chosen = own if has_own else received
+    notes = () if has_own else ("its messages have no stamps; the times at which they were recorded are taken",)
+    return (chosen - chosen[0]) / NS, notes
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[Any, Callable[[bytes, str], Any]]]:
+    """Open a bag by its content, and return it with what decodes its messages."""
+    head = b"" if path.is_dir() else path.open("rb").read(16)
+    if head.startswith(b"#ROSBAG"):
+        with Bag1(path) as bag:
+            yield bag, get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
+        return
+    bag = Bag2(path).storage if path.is_dir() else McapReader(path) if head[1:5] == b"MCAP" else Sqlite3Reader(path)
+    bag.open()
+    try:
+        yield bag, get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr
+    finally:
+        bag.close()
+
+
+def _connections(bag: Any, topic: str) -> list[Any]:
+    return [one for one in bag.connections if one.topic == topic and one.msgtype == TYPE]
+
+
+def _is_2(bag: Any) -> bool:
+    return hasattr(bag, "metadata")
