@@ -24,8 +24,15 @@ SIDES = frozenset({"vel", "velocity", "gripper", "sin", "cos", "target", "action
 class Matrix(Protocol):
     """What both kinds of file say of an array before it is read."""
 
-    shape: tuple[int, ...]
-    dtype: np.dtype
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of its axes."""
+        ...
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of its numbers."""
+        ...
 
 
 def is_positions(name: str) -> bool:

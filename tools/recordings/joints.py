@@ -1,12 +1,10 @@
 """Which column of a recording is which joint of the robot."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from tools.recordings import names
-
-Key = Callable[[str], object]
 
 
 class Mismatch(Exception):
@@ -78,14 +76,13 @@ def _renamed(column: str, theirs: str, ours: str) -> str:
 
 def _by_name(columns: Sequence[str], joints: Sequence[str], mapped: Mapping[str, int]) -> dict[str, int]:
     """Return the column of each joint that has one, by the first way of comparing that finds all of them, or most."""
-    free = [index for index in range(len(columns)) if index not in mapped.values()]
+    free = set(range(len(columns))) - set(mapped.values())
     best: dict[str, int] = {}
-    for key, like in ((str, _same), (names.joint_words, _same), (names.joint_words, _ends)):
-        measured = [index for index in free if key is str or not names.is_other(columns[index])]
-        keys = {index: key(columns[index]) for index in measured}
+    for like in (_same, _alike, _ends):
+        measured = [index for index in free if like is _same or not names.is_other(columns[index])]
         found: dict[str, int] = {}
         for joint in joints:
-            alike = [index for index in measured if like(keys[index], key(joint))]
+            alike = [index for index in measured if like(columns[index], joint)]
             if len(alike) > 1:
                 choices = " and ".join(columns[index] for index in alike)
                 raise Mismatch(
@@ -101,13 +98,17 @@ def _by_name(columns: Sequence[str], joints: Sequence[str], mapped: Mapping[str,
     return best
 
 
-def _same(a: object, b: object) -> bool:
-    return bool(a) and a == b
+def _same(column: str, joint: str) -> bool:
+    return column == joint
 
 
-def _ends(a: tuple[str, ...], b: tuple[str, ...]) -> bool:
+def _alike(column: str, joint: str) -> bool:
+    return names.joint_words(column) == names.joint_words(joint) != ()
+
+
+def _ends(column: str, joint: str) -> bool:
     """Whether the shorter of two names is the end, or the beginning, of the other."""
-    short, long = sorted((a, b), key=len)
+    short, long = sorted((names.joint_words(column), names.joint_words(joint)), key=len)
     return bool(short) and (long[-len(short) :] == short or long[: len(short)] == short)
 
 
@@ -160,8 +161,8 @@ def _number(name: str) -> int | None:
     return int(parts[0]) if len(parts) == 1 and parts[0].isdecimal() else None
 
 
-def _left_out(columns: Sequence[str], taken: Sequence[int] | object) -> tuple[str, ...]:
-    chosen = set(taken)  # pyright: ignore[reportArgumentType]
+def _left_out(columns: Sequence[str], taken: Iterable[int]) -> tuple[str, ...]:
+    chosen = set(taken)
     rest = [column for index, column in enumerate(columns) if index not in chosen]
     return (f"not a joint of the robot, left out: {_listed(rest)}",) if rest else ()
 

@@ -9,7 +9,9 @@ WORD = re.compile(r"[a-z°µ]+|\d+")
 DEGREES = frozenset({"deg", "degree", "degrees", "°"})
 RADIANS = frozenset({"rad", "rads", "radian", "radians"})
 
-POSITION = frozenset({"pos", "position", "positions", "actual", "measured", "value", "field", "qpos", "angle", "angles"})
+POSITION = frozenset(
+    {"pos", "position", "positions", "actual", "measured", "value", "field", "qpos", "angle", "angles"}
+)
 """Words that a joint position's name may have beside the joint's."""
 
 JOINT = frozenset({"q", "j", "joint", "joints", "axis", "motor", "dof", "theta"})
@@ -44,7 +46,7 @@ def joint_words(name: str) -> tuple[str, ...]:
     joints = [
         word
         for index, word in enumerate(spelled)
-        if word != "joint" or spelled[index + 1 : index + 2] and spelled[index + 1].isdecimal()
+        if word != "joint" or (spelled[index + 1 : index + 2] and spelled[index + 1].isdecimal())
     ]
     return tuple(str(int(word)) if word.isdecimal() else word for word in joints)
 

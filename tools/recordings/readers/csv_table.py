@@ -85,16 +85,12 @@ def _parse(path: Path) -> _Table:
 
 def _rows(file: Iterator[str], delimiter: str | None) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and cells of each line that is neither empty nor a comment."""
-    number = 0
-
-    def lines() -> Iterator[str]:
-        nonlocal number
-        for number, line in enumerate(file, 1):
-            if line.strip() and not line.lstrip().startswith(COMMENTS):
-                yield line.strip(" \r\n") if delimiter else ",".join(line.split())
-
-    for cells in csv.reader(lines(), delimiter=delimiter or ","):
-        yield number, cells[:-1] if len(cells) > 1 and not cells[-1].strip() and delimiter != "\t" else cells
+    for number, line in enumerate(file, 1):
+        text = line.strip(" \r\n")
+        if not text or text.startswith(COMMENTS):
+            continue
+        cells = next(csv.reader([text], delimiter=delimiter)) if delimiter else text.split()
+        yield number, cells[:-1] if len(cells) > 1 and not cells[-1].strip() and delimiter == "," else cells
 
 
 def _dialect(head: Sequence[str]) -> tuple[str | None, bool]:

@@ -12,8 +12,8 @@ from tools.recordings.recording import Episode, Recording, Unreadable, check_siz
 
 STATE = "observation.state"
 COLUMNS = [STATE, "timestamp", "episode_index"]
-SYNTHETIC = 1e-3
-"""Stamps that are this near to frame/fps, in frames, are made by the writer."""
+SYNTHETIC = 1e-2
+"""Stamps that are this near to frame/fps, in frames, are made by the writer, and float32."""
 
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:

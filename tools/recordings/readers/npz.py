@@ -1,6 +1,7 @@
 """NumPy's files: arrays by name in a .npz, or one matrix in a .npy."""
 
 import zipfile
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
@@ -14,23 +15,22 @@ from tools.recordings.recording import Episode, Recording, Unreadable, check_siz
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 
+@dataclass(frozen=True, slots=True)
 class Header:
     """Shape and type of an array that is not read yet."""
 
-    def __init__(self, shape: tuple[int, ...], dtype: np.dtype) -> None:
-        self.shape = shape
-        self.dtype = dtype
+    shape: tuple[int, ...]
+    dtype: np.dtype
 
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:
     """Return a movement for each matrix of positions, or for each layer of an array episodes × samples × joints."""
     found = []
-    for name, (array, layer) in _matrices(path).items():
+    for name, (array, _) in _matrices(path).items():
         samples = _headers(path)[array].shape[-2]
         check_size(path, name, samples)
         times = _times(path, array, samples, rate)
         found.append(Episode(name, samples, None if times is None else float(times[-1] - times[0])))
-        del layer
     return found
 
 

@@ -2,7 +2,6 @@
 
 import re
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import pyarrow as pa
 from rerun.chunk import RrdReader
 
 from services.recorder.entities import GOAL_LANE, MEASURED_POSITION
-from tools.recordings.recording import Episode, Recording, Unreadable, check_size
+from tools.recordings.recording import Episode, Recording, check_size
 
 SCALARS = "Scalars:scalars"
 STATE = "StateChange:state"
@@ -33,109 +32,99 @@ class _Series:
         return sum(map(len, self.times))
 
 
+@dataclass(slots=True)
+class _Scan:
+    """What a file has: series by name, and the changes of the goal that the reference serves."""
+
+    series: dict[str, _Series] = field(default_factory=dict)
+    changes: list[tuple[float, str]] = field(default_factory=list)
+    is_trace: bool = False
+
+    def goals(self) -> dict[str, tuple[float, float]]:
+        """Return begin and end, s, of each goal of a trace."""
+        changes = sorted(self.changes, key=lambda change: change[0])
+        ends = [time for time, _ in changes[1:]] + [np.inf]
+        return {goal: (begin, end) for (begin, goal), end in zip(changes, ends, strict=True) if goal}
+
+    def table(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return times (n,), s, and values (n, C); NaN where a series has no value."""
+        joined = [(np.concatenate(one.times), np.concatenate(one.values)) for one in self.series.values()]
+        times = np.unique(np.concatenate([stamps for stamps, _ in joined]))
+        values = np.full((len(times), len(joined)), np.nan)
+        for column, (stamps, numbers) in enumerate(joined):
+            values[np.searchsorted(times, stamps), column] = numbers
+        return times * NS, values
+
+
 def episodes(path: Path, rate: float | None) -> list[Episode]:
     """Return the goals that a trace shows, in their order; or the whole recording."""
-    columns, times, _ = _table(path)
-    goals = _goals(path)
-    if not columns:
+    scan = _scan(path)
+    if not scan.series:
         return []
-    if not goals:
-        return [Episode(path.stem, len(times), float(times[-1] - times[0]))]
+    times, _ = scan.table()
+    goals = scan.goals() or {path.stem: (times[0], times[-1])}
     return [
-        Episode(goal, int(np.count_nonzero((begin <= times) & (times <= end))), float(min(end, times[-1]) - begin))
-        for goal, (begin, end) in goals.items()
+        Episode(name, int(np.count_nonzero((begin <= times) & (times <= end))), float(min(end, times[-1]) - begin))
+        for name, (begin, end) in goals.items()
     ]
 
 
 def read(path: Path, episode: str, rate: float | None) -> Recording:
     """Return measured positions during a goal, or all that the recording has."""
-    columns, times, values = _table(path)
-    goals = _goals(path)
-    begin, end = goals.get(episode, (-np.inf, np.inf))
+    scan = _scan(path)
+    times, values = scan.table()
+    begin, end = scan.goals().get(episode, (-np.inf, np.inf))
     inside = (begin <= times) & (times <= end)
-    check_size(path, episode, int(np.count_nonzero(inside)))
-    chosen, unit = times[inside], "rad" if goals else None
-    if rate is not None:
-        chosen = np.arange(len(chosen)) / rate
-    elif len(chosen):
-        chosen = chosen - chosen[0]
-    return Recording(chosen, columns, values[inside], unit, path, episode, rate is None)
+    chosen = times[inside] - times[inside][:1] if rate is None else np.arange(np.count_nonzero(inside)) / rate
+    unit = "rad" if scan.is_trace else None
+    return Recording(chosen, tuple(scan.series), values[inside], unit, path, episode, rate is None)
 
 
-def _table(path: Path) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
-    """Return names, times (n,), s, and values (n, C) of the joint positions; NaN where an entity has no value."""
-    series: dict[str, _Series] = {}
-    timelines: dict[str, int] = {}
-    ours = False
-    for entity, batch in _chunks(path, SCALARS):
-        trace = MEASURED.fullmatch(entity)
-        if trace and not ours:
-            ours, series = True, {}
-        if ours and not trace:
-            continue
-        _add(series, timelines, trace[1] if trace else entity.strip("/"), batch, path)
-    if not series:
-        return (), np.zeros(0), np.zeros((0, 0))
-    return _joined(series)
+def _scan(path: Path) -> _Scan:
+    """Read a file once, chunk by chunk, and keep positions and goals."""
+    scan = _Scan()
+    with warnings.catch_warnings():
+        # A trace that is being written has no footer yet.
+        warnings.simplefilter("ignore")
+        for chunk in RrdReader(path).stream():
+            if chunk.is_static:
+                continue
+            batch = chunk.to_record_batch()
+            if SCALARS in batch.schema.names:
+                _add_scalars(scan, chunk.entity_path, batch, path)
+            elif chunk.entity_path == GOAL_LANE.path and STATE in batch.schema.names:
+                stamps, rows = batch.column(TIMELINE).cast(pa.int64()).to_numpy() * NS, batch.column(STATE).to_pylist()
+                scan.changes += [(time, row[0]) for time, row in zip(stamps.tolist(), rows, strict=True) if row]
+    return scan
 
 
-def _add(series: dict[str, _Series], timelines: dict[str, int], name: str, batch: pa.RecordBatch, path: Path) -> None:
+def _add_scalars(scan: _Scan, entity: str, batch: pa.RecordBatch, path: Path) -> None:
     """Add a chunk's rows; an entity with several numbers a row becomes several columns."""
+    trace = MEASURED.fullmatch(entity)
+    if trace and not scan.is_trace:
+        scan.is_trace, scan.series = True, {}
     timeline = _timeline(batch)
-    if timeline is None:
+    if timeline is None or (scan.is_trace and not trace):
         return
+    name = trace[1] if trace else entity.strip("/")
     rows = batch.column(SCALARS)
-    lengths = np.diff(rows.offsets.to_numpy())
+    offsets = rows.offsets.to_numpy()
+    lengths = np.diff(offsets)
     width = int(lengths.max(initial=0))
     full = lengths == width
-    if not width:
-        return
     times = batch.column(timeline).cast(pa.int64()).to_numpy()[full]
-    flat = np.asarray(rows.flatten(), dtype=float)
-    starts = (rows.offsets.to_numpy() - rows.offsets[0].as_py())[:-1][full]
+    flat, starts = np.asarray(rows.flatten(), dtype=float), (offsets[:-1] - offsets[0])[full]
     for index in range(width):
-        found = series.setdefault(name if width == 1 else f"{name}[{index}]", _Series())
+        found = scan.series.setdefault(name if width == 1 else f"{name}[{index}]", _Series())
         found.times.append(times)
         found.values.append(flat[starts + index])
         check_size(path, name, found.count)
 
 
 def _timeline(batch: pa.RecordBatch) -> str | None:
-    """Return the timeline of a chunk that has durations, the recorder's first, or one of wall times."""
-    of = {kind: [f.name for f in batch.schema if kind(f.type)] for kind in (pa.types.is_duration, pa.types.is_timestamp)}
-    durations, stamps = of[pa.types.is_duration], of[pa.types.is_timestamp]
+    """Return the timeline that has the samples' times: the recorder's, one of durations, one of wall times."""
+    durations = [field.name for field in batch.schema if pa.types.is_duration(field.type)]
+    stamps = [field.name for field in batch.schema if pa.types.is_timestamp(field.type)]
     if TIMELINE in durations:
         return TIMELINE
-    own = [name for name in stamps if name != "log_time"]
-    return next(iter([*durations, *own, *stamps]), None)
-
-
-def _joined(series: dict[str, _Series]) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
-    joined = {name: (np.concatenate(one.times), np.concatenate(one.values)) for name, one in series.items()}
-    times = np.unique(np.concatenate([stamps for stamps, _ in joined.values()]))
-    values = np.full((len(times), len(joined)), np.nan)
-    for column, (stamps, numbers) in enumerate(joined.values()):
-        values[np.searchsorted(times, stamps), column] = numbers
-    return tuple(joined), (times - times[0]) * NS if False else times * NS, values
-
-
-def _goals(path: Path) -> dict[str, tuple[float, float]]:
-    """Return begin and end, s, of each goal of a trace."""
-    changes: list[tuple[float, str]] = []
-    for entity, batch in _chunks(path, STATE):
-        if entity == GOAL_LANE.path and TIMELINE in batch.schema.names:
-            times = batch.column(TIMELINE).cast(pa.int64()).to_numpy() * NS
-            changes += [(time, row[0]) for time, row in zip(times.tolist(), batch.column(STATE).to_pylist()) if row]
-    changes.sort(key=lambda change: change[0])
-    ends = [time for time, _ in changes[1:]] + [np.inf]
-    return {goal: (begin, end) for (begin, goal), end in zip(changes, ends, strict=True) if goal}
-
-
-def _chunks(path: Path, component: str) -> Iterator[tuple[str, pa.RecordBatch]]:
-    """Yield entity and rows of each chunk with a component, one at a time."""
-    with warnings.catch_warnings():
-        # A trace that is being written has no footer yet.
-        warnings.simplefilter("ignore")
-        for chunk in RrdReader(path).stream():
-            if not chunk.is_static and component in (batch := chunk.to_record_batch()).schema.names:
-                yield chunk.entity_path, batch
+    return next(iter([*durations, *sorted(stamps, key=lambda name: name == "log_time")]), None)

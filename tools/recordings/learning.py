@@ -1,0 +1,101 @@
+"""From a file to the samples that `learn` sends: read, matched to the robot's joints, examined, in rad."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from services.planner.learning import MAX_SAMPLES
+from tools.recordings import names, readers
+from tools.recordings.joints import Matching, Mismatch, match
+from tools.recordings.recording import Recording, Unit, Unreadable
+
+
+def load(
+    path: Path,
+    joints: Sequence[str],
+    *,
+    episode: str | None = None,
+    mapping: Mapping[str, str] | None = None,
+    unit: Unit | None = None,
+    rate: float | None = None,
+    duration: float | None = None,
+) -> Recording:
+    """Return a movement of a file with one column a joint of the robot, in its order and under its names.
+
+    Args:
+        path: The file.
+        joints: The robot's; () takes the file's own.
+        episode: Its name or number, where the file has several.
+        mapping: Names of columns and of the joints that they are.
+        unit: Of the file's angles, in place of what it says itself.
+        rate: Samples a second, for a file without times.
+        duration: Stretches the times to last this long, s; for recordings against a phase.
+
+    Raises:
+        Unreadable: one sentence on what is wrong with the file and what to do.
+    """
+    recording = readers.read(path, episode, rate)
+    try:
+        matching = match(recording.columns, recording.values.shape[1], joints or _own(recording), mapping or {})
+    except Mismatch as mismatch:
+        raise Unreadable(f"{path}: {mismatch}") from None
+    chosen = _finite(_selected(recording, joints or _own(recording), matching))
+    return replace(
+        chosen, unit=unit or chosen.unit, times=chosen.times if duration is None else _stretched(chosen, duration)
+    )
+
+
+def in_radians(recording: Recording) -> Recording:
+    """Return a recording in rad, with at most as many samples as the planner takes."""
+    every = math.ceil(len(recording.times) / MAX_SAMPLES)
+    note = (f"one sample in {every} is learned, of {len(recording.times)}",) if every > 1 else ()
+    values = recording.values[::every] if every else recording.values
+    return replace(
+        recording,
+        times=recording.times[::every] if every else recording.times,
+        values=np.radians(values) if recording.unit == "deg" else values,
+        unit="rad",
+        notes=(*recording.notes, *note),
+    )
+
+
+def _own(recording: Recording) -> tuple[str, ...]:
+    """Return the file's own joints, for a robot that nobody describes."""
+    own = tuple(name for name in recording.columns if not names.is_other(name) and not names.is_gripper(name))
+    return own or tuple(str(index) for index in range(recording.values.shape[1]))
+
+
+def _selected(recording: Recording, joints: Sequence[str], matching: Matching) -> Recording:
+    values = recording.values[:, list(matching.columns)]
+    return replace(recording, columns=tuple(joints), values=values, notes=(*recording.notes, *matching.notes))
+
+
+def _finite(recording: Recording) -> Recording:
+    """Leave out samples without a number for each joint, as of another device in the same topic."""
+    whole = np.isfinite(recording.values).all(axis=1) & np.isfinite(recording.times)
+    if whole.all():
+        return recording
+    if not whole.any():
+        empty = [
+            name for name, column in zip(recording.columns, recording.values.T, strict=True) if np.isnan(column).all()
+        ]
+        what = f"{', '.join(empty)} has no number" if empty else "no sample has a number for every joint"
+        raise Unreadable(f"{recording.source}: {what} in {recording.episode}; record all joints together")
+    note = f"{np.count_nonzero(~whole)} of {len(whole)} samples lack a joint and were left out"
+    return replace(
+        recording,
+        times=recording.times[whole],
+        values=recording.values[whole],
+        notes=(*recording.notes, note),
+    )
+
+
+def _stretched(recording: Recording, duration: float) -> np.ndarray:
+    times = recording.times
+    length = float(times[-1] - times[0])
+    if not length > 0:
+        raise Unreadable(f"{recording.source}: its times do not rise and cannot be stretched; give --rate instead")
+    return (times - times[0]) * (duration / length)
