@@ -8,6 +8,8 @@ import numpy as np
 
 Unit = Literal["rad", "deg"]
 
+HEAD_BYTES = 4096
+
 MAX_SAMPLES = 1_000_000
 """Samples of one episode that are read into memory."""
 
@@ -48,6 +50,14 @@ class Episode:
 
 class Unreadable(Exception):
     """A file without a usable recording; `str()` is one sentence that names the file and says what to do."""
+
+
+def head(path: Path) -> bytes:
+    """Return the first bytes of a file, by which formats are told apart; none of a directory."""
+    if path.is_dir():
+        return b""
+    with path.open("rb") as file:
+        return file.read(HEAD_BYTES)
 
 
 def check_size(source: Path, episode: str, samples: int) -> None:

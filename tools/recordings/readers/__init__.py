@@ -10,12 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, TypeVar, cast
 
-from tools.recordings.recording import Episode, Recording, Unreadable
+from tools.recordings.recording import Episode, Recording, Unreadable, head
 
 T = TypeVar("T")
-
-HEAD_BYTES = 4096
-
 
 class Reader(Protocol):
     """What a module of this package offers."""
@@ -61,16 +58,16 @@ class Format:
 
 
 def _begins(*magic: bytes) -> Callable[[Path, bytes], bool]:
-    return lambda _path, head: head.startswith(magic)
+    return lambda _path, begin: begin.startswith(magic)
 
 
 def _holds(member: str) -> Callable[[Path, bytes], bool]:
-    return lambda path, _head: path.is_dir() and (path / member).is_file()
+    return lambda path, _begin: path.is_dir() and (path / member).is_file()
 
 
-def _is_text(_path: Path, head: bytes) -> bool:
+def _is_text(_path: Path, begin: bytes) -> bool:
     try:
-        text = head[: head.rfind(b"\n") + 1 or len(head)].decode("utf-8")
+        text = begin[: begin.rfind(b"\n") + 1 or len(begin)].decode("utf-8")
     except UnicodeDecodeError:
         return False
     return all(character.isprintable() or character.isspace() for character in text)
@@ -99,17 +96,17 @@ def format_of(path: Path) -> Format:
         Unreadable: there is no such file, it is empty, or of no format that is read.
     """
     try:
-        head = b"" if path.is_dir() else _head(path)
+        begin = head(path)
     except OSError as error:
         raise Unreadable(f"{path} cannot be read: {error.strerror or error}") from None
-    if not path.is_dir() and not head:
+    if not path.is_dir() and not begin:
         raise Unreadable(f"{path} is empty; record it again")
     for known in FORMATS:
-        if known.fits(path, head):
+        if known.fits(path, begin):
             return known
-    if head.startswith(b"\x80") and head[1:2] in b"\x02\x03\x04\x05":
+    if begin.startswith(b"\x80") and begin[1:2] in b"\x02\x03\x04\x05":
         raise Unreadable(f"{path} is a pickle, which could run code; save its arrays with numpy.savez instead")
-    if head.startswith(b"PAR1"):
+    if begin.startswith(b"PAR1"):
         raise Unreadable(f"{path} is one part of a LeRobot data set; name the directory that holds meta/info.json")
     names = ", ".join(dict.fromkeys(known.name for known in FORMATS))
     what = "directory" if path.is_dir() else "file"
@@ -157,11 +154,6 @@ def choose(path: Path, found: Sequence[Episode], wanted: str | None) -> Episode:
 def _listed(found: Sequence[Episode], most: int = 8) -> str:
     names = ", ".join(episode.name for episode in found[:most])
     return names if len(found) <= most else f"{names}, … {found[-1].name}"
-
-
-def _head(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return file.read(HEAD_BYTES)
 
 
 def _reading(path: Path, known: Format, ask: Callable[[Reader], T]) -> T:

@@ -10,7 +10,7 @@ from numpy.lib import format as npy
 
 from tools.recordings import arrays
 from tools.recordings.clock import clock_of, seconds
-from tools.recordings.recording import Episode, Recording, Unreadable, check_size
+from tools.recordings.recording import Episode, Recording, Unreadable, check_size, head
 
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
@@ -122,5 +122,4 @@ def _load(path: Path, name: str) -> np.ndarray:
 
 
 def _is_plain(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(6) == npy.MAGIC_PREFIX
+    return head(path).startswith(npy.MAGIC_PREFIX)

@@ -16,7 +16,7 @@ from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 from rosbags.typesys import Stores, get_typestore
 
-from tools.recordings.recording import Episode, Recording, Unreadable, check_size
+from tools.recordings.recording import Episode, Recording, Unreadable, check_size, head
 
 TYPE = "sensor_msgs/msg/JointState"
 NS = 1_000_000_000
@@ -67,12 +67,12 @@ def _times(stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[Any, Callable[[bytes, str], Any]]]:
     """Open a bag by its content, and return it with what decodes its messages."""
-    head = b"" if path.is_dir() else path.open("rb").read(16)
-    if head.startswith(b"#ROSBAG"):
+    begin = head(path)
+    if begin.startswith(b"#ROSBAG"):
         with Bag1(path) as bag:
             yield bag, get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
         return
-    bag = Bag2(path).storage if path.is_dir() else McapReader(path) if head[1:5] == b"MCAP" else Sqlite3Reader(path)
+    bag = Bag2(path).storage if path.is_dir() else McapReader(path) if begin[1:5] == b"MCAP" else Sqlite3Reader(path)
     bag.open()
     try:
         yield bag, get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr

@@ -43,7 +43,7 @@ class _Scan:
     def goals(self) -> dict[str, tuple[float, float]]:
         """Return begin and end, s, of each goal of a trace."""
         changes = sorted(self.changes, key=lambda change: change[0])
-        ends = [time for time, _ in changes[1:]] + [np.inf]
+        ends = ([time for time, _ in changes[1:]] + [np.inf])[: len(changes)]
         return {goal: (begin, end) for (begin, goal), end in zip(changes, ends, strict=True) if goal}
 
     def table(self) -> tuple[np.ndarray, np.ndarray]:

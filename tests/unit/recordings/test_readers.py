@@ -1,0 +1,80 @@
+"""Each format: a file that another program wrote is read, matched to the arm, learned and planned."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.learning import DEMOS
+from motion.demonstration import Demonstration
+from motion.limits import Limits
+from motion.plan import plan
+from motion.primitive import learn
+from motion.request import MotionRequest
+from tests.unit.recordings import writers
+from tools.recordings import readers
+from tools.recordings.learning import in_radians, load
+from tools.recordings.recording import Recording, Unreadable
+
+HERE = Path(__file__).parent
+SO101 = "shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"
+PANDA = tuple(f"joint{number}" for number in range(1, 8))
+
+DEVIATION_SHARE, DEVIATION = 0.01, 0.005
+"""Of a joint's range, and rad: the larger is the bound of a played movement."""
+
+
+def deviation(recording: Recording) -> np.ndarray:
+    """Largest distance, rad a joint, of the planned motion from the recording, in units of the bound."""
+    primitive = learn(Demonstration(recording.times, recording.values))
+    ends = primitive.start, primitive.goal
+    free = Limits.unlimited(primitive.joint_count)
+    made = plan(primitive, MotionRequest(*ends, primitive.duration, free, tail="coast"))
+    played = made.sample(recording.times - recording.times[0]).positions
+    bound = np.maximum(DEVIATION_SHARE * np.ptp(recording.values, axis=0), DEVIATION)
+    return np.abs(played - recording.values).max(axis=0) / bound
+
+
+@pytest.mark.parametrize("name", writers.FILES)
+def test_what_others_wrote_is_learned_and_planned(tmp_path: Path, name: str):
+    file, write, rate_hz = writers.FILES[name]
+    write(tmp_path / file)
+    episode = "demo_0" if name == "robomimic" else None
+    recording = in_radians(load(tmp_path / file, writers.JOINTS, episode=episode))
+    every = round(writers.RATE_HZ / rate_hz)
+    assert recording.columns == writers.JOINTS
+    assert recording.times == pytest.approx(writers.TIMES[::every], abs=1e-6)
+    assert recording.values == pytest.approx(writers.movement()[::every], abs=1e-6)
+    assert deviation(recording).max() < 1
+
+
+@pytest.mark.parametrize("folder", ["lerobot_v2", "lerobot_v3"])
+def test_lerobots_own_data_sets(folder: str):
+    """Written by LeRobot 0.3.3 and 0.4.4; degrees, which they do not say."""
+    found = readers.episodes(HERE / "files" / folder)
+    assert [(one.name, one.samples) for one in found] == [("0", 60), ("1", 75)]
+    recording = in_radians(load(HERE / "files" / folder, SO101, episode="1", unit="deg"))
+    assert (recording.stamped, recording.times[1]) == (False, pytest.approx(1 / 30))
+    assert np.degrees(recording.values[[0, -1], 0]) == pytest.approx([-10, 45], abs=1e-4)
+    assert np.degrees(recording.values[[0, -1], 5]) == pytest.approx([2, 35], abs=1e-4)
+    assert deviation(recording).max() < 1
+
+
+@pytest.mark.parametrize("path", sorted(DEMOS.glob("*.csv")), ids=lambda path: path.stem.split("_")[1])
+def test_recordings_of_a_real_arm(path: Path):
+    """They have a phase for a time, and q1 to q7 for the joints."""
+    recording = in_radians(load(path, PANDA, duration=5.0))
+    assert (len(recording.times), recording.times[-1]) == (1000, 5.0)
+    assert deviation(recording).max() < 1
+
+
+@pytest.mark.skipif(not DEMOS.exists(), reason="the recordings lie outside the repository")
+def test_tool_poses_are_read_but_are_no_joints():
+    """Nine recordings of a tool in one array: each can be imitated as it is, none is taken for joints."""
+    path = DEMOS / "robottasks_pouring_ee.npz"
+    with np.load(path) as arrays:
+        for pose in arrays["pose"]:
+            times = np.linspace(0, 5, len(pose))
+            assert deviation(Recording(times, (), pose, None, path, "pose", False)).max() < 1
+    with pytest.raises(Unreadable, match="poses of the tool .* and no joint positions"):
+        load(path, PANDA)
