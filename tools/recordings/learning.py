@@ -38,24 +38,24 @@ def load(
         Unreadable: one sentence on what is wrong with the file and what to do.
     """
     recording = readers.read(path, episode, rate)
+    ours = tuple(joints) or _own(recording)
     try:
-        matching = match(recording.columns, recording.values.shape[1], joints or _own(recording), mapping or {})
+        matching = match(recording.columns, recording.values.shape[1], ours, mapping or {})
     except Mismatch as mismatch:
         raise Unreadable(f"{path}: {mismatch}") from None
-    chosen = _finite(_selected(recording, joints or _own(recording), matching))
-    return replace(
-        chosen, unit=unit or chosen.unit, times=chosen.times if duration is None else _stretched(chosen, duration)
-    )
+    chosen = _finite(_selected(recording, ours, matching))
+    times = chosen.times if duration is None else _stretched(chosen, duration)
+    return replace(chosen, unit=unit or chosen.unit, times=times)
 
 
 def in_radians(recording: Recording) -> Recording:
     """Return a recording in rad, with at most as many samples as the planner takes."""
-    every = math.ceil(len(recording.times) / MAX_SAMPLES)
+    every = max(1, math.ceil(len(recording.times) / MAX_SAMPLES))
     note = (f"one sample in {every} is learned, of {len(recording.times)}",) if every > 1 else ()
-    values = recording.values[::every] if every else recording.values
+    values = recording.values[::every]
     return replace(
         recording,
-        times=recording.times[::every] if every else recording.times,
+        times=recording.times[::every],
         values=np.radians(values) if recording.unit == "deg" else values,
         unit="rad",
         notes=(*recording.notes, *note),

@@ -47,8 +47,10 @@ GROUPS: dict[str, dict[str, Command]] = {
     },
     "teach": {
         "primitives": Command("tools.shell.library:primitives", "list the library"),
-        "learn": Command("tools.shell.library:learn", "learn a primitive from a demonstration in a file"),
+        "learn": Command("tools.shell.recordings:learn", "learn a primitive from a recording, of any format"),
+        "episodes": Command("tools.shell.recordings:episodes", "list the movements of a recording"),
         "forget": Command("tools.shell.library:forget", "remove a primitive"),
+        "export": Command("tools.shell.recordings:export", "write a played motion as CSV, NPZ, MCAP or LeRobot"),
     },
     "look": {
         "watch": Command("tools.shell.watch:watch", "the live status, until Ctrl-C"),

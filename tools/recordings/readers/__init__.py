@@ -14,6 +14,7 @@ from tools.recordings.recording import Episode, Recording, Unreadable, head
 
 T = TypeVar("T")
 
+
 class Reader(Protocol):
     """What a module of this package offers."""
 
@@ -53,7 +54,7 @@ class Format:
                 raise
             package, extra = self.needs
             raise Unreadable(
-                f"{path} is a {self.name} file, which {package} reads: pip install 'volley[{extra}]'"
+                f"{path} is of the format {self.name}, which {package} reads: pip install 'volley[{extra}]'"
             ) from None
 
 
@@ -65,7 +66,9 @@ def _holds(member: str) -> Callable[[Path, bytes], bool]:
     return lambda path, _begin: path.is_dir() and (path / member).is_file()
 
 
-def _is_text(_path: Path, begin: bytes) -> bool:
+def _is_text(path: Path, begin: bytes) -> bool:
+    if path.is_dir():
+        return False
     try:
         text = begin[: begin.rfind(b"\n") + 1 or len(begin)].decode("utf-8")
     except UnicodeDecodeError:
@@ -118,7 +121,7 @@ def episodes(path: Path, rate: float | None = None) -> list[Episode]:
     known = format_of(path)
     found = _reading(path, known, lambda reader: reader.episodes(path, rate))
     if not found:
-        raise Unreadable(f"{path} has no joint positions; a {known.name} recording needs {known.joints}")
+        raise Unreadable(f"{path} has no joint positions; of the format {known.name} it needs {known.joints}")
     return found
 
 

@@ -14,8 +14,8 @@ from tools.recordings import names
 from tools.recordings.clock import Clock, clock_of, seconds
 from tools.recordings.recording import MAX_SAMPLES, Episode, Recording, Unit, Unreadable
 
-MAX_BYTES = 512 * 2**20
-"""A table of MAX_SAMPLES samples of 40 numbers; numbers in text are slow to read."""
+MAX_BYTES = 256 * 2**20
+"""Numbers in text are slow to read: this much takes a minute."""
 
 COMMENTS = "#", "//"
 DELIMITERS = ",", ";", "\t", "|"

@@ -1,0 +1,174 @@
+"""Files that cannot be learned: one sentence each that names the file and says what to do; no file runs code."""
+
+import os
+import pickle
+import resource
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from rosbags.rosbag2 import Writer as BagWriter
+from rosbags.typesys import Stores, get_typestore
+
+from tests.unit.recordings import writers
+from tools.recordings import readers
+from tools.recordings.learning import load
+from tools.recordings.recording import Unreadable
+
+LINES = "t,joint_1,joint_2\n" + "".join(f"{k / 100},{k / 300},0.5\n" for k in range(50))
+TWO = "joint_1", "joint_2"
+
+
+def refusal(path: Path, joints=TWO, **options) -> str:
+    """The sentence of a file that is refused."""
+    with pytest.raises(Unreadable) as caught:
+        load(path, joints, **options)
+    sentence = str(caught.value)
+    assert str(path) in sentence
+    assert "\n" not in sentence
+    return sentence
+
+
+def text(tmp_path: Path, content: str, name: str = "demo.csv") -> Path:
+    path = tmp_path / name
+    path.write_text(content, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("name", [name for name in writers.FILES if name != "db3"])
+@pytest.mark.parametrize("part", [0.0, 0.1, 0.5, 0.9])
+def test_truncated(tmp_path: Path, name: str, part: float):
+    """A file that was cut off is refused, or read up to where it was cut; never with a traceback."""
+    file, write, _ = writers.FILES[name]
+    path = tmp_path / file
+    write(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: round(part * len(whole))])
+    try:
+        recording = load(path, writers.JOINTS, episode="0")
+    except Unreadable as problem:
+        assert str(path) in str(problem)
+        assert "\n" not in str(problem)
+    else:
+        assert name in ("csv", "rrd")
+        assert len(recording.times) <= len(writers.TIMES)
+
+
+@pytest.mark.parametrize("name", [name for name in writers.FILES if name != "db3"])
+def test_renamed(tmp_path: Path, name: str):
+    """What a file is, its content says."""
+    _, write, _ = writers.FILES[name]
+    path = tmp_path / "recording.dat"
+    write(path)
+    assert len(load(path, writers.JOINTS, episode="0").columns) == 6
+
+
+@pytest.mark.parametrize("name", ["demo.csv", "demo.npz", "demo.hdf5", "demo.bag", "demo.mcap", "demo.rrd"])
+def test_empty_random_and_absent(tmp_path: Path, name: str):
+    path = tmp_path / name
+    assert "No such file" in refusal(path)
+    path.write_bytes(b"")
+    assert "is empty" in refusal(path)
+    path.write_bytes(np.random.default_rng(1).bytes(5000))
+    assert "of no format that is read: LeRobot, ROS 2" in refusal(path)
+    path.unlink()
+    path.mkdir()
+    assert "is a directory of no format" in refusal(path)
+
+
+class _Bomb:
+    def __reduce__(self):
+        return os.mkdir, ("ran",)
+
+
+def test_pickles_do_not_run(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "demo.pkl"
+    path.write_bytes(pickle.dumps({"positions": _Bomb()}))
+    assert "is a pickle, which could run code" in refusal(path)
+    np.savez(tmp_path / "demo.npz", positions=np.array([[_Bomb()]] * 20, dtype=object))
+    assert "Python objects, which could run code" in refusal(tmp_path / "demo.npz")
+    assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (LINES.replace("0.1,", "0.1,oops ", 1), "line 12: joint_1 is 'oops 0.03333333333333333' and no number; mend"),
+        (LINES.replace("0.1,", "0.1,7,", 1), "line 12 has 4 columns where there must be 3; mend the line or delete it"),
+        (LINES.replace("t,", "count,"), "no column of times, such as time or t_ms; give --rate"),
+        (LINES.replace("joint", "finger"), "no column for joint_1, joint_2; its columns are t, finger_1"),
+        ("t,joint_1,joint_2\n", "no line of numbers"),
+        ("just a note about the run\n", "no line of numbers"),
+        ("a,b\nred,green\nblue,black\n", "words and no numbers"),
+    ],
+)
+def test_text_tables(tmp_path: Path, content: str, sentence: str):
+    assert sentence.replace("t, finger_1", "finger_1") in refusal(text(tmp_path, content))
+
+
+def test_another_robots(tmp_path: Path):
+    header = "t," + ",".join(f"panda_joint{k}" for k in range(1, 8))
+    path = text(tmp_path, header + "\n" + "".join(f"{k / 100}" + ",0.5" * 7 + "\n" for k in range(50)))
+    assert "another robot's: panda_joint7 is not among" in refusal(path, writers.JOINTS)
+    ur = "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"
+    assert "no column for shoulder_pan_joint" in refusal(path, ur)
+
+
+def test_two_arms(tmp_path: Path):
+    header = "t," + ",".join(f"{side}_joint_{k}" for side in ("left", "right") for k in (1, 2))
+    path = text(tmp_path, header + "\n" + "".join(f"{k / 100},1,2,3,4\n" for k in range(50)))
+    sentence = refusal(path)
+    assert "2 columns can be joint_1: left_joint_1 and right_joint_1; choose with --map, as --map 'left_*=*'" in sentence
+    assert load(path, TWO, mapping={"right_*": "*"}).values[0].tolist() == [3.0, 4.0]
+
+
+def test_two_arms_without_names(tmp_path: Path):
+    path = tmp_path / "demo.npz"
+    np.savez(path, t=np.arange(50) / 50, qpos=np.tile(np.arange(14.0), (50, 1)))
+    assert "no column for joint_1, joint_2; its columns are 0, 1, 2" in refusal(path)
+    assert load(path, TWO, mapping={"7": "joint_1", "8": "joint_2"}).values[0].tolist() == [7.0, 8.0]
+
+
+def test_files_without_joints(tmp_path: Path):
+    np.savez(tmp_path / "demo.npz", image=np.zeros((3, 4, 4, 3)), t=np.arange(3))
+    assert "no matrix samples × joints; it has image (3, 4, 4, 3)" in refusal(tmp_path / "demo.npz")
+    with h5py.File(tmp_path / "demo.hdf5", "w") as file:
+        file["images"] = np.zeros((3, 4, 4))
+    assert "of the format HDF5 it needs a matrix named qpos" in refusal(tmp_path / "demo.hdf5")
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with BagWriter(tmp_path / "bag", version=9) as bag:
+        bag.add_connection("/chatter", "std_msgs/msg/String", typestore=store)
+    assert "no topic of sensor_msgs/msg/JointState; it has /chatter" in refusal(tmp_path / "bag")
+
+
+def test_one_of_several_must_be_chosen(tmp_path: Path):
+    writers.write_robomimic(tmp_path / "demo.hdf5")
+    sentence = refusal(tmp_path / "demo.hdf5", writers.JOINTS)
+    assert "has 11 episodes; choose one with --episode: demo_0, demo_1, demo_2" in sentence
+    assert load(tmp_path / "demo.hdf5", writers.JOINTS, episode="demo_10").episode == "demo_10"
+    assert "no episode 'demo_11'" in refusal(tmp_path / "demo.hdf5", writers.JOINTS, episode="demo_11")
+
+
+@pytest.mark.parametrize("magic", [b"t,a\n0,1\n", b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n"])
+def test_two_gigabytes_are_not_read_into_memory(tmp_path: Path, magic: bytes):
+    path = tmp_path / "huge"
+    path.write_bytes(magic)
+    os.truncate(path, 2 * 2**30)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    refusal(path)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
+
+
+def test_more_samples_than_are_read(tmp_path: Path):
+    with h5py.File(tmp_path / "demo.hdf5", "w") as file:
+        file.create_dataset("qpos", shape=(2_000_000, 6), dtype=float)
+    assert "qpos has 2000000 samples; at most 1000000 are read" in refusal(tmp_path / "demo.hdf5")
+
+
+def test_a_missing_extra_is_a_sentence(tmp_path: Path, monkeypatch):
+    writers.write_aloha(tmp_path / "demo.hdf5")
+    monkeypatch.setitem(__import__("sys").modules, "h5py", None)
+    monkeypatch.delitem(__import__("sys").modules, f"{readers.__name__}.hdf5", raising=False)
+    assert "is of the format HDF5, which h5py reads: pip install 'volley[hdf5]'" in refusal(tmp_path / "demo.hdf5")
