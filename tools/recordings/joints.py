@@ -1,14 +1,20 @@
 """Which column of a recording is which joint of the robot."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from typing import Any
 
 from tools.recordings import names
 
 
 class Mismatch(Exception):
     """Columns that cannot be matched to the robot's joints; `str()` is a sentence without the file's name."""
+
+
+GRIPPER_COLUMNS = 2
+"""A gripper has one column, or one a finger; they follow the arm's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,21 +82,13 @@ def _renamed(column: str, theirs: str, ours: str) -> str:
 
 def _by_name(columns: Sequence[str], joints: Sequence[str], mapped: Mapping[str, int]) -> dict[str, int]:
     """Return the column of each joint that has one, by the first way of comparing that finds all of them, or most."""
-    free = set(range(len(columns))) - set(mapped.values())
+    free = [index for index in range(len(columns)) if index not in mapped.values()]
+    named = [index for index in free if not names.is_other(columns[index])]
+    plain, words = {index: columns[index] for index in free}, _words([columns[index] for index in named], joints)
+    spelled = dict(zip(named, words, strict=True))
     best: dict[str, int] = {}
-    for like in (_same, _alike, _ends):
-        measured = [index for index in free if like is _same or not names.is_other(columns[index])]
-        found: dict[str, int] = {}
-        for joint in joints:
-            alike = [index for index in measured if like(columns[index], joint)]
-            if len(alike) > 1:
-                choices = " and ".join(columns[index] for index in alike)
-                raise Mismatch(
-                    f"{len(alike)} columns can be {joint}: {choices}; choose with --map, as "
-                    f"--map {_star(columns[alike[0]], joint)}"
-                )
-            if alike:
-                found[joint] = alike[0]
+    for keys, like in ((plain, operator.eq), (spelled, _alike), (spelled, _ends)):
+        found = _found(keys, like, joints, columns)
         if len(set(found.values())) == len(found) > len(best):
             best = found
         if len(best) == len(joints):
@@ -98,17 +96,44 @@ def _by_name(columns: Sequence[str], joints: Sequence[str], mapped: Mapping[str,
     return best
 
 
-def _same(column: str, joint: str) -> bool:
-    return column == joint
+def _found(
+    keys: Mapping[int, object], like: Callable[[Any, Any], bool], joints: Sequence[str], columns: Sequence[str]
+) -> dict[str, int]:
+    """Return the column of each joint that has one. Raises Mismatch where several can be the same joint."""
+    found: dict[str, int] = {}
+    for joint in joints:
+        wanted = joint if like is operator.eq else names.joint_words(joint)
+        alike = [index for index, key in keys.items() if like(key, wanted)]
+        if len(alike) > 1:
+            choices = " and ".join(columns[index] for index in alike)
+            raise Mismatch(
+                f"{len(alike)} columns can be {joint}: {choices}; choose with --map, as "
+                f"--map {_star(columns[alike[0]], joint)}"
+            )
+        if alike:
+            found[joint] = alike[0]
+    return found
 
 
-def _alike(column: str, joint: str) -> bool:
-    return names.joint_words(column) == names.joint_words(joint) != ()
+def _words(columns: Sequence[str], joints: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return the columns' words, with numbers from 1 on where they are numbered from 0 on and the joints are not."""
+    spelled = [names.joint_words(column) for column in columns]
+    from_zero = {parts[:-1] for parts in spelled if parts[-1:] == ("0",)}
+    if any("0" in names.joint_words(joint) for joint in joints):
+        return spelled
+    return [
+        (*parts[:-1], str(int(parts[-1]) + 1)) if parts[:-1] in from_zero and parts[-1].isdecimal() else parts
+        for parts in spelled
+    ]
 
 
-def _ends(column: str, joint: str) -> bool:
+def _alike(a: tuple[str, ...], b: tuple[str, ...]) -> bool:
+    return a == b != ()
+
+
+def _ends(a: tuple[str, ...], b: tuple[str, ...]) -> bool:
     """Whether the shorter of two names is the end, or the beginning, of the other."""
-    short, long = sorted((names.joint_words(column), names.joint_words(joint)), key=len)
+    short, long = sorted((a, b), key=len)
     return bool(short) and (long[-len(short) :] == short or long[: len(short)] == short)
 
 
@@ -140,19 +165,24 @@ def _family(name: str) -> tuple[str, ...]:
 
 
 def _in_order(known: Sequence[str], columns: Sequence[str], joints: Sequence[str]) -> Matching | None:
-    """Match columns without telling names by their order."""
-    if not columns:
-        fitting = list(range(len(known)))
-        why = "its columns have no names"
-    else:
+    """Match columns whose names tell nothing by their order; one or two columns more are taken for a gripper's."""
+    if columns:
         measured = [i for i in range(len(known)) if not names.is_other(known[i]) and not names.is_gripper(known[i])]
-        numbered = [i for i in measured if _number(known[i]) is not None]
-        fitting = sorted(numbered, key=lambda index: _number(known[index]) or 0)
-        why = f"the numbers in {_listed([known[index] for index in fitting])} are no joint's name"
-    if len(fitting) != len(joints):
+        numbers = {index: number for index in measured if (number := _number(known[index])) is not None}
+        fitting = sorted(numbers, key=numbers.__getitem__)
+        why = f"{_listed([known[index] for index in fitting])} are numbered, not named"
+    else:
+        fitting = list(range(len(known)))
+        why = "the columns have no names"
+    beyond = [known[index] for index in fitting[len(joints) :]]
+    if len(fitting) < len(joints) or len(beyond) > (0 if columns else GRIPPER_COLUMNS):
         return None
-    note = f"{why}; they are taken in the robot's order, {_listed(joints)}"
-    return Matching(tuple(fitting), (note, *_left_out(known, fitting)))
+    taken = fitting[: len(joints)]
+    notes = [f"{why}; they are taken in the robot's order, {_listed(joints)}"]
+    notes += [
+        f"column {column} is left out: beyond the robot's joints it is taken for a gripper's" for column in beyond
+    ]
+    return Matching(tuple(taken), (*notes, *(_left_out(known, taken) if columns else ())))
 
 
 def _number(name: str) -> int | None:

@@ -234,7 +234,7 @@ def _(reply: m.Description, names: Sequence[str]) -> RenderableType:
 @show.register
 def _(reply: m.Primitives, names: Sequence[str]) -> RenderableType:
     if not reply.primitives:
-        return sentence("the library is empty; fill it with: volley learn NAME FILE")
+        return sentence("the library is empty; fill it with: volley learn FILE")
     made = table(("name", "joints", "duration [s]", "samples", "created"))
     for entry in reply.primitives:
         created = time.strftime("%Y-%m-%d %H:%M", time.localtime(entry.created))

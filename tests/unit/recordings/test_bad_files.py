@@ -120,7 +120,9 @@ def test_two_arms(tmp_path: Path):
     header = "t," + ",".join(f"{side}_joint_{k}" for side in ("left", "right") for k in (1, 2))
     path = text(tmp_path, header + "\n" + "".join(f"{k / 100},1,2,3,4\n" for k in range(50)))
     sentence = refusal(path)
-    assert "2 columns can be joint_1: left_joint_1 and right_joint_1; choose with --map, as --map 'left_*=*'" in sentence
+    assert (
+        "2 columns can be joint_1: left_joint_1 and right_joint_1; choose with --map, as --map 'left_*=*'" in sentence
+    )
     assert load(path, TWO, mapping={"right_*": "*"}).values[0].tolist() == [3.0, 4.0]
 
 
@@ -151,7 +153,9 @@ def test_one_of_several_must_be_chosen(tmp_path: Path):
     assert "no episode 'demo_11'" in refusal(tmp_path / "demo.hdf5", writers.JOINTS, episode="demo_11")
 
 
-@pytest.mark.parametrize("magic", [b"t,a\n0,1\n", b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n"])
+@pytest.mark.parametrize(
+    "magic", [b"t,a\n0,1\n", b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n"]
+)
 def test_two_gigabytes_are_not_read_into_memory(tmp_path: Path, magic: bytes):
     path = tmp_path / "huge"
     path.write_bytes(magic)

@@ -43,7 +43,8 @@ def test_missing_ticks_become_even_frames(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("output", "sentence"), [("swing.xlsx", "unknown ending; it must be .csv"), ("absent/swing.csv", "cannot be written")]
+    ("output", "sentence"),
+    [("swing.xlsx", "unknown ending; it must be .csv"), ("absent/swing.csv", "cannot be written")],
 )
 def test_refusals(tmp_path: Path, output: str, sentence: str):
     with pytest.raises(Unreadable, match=sentence):

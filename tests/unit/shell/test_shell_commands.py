@@ -17,7 +17,7 @@ from protocol import messages as m
 from protocol.codec import encode, matrix_bytes
 from protocol.errors import Refusal
 from protocol.topics import ENDED, QUERIES, STATUS, client_alive_key
-from tests.golden.examples import EXAMPLES, HIT, PIECES, RESULT
+from tests.golden.examples import EXAMPLES, HIT, JOINTS, PIECES, RESULT
 from tests.stub import Router, Stub, answering, hosted
 from tests.waiting import PATIENCE_S, eventually
 from tools.shell.__main__ import COMMANDS, main
@@ -120,7 +120,7 @@ def test_commands(robot, capsys, words, key, request_, said):
 def test_every_request_has_a_command():
     keys = {query.key for query in QUERIES}
     renamed = {"sim/step": "step", "sim/reset": "reset-sim", "sim/disturb": "disturb"}
-    own = {"watch", "robot"} | {name for name, command in COMMANDS.items() if command.is_main}
+    own = {"watch", "robot", "episodes", "export"} | {name for name, command in COMMANDS.items() if command.is_main}
     assert {renamed.get(key, key) for key in keys} | own == set(COMMANDS)
 
 
@@ -170,19 +170,39 @@ def test_json_is_the_reply_as_it_came(robot, capsys):
     assert [json.loads(line)["mode"] for line in lines] == ["tracking"]
 
 
-def test_learn_sends_a_matrix_and_times(robot, tmp_path):
-    file = tmp_path / "demo.csv"
-    file.write_text("t,q1,q2\n0,1,2\n0.5,3,4\n")
-    assert volley(robot, "learn", "wipe", str(file), "--window", ".2", "--order", "3", "--replace") == 0
+def test_learn_sends_a_matrix_in_the_arms_order_and_rad(robot, tmp_path, capsys):
+    file = tmp_path / "My wipe, 2.csv"
+    order = JOINTS[::-1]
+    rows = [",".join([str(10 * k), *(str(90 * (k + int(joint[-1]))) for joint in order)]) for k in range(2)]
+    file.write_text("\n".join([",".join(["t_ms", *(f"{joint}_deg" for joint in order)]), *rows]))
+    assert volley(robot, "learn", str(file), "--window", ".2", "--order", "3", "--replace") == 0
     learn = m.Learn(
-        name="wipe",
-        positions=matrix_bytes(np.array([[1.0, 2.0], [3.0, 4.0]])),
-        joint_count=2,
-        times=[0.0, 0.5],
+        name="My-wipe-2",
+        positions=matrix_bytes(np.radians([[90.0 * (k + joint) for joint in range(1, 7)] for k in range(2)])),
+        joint_count=6,
+        times=[0.0, 0.01],
         smoothing=m.SavitzkyGolay(window_s=0.2, order=3),
         replace=True,
     )
     assert robot.asked == [("learn", learn)]
+    assert "My wipe, 2, 2 samples, 0.010 s" in capsys.readouterr().err
+
+
+def test_learn_asks_which_movement_and_which_column(robot, tmp_path, capsys):
+    file = tmp_path / "demos.npz"
+    np.savez(file, t=np.arange(20) / 50, qpos=np.tile(np.arange(12.0), (3, 20, 1)))
+    assert volley(robot, "learn", str(file)) == 2
+    assert "has 3 episodes; choose one with --episode: qpos[0], qpos[1], qpos[2]" in capsys.readouterr().err
+    assert main(["episodes", str(file)]) == 0
+    listed = capsys.readouterr().out.split()
+    assert listed[-3:] == ["qpos[2]", "20", "0.38"]
+    assert volley(robot, "learn", str(file), "--episode", "2") == 2
+    assert "name them with --map 0=joint_1" in capsys.readouterr().err
+    maps = [word for k, joint in enumerate(JOINTS) for word in ("--map", f"{k + 6}={joint}")]
+    assert volley(robot, "learn", str(file), "--episode", "2", *maps, "--name", "right") == 0
+    (_, learn), *_ = robot.asked
+    assert isinstance(learn, m.Learn)
+    assert learn.positions == matrix_bytes(np.tile(np.arange(6.0, 12.0), (20, 1)))
 
 
 def test_plan_is_saved_and_executed(robot, tmp_path):
@@ -259,7 +279,9 @@ def test_refusal_is_a_sentence_and_exits_with_1(robot, capsys):
         (["goal", "forehand", "--plan-only", "--wait"], "--plan-only moves nothing"),
         (["disturb", "noise"], "disturb noise needs --position-std and --velocity-std"),
         (["reset-sim", "--ball-velocity", "1", "0", "0"], "--ball-velocity needs --ball"),
-        (["learn", "wipe", "absent.csv"], "absent.csv cannot be read"),
+        (["learn", "absent.csv"], "absent.csv cannot be read: No such file or directory"),
+        (["learn", "absent.csv", "--map", "elbow"], "--map elbow: write THEIRS=OURS"),
+        (["learn", "absent.csv", "--rate", "50", "--duration", "2"], "say the same thing twice"),
         (["status", "--zenoh-config", "absent.json5"], "absent.json5 is no Zenoh configuration"),
     ],
 )

@@ -73,7 +73,7 @@ def test_learning_says_how_well_and_what_is_odd():
 
 
 def test_empty_library_says_how_to_fill_it():
-    assert "learn NAME FILE" in printed(show(m.Primitives(primitives=[]), []))
+    assert "volley learn FILE" in printed(show(m.Primitives(primitives=[]), []))
 
 
 @pytest.mark.parametrize(

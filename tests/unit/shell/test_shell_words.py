@@ -1,6 +1,5 @@
-"""The client's command line in pure functions: vectors, waypoints, goals, files of samples."""
+"""The client's command line in pure functions: vectors, waypoints, goals."""
 
-import numpy as np
 import pytest
 
 from client import tool
@@ -8,7 +7,6 @@ from protocol import messages as m
 from tools.shell import joints
 from tools.shell.arm import check_flags
 from tools.shell.goal import GoalFlags, check, to_fields
-from tools.shell.library import read_samples, split
 from tools.shell.shell import UsageError
 
 
@@ -179,44 +177,6 @@ def test_goal_to_plan_from_elsewhere():
 def test_flags_that_contradict_each_other(flags, sentence):
     with pytest.raises(UsageError, match=sentence):
         check(GoalFlags(primitive="forehand", positions=("1",), **flags))
-
-
-@pytest.mark.parametrize(
-    "text", ["t,q1,q2\n0,1,2\n0.5,3,4\n", "0,1,2\n0.5,3,4", "# made by hand\n0;1;2\n0.5;3;4\n\n", "0\t1\t2\n.5\t3\t4"]
-)
-def test_csv(tmp_path, text):
-    file = tmp_path / "demo.csv"
-    file.write_text(text)
-    positions, times = split(read_samples(file), file, rate=None, duration=None)
-    assert positions.tolist() == [[1.0, 2.0], [3.0, 4.0]]
-    assert times == [0.0, 0.5]
-
-
-def test_npy_with_rate_and_with_duration(tmp_path):
-    file = tmp_path / "demo.npy"
-    np.save(file, np.array([[1, 2], [3, 4], [5, 6]]))
-    samples = read_samples(file)
-    assert split(samples, file, rate=100.0, duration=None)[0].tolist() == [[1, 2], [3, 4], [5, 6]]
-    assert split(samples, file, rate=None, duration=2.0)[1] == [0.0, 1.0, 2.0]
-
-
-@pytest.mark.parametrize("text", ["", "t,q1\n", "0,1\n0.1,one\n", "0,1\n0.1\n"])
-def test_files_that_hold_no_table(tmp_path, text):
-    file = tmp_path / "demo.csv"
-    file.write_text(text)
-    with pytest.raises(UsageError, match=r"demo\.csv"):
-        read_samples(file)
-
-
-def test_samples_that_make_no_demonstration(tmp_path):
-    with pytest.raises(UsageError, match="cannot be read"):
-        read_samples(tmp_path / "absent.csv")
-    with pytest.raises(UsageError, match="has one column"):
-        split(np.zeros((3, 1)), tmp_path, rate=None, duration=None)
-    with pytest.raises(UsageError, match="does not rise"):
-        split(np.zeros((3, 2)), tmp_path, rate=None, duration=1.0)
-    with pytest.raises(UsageError, match="--rate and --duration"):
-        split(np.zeros((3, 2)), tmp_path, rate=100.0, duration=1.0)
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def _is_text(path: Path, begin: bytes) -> bool:
     if path.is_dir():
         return False
     try:
-        text = begin[: begin.rfind(b"\n") + 1 or len(begin)].decode("utf-8")
+        text = begin[: begin.rfind(b"\n") + 1 or len(begin)].decode("utf-8-sig")
     except UnicodeDecodeError:
         return False
     return all(character.isprintable() or character.isspace() for character in text)

@@ -74,12 +74,12 @@ def _parse(path: Path) -> _Table:
         table = _Table((), 0)
         for number, cells in _rows(file, delimiter):
             if not table.width:
-                table.width = len(cells)
+                table.width = len(_without_end(cells))
                 if not _is_numbers(cells, comma):
-                    table.columns = tuple(cell.strip() for cell in cells)
+                    table.columns = tuple(cell.strip() for cell in _without_end(cells))
                     continue
                 table.columns = _commented(head, delimiter, len(cells))
-            _append(path, table, number, cells, comma)
+            _append(path, table, number, cells if len(cells) == table.width else _without_end(cells), comma)
     return _finished(path, table)
 
 
@@ -90,7 +90,12 @@ def _rows(file: Iterator[str], delimiter: str | None) -> Iterator[tuple[int, lis
         if not text or text.startswith(COMMENTS):
             continue
         cells = next(csv.reader([text], delimiter=delimiter)) if delimiter else text.split()
-        yield number, cells[:-1] if len(cells) > 1 and not cells[-1].strip() and delimiter == "," else cells
+        yield number, cells
+
+
+def _without_end(cells: list[str]) -> list[str]:
+    """Return a line's cells without the empty one that a delimiter at its end makes."""
+    return cells[:-1] if len(cells) > 1 and not cells[-1].strip() else cells
 
 
 def _dialect(head: Sequence[str]) -> tuple[str | None, bool]:

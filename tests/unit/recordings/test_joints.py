@@ -1,0 +1,87 @@
+"""Which column is which joint: names as other programs write them."""
+
+import pytest
+
+from tools.recordings.joints import Mismatch, match
+
+ARM = "joint_1", "joint_2", "joint_3"
+UR = "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"
+LEROBOT = "shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"
+
+NAMED = {
+    "the same": (ARM, ARM, (0, 1, 2)),
+    "another order": (("joint_3", "joint_1", "joint_2"), ARM, (1, 2, 0)),
+    "a robot's prefix": (("panda_joint1", "panda_joint2", "panda_joint3"), ARM, (0, 1, 2)),
+    "a robot's prefix of ours": (ARM, ("panda_joint1", "panda_joint2", "panda_joint3"), (0, 1, 2)),
+    "a namespace": (("left/Joint1", "left/Joint3", "left/Joint2"), ARM, (0, 2, 1)),
+    "letters": (("q3", "q2", "q1"), ARM, (2, 1, 0)),
+    "axes": (("axis-1", "axis-2", "axis-3"), ARM, (0, 1, 2)),
+    "zeros before": (("j01", "j02", "j03"), ARM, (0, 1, 2)),
+    "from zero": (("q_2", "q_1", "q_0"), ARM, (2, 1, 0)),
+    "units": (("joint_1 [deg]", "joint_2 [deg]", "joint_3 [deg]"), ARM, (0, 1, 2)),
+    "velocities beside": (("q1", "dq1", "q2", "dq2", "q3", "dq3", "tau1", "tau2", "tau3"), ARM, (0, 2, 4)),
+    "PlotJuggler": (
+        tuple(f"/joint_states/{joint}/{kind}" for joint in ARM for kind in ("position", "velocity")),
+        ARM,
+        (0, 2, 4),
+    ),
+    "LeRobot": (tuple(f"{joint}.pos" for joint in LEROBOT), LEROBOT, tuple(range(6))),
+    "LeRobot on a URDF": (tuple(f"{j}.pos" for j in LEROBOT), tuple(f"{j}_joint" for j in LEROBOT), tuple(range(6))),
+    "the elbow first": ((UR[2], UR[1], UR[0], *UR[3:]), UR, (2, 1, 0, 3, 4, 5)),
+    "UR's targets beside": (tuple(f"{kind}_q_{k}" for kind in ("target", "actual") for k in (0, 1, 2)), ARM, (3, 4, 5)),
+}
+"""Columns, joints, and the column of each joint."""
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_names(name: str):
+    columns, joints, expected = NAMED[name]
+    assert match(columns, len(columns), joints, {}).columns == expected
+
+
+def test_an_order_is_put_right_and_the_rest_left_out():
+    found = match(("t2", "joint_3", "gripper", "joint_1", "joint_2"), 5, ARM, {})
+    assert found.columns == (3, 4, 1)
+    assert found.notes == ("not a joint of the robot, left out: t2, gripper",)
+
+
+@pytest.mark.parametrize(
+    ("columns", "count", "order", "note"),
+    [
+        ((), 3, (0, 1, 2), "the columns have no names; they are taken in the robot's order"),
+        ((), 4, (0, 1, 2), "column 3 is left out: beyond the robot's joints it is taken for a gripper's"),
+        (("actual_q_0", "actual_q_2", "actual_q_1"), 3, (0, 2, 1), "are numbered, not named"),
+        (("field.position0", "field.position1", "field.position2", "field.velocity0"), 4, (0, 1, 2), "are numbered"),
+    ],
+)
+def test_columns_without_names_go_by_their_order(columns, count, order, note):
+    found = match(columns, count, ("base", "shoulder", "elbow"), {})
+    assert found.columns == order
+    assert any(note in said for said in found.notes)
+
+
+def test_mapping():
+    columns = "a", "b", "c", "left_joint_1", "left_joint_2", "left_joint_3", "right_joint_1"
+    assert match(columns, 7, ARM, {"a": "joint_3", "b": "joint_1", "c": "joint_2"}).columns == (1, 2, 0)
+    assert match(columns, 7, ARM, {"left_*": "*"}).columns == (3, 4, 5)
+    assert match(columns, 7, ARM, {"left_*": "*", "a": "joint_2"}).columns == (3, 0, 5)
+    assert match((), 3, ARM, {"2": "joint_1", "1": "joint_2", "0": "joint_3"}).columns == (2, 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("columns", "mapping", "sentence"),
+    [
+        (("a", "b", "c"), {}, "no column for joint_1, joint_2, joint_3; its columns are a, b, c"),
+        (("joint_1", "joint_2"), {}, "no column for joint_3"),
+        (("joint_1", "joint_2", "joint_3", "joint_4"), {}, "another robot's: joint_4 is not among the robot's"),
+        (("x_joint_1", "y_joint_1", "joint_2", "joint_3"), {}, "2 columns can be joint_1: x_joint_1 and y_joint_1"),
+        (("a", "b", "c"), {"d": "joint_1"}, "--map d=joint_1: there is no column 'd'; there are a, b, c"),
+        (("a", "b", "c"), {"a": "elbow"}, "--map a=elbow: the robot has no joint 'elbow'; it has joint_1"),
+        (("vel_1", "vel_2", "vel_3"), {}, "no column for joint_1"),
+        ((), {}, "no column for joint_1, joint_2, joint_3; its columns are 0, 1, 2, 3, 4, 5"),
+    ],
+)
+def test_refusals(columns, mapping, sentence):
+    with pytest.raises(Mismatch) as caught:
+        match(columns, len(columns) or 6, ARM, mapping)
+    assert sentence in str(caught.value)

@@ -1,0 +1,94 @@
+"""Text tables and plain matrices: delimiters, headers, units of time, missing numbers."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tools.recordings import readers
+from tools.recordings.learning import load
+from tools.recordings.recording import Recording, Unreadable
+
+TWO = "joint_1", "joint_2"
+
+
+def table(tmp_path: Path, text: str, **options) -> Recording:
+    """What is read of a table of two joints."""
+    path = tmp_path / "demo.csv"
+    path.write_text(text, encoding="utf-8")
+    return load(path, TWO, **options)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,joint_1,joint_2\n0,1,2\n0.5,3,4\n",
+        "0,1,2\n0.5,3,4\n",
+        "0;1;2\n0.5;3;4\n",
+        "0\t1\t2\n0.5\t3\t4\n",
+        "  0 1   2\n0.5 3 4\n",
+        "# made by hand\n\n0, 1, 2,\n0.5, 3, 4,\n",
+        "# time, joint_2, joint_1\n0, 2, 1\n0.5, 4, 3\n",
+        "time (s);joint_1;joint_2\n0,0;1,0;2,0\n0,5;3,0;4,0\n",
+        '"time","joint_1","joint_2","note"\n0,1,2,"a, b"\n0.5,3,4,c\n',
+        "\ufefftime,joint_1,joint_2\r\n0,1,2\r\n0.5,3,4\r\n",
+        "index,t_ms,q1,q2\n0,100,1,2\n1,600,3,4\n",
+        "timestamp_ns,q1,q2\n1790000000000000000,1,2\n1790000000500000000,3,4\n",
+        "header.stamp.sec,header.stamp.nanosec,q1,q2\n8,900000000,1,2\n9,400000000,3,4\n",
+        "time,q1,q2\n2026-11-29T12:00:00.25,1,2\n2026-11-29T12:00:00.75,3,4\n",
+        "actual_execution_time,timestamp,actual_q_0,actual_q_1\n7,0,1,2\n7,0.5,3,4\n",
+        "t,q1,q2\n0,1,2\n0.2,,\n0.5,3,4\n",
+        "t,q1,q2\n0,1,2\n0.5,3,4\n0.7,5",
+    ],
+)
+def test_dialects(tmp_path: Path, text: str):
+    recording = table(tmp_path, text)
+    assert recording.values.tolist() == [[1, 2], [3, 4]]
+    assert recording.times - recording.times[0] == pytest.approx([0, 0.5], abs=1e-6)
+    assert (recording.unit, recording.stamped) == (None, True)
+
+
+@pytest.mark.parametrize(
+    ("step", "unit"), [(0.002, 1.0), (0.5, 1.0), (2, 1e-3), (33, 1e-3), (2000, 1e-6), (2_000_000, 1e-9)]
+)
+def test_a_unit_of_time_that_nobody_says_is_the_one_that_fits(tmp_path: Path, step: float, unit: float):
+    recording = table(tmp_path, "t,q1,q2\n" + "".join(f"{k * step},1,2\n" for k in range(20)))
+    assert recording.times[1] == pytest.approx(step * unit)
+    assert (unit == 1.0) == (recording.notes == ())
+
+
+def test_degrees_in_names(tmp_path: Path):
+    assert table(tmp_path, "t,q1_deg,q2_deg\n0,1,2\n0.5,3,4\n").unit == "deg"
+    mixed = table(tmp_path, "t,q1 [deg],q2 [rad]\n0,180,2\n0.5,90,4\n")
+    assert (mixed.unit, mixed.values[0].tolist()) == ("rad", [pytest.approx(np.pi), 2])
+
+
+def test_the_last_line_of_a_program_that_was_stopped_is_left_out(tmp_path: Path):
+    recording = table(tmp_path, "t,q1,q2\n0,1,2\n0.5,3,4\n0.7,5")
+    assert recording.notes == (
+        "the last line is cut off and was left out (line 4 has 2 columns where there must be 3)",
+    )
+
+
+def test_plain_matrices(tmp_path: Path):
+    path = tmp_path / "demo.npy"
+    np.save(path, np.array([[1, 2], [3, 4], [5, 6]]))
+    assert load(path, TWO, rate=100.0).values.tolist() == [[1, 2], [3, 4], [5, 6]]
+    timed = load(path, ("joint_1",), duration=2.0)
+    assert (timed.times.tolist(), timed.values.tolist()) == ([0, 1, 2], [[2], [4], [6]])
+
+
+def test_times_from_a_rate(tmp_path: Path):
+    recording = table(tmp_path, "q1,q2\n1,2\n3,4\n", rate=50.0)
+    assert (recording.times.tolist(), recording.stamped) == ([0, 0.02], False)
+
+
+def test_times_that_do_not_rise_cannot_be_stretched(tmp_path: Path):
+    with pytest.raises(Unreadable, match="do not rise and cannot be stretched; give --rate"):
+        table(tmp_path, "t,q1,q2\n1,1,2\n1,3,4\n", duration=1.0)
+
+
+def test_episodes_have_lengths(tmp_path: Path):
+    (tmp_path / "swing.csv").write_text("t,q1\n0,1\n0.1,2\n0.3,2\n")
+    (found,) = readers.episodes(tmp_path / "swing.csv")
+    assert (found.name, found.samples, found.duration) == ("swing", 3, 0.3)
