@@ -65,7 +65,7 @@ def learn(
                     file,
                     link.joint_names(),
                     episode=episode,
-                    mapping=_mapping(map),
+                    mapping=mapping(map),
                     unit=unit,
                     rate=rate,
                     duration=duration,
@@ -128,7 +128,8 @@ def primitive_name(file: Path) -> str:
     return re.sub(r"[^A-Za-z0-9_-]+", "-", file.resolve().stem).strip("-_")[:64] or "recording"
 
 
-def _mapping(pairs: tuple[str, ...]) -> dict[str, str]:
+def mapping(pairs: tuple[str, ...]) -> dict[str, str]:
+    """Return the columns and joints of --map. Raises UsageError."""
     split = [pair.partition("=") for pair in pairs]
     for pair, (theirs, _, ours) in zip(pairs, split, strict=True):
         if not theirs or not ours or theirs.count("*") > 1 or ours.count("*") > theirs.count("*"):
