@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from services.planner.learning import MAX_SAMPLES
 from tools.recordings import names, readers
 from tools.recordings.joints import Matching, Mismatch, match
 from tools.recordings.recording import Recording, Unit, Unreadable
+
+LEARNED_SAMPLES = 100_000
+"""Samples that the planner takes at most, `services.planner.learning.MAX_SAMPLES`; importing that is slow."""
 
 
 def load(
@@ -50,7 +52,7 @@ def load(
 
 def in_radians(recording: Recording) -> Recording:
     """Return a recording in rad, with at most as many samples as the planner takes."""
-    every = max(1, math.ceil(len(recording.times) / MAX_SAMPLES))
+    every = max(1, math.ceil(len(recording.times) / LEARNED_SAMPLES))
     note = (f"one sample in {every} is learned, of {len(recording.times)}",) if every > 1 else ()
     values = recording.values[::every]
     return replace(

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from services.planner.learning import MAX_SAMPLES
 from tools.recordings import readers
-from tools.recordings.learning import load
+from tools.recordings.learning import LEARNED_SAMPLES, in_radians, load
 from tools.recordings.recording import Recording, Unreadable
 
 TWO = "joint_1", "joint_2"
@@ -86,6 +87,15 @@ def test_times_from_a_rate(tmp_path: Path):
 def test_times_that_do_not_rise_cannot_be_stretched(tmp_path: Path):
     with pytest.raises(Unreadable, match="do not rise and cannot be stretched; give --rate"):
         table(tmp_path, "t,q1,q2\n1,1,2\n1,3,4\n", duration=1.0)
+
+
+def test_a_long_recording_is_thinned_to_what_the_planner_takes(tmp_path: Path):
+    assert LEARNED_SAMPLES == MAX_SAMPLES
+    path = tmp_path / "demo.npz"
+    np.savez(path, t=np.arange(250_000) / 1000, positions=np.zeros((250_000, 2)))
+    recording = in_radians(load(path, TWO))
+    assert (len(recording.times), recording.times[1]) == (83_334, 0.003)
+    assert recording.notes[-1] == "one sample in 3 is learned, of 250000"
 
 
 def test_episodes_have_lengths(tmp_path: Path):
