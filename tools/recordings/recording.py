@@ -53,7 +53,7 @@ class Unreadable(Exception):
 
 
 def head(path: Path) -> bytes:
-    """Return the first bytes of a file, by which formats are told apart; none of a directory."""
+    """Return the first bytes of a file, by which formats are recognised; none of a directory."""
     if path.is_dir():
         return b""
     with path.open("rb") as file:

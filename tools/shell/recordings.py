@@ -59,11 +59,12 @@ def learn(
         raise UsageError("--rate and --duration say the same thing twice; give one of them")
     filtered = m.SavitzkyGolay(window_s=window, order=order) if window is not None else smoothing
     with reach(shell) as link:
+        joints = link.joint_names()
         try:
             recording = in_radians(
                 load(
                     file,
-                    link.joint_names(),
+                    joints,
                     episode=episode,
                     mapping=mapping(map),
                     unit=unit,
@@ -78,6 +79,7 @@ def learn(
             name or primitive_name(file),
             recording.values,
             times=recording.times.tolist(),
+            joint_names=joints or None,
             smoothing=filtered,
             replace=replace,
         )

@@ -180,6 +180,7 @@ def test_learn_sends_a_matrix_in_the_arms_order_and_rad(robot, tmp_path, capsys)
         name="My-wipe-2",
         positions=matrix_bytes(np.radians([[90.0 * (k + joint) for joint in range(1, 7)] for k in range(2)])),
         joint_count=6,
+        joint_names=JOINTS,
         times=[0.0, 0.01],
         smoothing=m.SavitzkyGolay(window_s=0.2, order=3),
         replace=True,

@@ -1,5 +1,6 @@
 """The client's command line in pure functions: vectors, waypoints, goals."""
 
+import numpy as np
 import pytest
 
 from client import tool

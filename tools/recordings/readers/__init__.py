@@ -36,7 +36,7 @@ class Format:
         module: Of this package; imported when a file of the format is read.
         fits: Whether a file, or a directory (whose head is empty), is of the format, by its first bytes.
         needs: Distribution and extra, where the reader needs more than Volley does.
-        joints: What a file of this format must have to be learned, for a sentence.
+        joints: What a file of this format needs before it can be learned, for a sentence.
     """
 
     name: str
