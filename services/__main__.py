@@ -160,7 +160,7 @@ def first_command(bus: Bus, flags: str) -> str:
     own = [entry.name for entry in library if entry.joint_names == joint_names or not entry.joint_names]
     if own:
         return f"volley goal {own[0]} --wait{flags}"
-    return f"volley learn NAME RECORDING{flags}, then volley goal NAME --wait{flags}"
+    return f"volley learn RECORDING --name NAME{flags}, then volley goal NAME --wait{flags}"
 
 
 def greeting(

@@ -41,4 +41,4 @@ def test_a_primitive_that_this_arm_can_play_is_named(robot: Stub):
 
 def test_an_arm_without_primitives_is_taught_one(robot: Stub):
     robot.answers["primitives"] = [m.Primitives(primitives=[ENTRY])]
-    assert first_command(robot.bus, "") == "volley learn NAME RECORDING, then volley goal NAME --wait"
+    assert first_command(robot.bus, "") == "volley learn RECORDING --name NAME, then volley goal NAME --wait"
