@@ -3,11 +3,13 @@
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from scipy.special import stdtrit
 
 from motion.demonstration import Demonstration
 from motion.limits import Limits
 from motion.plausibility import garbled, jumps, outside, too_fast
 from motion.primitive import Primitive
+from motion.smoothing import run_length
 
 PLACE_SHARE, PLACE_FLOOR = 0.01, 0.005
 """Distance between a motion and its demonstration that is worth a sentence: part of the joint's range, or rad."""
@@ -17,6 +19,9 @@ SPREAD = 4 / 27
 
 UNSURE = 10.0
 """Times the noise: the velocity at an end is known no better."""
+
+END_SHARE, END_SAMPLES, CHANCE = 0.05, 10, 1e-5
+"""Part of the samples, and least number of them, that show a joint in motion at an end, and the chance of an error."""
 
 GAP = 5.0
 """Times the usual distance between two samples."""
@@ -36,23 +41,39 @@ def warnings_of(demonstration: Demonstration, primitive: Primitive, limits: Limi
         *jumps(demonstration, names),
         *outside(demonstration, limits, names),
         *too_fast(demonstration, primitive, limits, names),
-        *moving_ends(primitive, names),
+        *moving_ends(demonstration, primitive, names),
         *gaps(demonstration, primitive),
         *not_followed(demonstration, primitive, names),
     ]
 
 
-def moving_ends(primitive: Primitive, names: Sequence[str]) -> Iterator[str]:
+def moving_ends(demonstration: Demonstration, primitive: Primitive, names: Sequence[str]) -> Iterator[str]:
     """Sentences where the movement begins or ends so fast that a start or goal at rest shifts its places."""
     tolerance = np.maximum(_tolerance(primitive), UNSURE * primitive.noise_estimate)
-    for verb, boundary, end in (("begins", primitive.start, "start"), ("ends", primitive.goal, "goal")):
-        shift = SPREAD * primitive.duration * np.abs(boundary.velocities)
+    times, positions = demonstration.times, demonstration.positions
+    for verb, boundary, end, order in (("begins", primitive.start, "start", 1), ("ends", primitive.goal, "goal", -1)):
+        moves = _moves(times[::order], positions[::order])
+        shift = np.where(moves, SPREAD * primitive.duration * np.abs(boundary.velocities), 0.0)
         joint = int(np.argmax(shift / tolerance))
         if shift[joint] > tolerance[joint]:
             yield (
                 f"the demonstration {verb} moving: {names[joint]} at {boundary.velocities[joint]:.3g} rad/s; "
                 f"a {end} at rest shifts the motion by up to {shift[joint]:.2g} rad on the way"
             )
+
+
+def _moves(times: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Whether each joint (J,) moves at the first sample, by a cubic through the first ones and its standard error."""
+    count = max(END_SAMPLES, round(END_SHARE * len(times)))
+    since = (times[:count] - times[0]) / (times[count - 1] - times[0])
+    powers = np.vander(since, 4, increasing=True)
+    fitted = np.linalg.lstsq(powers, positions[:count])[0]
+    # Neighbours on one step of a quantised encoder have one error and count as one.
+    correlation = np.array([run_length(column) for column in positions[:count].T])
+    free = np.maximum(count / correlation - 4, 1.0)
+    variance = correlation * np.mean((positions[:count] - powers @ fitted) ** 2, axis=0) * (1 + 4 / free)
+    error = np.sqrt(variance * np.linalg.inv(powers.T @ powers)[1, 1])
+    return np.abs(fitted[1]) > stdtrit(free, 1 - CHANCE) * error
 
 
 def gaps(demonstration: Demonstration, primitive: Primitive) -> Iterator[str]:

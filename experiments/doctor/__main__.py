@@ -1,0 +1,103 @@
+"""`python -m experiments.doctor`: faults × caught × repaired, and false alarms.
+
+The full run writes the doctor's tables into docs/recordings.md, between the marks.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import tyro
+
+from experiments.doctor.clean import PANDA, shipped, synthetic, thirty
+from experiments.doctor.mutations import MUTATIONS, Mutation
+from tools.recordings.doctor import Examination, examine
+from tools.recordings.doctor.examination import FAULTS
+from tools.recordings.recording import Recording
+
+PAGE = Path("docs/recordings.md")
+BEGIN, END = "<!-- experiments.doctor -->", "<!-- /experiments.doctor -->"
+
+FILES = 1000
+NEAR = 0.01
+"""A repaired recording is as near as this, rad, to the clean one, besides noise and resolution."""
+
+
+def main(files: int = FILES, seed: int = 1, only: str = "") -> int:
+    """Put each fault into so many recordings, and print how many the doctor finds.
+
+    Args:
+        files: Recordings for each fault; with 1000 the page is written.
+        seed: Of all random numbers.
+        only: Only the faults of this code.
+    """
+    rows = []
+    for number, mutation in enumerate(MUTATIONS):
+        if only in ("", mutation.code):
+            caught, repaired = measure(mutation, files, seed + 1000 * number)
+            rows.append((mutation, caught, repaired))
+            print(f"{mutation.code:12} {mutation.words:60} {caught:5} {'' if repaired is None else repaired:>5}")
+    alarms = false_alarms(seed)
+    print(f"clean recordings: {len(thirty(seed))}; false alarms: {len(alarms)}", *alarms, sep="\n  ")
+    if files == FILES and not only and PAGE.exists():
+        write(rows, len(thirty(seed)), len(alarms), files)
+    return 0
+
+
+def measure(mutation: Mutation, files: int, seed: int) -> tuple[int, int | None]:
+    """In how many of so many recordings the fault is caught, and in how many repaired (None: it is not repaired)."""
+    arms = shipped(), PANDA
+    caught, repaired = 0, 0
+    for number in range(files):
+        rng = np.random.default_rng([seed, number])
+        clean = synthetic(rng, arms[number % 2], mutation.base)
+        faulty, column = mutation.put(rng, clean)
+        examination = examine(faulty, clean.arm)
+        caught += is_caught(examination, mutation.code, column)
+        if mutation.repaired:
+            allowed = NEAR + 6 * clean.noise + clean.resolution
+            repaired += distance(examination.recording, clean.recording) < allowed
+    return caught, repaired if mutation.repaired else None
+
+
+def is_caught(examination: Examination, code: str, column: str | None) -> bool:
+    """Whether a finding has this code, and this column where one is named."""
+    return any(found.code == code and column in (None, found.column) for found in examination.findings)
+
+
+def distance(repaired: Recording, clean: Recording) -> float:
+    """Largest distance, rad, of a repaired recording from the clean one, besides a constant for each column."""
+    if repaired.values.shape[1] != clean.values.shape[1]:
+        return np.inf
+    shown = np.stack([np.interp(repaired.times, clean.times, column) for column in clean.values.T], axis=1)
+    beside = repaired.values - shown
+    return float(np.abs(beside - np.median(beside, axis=0)).max())
+
+
+def false_alarms(seed: int) -> list[str]:
+    """Findings in clean recordings; that one in motion begins or ends so is no false alarm."""
+    return [
+        f"{clean.recording.source.name}: {found.code}: {found.sentence}"
+        for clean in thirty(seed)
+        for found in examine(clean.recording, clean.arm).findings
+        if not (clean.moving and found.code == "moving")
+    ]
+
+
+def write(rows: list[tuple[Mutation, int, int | None]], clean: int, alarms: int, files: int) -> None:
+    """Write the tables into the page."""
+    cures = {fault.name: fault.cure for fault in FAULTS}
+    lines = ["| fault | cure |", "|---|---|", *(f"| {name} | {cure} |" for name, cure in cures.items()), ""]
+    lines += [f"| put into {files} recordings | caught | repaired |", "|---|---|---|"]
+    for mutation, caught, repaired in rows:
+        share = "–" if repaired is None else f"{repaired / files:.1%}"
+        lines.append(f"| {mutation.code}: {mutation.words} | {caught / files:.1%} | {share} |")
+    lines += ["", f"False alarms on {clean} clean recordings: {alarms}."]
+    text = PAGE.read_text()
+    marked = re.compile(f"{BEGIN}.*?{END}", re.DOTALL)
+    PAGE.write_text(marked.sub("\n".join([BEGIN, *lines, END]), text))
+
+
+if __name__ == "__main__":
+    sys.exit(tyro.cli(main))

@@ -1,0 +1,95 @@
+"""Faults of angles: degrees, wraps, ranges that are not the arm's."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from motion.demonstration import Demonstration
+from motion.plausibility import OUTSIDE, TURN_TOLERANCE, outside
+from tools.recordings.doctor.finding import Finding, Robot
+from tools.recordings.doctor.signals import counted
+from tools.recordings.recording import Recording
+
+TURN = 2 * np.pi
+
+
+def degrees(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
+    """Positions that are too large for rad and right for degrees."""
+    largest = float(np.abs(recording.values).max(initial=0.0))
+    if recording.unit == "deg" or largest <= TURN + OUTSIDE:
+        return
+    if robot is None:
+        # Without an arm to compare with: no joint turns twice around, and none of an arm is at 400°.
+        in_range = 2 * TURN < largest <= np.degrees(TURN)
+    else:
+        in_range = _excess(np.radians(recording.values), robot) <= OUTSIDE < _excess(recording.values, robot)
+    if not in_range:
+        return
+    if recording.unit is None:
+        yield Finding(f"positions reach {largest:.4g}, so they are in degrees: converted to rad", True)
+    else:
+        sentence = f"positions reach {largest:.4g} rad by the file's own unit; if they are in degrees, give --unit deg"
+        yield Finding(sentence)
+
+
+def to_radians(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
+    """The recording in rad; it is in degrees where it says so, or was found to be."""
+    in_degrees = recording.unit == "deg" or findings
+    return replace(recording, values=np.radians(recording.values) if in_degrees else recording.values, unit="rad")
+
+
+def wraps(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
+    """Jumps of a column by a full turn from one sample to the next."""
+    steps = np.abs(np.diff(recording.values, axis=0))
+    wrapped = np.abs(steps - TURN * np.round(steps / TURN)) < TURN_TOLERANCE
+    wrapped &= steps > TURN - TURN_TOLERANCE
+    for number in np.flatnonzero(wrapped.any(axis=0)).tolist():
+        rows = np.flatnonzero(wrapped[:, number]) + 1
+        sentence = (
+            f"{recording.columns[number]} jumps by a full turn {counted(len(rows), 'time')}, first at "
+            f"{recording.times[rows[0]] - recording.times[0]:.3g} s: the angle was wrapped, and is made continuous"
+        )
+        yield Finding(sentence, True, column=recording.columns[number], rows=rows)
+
+
+def unwrap(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
+    """The recording with continuous angles, moved by full turns to where the arm's ranges are."""
+    values = recording.values.copy()
+    for finding in findings:
+        assert finding.column is not None
+        number = recording.columns.index(finding.column)
+        steps = np.diff(values[:, number])
+        turns = np.zeros(len(values))
+        turns[finding.rows] = TURN * np.round(steps[finding.rows - 1] / TURN)
+        values[:, number] -= np.cumsum(turns)
+        values[:, number] += _turns_into_range(values[:, number], number, robot)
+    return replace(recording, values=values)
+
+
+def out_of_range(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
+    """Positions outside the arm's ranges, with a guess at the cause."""
+    if robot is None:
+        return
+    low, high = robot.limits.positions.T
+    excess = np.maximum(recording.values - high, low - recording.values)
+    number = int(excess.max(axis=0).argmax())
+    for sentence in outside(Demonstration(recording.times, recording.values), robot.limits, robot.joint_names):
+        rows = np.flatnonzero(excess[:, number] > OUTSIDE)
+        yield Finding(sentence, column=recording.columns[number], rows=rows, planner_says=True)
+
+
+def _turns_into_range(values: np.ndarray, number: int, robot: Robot | None) -> float:
+    """The full turns, rad, that bring a column nearest to its joint's range: none where it is inside."""
+    if robot is None:
+        return 0.0
+    low, high = robot.limits.positions[number]
+    shifts = TURN * np.array([0, -1, 1, -2, 2])
+    excess = [max(values.max() + shift - high, low - values.min() - shift, 0.0) for shift in shifts]
+    return float(shifts[int(np.argmin(excess))])
+
+
+def _excess(values: np.ndarray, robot: Robot) -> float:
+    """How far, rad, the worst sample lies outside its joint's range."""
+    low, high = robot.limits.positions.T
+    return float(np.maximum(values - high, low - values).max())

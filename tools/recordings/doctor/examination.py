@@ -1,0 +1,82 @@
+"""The table of faults, and the examination that goes through it."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+from tools.recordings.doctor import angles, columns, frames, movement, samples, stamps
+from tools.recordings.doctor.finding import Examination, Finding, Robot
+from tools.recordings.recording import Recording
+
+Detector = Callable[[Recording, Robot | None], Iterator[Finding]]
+Repair = Callable[[Recording, list[Finding], Robot | None], Recording]
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One kind of fault.
+
+    Attributes:
+        code: Of its findings.
+        name: In words.
+        cure: What the doctor does about it, or else what its user can do.
+        detector: Yields a finding for each.
+        repair: Repairs those findings that say so.
+        always: The repair also brings a recording without the fault into the form that the faults after it expect.
+    """
+
+    code: str
+    name: str
+    cure: str
+    detector: Detector
+    repair: Repair | None = None
+    always: bool = False
+
+
+FAULTS: tuple[Fault, ...] = (
+    Fault("gripper", "gripper columns", "left out", columns.gripper, columns.drop_columns),
+    Fault("gripper", "switches", "left out", columns.switch, columns.drop_columns),
+    Fault("alien", "columns that are no joint of the arm", "left out", columns.alien, columns.drop_columns),
+    Fault("order", "joint order", "put in the arm's order by name", columns.order, columns.put_in_order, always=True),
+    Fault("missing", "samples without numbers", "left out", stamps.missing, stamps.drop_rows),
+    Fault("backwards", "stamps that go back", "sorted; two recordings are refused", stamps.backwards, stamps.sort_rows),
+    Fault("duplicates", "samples with one stamp", "left out", stamps.duplicates, stamps.drop_rows),
+    Fault("short", "too few samples", "refused", stamps.too_short),
+    Fault("degrees", "degrees", "converted, unless the file says rad", angles.degrees, angles.to_radians, always=True),
+    Fault("wraps", "wraps at ±π or ±360°", "made continuous", angles.wraps, angles.unwrap),
+    Fault("spikes", "spikes", "interpolated", samples.spikes, samples.interpolated),
+    Fault("still", "no movement", "refused", movement.still),
+    Fault("duplicates", "samples that repeat the one before", "left out", frames.repeated, stamps.drop_rows),
+    Fault("synthetic", "synthetic stamps, frames repeated", "left out", frames.synthetic, frames.drop_with_time),
+    Fault("synthetic", "synthetic stamps, frames lost", "record the times of capture", frames.lost),
+    Fault("jitter", "jitter", "evened out", stamps.jitter, stamps.even_out),
+    Fault("idle", "idle ends", "trimmed", movement.idle_ends, stamps.drop_rows),
+    Fault("short", "too few samples", "refused", stamps.too_short),
+    Fault("gap", "gaps", "filled by the spline; record again if it matters there", stamps.gaps),
+    Fault("frozen", "frozen columns", "record again, or leave that part out", samples.frozen),
+    Fault("range", "positions outside the arm's ranges", "check unit, order and arm", angles.out_of_range),
+    Fault("speed", "implausible speeds", "check the units of positions and times", movement.speeds),
+    Fault("moving", "begins or ends in motion", "play its own velocities, or record rest", movement.ends_in_motion),
+)
+"""In the order in which they are looked for: each detector relies on what those before it repaired."""
+
+
+def examine(recording: Recording, robot: Robot | None) -> Examination:
+    """Look for every fault of a recording, and repair what is safe to repair.
+
+    `robot` is the arm that shall play it: anything with `joint_names` and `limits`; None where none is known.
+    """
+    findings: list[Finding] = []
+    for fault in FAULTS:
+        found = [_complete(finding, fault.code, recording) for finding in fault.detector(recording, robot)]
+        findings += found
+        if any(finding.fatal for finding in found):
+            break
+        repaired = [finding for finding in found if finding.repaired]
+        if fault.repair and (repaired or fault.always):
+            recording = fault.repair(recording, repaired, robot)
+    return Examination(recording, tuple(findings))
+
+
+def _complete(finding: Finding, code: str, recording: Recording) -> Finding:
+    """The finding with its code and with the times of its samples."""
+    return replace(finding, code=code, times=recording.times[finding.rows])

@@ -1,0 +1,75 @@
+"""What the doctor finds in a recording."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from motion.limits import Limits
+from tools.recordings.recording import Recording
+
+NONE = np.zeros(0, int)
+
+
+class Robot(Protocol):
+    """The arm that shall play a recording, as far as the doctor asks."""
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Of its J joints, in the order of every vector."""
+        ...
+
+    @property
+    def limits(self) -> Limits:
+        """Of its J joints."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arm:
+    """A robot that is known by its names and limits alone."""
+
+    joint_names: tuple[str, ...]
+    limits: Limits
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Finding:
+    """One fault of a recording.
+
+    Attributes:
+        sentence: What is wrong, and its cure or repair.
+        repaired: Whether the doctor repaired it.
+        fatal: The recording cannot be learned.
+        column: The column's name; None where it is about all of them.
+        rows: Indices of the samples, in the recording as it was when this fault was looked for.
+        times: Of these samples, s, as the file has them.
+        planner_says: The planner warns of the same when it learns.
+        code: Of the fault in the table of faults; `examine` fills it in, and the times.
+    """
+
+    sentence: str
+    repaired: bool = False
+    fatal: bool = False
+    column: str | None = None
+    rows: np.ndarray = field(default_factory=lambda: NONE)
+    times: np.ndarray = field(default_factory=lambda: NONE.astype(float))
+    planner_says: bool = False
+    code: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Examination:
+    """A recording after the doctor: what he found, and the recording with what he repaired.
+
+    `recording` has the arm's joints as columns, in the arm's order, in rad, and its times rise, unless there is a
+    `refusal`.
+    """
+
+    recording: Recording
+    findings: tuple[Finding, ...]
+
+    @property
+    def refusal(self) -> Finding | None:
+        """The finding that keeps the recording from being learned, or None."""
+        return next((finding for finding in self.findings if finding.fatal), None)

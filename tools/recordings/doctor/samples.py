@@ -1,0 +1,155 @@
+"""Faults of samples: outliers, columns that stand still while the arm moves, frames that repeat or are missing."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from tools.recordings.doctor.finding import Finding, Robot
+from tools.recordings.doctor.signals import LEAST_NOISE, beside, counted, grain, noise, ranges, resolution, usual_step
+from tools.recordings.recording import Recording
+
+OUTLIER = 12.0
+"""An outlier is farther from its neighbours' curve than this many times what is usual around it …"""
+
+OUTLIER_GRAIN, OUTLIER_FLOOR = 8.0, 0.003
+"""… than this many times the noise or the resolution, and than this, rad."""
+
+LONGEST_OUTLIER = 3
+"""Samples in a row."""
+
+AROUND = 12
+"""Samples on either side that say what is usual."""
+
+FROZEN, FROZEN_SAMPLES = 0.1, 6
+"""A column is frozen where it stays at one number for so long, s, and for so many samples."""
+
+FLICKER = 4.0
+"""A column with noise of so many resolutions does not stay at one number by chance."""
+
+SUDDEN, STEPS = 0.3, 3
+"""It stops or starts suddenly: its last step is more than this part of those before, and this many resolutions."""
+
+
+def spikes(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
+    """Samples far beside the curve of their neighbours, one to three in a row."""
+    floor = np.maximum(OUTLIER_GRAIN * grain(recording), OUTLIER_FLOOR)
+    for number, column in enumerate(recording.columns):
+        rows = _outliers(recording.times, recording.values[:, number], float(floor[number]))
+        if len(rows):
+            sentence = (
+                f"{column} has {counted(len(rows), 'outlier')}, the first at "
+                f"{recording.times[rows[0]] - recording.times[0]:.3g} s: replaced by the line between their neighbours"
+            )
+            yield Finding(sentence, True, column=column, rows=rows)
+
+
+def interpolated(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
+    """The recording with the samples of the findings on the line between their neighbours."""
+    values = recording.values.copy()
+    for finding in findings:
+        assert finding.column is not None
+        number = recording.columns.index(finding.column)
+        good = np.setdiff1d(np.arange(len(values)), finding.rows)
+        values[finding.rows, number] = np.interp(
+            recording.times[finding.rows], recording.times[good], values[good, number]
+        )
+    return replace(recording, values=values)
+
+
+def frozen(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
+    """Columns that stay at one number while the arm moves."""
+    times, values = recording.times, recording.values
+    sizes, steps = noise(times, values), resolution(values)
+    flickers = (sizes > 0) & (FLICKER * steps < sizes)
+    longest = max(FROZEN_SAMPLES, round(FROZEN / usual_step(times)))
+    for number, column in enumerate(recording.columns):
+        runs = [
+            (first, last) for first, last in _runs(values[:, number])
+            if last - first + 1 >= longest and _others_move(values, number, first, last, np.maximum(sizes, steps))
+        ]  # fmt: skip
+        if np.ptp(values[:, number]) == 0:
+            others = np.delete(flickers, number)
+            runs = runs if len(others) and others.all() else []
+        elif not flickers[number]:
+            runs = [run for run in runs if _is_sudden(values[:, number], *run, float(steps[number]))]
+        if runs:
+            first, last = max(runs, key=lambda run: run[1] - run[0])
+            sentence = (
+                f"{column} stays at {values[first, number]:.4g} rad for {times[last] - times[first]:.3g} s from "
+                f"{times[first] - times[0]:.3g} s on, while the other joints move: its sensor or its link had stopped; "
+                "record again, or leave that part out"
+            )
+            rows = np.concatenate([np.arange(first, last + 1) for first, last in runs])
+            yield Finding(sentence, column=column, rows=rows)
+
+
+def _outliers(times: np.ndarray, values: np.ndarray, floor: float) -> np.ndarray:
+    """Indices of outliers, sorted."""
+    found: set[int] = set()
+    values = values.copy()
+    for _ in range(2):  # an outlier hides the smaller one beside it
+        distances = np.abs(beside(times, values[:, None])[:, 0])
+        for peak in np.flatnonzero(distances > floor / 2).tolist():
+            for row in _outlier_at(times, values, distances, peak, floor):
+                found.add(row)
+        rows = np.array(sorted(found), int)
+        good = np.setdiff1d(np.arange(len(values)), rows)
+        values[rows] = np.interp(times[rows], times[good], values[good])
+    return rows
+
+
+def _outlier_at(times: np.ndarray, values: np.ndarray, distances: np.ndarray, first: int, floor: float) -> range:
+    """The outliers that begin at a sample, one to LONGEST_OUTLIER of them; none where it is none."""
+    around = slice(max(first - AROUND, 2), first + AROUND + 1)
+    near = np.abs(np.arange(around.start, min(around.stop, len(values) - 2)) - first) <= LONGEST_OUTLIER + 1
+    usual = distances[around.start : min(around.stop, len(values) - 2)][~near]
+    least = max(floor, OUTLIER * float(np.median(usual)) if len(usual) else np.inf)
+    for count in range(1, LONGEST_OUTLIER + 1):
+        block = range(first, first + count)
+        left, right = [first - 2, first - 1], [first + count, first + count + 1]
+        if left[0] < 0 or right[1] >= len(values):
+            break
+        if _stands_out(times, values, block, left, right, least):
+            return block
+    return range(0)
+
+
+def _stands_out(
+    times: np.ndarray, values: np.ndarray, block: range, left: list[int], right: list[int], least: float
+) -> bool:
+    """Whether a block leaves both the line before and the line after it, which agree with each other."""
+    rows = np.array(block)
+    middle = np.interp(times[rows], times[[left[1], right[0]]], values[[left[1], right[0]]])
+    beyond = values[rows] - middle
+    if np.abs(beyond).min() < least or abs(np.sum(np.sign(beyond))) < len(rows):
+        return False
+    size = np.abs(beyond).min()
+    for near, far, at in ((left[1], left[0], rows[0]), (right[0], right[1], rows[-1])):
+        slope = (values[near] - values[far]) / (times[near] - times[far])
+        off = values[at] - (values[near] + slope * (times[at] - times[near]))
+        if off * beyond[0] < 0 or abs(off) < size / 2:
+            return False
+    return abs(values[right[0]] - values[left[1]]) < size
+
+
+def _runs(column: np.ndarray) -> list[tuple[int, int]]:
+    """First and last index of each run of equal neighbours."""
+    same = np.flatnonzero(np.diff(column) == 0)
+    return [(first, last + 1) for first, last in ranges(same)]
+
+
+def _others_move(values: np.ndarray, number: int, first: int, last: int, sizes: np.ndarray) -> bool:
+    others = np.delete(values[first : last + 1], number, axis=1)
+    return bool(np.any(np.ptp(others, axis=0) > 10 * np.delete(sizes, number) + 1e-3))
+
+
+def _is_sudden(column: np.ndarray, first: int, last: int, step: float) -> bool:
+    """Whether a column stops at `first` or goes on after `last` in full motion."""
+    steps = np.abs(np.diff(column))
+    ends = []
+    if first >= 6:
+        ends.append((steps[first - 1], np.median(steps[first - 6 : first - 1])))
+    if last + 6 < len(steps):
+        ends.append((steps[last], np.median(steps[last + 1 : last + 6])))
+    return any(size > max(STEPS * step, SUDDEN * usual, LEAST_NOISE) for size, usual in ends)

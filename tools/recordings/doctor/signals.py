@@ -1,0 +1,92 @@
+"""What samples say of themselves: their noise, their resolution, how far each is from its neighbours' curve."""
+
+import numpy as np
+
+from tools.recordings.recording import Recording
+
+PREDICTION_NOISE = np.sqrt(1 + 34 / 36)
+"""Standard deviation of `beside` for white noise of 1: the cubic weighs its four samples −1/6, 4/6, 4/6 and −1/6."""
+
+MEDIAN_OF_NORMAL = 0.6745
+
+COUNTED, OFF, NEARLY_ALL, ROUNDING = 1000, 0.05, 0.95, 1e-14
+"""A column has steps where so many of the distances between its values are multiples of the smallest to this part of
+it; larger multiples are not counted, and what is below this part of the largest value is rounding."""
+
+LEAST_NOISE = 1e-6
+"""rad; what is less is rounding."""
+
+
+def beside(times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Distance (n, C) of each sample from the cubic through two neighbours on either side; 0 for two at each end.
+
+    times: (n,), rising. values: (n, C).
+    """
+    distances = np.zeros_like(values)
+    if len(times) < 5:
+        return distances
+    count = len(times) - 4
+    at = times[2:-2]
+    nodes = [times[k : k + count] for k in (0, 1, 3, 4)]
+    expected = np.zeros((count, values.shape[1]))
+    for i, shift in enumerate((0, 1, 3, 4)):
+        weight = np.ones(count)
+        for j, node in enumerate(nodes):
+            if j != i:
+                weight *= (at - node) / (nodes[i] - node)
+        expected += weight[:, None] * values[shift : shift + count]
+    distances[2:-2] = values[2:-2] - expected
+    return distances
+
+
+def noise(times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Standard deviation (C,) of the noise of one sample; 0 where what differs from sample to sample is no noise."""
+    distances = beside(times, values)[2:-2]
+    if len(distances) < 3:
+        return np.zeros(values.shape[1])
+    size = np.median(np.abs(distances), axis=0) / MEDIAN_OF_NORMAL / PREDICTION_NOISE
+    # Of noise, neighbouring distances have opposite signs; of a curve that bends, the same.
+    alternating = np.sum(distances[1:] * distances[:-1], axis=0) < 0
+    return np.where(alternating & (size > LEAST_NOISE), size, 0.0)
+
+
+def resolution(values: np.ndarray) -> np.ndarray:
+    """Smallest step (C,) of columns that have steps, as of an encoder; 0 for the others."""
+    return np.array([_smallest_step(column) for column in values.T])
+
+
+def _smallest_step(column: np.ndarray) -> float:
+    """The number of which almost all distances between a column's values are multiples, or 0."""
+    rounding = ROUNDING * float(np.abs(column).max(initial=0.0))
+    gaps = np.diff(np.unique(column))
+    gaps = gaps[gaps > 10 * rounding]
+    if not len(gaps):
+        return 0.0
+    multiples = gaps / gaps.min()
+    beside = np.abs(multiples - np.round(multiples))[multiples < COUNTED]
+    return float(gaps.min()) if np.mean(beside < OFF) > NEARLY_ALL and len(beside) > len(gaps) / 2 else 0.0
+
+
+def grain(recording: Recording) -> np.ndarray:
+    """Size (C,) below which a change of a column means nothing: of its noise or its resolution."""
+    return np.maximum(noise(recording.times, recording.values), resolution(recording.values))
+
+
+def usual_step(times: np.ndarray) -> float:
+    """Usual time between two samples, s."""
+    return float(np.median(np.diff(times)))
+
+
+def ranges(rows: np.ndarray) -> list[tuple[int, int]]:
+    """Runs of neighbouring indices: first and last of each. rows: sorted."""
+    if not len(rows):
+        return []
+    breaks = np.flatnonzero(np.diff(rows) > 1)
+    first = rows[np.concatenate([[0], breaks + 1])]
+    last = rows[np.concatenate([breaks, [len(rows) - 1]])]
+    return list(zip(first.tolist(), last.tolist(), strict=True))
+
+
+def counted(count: int, thing: str) -> str:
+    """Return `1 sample`, `2 samples`."""
+    return f"{count} {thing}" + ("" if count == 1 else "s")
