@@ -5,15 +5,17 @@ The full run writes the doctor's tables into docs/recordings.md, between the mar
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import tyro
 
 from experiments.doctor.clean import PANDA, shipped, synthetic, thirty
-from experiments.doctor.mutations import MUTATIONS, Mutation
-from tools.recordings.doctor import Examination, examine
+from experiments.doctor.mutations import COLUMNS, MUTATIONS, Mutation
+from tools.recordings.doctor import Arm, Examination, examine
 from tools.recordings.doctor.examination import FAULTS
+from tools.recordings.joints import match
 from tools.recordings.recording import Recording
 
 PAGE = Path("docs/recordings.md")
@@ -53,12 +55,17 @@ def measure(mutation: Mutation, files: int, seed: int) -> tuple[int, int | None]
         rng = np.random.default_rng([seed, number])
         clean = synthetic(rng, arms[number % 2], mutation.base)
         faulty, column = mutation.put(rng, clean)
-        examination = examine(faulty, clean.arm)
-        caught += is_caught(examination, mutation.code, column)
-        if mutation.repaired:
-            allowed = NEAR + 6 * clean.noise + clean.resolution
-            repaired += distance(examination.recording, clean.recording) < allowed
+        examination = examine(matched(faulty, clean.arm), clean.arm)
+        near = distance(examination.recording, clean.recording) < NEAR + 6 * clean.noise + clean.resolution
+        repaired += near
+        caught += near if mutation.code == COLUMNS else is_caught(examination, mutation.code, column)
     return caught, repaired if mutation.repaired else None
+
+
+def matched(recording: Recording, arm: Arm) -> Recording:
+    """The recording with a column for each joint of the arm."""
+    columns = match(recording.columns, recording.values.shape[1], arm.joint_names, {}).columns
+    return replace(recording, columns=arm.joint_names, values=recording.values[:, list(columns)])
 
 
 def is_caught(examination: Examination, code: str, column: str | None) -> bool:
@@ -87,7 +94,8 @@ def false_alarms(seed: int) -> list[str]:
 
 def write(rows: list[tuple[Mutation, int, int | None]], clean: int, alarms: int, files: int) -> None:
     """Write the tables into the page."""
-    cures = {fault.name: fault.cure for fault in FAULTS}
+    cures = {"gripper and other columns": "left out by name", "joint order": "matched by name, or by `--map`"}
+    cures |= {fault.name: fault.cure for fault in FAULTS}
     lines = ["| fault | cure |", "|---|---|", *(f"| {name} | {cure} |" for name, cure in cures.items()), ""]
     lines += [f"| put into {files} recordings | caught | repaired |", "|---|---|---|"]
     for mutation, caught, repaired in rows:

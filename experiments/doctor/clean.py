@@ -67,7 +67,9 @@ def synthetic(rng: np.random.Generator, arm: Arm, base: Base = "any") -> Clean:
     times = np.arange(round(rate * duration) + 1) / rate
     jitter = rng.choice([0.0, 0.0, 0.2])
     times[1:-1] += rng.uniform(-jitter, jitter, len(times) - 2) / rate
-    values = np.stack([_joint(rng, times, *bounds, speed) for bounds, speed in zip(*_scales(arm), strict=True)], axis=1)
+    values = np.stack(
+        [_joint(rng, times, low, high, speed) for low, high, speed in zip(*_scales(arm), strict=True)], axis=1
+    )
     values += noise * rng.standard_normal(values.shape)
     if resolution:
         values = np.round(values / resolution) * resolution
@@ -101,11 +103,11 @@ def thirty(seed: int) -> list[Clean]:
     return found + [synthetic(rng, arms[number % 2]) for number in range(30 - len(found))]
 
 
-def _scales(arm: Arm) -> tuple[np.ndarray, np.ndarray]:
-    """Ranges (J, 2), rad, within which the joints move, and speeds (J,), rad/s, that they do not pass."""
+def _scales(arm: Arm) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lowest and highest positions (J,), rad, of a movement, and about its largest speeds (J,), rad/s."""
     low, high = np.clip(arm.limits.positions, -3.0, 3.0).T
     margin = 0.15 * (high - low)
-    return np.stack([low + margin, high - margin], axis=1), np.minimum(0.5 * arm.limits.velocities, 3.0)
+    return low + margin, high - margin, np.minimum(0.5 * arm.limits.velocities, 3.0)
 
 
 def _joint(rng: np.random.Generator, times: np.ndarray, low: float, high: float, speed: float) -> np.ndarray:

@@ -8,13 +8,23 @@ import numpy as np
 from experiments.doctor.clean import Base, Clean
 from tools.recordings.recording import Recording
 
+COLUMNS = "columns"
+
 Put = Callable[[np.random.Generator, Clean], tuple[Recording, str | None]]
 """Returns the recording with the fault, and the column that has it, None for all of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mutation:
-    """A fault that is put into recordings: its code in the doctor's table, what it is in words, into which recordings, and whether it is repaired."""
+    """A fault that is put into recordings.
+
+    Attributes:
+        code: In the doctor's table; COLUMNS is found while columns are matched to joints.
+        words: What it is.
+        put: Puts it.
+        base: Into which recordings.
+        repaired: Whether it must be repaired.
+    """
 
     code: str
     words: str
@@ -135,13 +145,6 @@ def _gripper(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | N
     return replace(recording, columns=columns, values=np.insert(recording.values, at, closing, axis=1)), name
 
 
-def _unnamed_gripper(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]:
-    recording = clean.recording
-    opened = 0.08 * (recording.times < rng.uniform(0.2, 0.8) * recording.times[-1])
-    values = np.column_stack([recording.values, opened])
-    return replace(recording, columns=(), values=values), f"column {values.shape[1]}"
-
-
 def _degrees(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]:
     return replace(clean.recording, values=np.degrees(clean.recording.values), unit=None), None
 
@@ -187,12 +190,6 @@ def _cut(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]
     return _rows(recording, rows), None
 
 
-def _numbers_missing(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]:
-    values = clean.recording.values.copy()
-    values[_some(rng, clean.recording)[::4], int(rng.integers(values.shape[1]))] = np.nan
-    return replace(clean.recording, values=values), None
-
-
 MUTATIONS: tuple[Mutation, ...] = (
     Mutation("idle", "idle for 0.2 to 2 times the movement, before it, after it or both", _idle, repaired=True),
     Mutation("duplicates", "5 % of the samples twice, with one stamp", _same_stamp, repaired=True),
@@ -205,10 +202,9 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("spikes", "1 to 4 outliers of 0.1 to 1 rad, 1 to 3 samples long", _spike, repaired=True),
     Mutation("frozen", "one joint stopped for 10 to 40 % of the time", _frozen),
     Mutation("frozen", "one joint dead from the beginning, others with noise", _dead, base="noisy"),
-    Mutation("gripper", "a gripper's column, named, anywhere", _gripper, repaired=True),
-    Mutation("gripper", "a gripper's column, last, no names", _unnamed_gripper, repaired=True),
+    Mutation(COLUMNS, "a gripper's column, named, anywhere", _gripper, repaired=True),
     Mutation("degrees", "degrees, no unit named", _degrees, repaired=True),
-    Mutation("order", "joints in another order, named", _named_order, repaired=True),
+    Mutation(COLUMNS, "joints in another order, named", _named_order, repaired=True),
     Mutation(
         "synthetic", "5 % of the frames twice, stamped evenly afterwards", _repeated_frames, base="quiet", repaired=True
     ),
@@ -216,7 +212,6 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("speed", "stamps a thousand times too short", _too_fast),
     Mutation("speed", "stamps in ms", _too_slow),
     Mutation("moving", "begins or ends where the arm moves fast", _cut),
-    Mutation("missing", "1 % of the numbers missing", _numbers_missing, repaired=True),
 )
 
 

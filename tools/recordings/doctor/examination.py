@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from tools.recordings.doctor import angles, columns, frames, movement, samples, stamps
+from tools.recordings.doctor import angles, frames, movement, samples, stamps
 from tools.recordings.doctor.finding import Examination, Finding, Robot
 from tools.recordings.recording import Recording
 
@@ -33,11 +33,6 @@ class Fault:
 
 
 FAULTS: tuple[Fault, ...] = (
-    Fault("gripper", "gripper columns", "left out", columns.gripper, columns.drop_columns),
-    Fault("gripper", "switches", "left out", columns.switch, columns.drop_columns),
-    Fault("alien", "columns that are no joint of the arm", "left out", columns.alien, columns.drop_columns),
-    Fault("order", "joint order", "put in the arm's order by name", columns.order, columns.put_in_order, always=True),
-    Fault("missing", "samples without numbers", "left out", stamps.missing, stamps.drop_rows),
     Fault("backwards", "stamps that go back", "sorted; two recordings are refused", stamps.backwards, stamps.sort_rows),
     Fault("duplicates", "samples with one stamp", "left out", stamps.duplicates, stamps.drop_rows),
     Fault("short", "too few samples", "refused", stamps.too_short),
@@ -63,7 +58,9 @@ FAULTS: tuple[Fault, ...] = (
 def examine(recording: Recording, robot: Robot | None) -> Examination:
     """Look for every fault of a recording, and repair what is safe to repair.
 
-    `robot` is the arm that shall play it: anything with `joint_names` and `limits`; None where none is known.
+    `recording` has finite numbers and a named column for each joint of the arm, in its order, as
+    `tools.recordings.learning.load` returns it. `robot` is the arm that shall play it: anything with `joint_names` and
+    `limits`; None where none is known.
     """
     findings: list[Finding] = []
     for fault in FAULTS:

@@ -62,8 +62,7 @@ class Finding:
 class Examination:
     """A recording after the doctor: what he found, and the recording with what he repaired.
 
-    `recording` has the arm's joints as columns, in the arm's order, in rad, and its times rise, unless there is a
-    `refusal`.
+    `recording` is in rad and its times rise, unless there is a `refusal`.
     """
 
     recording: Recording

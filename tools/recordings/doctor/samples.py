@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tools.recordings.doctor.finding import Finding, Robot
+from tools.recordings.doctor.finding import NONE, Finding, Robot
 from tools.recordings.doctor.signals import LEAST_NOISE, beside, counted, grain, noise, ranges, resolution, usual_step
 from tools.recordings.recording import Recording
 
@@ -88,6 +88,7 @@ def _outliers(times: np.ndarray, values: np.ndarray, floor: float) -> np.ndarray
     """Indices of outliers, sorted."""
     found: set[int] = set()
     values = values.copy()
+    rows = NONE
     for _ in range(2):  # an outlier hides the smaller one beside it
         distances = np.abs(beside(times, values[:, None])[:, 0])
         for peak in np.flatnonzero(distances > floor / 2).tolist():

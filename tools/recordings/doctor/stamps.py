@@ -1,4 +1,4 @@
-"""Faults of time: samples without numbers, stamps that repeat, go back or jitter, samples that are missing."""
+"""Faults of time: stamps that repeat, go back or jitter, samples that are missing."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,15 +20,6 @@ SMOOTHER = 0.6
 """… and the movement is smoother by this factor or a smaller one when the stamps are evened out."""
 
 LISTED = 3
-
-
-def missing(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Samples with a position or a time that is no finite number."""
-    finite = np.isfinite(recording.values).all(axis=1) & np.isfinite(recording.times)
-    rows = np.flatnonzero(~finite)
-    if len(rows):
-        sentence = f"{counted(len(rows), 'sample')} without a finite number in each column: left out"
-        yield Finding(sentence, True, rows=rows)
 
 
 def duplicates(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
