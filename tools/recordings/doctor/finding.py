@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from motion.limits import Limits
+from tools.recordings.doctor.signals import ranges
 from tools.recordings.recording import Recording
 
 NONE = np.zeros(0, int)
@@ -56,6 +57,12 @@ class Finding:
     times: np.ndarray = field(default_factory=lambda: NONE.astype(float))
     planner_says: bool = False
     code: str = ""
+
+    @property
+    def spans(self) -> list[tuple[float, float]]:
+        """First and last time of each run of neighbouring samples, s."""
+        at = np.searchsorted(self.rows, [end for run in ranges(self.rows) for end in run])
+        return [(float(self.times[first]), float(self.times[last])) for first, last in at.reshape(-1, 2)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

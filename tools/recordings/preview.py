@@ -1,0 +1,68 @@
+"""What a recording becomes, before anything is learned: the fitted spline, and the motion that imitates it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motion.demonstration import Demonstration
+from motion.errors import MotionError
+from motion.limits import Limits
+from motion.plan import plan
+from motion.primitive import Primitive, learn
+from motion.request import Boundary, MotionRequest
+from tools.recordings.doctor import Examination, Robot
+from tools.recordings.recording import Recording
+
+SAMPLES = 1001
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Preview:
+    """Curves of J joints.
+
+    Attributes:
+        raw: The recording as it was read, one column a joint.
+        examination: What the doctor found and repaired.
+        primitive: What would be learned.
+        times: (n,) s, on the recording's own clock.
+        fitted: (n, J) rad, of the primitive.
+        imitated: (n, J) rad, played from rest at its start to its end, in its duration, inside the arm's limits; None
+            where it cannot be.
+        refusal: Why it cannot; empty where it can.
+    """
+
+    raw: Recording
+    examination: Examination
+    primitive: Primitive
+    times: np.ndarray
+    fitted: np.ndarray
+    imitated: np.ndarray | None
+    refusal: str
+
+
+def preview(raw: Recording, examination: Examination, robot: Robot | None) -> Preview:
+    """Fit and imitate an examined recording that can be learned.
+
+    Raises:
+        InvalidMotion: it cannot.
+    """
+    recording = examination.recording
+    primitive = learn(Demonstration(recording.times, recording.values))
+    since = np.linspace(0, primitive.duration, SAMPLES)
+    imitated, refusal = None, ""
+    try:
+        imitated = plan(primitive, _own(primitive, robot)).sample(since).positions
+    except MotionError as error:
+        refusal = str(error)
+    fitted = primitive.positions(since / primitive.duration)
+    return Preview(raw, examination, primitive, recording.times[0] + since, fitted, imitated, refusal)
+
+
+def _own(primitive: Primitive, robot: Robot | None) -> MotionRequest:
+    """The request that `volley goal NAME` makes with the arm at rest at the primitive's start."""
+    still = np.zeros(primitive.joint_count)
+    free = np.full(primitive.joint_count, np.nan)
+    start = Boundary(primitive.start.positions, still, free)
+    goal = Boundary(primitive.goal.positions, primitive.goal.velocities, free)
+    limits = robot.limits if robot else Limits.unlimited(primitive.joint_count)
+    return MotionRequest(start, goal, primitive.duration, limits, tail="stop" if robot else "coast")

@@ -1,0 +1,78 @@
+"""`volley inspect`: what the doctor says of a recording, and a picture of what it would become."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from rich.console import Console
+from rich.text import Text
+from tyro.conf import arg
+
+from motion.errors import InvalidMotion
+from robot.description import RobotError, load_robot
+from robot.shipped import DEFAULT_ROBOT_CONFIG
+from tools.recordings.doctor import Finding, examine
+from tools.recordings.learning import load
+from tools.recordings.pictures import picture
+from tools.recordings.preview import preview
+from tools.recordings.recording import Unit, Unreadable
+from tools.shell.flags import File, Number, Seconds, Source
+from tools.shell.recordings import Chosen, Maps, mapping
+from tools.shell.shell import UsageError
+
+
+def inspect(
+    file: Source,
+    *,
+    episode: Chosen = None,
+    map: Maps = (),
+    unit: Annotated[Unit | None, arg(help_behavior_hint="")] = None,
+    rate: Number = None,
+    duration: Seconds = None,
+    robot_config: Annotated[Path, arg(metavar="FILE", help_behavior_hint="")] = DEFAULT_ROBOT_CONFIG,
+    plot: File = None,
+) -> None:
+    """Say what is wrong with a recording, and what `volley learn` repairs; nothing is learned.
+
+    Args:
+        file: The recording, or the directory of a data set or bag.
+        episode: Which of several movements, by name or number, as `volley episodes` lists them.
+        map: A column and the joint that it is, for every column whose name differs; `*` stands for any text.
+        unit: Of the angles, where the file does not say it.
+        rate: Samples per second, of a file without times.
+        duration: Stretch the times to last this long, s; for recordings against a phase from 0 to 1.
+        robot_config: TOML file of the arm that shall play it; by default the shipped one.
+        plot: Draw raw, fitted and imitated curves with the findings marked, into a .png or .rrd file.
+    """
+    try:
+        robot = load_robot(robot_config)
+        raw = load(
+            file,
+            robot.joint_names,
+            episode=episode,
+            mapping=mapping(map),
+            unit=unit,
+            rate=rate,
+            duration=duration,
+        )
+        examination = examine(raw, robot)
+        print_findings(raw.notes, examination.findings)
+        if refusal := examination.refusal:
+            raise UsageError(f"{file} cannot be learned: {refusal.sentence}")
+        if plot is not None:
+            picture(preview(raw, examination, robot), plot)
+            print(f"wrote {plot}")
+    except (RobotError, Unreadable, InvalidMotion) as problem:
+        raise UsageError(str(problem)) from None
+    if not examination.findings:
+        print("nothing is wrong with it", file=sys.stderr)
+
+
+def print_findings(notes: tuple[str, ...], findings: tuple[Finding, ...]) -> None:
+    """Print a line for each finding to stderr: what was assumed, what is repaired, what is left."""
+    console = Console(stderr=True, soft_wrap=True)
+    for note in notes:
+        console.print(Text.assemble(("note: ", "dim"), note))
+    for finding in findings:
+        state = ("repaired: ", "green") if finding.repaired else ("look: ", "yellow")
+        console.print(Text.assemble(state, finding.sentence))
