@@ -13,10 +13,13 @@ from tools.recordings.recording import Recording
 
 TURN = 2 * np.pi
 
+FEW = 0.01
+"""Part of the samples that may be outliers."""
+
 
 def degrees(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     """Positions that are too large for rad and right for degrees."""
-    largest = float(np.abs(recording.values).max(initial=0.0))
+    largest = float(np.quantile(np.abs(recording.values), 1 - FEW))
     if recording.unit == "deg" or largest <= TURN + OUTSIDE:
         return
     if robot is None:
@@ -90,6 +93,7 @@ def _turns_into_range(values: np.ndarray, number: int, robot: Robot | None) -> f
 
 
 def _excess(values: np.ndarray, robot: Robot) -> float:
-    """How far, rad, the worst sample lies outside its joint's range."""
+    """How far, rad, a joint lies outside its range, but for a few samples, which may be outliers."""
     low, high = robot.limits.positions.T
-    return float(np.maximum(values - high, low - values).max())
+    lowest, highest = np.quantile(values, [FEW, 1 - FEW], axis=0)
+    return float(np.maximum(highest - high, low - lowest).max())
