@@ -83,6 +83,8 @@ def _repeats(recording: Recording) -> list[_Repeat]:
     clear = GRAINS * grain(recording) + LEAST_NOISE
     found = []
     for first, last in ranges(same):
+        if not first or last + 1 == len(steps) or not np.any(np.minimum(steps[first - 1], steps[last + 1]) > clear):
+            continue
         before, after = _moving(steps, first, -1), _moving(steps, last, 1)
         if not len(before) or not len(after):
             continue

@@ -1,6 +1,7 @@
 """Faults of the movement: idle ends, ends in motion, speeds that no arm has."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -84,6 +85,7 @@ def speeds(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
         yield Finding(sentence)
 
 
+@lru_cache(maxsize=1)
 def _look(recording: Recording) -> Primitive:
     """A spline of the recording that is good enough for its ends and speeds."""
     least, most = FUNCTIONS

@@ -102,36 +102,38 @@ def _outliers(times: np.ndarray, values: np.ndarray, floor: float) -> np.ndarray
 
 def _outlier_at(times: np.ndarray, values: np.ndarray, distances: np.ndarray, first: int, floor: float) -> range:
     """The outliers that begin at a sample, one to LONGEST_OUTLIER of them; none where it is none."""
-    around = slice(max(first - AROUND, 2), first + AROUND + 1)
-    near = np.abs(np.arange(around.start, min(around.stop, len(values) - 2)) - first) <= LONGEST_OUTLIER + 1
-    usual = distances[around.start : min(around.stop, len(values) - 2)][~near]
-    least = max(floor, OUTLIER * float(np.median(usual)) if len(usual) else np.inf)
     for count in range(1, LONGEST_OUTLIER + 1):
         block = range(first, first + count)
         left, right = [first - 2, first - 1], [first + count, first + count + 1]
         if left[0] < 0 or right[1] >= len(values):
             break
-        if _stands_out(times, values, block, left, right, least):
+        size = _stands_out(times, values, block, left, right)
+        if size > floor and size > OUTLIER * _usual(distances, first):
             return block
     return range(0)
 
 
-def _stands_out(
-    times: np.ndarray, values: np.ndarray, block: range, left: list[int], right: list[int], least: float
-) -> bool:
-    """Whether a block leaves both the line before and the line after it, which agree with each other."""
+def _usual(distances: np.ndarray, row: int) -> float:
+    """Median distance of the samples around one, but for the nearest."""
+    around = np.arange(max(row - AROUND, 2), min(row + AROUND + 1, len(distances) - 2))
+    far = around[np.abs(around - row) > LONGEST_OUTLIER + 1]
+    return float(np.median(distances[far])) if len(far) else np.inf
+
+
+def _stands_out(times: np.ndarray, values: np.ndarray, block: range, left: list[int], right: list[int]) -> float:
+    """How far a block leaves the line before it and the line after it, which agree with each other, or 0."""
     rows = np.array(block)
     middle = np.interp(times[rows], times[[left[1], right[0]]], values[[left[1], right[0]]])
     beyond = values[rows] - middle
-    if np.abs(beyond).min() < least or abs(np.sum(np.sign(beyond))) < len(rows):
-        return False
-    size = np.abs(beyond).min()
+    size = float(np.abs(beyond).min())
+    if abs(np.sum(np.sign(beyond))) < len(rows) or abs(values[right[0]] - values[left[1]]) >= size:
+        return 0.0
     for near, far, at in ((left[1], left[0], rows[0]), (right[0], right[1], rows[-1])):
         slope = (values[near] - values[far]) / (times[near] - times[far])
         off = values[at] - (values[near] + slope * (times[at] - times[near]))
         if off * beyond[0] < 0 or abs(off) < size / 2:
-            return False
-    return abs(values[right[0]] - values[left[1]]) < size
+            return 0.0
+    return size
 
 
 def _runs(column: np.ndarray) -> list[tuple[int, int]]:
