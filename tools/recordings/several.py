@@ -1,0 +1,115 @@
+"""Several recordings of one movement: aligned in phase, their mean, and how far they spread around it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import least_squares
+
+from motion.demonstration import Demonstration
+from motion.primitive import learn
+from tools.recordings.recording import Recording, Unreadable
+
+Curve = Callable[[np.ndarray], np.ndarray]
+"""Positions (n, J), rad, at phases (n,) from 0 to 1."""
+
+KNOTS = 8
+"""Intervals of a warp of phase."""
+
+GRID = 100
+"""Phases at which recordings are compared."""
+
+ROUNDS = 3
+"""Of aligning to the mean, and taking the mean again."""
+
+STIFF = 0.02
+"""Price of a warp that is not even, in units of the movement's ranges."""
+
+SAMPLES = 2000
+"""Most samples of the mean."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Several:
+    """K recordings of one movement, and their mean.
+
+    Attributes:
+        mean: The mean movement, in the mean duration.
+        spread: (n, J) rad, standard deviation of the recordings around each sample of the mean.
+        warps: (K, GRID) phase of each recording at even phases of the mean.
+    """
+
+    mean: Recording
+    spread: np.ndarray
+    warps: np.ndarray
+
+    def sentence(self) -> str:
+        """Say how far the recordings are apart, and where most."""
+        row, joint = np.unravel_index(int(self.spread.argmax()), self.spread.shape)
+        at = self.mean.times[row] - self.mean.times[0]
+        typical = float(np.sqrt(np.mean(self.spread**2)))
+        return (
+            f"{len(self.warps)} recordings are learned together: they spread by {typical:.2g} rad (standard deviation) "
+            f"around their mean, most at {at:.3g} s: {self.mean.columns[joint]} by {self.spread[row, joint]:.2g} rad"
+        )
+
+
+def combine(recordings: Sequence[Recording]) -> Several:
+    """Align examined recordings of one movement in phase, and return their mean.
+
+    Raises:
+        Unreadable: they are not of the same joints, or do not show one movement.
+    """
+    first = recordings[0]
+    for other in recordings[1:]:
+        if other.columns != first.columns:
+            raise Unreadable(f"{other.source} has other joints than {first.source}; learn them one by one")
+    primitives = [learn(Demonstration(recording.times, recording.values)) for recording in recordings]
+    curves = [primitive.positions for primitive in primitives]
+    warps = align(curves)
+    duration = float(np.mean([primitive.duration for primitive in primitives]))
+    count = min(max(len(recording.times) for recording in recordings), SAMPLES)
+    s = np.linspace(0, 1, count)
+    shown = np.stack([
+        curve(np.interp(s, np.linspace(0, 1, GRID), warp)) for curve, warp in zip(curves, warps, strict=True)
+    ])  # fmt: skip
+    mean = replace(first, times=duration * s, values=shown.mean(axis=0))
+    return Several(mean, shown.std(axis=0, ddof=1), warps)
+
+
+def align(curves: Sequence[Curve]) -> np.ndarray:
+    """Warps (K, GRID) of the phases of K curves, under which they are nearest to their mean; their mean is even.
+
+    A curve returns positions (n, J), rad, at phases (n,) from 0 to 1.
+    """
+    s = np.linspace(0, 1, GRID)
+    warps = np.tile(s, (len(curves), 1))
+    logits = np.zeros((len(curves), KNOTS))
+    for _ in range(ROUNDS):
+        shown = np.stack([curve(warp) for curve, warp in zip(curves, warps, strict=True)])
+        mean = shown.mean(axis=0)
+        spans = np.maximum(np.ptp(mean, axis=0), 1e-3 * np.ptp(mean, axis=0).max())
+        logits = np.stack([_fit(curve, mean, spans, guess) for curve, guess in zip(curves, logits, strict=True)])
+        warps = np.stack([_warp(row) for row in logits])
+        even = warps.mean(axis=0)
+        warps = np.stack([np.interp(s, even, warp) for warp in warps])
+    return warps
+
+
+def _fit(curve: Curve, mean: np.ndarray, spans: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    """Logits (KNOTS,) of the warp under which a curve is nearest to the mean."""
+
+    def beside(logits: np.ndarray) -> np.ndarray:
+        distance = (curve(_warp(logits)) - mean) / spans / np.sqrt(mean.size)
+        return np.concatenate([distance.ravel(), STIFF * logits])
+
+    return least_squares(beside, guess, max_nfev=10).x
+
+
+def _warp(logits: np.ndarray) -> np.ndarray:
+    """Phases (GRID,) that rise from 0 to 1, with increments between even knots in the ratios exp(logits)."""
+    increments = np.exp(logits - logits.max())
+    places = np.concatenate([[0.0], np.cumsum(increments) / increments.sum()])
+    curve = PchipInterpolator(np.linspace(0, 1, len(places)), places)
+    return np.clip(curve(np.linspace(0, 1, GRID)), 0.0, 1.0)
