@@ -2,7 +2,7 @@
 
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rerun as rr
@@ -53,7 +53,8 @@ def _png(preview: Preview, path: Path) -> None:
     height, below = 1.9 * rows + 0.9, 0.17 * len(lines) + 0.1
     figure = Figure(figsize=(11, height + below), dpi=110)
     FigureCanvasAgg(figure)
-    upper, lower = figure.subfigures(2, 1, height_ratios=[height, below])
+    parts: Any = figure.subfigures(2, 1, height_ratios=[height, below])
+    upper, lower = parts
     grid = upper.subplots(rows, columns, sharex=True, squeeze=False)
     upper.subplots_adjust(left=0.07, right=0.98, top=1 - 0.5 / height, bottom=0.5 / height, hspace=0.25, wspace=0.16)
     upper.suptitle(f"{preview.raw.source.name}, {preview.raw.episode}", fontsize=11, x=0.07, ha="left")

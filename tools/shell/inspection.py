@@ -4,20 +4,18 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from rich.console import Console
-from rich.text import Text
 from tyro.conf import arg
 
 from motion.errors import InvalidMotion
 from robot.description import RobotError, load_robot
 from robot.shipped import DEFAULT_ROBOT_CONFIG
-from tools.recordings.doctor import Finding, examine
+from tools.recordings.doctor import examine
 from tools.recordings.learning import load
 from tools.recordings.pictures import picture
 from tools.recordings.preview import preview
 from tools.recordings.recording import Unit, Unreadable
 from tools.shell.flags import File, Number, Seconds, Source
-from tools.shell.recordings import Chosen, Maps, mapping
+from tools.shell.recordings import Chosen, Maps, mapping, print_findings
 from tools.shell.shell import UsageError
 
 
@@ -66,13 +64,3 @@ def inspect(
         raise UsageError(str(problem)) from None
     if not examination.findings:
         print("nothing is wrong with it", file=sys.stderr)
-
-
-def print_findings(notes: tuple[str, ...], findings: tuple[Finding, ...]) -> None:
-    """Print a line for each finding to stderr: what was assumed, what is repaired, what is left."""
-    console = Console(stderr=True, soft_wrap=True)
-    for note in notes:
-        console.print(Text.assemble(("note: ", "dim"), note))
-    for finding in findings:
-        state = ("repaired: ", "green") if finding.repaired else ("look: ", "yellow")
-        console.print(Text.assemble(state, finding.sentence))

@@ -2,27 +2,33 @@
 
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from rich.console import Console
+from rich.text import Text
 from tyro.conf import Positional, UseAppendAction, arg
 
+from motion.limits import Limits
 from protocol import messages as m
 from tools.recordings import readers, writers
+from tools.recordings.doctor import Arm, Finding, examine
 from tools.recordings.learning import in_radians, load
 from tools.recordings.recording import Recording, Unit, Unreadable
-from tools.shell.flags import Number, Seconds, Source, Switch
+from tools.shell.flags import File, Number, Seconds, Source, Switch
 from tools.shell.shell import Shared, UsageError, reach
 from tools.shell.show import cell, table
 
+Sources = Positional[Annotated[tuple[Path, ...], arg(metavar="FILE ...", help_behavior_hint="")]]
 Maps = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="THEIRS=OURS")]]
 Chosen = Annotated[str | None, arg(metavar="N", help_behavior_hint="")]
 Named = Annotated[str | None, arg(metavar="NAME", help_behavior_hint="")]
 
 
 def learn(
-    file: Source,
+    files: Sources,
     *,
     name: Named = None,
     episode: Chosen = None,
@@ -34,16 +40,18 @@ def learn(
     window: Seconds = None,
     order: Annotated[int, arg(metavar="N")] = 5,
     replace: Switch = False,
+    plot: File = None,
     shell: Shared,
 ) -> None:
     """Learn a primitive from a recording: CSV, NPZ, HDF5, LeRobot, ROS bag, MCAP or Rerun.
 
-    Joints are found by their names. Prints what was assumed, how far the learned movement is from its samples, where it
-    begins and ends, and warnings about the recording. docs/recordings.md describes each format.
+    Joints are found by their names. Several files are recordings of one movement, of which the mean is learned. Prints
+    what was assumed and repaired, how far the learned movement is from its samples, where it begins and ends, and
+    warnings about the recording. docs/recordings.md describes each format.
 
     Args:
-        file: The recording, or the directory of a data set or bag.
-        name: Of the new primitive; by default the file's name without its ending.
+        files: The recording, or the directory of a data set or bag; several are learned together.
+        name: Of the new primitive; by default the first file's name without its ending.
         episode: Which of several movements, by name or number, as `volley episodes` lists them.
         map: A column and the joint that it is, for every column whose name differs; `*` stands for any text.
         unit: Of the angles, where the file does not say it.
@@ -53,30 +61,24 @@ def learn(
         window: Smooth with a Savitzky-Golay filter this long, s, instead, as the paper does.
         order: Of that filter's polynomial.
         replace: Overwrite a primitive of this name.
+        plot: Draw raw, fitted and imitated curves with what was found, into a .png or .rrd file, before it is learned.
         shell: How to reach the robot.
     """
     if rate is not None and duration is not None:
         raise UsageError("--rate and --duration say the same thing twice; give one of them")
+    if not files:
+        raise UsageError("learn needs a FILE, or several of one movement; volley learn --help says more")
     filtered = m.SavitzkyGolay(window_s=window, order=order) if window is not None else smoothing
+    how = {"episode": episode, "mapping": mapping(map), "unit": unit, "rate": rate, "duration": duration}
     with reach(shell) as link:
         joints = link.joint_names()
         try:
-            recording = in_radians(
-                load(
-                    file,
-                    joints,
-                    episode=episode,
-                    mapping=mapping(map),
-                    unit=unit,
-                    rate=rate,
-                    duration=duration,
-                )
-            )
+            raws = [load(file, joints, **how) for file in files]
+            recording = in_radians(_learnable(raws, _arm(link.description()), plot))
         except Unreadable as problem:
             raise UsageError(str(problem)) from None
-        _print_notes(recording)
         learned = link.arm.learn(
-            name or primitive_name(file),
+            name or primitive_name(files[0]),
             recording.values,
             times=recording.times.tolist(),
             joint_names=joints or None,
@@ -139,9 +141,54 @@ def mapping(pairs: tuple[str, ...]) -> dict[str, str]:
     return {theirs: ours for theirs, _, ours in split}
 
 
-def _print_notes(recording: Recording) -> None:
-    """Print to stderr, so that --json stays one line of JSON."""
-    length = recording.times[-1] - recording.times[0]
-    print(f"{recording.source}: {recording.episode}, {len(recording.times)} samples, {length:.3f} s", file=sys.stderr)
-    for note in recording.notes:
-        print(f"note: {note}", file=sys.stderr)
+def _learnable(raws: Sequence[Recording], arm: Arm | None, plot: Path | None) -> Recording:
+    """Return what is learned of recordings that were read: repaired, and of several their mean.
+
+    Raises:
+        Unreadable: one cannot be learned.
+    """
+    examinations = [examine(raw, arm) for raw in raws]
+    for raw, examination in zip(raws, examinations, strict=True):
+        length = float(np.ptp(raw.times)) if len(raw.times) else 0.0
+        print(f"{raw.source}: {raw.episode}, {len(raw.times)} samples, {length:.3f} s", file=sys.stderr)
+        print_findings(raw.notes, [finding for finding in examination.findings if not finding.planner_says])
+        if refusal := examination.refusal:
+            raise Unreadable(f"{raw.source} cannot be learned: {refusal.sentence}")
+    if plot is not None:  # what draws is slow to import
+        from tools.recordings.pictures import picture
+        from tools.recordings.preview import preview
+
+        picture(preview(raws[0], examinations[0], arm), plot)
+    if len(examinations) == 1:
+        return examinations[0].recording
+    from tools.recordings.several import combine
+
+    together = combine([examination.recording for examination in examinations])
+    print_findings((together.sentence(),), ())
+    return together.mean
+
+
+def _arm(description: m.Description | None) -> Arm | None:
+    """Return the arm that shall play a recording, None where nobody describes it."""
+    if description is None:
+        return None
+    own = description.limits
+    none = (-np.inf, np.inf)
+    positions = np.array([none if pair is None else pair for pair in own.positions], dtype=float)
+    largest = (
+        [np.inf if value is None else value for value in values]
+        for values in (own.velocities, own.accelerations, own.jerks)
+    )
+    return Arm(tuple(description.joint_names), Limits(positions, *(np.array(values) for values in largest)))
+
+
+def print_findings(notes: Sequence[str], findings: Sequence[Finding]) -> None:
+    """Print a line for each to stderr, so that --json stays one line of JSON: assumed, repaired, and left."""
+    console = Console(stderr=True, soft_wrap=True)
+    for note in notes:
+        console.print(Text.assemble(("note: ", "dim"), note))
+    for finding in findings:
+        if finding.fatal:  # the refusal says it
+            continue
+        state = ("repaired: ", "green") if finding.repaired else ("look: ", "yellow")
+        console.print(Text.assemble(state, finding.sentence))

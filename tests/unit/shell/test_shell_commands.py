@@ -120,7 +120,8 @@ def test_commands(robot, capsys, words, key, request_, said):
 def test_every_request_has_a_command():
     keys = {query.key for query in QUERIES}
     renamed = {"sim/step": "step", "sim/reset": "reset-sim", "sim/disturb": "disturb"}
-    own = {"watch", "robot", "episodes", "export"} | {name for name, command in COMMANDS.items() if command.is_main}
+    own = {"watch", "robot", "episodes", "export", "inspect"}
+    own |= {name for name, command in COMMANDS.items() if command.is_main}
     assert {renamed.get(key, key) for key in keys} | own == set(COMMANDS)
 
 
@@ -170,28 +171,34 @@ def test_json_is_the_reply_as_it_came(robot, capsys):
     assert [json.loads(line)["mode"] for line in lines] == ["tracking"]
 
 
+def swing(count):
+    s = np.linspace(0, 1, count)[:, None]
+    return s**3 * (10 + s * (6 * s - 15))
+
+
 def test_learn_sends_a_matrix_in_the_arms_order_and_rad(robot, tmp_path, capsys):
     file = tmp_path / "My wipe, 2.csv"
     order = JOINTS[::-1]
-    rows = [",".join([str(10 * k), *(str(90 * (k + int(joint[-1]))) for joint in order)]) for k in range(2)]
+    degrees = swing(41) * np.arange(5.0, 35.0, 5.0)
+    rows = [",".join([str(10 * k), *map(str, row[::-1])]) for k, row in enumerate(degrees.tolist())]
     file.write_text("\n".join([",".join(["t_ms", *(f"{joint}_deg" for joint in order)]), *rows]))
     assert volley(robot, "learn", str(file), "--window", ".2", "--order", "3", "--replace") == 0
     learn = m.Learn(
         name="My-wipe-2",
-        positions=matrix_bytes(np.radians([[90.0 * (k + joint) for joint in range(1, 7)] for k in range(2)])),
+        positions=matrix_bytes(np.radians(degrees)),
         joint_count=6,
         joint_names=JOINTS,
-        times=[0.0, 0.01],
+        times=(np.arange(0.0, 410.0, 10.0) * 1e-3).tolist(),
         smoothing=m.SavitzkyGolay(window_s=0.2, order=3),
         replace=True,
     )
     assert robot.asked == [("learn", learn)]
-    assert "My wipe, 2, 2 samples, 0.010 s" in capsys.readouterr().err
+    assert "My wipe, 2, 41 samples, 0.400 s" in capsys.readouterr().err
 
 
 def test_learn_asks_which_movement_and_which_column(robot, tmp_path, capsys):
     file = tmp_path / "demos.npz"
-    np.savez(file, t=np.arange(20) / 50, qpos=np.tile(np.arange(12.0), (3, 20, 1)))
+    np.savez(file, t=np.arange(20) / 50, qpos=np.tile(swing(20) * np.arange(12.0) / 20, (3, 1, 1)))
     assert volley(robot, "learn", str(file)) == 2
     assert "has 3 episodes; choose one with --episode: qpos[0], qpos[1], qpos[2]" in capsys.readouterr().err
     assert main(["episodes", str(file)]) == 0
@@ -203,7 +210,7 @@ def test_learn_asks_which_movement_and_which_column(robot, tmp_path, capsys):
     assert volley(robot, "learn", str(file), "--episode", "2", *maps, "--name", "right") == 0
     (_, learn), *_ = robot.asked
     assert isinstance(learn, m.Learn)
-    assert learn.positions == matrix_bytes(np.tile(np.arange(6.0, 12.0), (20, 1)))
+    assert learn.positions == matrix_bytes(swing(20) * np.arange(6.0, 12.0) / 20)
 
 
 def test_plan_is_saved_and_executed(robot, tmp_path):

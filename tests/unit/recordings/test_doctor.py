@@ -1,0 +1,116 @@
+"""Every fault is found in recordings that have it, and none in clean ones; the full run is `experiments.doctor`."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments.doctor.__main__ import false_alarms, measure
+from experiments.doctor.clean import shipped, synthetic
+from experiments.doctor.mutations import MUTATIONS, Mutation
+from motion.limits import Limits
+from tools.recordings.doctor import Arm, Examination, examine
+from tools.recordings.recording import Recording
+
+FILES = 4
+ARM = Arm(("shoulder", "elbow"), Limits(np.array([[-3.0, 3.0]] * 2), *np.full((3, 2), [[10.0], [100.0], [1e4]])))
+
+
+@pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.words)
+def test_a_fault_is_found(mutation: Mutation) -> None:
+    caught, _ = measure(mutation, FILES, seed=5)
+    assert caught == FILES
+
+
+def test_clean_recordings_raise_no_alarm() -> None:
+    assert false_alarms(seed=5, count=12) == []
+
+
+def recording(values: np.ndarray, rate: float = 100.0, unit: str | None = None) -> Recording:
+    times = np.arange(len(values)) / rate
+    return Recording(times, ARM.joint_names, values, unit, Path("swing.csv"), "swing", True)
+
+
+def swing(count: int = 201) -> np.ndarray:
+    s = np.linspace(0, 1, count)[:, None]
+    return np.array([0.8, -1.2]) * s**3 * (10 + s * (6 * s - 15))
+
+
+def sentences(examination: Examination) -> str:
+    return " ".join(finding.sentence for finding in examination.findings)
+
+
+def test_a_clean_recording_comes_back_as_it_was() -> None:
+    examination = examine(recording(swing()), ARM)
+    assert not examination.findings
+    assert np.array_equal(examination.recording.values, swing())
+    assert examination.recording.unit == "rad"
+
+
+def test_what_the_file_calls_rad_is_not_converted() -> None:
+    examination = examine(recording(np.degrees(swing()), unit="rad"), ARM)
+    assert "--unit deg" in sentences(examination)
+    assert np.array_equal(examination.recording.values, np.degrees(swing()))
+
+
+def test_what_the_file_calls_degrees_is_converted_without_a_word() -> None:
+    examination = examine(recording(np.degrees(swing()), unit="deg"), ARM)
+    assert not examination.findings
+    assert np.allclose(examination.recording.values, swing())
+
+
+def test_an_outlier_is_named_by_joint_and_time_and_replaced() -> None:
+    values = swing()
+    values[100, 1] += 0.4
+    examination = examine(recording(values), ARM)
+    (finding,) = examination.findings
+    assert (finding.code, finding.column, finding.repaired, finding.spans) == ("spikes", "elbow", True, [(1.0, 1.0)])
+    assert "elbow has 1 outlier, the first at 1 s" in finding.sentence
+    assert np.abs(examination.recording.values - swing()).max() < 1e-3
+
+
+def test_a_sharp_turn_is_no_outlier() -> None:
+    values = swing()
+    values[100:] += np.linspace(0, -1.5, 101)[:, None]
+    assert not [finding for finding in examine(recording(values), ARM).findings if finding.code == "spikes"]
+
+
+def test_idle_ends_keep_a_short_rest() -> None:
+    rest = np.ones((150, 1))
+    values = np.concatenate([rest * swing()[0], swing(), rest * swing()[-1]])
+    examination = examine(recording(values), ARM)
+    assert [finding.code for finding in examination.findings] == ["idle", "idle"]
+    assert 2.0 < np.ptp(examination.recording.times) < 2.3
+    assert "nothing moves for 1." in sentences(examination)
+
+
+@pytest.mark.parametrize(
+    ("values", "times", "said"),
+    [
+        (swing()[:8], None, "8 samples left; at least 10 are needed"),
+        (0 * swing(), None, "shows no movement"),
+        (np.tile(swing(), (2, 1)), np.tile(np.arange(201) / 100, 2), "goes back from 2 s to 0 s at sample 201"),
+    ],
+)
+def test_what_cannot_be_learned_is_refused(values: np.ndarray, times: np.ndarray | None, said: str) -> None:
+    made = recording(values)
+    refusal = examine(made if times is None else replace(made, times=times), ARM).refusal
+    assert refusal is not None
+    assert said in refusal.sentence
+
+
+def test_faults_do_not_hide_each_other() -> None:
+    rng = np.random.default_rng(3)
+    clean = synthetic(rng, shipped())
+    faulty, codes = clean.recording, ("idle", "spikes", "gap", "degrees")
+    for code in codes:
+        mutation = next(mutation for mutation in MUTATIONS if mutation.code == code)
+        faulty, _ = mutation.put(rng, replace(clean, recording=faulty))
+    found = {finding.code for finding in examine(faulty, clean.arm).findings}
+    assert set(codes) <= found
+
+
+def test_without_an_arm_angles_beyond_two_turns_are_degrees() -> None:
+    assert not examine(recording(5 * swing()), None).findings
+    assert examine(recording(50 * swing()), None).findings[0].code == "degrees"

@@ -1,0 +1,61 @@
+"""`volley inspect`, and the pictures of what a recording would become."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tools.shell.__main__ import main
+from tools.trace_reader import read_trace
+
+JOINTS = [f"joint_{number}" for number in range(1, 7)]
+HOME = np.array([0.0, 0.52, 0.82, -0.2, 0.0, 0.09])
+
+
+@pytest.fixture
+def spiked(tmp_path: Path) -> Path:
+    """A reach of the shipped arm in degrees, with an outlier and a long rest."""
+    s = np.clip(np.linspace(0, 2, 401), 0, 1)[:, None]
+    values = np.degrees(HOME + 0.4 * s**3 * (10 + s * (6 * s - 15)))
+    values[90, 2] += 40
+    path = tmp_path / "reach.csv"
+    np.savetxt(path, np.column_stack([np.arange(401) / 200, values]), delimiter=",", header="time," + ",".join(JOINTS),
+               comments="")  # fmt: skip
+    return path
+
+
+def test_inspect_says_what_it_finds_and_draws_it(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = spiked.with_suffix(".png")
+    assert main(["inspect", str(spiked), "--plot", str(picture)]) == 0
+    said = capsys.readouterr().err
+    for part in ("in degrees: converted", "joint_3 has 1 outlier", "at the end: trimmed to 0.1 s"):
+        assert part in said
+    with Image.open(picture) as image:
+        drawn = np.asarray(image.convert("RGB"), dtype=int)
+    fitted = np.abs(drawn - np.array([38, 139, 210])).sum(axis=2) < 30
+    assert fitted.sum() > 1000
+
+
+def test_a_picture_for_the_viewer_has_the_curves(spiked: Path) -> None:
+    picture = spiked.with_suffix(".rrd")
+    assert main(["inspect", str(spiked), "--plot", str(picture)]) == 0
+    trace = read_trace(picture)
+    raw, fitted, imitated = (trace.scalars(f"/preview/joint_3/{kind}") for kind in ("raw", "fitted", "imitated"))
+    assert raw.max() == pytest.approx(HOME[2] + np.radians(40), abs=0.3)
+    assert np.abs(fitted - imitated).max() < 0.01
+    assert fitted[-1] == pytest.approx(HOME[2] + 0.4, abs=1e-3)
+    assert any("outlier" in text for text in trace.texts("/preview/findings"))
+
+
+def test_what_cannot_be_learned_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "still.csv"
+    np.savetxt(path, np.column_stack([np.arange(50) / 50, np.tile(HOME, (50, 1))]), delimiter=",",
+               header="time," + ",".join(JOINTS), comments="")  # fmt: skip
+    assert main(["inspect", str(path)]) == 2
+    assert "cannot be learned: no joint moves farther than" in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_a_plot_needs_a_known_ending(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", str(spiked), "--plot", "picture.bmp"]) == 2
+    assert "must end in .png, or in .rrd" in capsys.readouterr().err

@@ -1,0 +1,48 @@
+"""Several recordings of one movement become one: aligned in phase, their mean and their spread."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tools.recordings.recording import Recording, Unreadable
+from tools.recordings.several import combine
+
+
+def hand(phase: np.ndarray) -> np.ndarray:
+    return np.stack([0.5 * np.sin(7 * phase), 0.4 * phase + 0.2 * np.cos(5 * phase)], axis=1)
+
+
+def shown(bend: float, duration: float = 2.0, noise: float = 0.0, columns: tuple[str, ...] = ("a", "b")) -> Recording:
+    times = np.linspace(0, duration, 301)
+    s = times / duration
+    values = hand(s + bend * np.sin(np.pi * s) * s * (1 - s))
+    values += noise * np.random.default_rng(1).standard_normal(values.shape)
+    return Recording(times, columns, values, "rad", Path("swing.csv"), "swing", True)
+
+
+def test_recordings_that_differ_in_phase_only_have_one_shape() -> None:
+    together = combine([shown(bend, 2.0 + bend) for bend in (-0.6, -0.2, 0.3, 0.5)])
+    assert together.mean.times[-1] == pytest.approx(2.0, abs=0.01)
+    apart = np.stack([shown(bend).values for bend in (-0.6, -0.2, 0.3, 0.5)]).std(axis=0, ddof=1)
+    assert np.sqrt(np.mean(together.spread**2)) < 0.15 * np.sqrt(np.mean(apart**2))
+    assert "4 recordings are learned together" in together.sentence()
+    warps = together.warps
+    assert (np.diff(warps, axis=1) > 0).all()
+    assert np.abs(warps.mean(axis=0) - np.linspace(0, 1, warps.shape[1])).max() < 1e-6
+
+
+def test_the_spread_is_reported_where_it_is() -> None:
+    wide = [shown(0.0) for _ in range(5)]
+    for number, recording in enumerate(wide):
+        recording.values[100:200, 1] += 0.05 * (number - 2) * np.sin(np.linspace(0, np.pi, 100))
+    together = combine(wide)
+    row, joint = np.unravel_index(together.spread.argmax(), together.spread.shape)
+    assert joint == 1
+    assert 120 < row < 180
+    assert together.spread.max() == pytest.approx(0.05 * np.sqrt(2.5), rel=0.15)
+
+
+def test_other_joints_are_refused() -> None:
+    with pytest.raises(Unreadable, match="has other joints than"):
+        combine([shown(0.0), shown(0.0, columns=("a", "c"))])
