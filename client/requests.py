@@ -131,6 +131,11 @@ class Requests(Generic[GoalT, MotionT]):
         return await self._link.ask(topics.HOLD, m.Hold(joints=dict(joints)))
 
     @Twofold
+    async def guide(self) -> m.Guided:
+        """Let the arm be guided by hand, weightless and compliant, until `recover`; refused while it moves."""
+        return await self._link.ask(topics.GUIDE, m.Empty())
+
+    @Twofold
     async def result(self, goal_id: str) -> m.Result:
         """Return how a goal goes or went."""
         return await self._link.ask(topics.RESULT, m.ResultRequest(goal_id=goal_id))

@@ -90,6 +90,7 @@ STATE_QUERY = Query("state", "robot", m.Empty, m.State, "return the latest state
 DESCRIPTION = Query("description", "robot", m.Empty, m.Description, "describe the arm", reads=True)
 RECOVER = Query("recover", "robot", m.Empty, m.Recovered, "leave a reflex, a stop or the brake", timeout_s=30.0)
 HOLD = Query("hold", "robot", m.Hold, m.Held, "lead held joints, as a gripper's, to new values")
+GUIDE = Query("guide", "robot", m.Empty, m.Guided, "let the arm be guided by hand, until `recover`; only at rest")
 SIM_STEP = Query("sim/step", "robot", m.Step, m.Stepped, "advance the stepped clock", timeout_s=120.0)
 SIM_RESET = Query("sim/reset", "robot", m.Reset, m.ResetDone, "begin a new run")
 SIM_DISTURB = Query("sim/disturb", "robot", m.Disturb, m.Disturbed, "push the arm, add sensor noise, drop messages")
@@ -122,6 +123,7 @@ QUERIES: tuple[Query, ...] = (
     DESCRIPTION,
     RECOVER,
     HOLD,
+    GUIDE,
     SIM_STEP,
     SIM_RESET,
     SIM_DISTURB,

@@ -50,7 +50,9 @@ def serving(service: str) -> tuple[str, ...]:
     return alive_key(service), claim_key(service, "*")
 
 
-OPERATING = (topics.GOAL, topics.LEARN, topics.FORGET, topics.CANCEL, topics.RESET, topics.RECOVER, topics.HOLD)
+OPERATING = (
+    topics.GOAL, topics.LEARN, topics.FORGET, topics.CANCEL, topics.RESET, topics.RECOVER, topics.HOLD, topics.GUIDE,
+)  # fmt: skip
 SIMULATING = (topics.SIM_STEP, topics.SIM_RESET, topics.SIM_DISTURB)
 
 ROLES = (

@@ -19,7 +19,7 @@ from tools.recordings.joints import match
 from tools.recordings.recording import Recording
 
 PAGE = Path("docs/recordings.md")
-BEGIN, END = "<!-- experiments.doctor -->", "<!-- /experiments.doctor -->"
+BEGIN, END = "<!-- table: faults -->", "<!-- end -->"
 
 FILES = 1000
 NEAR = 0.01

@@ -138,6 +138,17 @@ class Held(Message, kw_only=True):
     arrival_time: Number | None
 
 
+class Guided(Message, kw_only=True):
+    """Whether the arm is guided by hand.
+
+    Attributes:
+        condition: `guiding`: it yields to pushes, the controller is in fault and goals are refused, until `recover`; or
+            what it still is
+    """
+
+    condition: Condition
+
+
 class Step(Request, kw_only=True):
     """Advance the stepped clock.
 

@@ -12,9 +12,10 @@ from robot.checking.checks import check_robot
 from robot.checking.subject import Finding
 from robot.description import RobotConfig
 from robot.surroundings import Surroundings
-from services.common.robot_side.backend import Backend, Observation, RobotFailed, Setpoint
+from services.common.robot_side.backend import Abilities, Backend, Observation, RobotFailed, Setpoint
 from services.sim.contact import ContactLog
 from services.sim.disturbances import Disturbances
+from services.sim.guiding import Guidance
 from services.sim.held import HeldJoints
 from services.sim.inverse_dynamics import InverseDynamics
 from services.sim.led import LedJoints
@@ -34,6 +35,8 @@ class Diverged(RobotFailed):
 class SimulatedArm(Backend):
     """A torque-driven arm in MuJoCo. The same seed and the same calls give the same bits."""
 
+    abilities = Abilities(modes=("torque", "teach"))
+
     def __init__(self, config: RobotConfig, seed: int = 0) -> None:
         self.config = config
         self._scene: Scene = build_scene(config)
@@ -45,6 +48,7 @@ class SimulatedArm(Backend):
         self._surroundings = Surroundings(config, self._scene.model)
         self._led = LedJoints(self._scene)
         self._disturbances = Disturbances(config)
+        self._guidance = Guidance(config)
         self.reset(seed=seed)
 
     def reset(self, positions: list[float] | None = None, ball: Ball | None = None, seed: int = 0) -> None:
@@ -71,6 +75,7 @@ class SimulatedArm(Backend):
         """Tick 0 where the arm stands, undisturbed; the ball goes on."""
         self._disturbances.clear()
         self._contact_log.clear()
+        self._guided = False
         self._tick = 0
         self._torques = np.zeros(self.config.joint_count)
         self._saturated = np.zeros(self.config.joint_count, dtype=bool)
@@ -80,12 +85,16 @@ class SimulatedArm(Backend):
     def step(self, setpoint: Setpoint) -> None:
         """One tick with the setpoint's accelerations: torque by inverse dynamics, held for the tick.
 
+        An arm that is guided ignores the setpoint.
+
         Raises ValueError, before anything moves, where they are not J finite numbers, and Diverged.
         """
-        accelerations = setpoint.accelerations
         scene = self._scene
         model, data = scene.model, scene.data
         self._led.place()
+        accelerations = setpoint.accelerations
+        if self._guided:
+            accelerations = self._guidance.accelerations(data.qpos[scene.qpos], data.qvel[scene.dofs])
         mujoco.mj_step1(model, data)
         demanded = self._dynamics.torques(np.concatenate([accelerations, self._held.accelerations()]))
         if not math.isfinite(demanded.sum()):
@@ -113,6 +122,16 @@ class SimulatedArm(Backend):
     def observe(self) -> Observation:
         """The arm at the present tick; the same object until the next step."""
         return self._observation
+
+    def guide(self) -> None:
+        """Yield to pushes, weightless, until `recover`."""
+        self._guided = True
+        self._observation = self._measure()
+
+    def recover(self) -> None:
+        """Follow setpoints again."""
+        self._guided = False
+        self._observation = self._measure()
 
     def disturb(self, request: Disturb) -> float:
         """Begin a disturbance of any kind but `loss`; returns when it begins, s.
@@ -203,6 +222,7 @@ class SimulatedArm(Backend):
             true_positions=true_positions,
             true_velocities=true_velocities,
             held=self._held.positions(),
+            condition="guiding" if self._guided else "ready",
         )
 
     def _checked_pose(self, positions: list[float]) -> np.ndarray:

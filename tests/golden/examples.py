@@ -331,6 +331,7 @@ ARM: dict[str, Struct] = {
         modes=["torque", "position"],
         torques_are="measured",
     ),
+    "Guided": m.Guided(condition="guiding"),
     "Recovered": m.Recovered(condition="ready", run=8),
     "Hold": m.Hold(joints={"finger": 0.03125}),
     "Held": m.Held(joints={"finger": 0.03125}, arrival_time=5.25),

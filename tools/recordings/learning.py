@@ -39,15 +39,23 @@ def load(
     Raises:
         Unreadable: one sentence on what is wrong with the file and what to do.
     """
-    recording = readers.read(path, episode, rate)
-    ours = tuple(joints) or _own(recording)
-    try:
-        matching = match(recording.columns, recording.values.shape[1], ours, mapping or {})
-    except Mismatch as mismatch:
-        raise Unreadable(f"{path}: {mismatch}") from None
-    chosen = _finite(_selected(recording, ours, matching))
+    chosen = arranged(readers.read(path, episode, rate), joints, mapping or {})
     times = chosen.times if duration is None else _stretched(chosen, duration)
     return replace(chosen, unit=unit or chosen.unit, times=times)
+
+
+def arranged(recording: Recording, joints: Sequence[str], mapping: Mapping[str, str]) -> Recording:
+    """Return the recording with one column a joint, () its own, and finite numbers.
+
+    Raises:
+        Unreadable: a joint has no column, or no numbers.
+    """
+    ours = tuple(joints) or _own(recording)
+    try:
+        matching = match(recording.columns, recording.values.shape[1], ours, mapping)
+    except Mismatch as mismatch:
+        raise Unreadable(f"{recording.source}: {mismatch}") from None
+    return _finite(_selected(recording, ours, matching))
 
 
 def in_radians(recording: Recording) -> Recording:

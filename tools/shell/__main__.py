@@ -49,6 +49,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "primitives": Command("tools.shell.library:primitives", "list the library"),
         "learn": Command("tools.shell.recordings:learn", "learn a primitive from a recording, of any format"),
         "episodes": Command("tools.shell.recordings:episodes", "list the movements of a recording"),
+        "teach": Command("tools.shell.teaching:teach", "guide the arm through a movement, or cut it out of a trace"),
         "inspect": Command("tools.shell.inspection:inspect", "what is wrong with a recording, and a picture of it"),
         "forget": Command("tools.shell.library:forget", "remove a primitive"),
         "export": Command("tools.shell.recordings:export", "write a played motion as CSV, NPZ, MCAP or LeRobot"),

@@ -74,7 +74,7 @@ def learn(
         joints = link.joint_names()
         try:
             raws = [load(file, joints, **how) for file in files]
-            recording = in_radians(_learnable(raws, _arm(link.description()), plot))
+            recording = in_radians(learnable(raws, link.description(), plot))
         except Unreadable as problem:
             raise UsageError(str(problem)) from None
         learned = link.arm.learn(
@@ -141,12 +141,13 @@ def mapping(pairs: tuple[str, ...]) -> dict[str, str]:
     return {theirs: ours for theirs, _, ours in split}
 
 
-def _learnable(raws: Sequence[Recording], arm: Arm | None, plot: Path | None) -> Recording:
+def learnable(raws: Sequence[Recording], description: m.Description | None, plot: Path | None) -> Recording:
     """Return what is learned of recordings that were read: repaired, and of several their mean.
 
     Raises:
         Unreadable: one cannot be learned.
     """
+    arm = _arm(description)
     examinations = [examine(raw, arm) for raw in raws]
     for raw, examination in zip(raws, examinations, strict=True):
         length = float(np.ptp(raw.times)) if len(raw.times) else 0.0

@@ -95,6 +95,9 @@ class Backend(ABC):
     def begin_run(self) -> None:
         """Begin to count ticks from 0, at rest where the robot stands."""
 
+    def guide(self) -> None:  # noqa: B027, most robots have no mode "teach"
+        """Let the robot be guided by hand until `recover`: `observe` says when it is."""
+
     def recover(self) -> None:  # noqa: B027, most robots have nothing to recover from
         """Begin to make the robot ready again, without waiting: `observe` says when it is."""
 

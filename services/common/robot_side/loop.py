@@ -56,6 +56,7 @@ class RobotLoop:
             topics.DESCRIPTION.key: self._describe,
             topics.RECOVER.key: self._recover,
             topics.HOLD.key: self._hold,
+            topics.GUIDE.key: self._guide,
         }
         self._bus = bus
         self._puts = PutWatch(bus, log)
@@ -168,9 +169,7 @@ class RobotLoop:
     def _recover(self, asking: PendingQuery) -> None:
         asking.decode()
         self.refuse_while_deferring()
-        fastest = max(map(abs, self.backend.observe().velocities.tolist()))
-        if fastest > AT_REST:
-            raise Refusal("busy", f"the arm moves ({fastest:.3f} rad/s); recover once it rests", goal_id=None)
+        self._refuse_while_moving("recover")
         self.backend.recover()
         deadline = time.monotonic() + RECOVERY_S
         self.deferred = DeferredReply(asking, self._is_ready, self._recovered, deadline)
@@ -180,6 +179,22 @@ class RobotLoop:
         duration = self.backend.hold(targets)
         arrival_time = None if duration is None else self.backend.observe().time + duration
         asking.reply(m.Held(joints=targets, arrival_time=arrival_time))
+
+    def _guide(self, asking: PendingQuery) -> None:
+        asking.decode()
+        self.refuse_while_deferring()
+        modes = self.backend.abilities.modes
+        if "teach" not in modes:
+            sentence = f"this arm cannot be guided by hand: its modes are {', '.join(modes)}; cut a trace instead"
+            raise Refusal("unavailable", sentence, service="robot")
+        self._refuse_while_moving("guide it")
+        self.backend.guide()
+        asking.reply(m.Guided(condition=self.backend.observe().condition))
+
+    def _refuse_while_moving(self, verb: str) -> None:
+        fastest = max(map(abs, self.backend.observe().velocities.tolist()))
+        if fastest > AT_REST:
+            raise Refusal("busy", f"the arm moves ({fastest:.3f} rad/s); {verb} once it rests", goal_id=None)
 
     def _is_ready(self) -> bool:
         return self.backend.observe().condition == "ready"

@@ -119,7 +119,7 @@ def test_commands(robot, capsys, words, key, request_, said):
 
 def test_every_request_has_a_command():
     keys = {query.key for query in QUERIES}
-    renamed = {"sim/step": "step", "sim/reset": "reset-sim", "sim/disturb": "disturb"}
+    renamed = {"sim/step": "step", "sim/reset": "reset-sim", "sim/disturb": "disturb", "guide": "teach"}
     own = {"watch", "robot", "episodes", "export", "inspect"}
     own |= {name for name, command in COMMANDS.items() if command.is_main}
     assert {renamed.get(key, key) for key in keys} | own == set(COMMANDS)

@@ -42,6 +42,7 @@ def valid_requests(cell: Cell) -> list[tuple[str, Body]]:
         ("state", {}),
         ("description", {}),
         ("recover", {}),
+        ("guide", {}),
         ("sim/step", {"ticks": 1}),
         (
             "sim/reset",

@@ -11,7 +11,7 @@ import pyarrow as pa
 from rerun.chunk import RrdReader
 
 from services.recorder.entities import GOAL_LANE, MEASURED_POSITION
-from tools.recordings.recording import Episode, Recording, check_size
+from tools.recordings.recording import Episode, Recording, Unreadable, check_size, head
 
 SCALARS = "Scalars:scalars"
 STATE = "StateChange:state"
@@ -72,8 +72,33 @@ def episodes(path: Path, rate: float | None) -> list[Episode]:
 def read(path: Path, episode: str, rate: float | None) -> Recording:
     """Return measured positions during a goal, or all that the recording has."""
     scan = _scan(path)
+    return _between(scan, *scan.goals().get(episode, (-np.inf, np.inf)), path, episode, rate)
+
+
+def cut(path: Path, begin: float, end: float) -> Recording:
+    """Return measured positions between two times, s on the trace's clock.
+
+    Raises:
+        Unreadable: the file is no trace of Volley's recorder, or has no samples there.
+    """
+    try:
+        is_rerun = head(path).startswith(b"RRF")
+    except OSError as error:
+        raise Unreadable(f"{path} cannot be read: {error.strerror}") from None
+    if not is_rerun:
+        raise Unreadable(f"{path} is no .rrd file; name a trace that the recorder wrote")
+    scan = _scan(path)
+    if not scan.is_trace:
+        raise Unreadable(f"{path} is no trace of Volley's recorder; learn it with volley learn {path}")
+    taken = _between(scan, begin, end, path, "part", None)
+    if not len(taken.times):
+        times, _ = scan.table()
+        raise Unreadable(f"{path} has no samples there: it lasts from {times[0]:.3f} to {times[-1]:.3f} s")
+    return taken
+
+
+def _between(scan: _Scan, begin: float, end: float, path: Path, episode: str, rate: float | None) -> Recording:
     times, values = scan.table()
-    begin, end = scan.goals().get(episode, (-np.inf, np.inf))
     inside = (begin <= times) & (times <= end)
     chosen = times[inside] - times[inside][:1] if rate is None else np.arange(np.count_nonzero(inside)) / rate
     unit = "rad" if scan.is_trace else None

@@ -1,0 +1,74 @@
+"""An arm that is guided yields to pushes, stays inside its ranges, and goes on from where it is let go."""
+
+import numpy as np
+import pytest
+
+from protocol import messages as m
+from robot.description import load_robot
+from services.common.robot_side.backend import Setpoint
+from services.sim.arm import SimulatedArm
+
+CONFIG = load_robot()
+
+
+@pytest.fixture(scope="module")
+def scene_arm() -> SimulatedArm:
+    return SimulatedArm(CONFIG)
+
+
+@pytest.fixture
+def arm(scene_arm: SimulatedArm) -> SimulatedArm:
+    scene_arm.reset()
+    scene_arm.guide()
+    return scene_arm
+
+
+def follow(arm: SimulatedArm, ticks: int) -> np.ndarray:
+    """Positions (ticks, J) of an arm whose controller wants it to hold its home."""
+    still = np.zeros(CONFIG.joint_count)
+    shown = []
+    for _ in range(ticks):
+        arm.step(Setpoint(still, CONFIG.home, still, still))
+        shown.append(arm.observe().positions)
+    return np.array(shown)
+
+
+def push(arm: SimulatedArm, values: list[float], duration: float) -> None:
+    arm.disturb(m.Disturb(kind="acceleration", values=values, duration=duration))
+
+
+def test_it_says_that_it_is_guided_and_does_not_fall(arm):
+    assert arm.observe().condition == "guiding"
+    assert np.abs(follow(arm, 500) - CONFIG.home).max() < 1e-3
+
+
+def test_a_push_moves_it_and_it_comes_to_rest_elsewhere(arm):
+    push(arm, [2.0, 0, 0, 0, 0, 0], 0.3)
+    shown = follow(arm, 3000)
+    assert shown[-1, 0] - CONFIG.home[0] > 0.15
+    assert np.abs(arm.observe().velocities).max() < 0.05
+    assert np.abs(shown[:, 1:3] - CONFIG.home[1:3]).max() < 0.02
+
+
+def test_a_hard_push_does_not_take_a_joint_out_of_its_range(arm):
+    for sign in (1.0, -1.0):
+        push(arm, [10.0 * sign] * 6, 2.0)
+        shown = follow(arm, 2500)
+        low, high = CONFIG.limits.positions.T
+        assert (shown >= low).all()
+        assert (shown <= high).all()
+        speeds = np.abs(np.diff(shown, axis=0)) * CONFIG.rate_hz
+        assert (speeds < CONFIG.limits.velocities).all()
+
+
+def test_it_follows_setpoints_again_after_it_recovered(arm):
+    push(arm, [2.0, 0, 0, 0, 0, 0], 0.3)
+    let_go = follow(arm, 3000)[-1]
+    arm.recover()
+    arm.begin_run()
+    assert arm.observe().condition == "ready"
+    assert np.array_equal(arm.observe().positions, let_go)
+    before = arm.observe().velocities[0]
+    still = np.zeros(6)
+    arm.step(Setpoint(np.array([1.0, 0, 0, 0, 0, 0]), let_go, still, still))
+    assert arm.observe().velocities[0] - before == pytest.approx(1e-3, rel=0.05)
