@@ -36,7 +36,7 @@ def teach(
     play: Switch = False,
     replace: Switch = False,
     shell: Shared,
-) -> None:
+) -> int:
     """Teach a movement by guiding the arm, weightless and compliant, until Enter; or cut it out of a trace.
 
     A simulated arm is moved with `volley disturb`, a real one by hand. Rest at both ends is trimmed, and the recording
@@ -63,9 +63,10 @@ def teach(
             raise UsageError(str(problem)) from None
         learned = link.arm.learn(name, recording.values, times=recording.times.tolist(), replace=replace)
         link.print(learned)
-        if play and learned.start is not None:
-            follow(link, link.arm.goal(name, positions=learned.start.positions))
-            follow(link, link.arm.goal(name))
+        if not play or learned.start is None:
+            return 0
+        back = follow(link, link.arm.goal(name, positions=learned.start.positions))
+        return back or follow(link, link.arm.goal(name))
 
 
 def _cut(trace: Path, begin: float | None, end: float | None, joints: list[str]) -> Recording:
