@@ -61,7 +61,13 @@ def teach(
             recording = in_radians(learnable([raw], link.description(), plot))
         except Unreadable as problem:
             raise UsageError(str(problem)) from None
-        learned = link.arm.learn(name, recording.values, times=recording.times.tolist(), replace=replace)
+        learned = link.arm.learn(
+            name,
+            recording.values,
+            times=recording.times.tolist(),
+            joint_names=link.joint_names() or None,
+            replace=replace,
+        )
         link.print(learned)
         if not play or learned.start is None:
             return 0

@@ -11,7 +11,7 @@ from experiments.doctor.clean import shipped, synthetic
 from experiments.doctor.mutations import MUTATIONS, Mutation
 from motion.limits import Limits
 from tools.recordings.doctor import Arm, Examination, examine
-from tools.recordings.recording import Recording
+from tools.recordings.recording import Recording, Unit
 
 FILES = 4
 ARM = Arm(("shoulder", "elbow"), Limits(np.array([[-3.0, 3.0]] * 2), *np.full((3, 2), [[10.0], [100.0], [1e4]])))
@@ -27,7 +27,7 @@ def test_clean_recordings_raise_no_alarm() -> None:
     assert false_alarms(seed=5, count=12) == []
 
 
-def recording(values: np.ndarray, rate: float = 100.0, unit: str | None = None) -> Recording:
+def recording(values: np.ndarray, rate: float = 100.0, unit: Unit | None = None) -> Recording:
     times = np.arange(len(values)) / rate
     return Recording(times, ARM.joint_names, values, unit, Path("swing.csv"), "swing", True)
 
