@@ -49,7 +49,7 @@ def test_only_the_owner_answers(topic):
 def test_who_may_ask_for_a_change():
     asked = {topic.key: senders("query", topic.key) for topic in topics.QUERIES if not topic.reads}
     assert asked.pop("execute") == {"planner"}
-    assert [asked.pop(topic.key) for topic in OPERATING] == [{"operator", "tester"}] * 7
+    assert [asked.pop(topic.key) for topic in OPERATING] == [{"operator", "tester"}] * 8
     assert asked == {"sim/step": {"tester"}, "sim/reset": {"tester"}, "sim/disturb": {"tester"}}
 
 
