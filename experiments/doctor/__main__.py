@@ -97,10 +97,10 @@ def write(rows: list[tuple[Mutation, int, int | None]], clean: int, alarms: int,
     cures = {"gripper and other columns": "left out by name", "joint order": "matched by name, or by `--map`"}
     cures |= {fault.name: fault.cure for fault in FAULTS}
     lines = ["| fault | cure |", "|---|---|", *(f"| {name} | {cure} |" for name, cure in cures.items()), ""]
-    lines += [f"| put into {files} recordings | caught | repaired |", "|---|---|---|"]
+    lines += ["| fault that is put into recordings | recordings | caught | repaired |", "|---|---|---|---|"]
     for mutation, caught, repaired in rows:
         share = "–" if repaired is None else f"{repaired / files:.1%}"
-        lines.append(f"| {mutation.code}: {mutation.words} | {caught / files:.1%} | {share} |")
+        lines.append(f"| {mutation.code}: {mutation.words} | {files} | {caught / files:.1%} | {share} |")
     lines += ["", f"False alarms on {clean} clean recordings: {alarms}."]
     text = PAGE.read_text()
     marked = re.compile(f"{BEGIN}.*?{END}", re.DOTALL)
