@@ -167,8 +167,8 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
     """Turn msgspec's message and JSON path into a refusal that names the field. A large `body` is passed as {}."""
     matched = _WHERE.match(_short(str(error), MAX_ERROR))
     what, path = (matched["what"], matched["path"] or "") if matched else (str(error), "")
-    if path.endswith(_VALUE):
-        path = _entry(body, path.removesuffix(_VALUE))
+    if _VALUE in path:
+        path = _entry(body, *path.split(_VALUE, 1))
     value = _value_at(body, path)
     if matched and matched["key"]:
         strange = [key for key in (value if isinstance(value, dict) else ()) if not isinstance(key, str)]
@@ -192,22 +192,23 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
     return bad_message(field, f"{field}: {sentence[0].lower()}{sentence[1:]}" if field else sentence)
 
 
-def _entry(body: Any, path: str) -> str:
-    """Return the path of the first value, in the map at `path`, that is no finite number."""
+def _entry(body: Any, path: str, inside: str) -> str:
+    """Return the path of the first value, `inside` an entry of the map at `path`, that is no finite number."""
     values = _value_at(body, path)
-    for key, value in values.items() if isinstance(values, dict) else ():
+    for key, entry in values.items() if isinstance(values, dict) else ():
+        value = _value_at(entry, inside, default=0)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            return f"{path}.{key}"
+            return f"{path}.{key}{inside}"
     return path
 
 
-def _value_at(body: Any, path: str) -> Any:
-    """Return the value at a path like `waypoints[0].positions[2]`, or None."""
+def _value_at(body: Any, path: str, default: Any = None) -> Any:
+    """Return the value at a path like `waypoints[0].positions[2]`, or `default` where there is none."""
     try:
         for name, index in _STEP.findall(path):
             body = body[int(index)] if index else body[name]
     except (KeyError, IndexError, TypeError):
-        return None
+        return default
     return body
 
 

@@ -255,6 +255,7 @@ class Scene(Message, kw_only=True):
     """The joints of the robot's model that are neither the arm's nor the ball's: grippers, loose objects, other arms.
 
     Attributes:
+        time: on the robot's clock
         joints: coordinates by joint: an angle or a distance (rad, m); a quaternion of a joint with three axes; position
             and quaternion of a body that moves freely. Quaternions have w first
     """

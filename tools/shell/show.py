@@ -297,6 +297,11 @@ def _(reply: m.Recovered, names: Sequence[str]) -> RenderableType:
 
 
 @show.register
+def _(reply: m.Guided, names: Sequence[str]) -> RenderableType:
+    return sentence(f"the arm is {reply.condition.replace('_', ' ')}")
+
+
+@show.register
 def _(reply: m.Held, names: Sequence[str]) -> RenderableType:
     targets = ", ".join(f"{name} to {cell(value)}" for name, value in reply.joints.items())
     there = "" if reply.arrival_time is None else f"there at {reply.arrival_time:.3f} s"
