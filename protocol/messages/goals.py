@@ -107,7 +107,7 @@ class Goal(Request, kw_only=True):
         revises: correct the motion of this goal_id, or of any later correction of it: imitate what is left of the
             demonstration. Without `duration` and `arrival_time` the hit keeps its time. Refused as `unknown_goal` if
             that motion is not under way, `late` if its hit has passed when this one begins, `superseded` if another
-            motion replaced it or a newer correction waits, `invalid_goal` if it plays another primitive
+            motion replaced it, `invalid_goal` if it plays another primitive
         goal_id: name of the motion in all messages, 1 to 128 characters, null: the planner chooses one. The same id
             with the same body returns the first reply and moves nothing; with another body it is a `duplicate`
         client_id: name of the client, at most 128 characters

@@ -89,7 +89,7 @@ MEANINGS = {
     "planning took more than its budget; then the detail has `min_duration`, a duration that works or null",
     "late": "the start of the motion has passed; of `revises`: its hit has passed",
     "superseded": "planned before another motion was accepted, cancelled or reset; of `revises`: its motion was "
-    "replaced or stopped, or a newer correction of it waits",
+    "replaced or stopped",
     "busy": "a motion is under way and the goal may not preempt it, or the queue of requests is full",
     "not_holder": "a motion of another client, with a lease, is under way",
     "unavailable": "the service that is needed does not answer, or met an error of its own, such as a full disk; the "
