@@ -85,19 +85,13 @@ class Planner:
         return m.Forgotten(name=request.name)
 
     def goal(
-        self,
-        goal: m.Goal,
-        goal_id: str,
-        requested_ns: int,
-        reply: Callable[[m.GoalReply], object],
-        is_stale: Callable[[], bool],
+        self, goal: m.Goal, goal_id: str, requested_ns: int, reply: Callable[[m.GoalReply], object]
     ) -> Steps[None]:
         """Plan `goal` and, unless it is plan-only, have it played as `goal_id`, its own or one made for it.
 
-        `is_stale`: whether a newer correction of the same motion waits. The answer goes to `reply`, and only then what
-        is played is published: its listeners do not delay the answer. Yields where others may be served: None before
-        its first step of a method that plans elsewhere, to go on in its turn there, then each Task, for the task's plan
-        or refusal.
+        The answer goes to `reply`, and only then what is played is published: its listeners do not delay the answer.
+        Yields where others may be served: None before its first step of a method that plans elsewhere, to go on in its
+        turn there, then each Task, for the task's plan or refusal.
 
         Raises:
             Refusal: whatever stands in its way; then nothing moves, except that `unavailable` with a goal_id leaves
@@ -107,9 +101,6 @@ class Planner:
         if known is not None:
             reply(known)
             return
-        if goal.revises is not None and not goal.plan_only and is_stale():
-            sentence = f"a newer correction of goal {goal.revises!r} waits, so this one is not planned"
-            raise Refusal("superseded", sentence, goal_id=goal.revises)
         primitive = self._library.playable(goal.primitive)
         check_goal(goal, primitive, self._config)
         self._solver.prepare(goal)

@@ -5,7 +5,6 @@ import logging
 import threading
 import time
 import uuid
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -52,7 +51,7 @@ class Loop:
 
     What takes longer than 50 ms is computed in processes of their own: demonstrations are learned, and goals of the
     method "gaussian" planned, while the loop serves others. `_repeated`: by id of the goals on their way, requests of
-    the same id. `_waiting`: what was taken from the inbox to look for newer corrections.
+    the same id.
     """
 
     def __init__(
@@ -69,7 +68,6 @@ class Loop:
         self._plan_worker = Worker("plan", config.limits, config.joint_names, log)
         self._planning = Background(self._plan_worker, self.inbox, log)
         self._repeated: dict[str, list[PendingQuery]] = {}
-        self._waiting: deque[PendingQuery | Errand] = deque()
 
     def serve(self, stopping: threading.Event) -> None:
         """Answer requests one at a time until `stopping` is set."""
@@ -83,7 +81,7 @@ class Loop:
             topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else arm_appeared.clear()
         )
         while not stopping.is_set():
-            item = self._waiting.popleft() if self._waiting else self.inbox.take(0.1)
+            item = self.inbox.take(0.1)
             watch.look(time.monotonic())
             puts.look()
             if arm_appeared.is_set():
@@ -150,18 +148,11 @@ class Loop:
             return
         # Cut, for an id may be refused for its length.
         goal_id = (goal.goal_id or uuid.uuid4().hex)[: topics.MAX_ID]
-        steps = self._planner.goal(goal, goal_id, asking.arrival_ns, asking.reply, partial(self._is_stale, goal))
-        going = Going(asking, goal, goal_id, steps)
+        going = Going(asking, goal, goal_id, self._planner.goal(goal, goal_id, asking.arrival_ns, asking.reply))
         if self._go_on(going, lambda: next(going.steps)):
             with self._refusing(asking, goal, goal_id):
                 self._planning.submit(lambda: self._plan_elsewhere(going))
                 self._repeated[goal_id] = []
-
-    def _is_stale(self, goal: m.Goal) -> bool:
-        """Return whether a newer correction of the same motion waits."""
-        if not self._waiting:  # no more is taken than the inbox holds
-            self._waiting.extend(iter(self.inbox.take, None))
-        return any(corrects_anew(goal, item) for item in self._waiting)
 
     def _go_on(self, going: Going, step: Callable[[], Task | None]) -> bool:
         """Take a goal's next step; return whether it has another, whose `task` must be planned first."""
@@ -193,17 +184,6 @@ class Loop:
         if head.name is not None:
             self._library.check_name(head.name, head.replace)
         self._learner.submit(asking, head, body)
-
-
-def corrects_anew(goal: m.Goal, item: PendingQuery | Errand) -> bool:
-    """Return whether what waits is a goal to be played that corrects the same motion as an earlier `goal`."""
-    if isinstance(item, Errand) or item.topic is not topics.GOAL:
-        return False
-    try:
-        other = item.decode()
-    except Refusal:
-        return False
-    return other.revises == goal.revises and not other.plan_only and (other.goal_id or "") != goal.goal_id
 
 
 def is_stepped(bus: Bus) -> bool | None:

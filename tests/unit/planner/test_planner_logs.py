@@ -126,22 +126,6 @@ def test_a_goal_that_came_late_once(desk: Desk):
     assert lines == [("WARNING", reply.goal_id, "late"), ("INFO", reply.goal_id, None)]
 
 
-def test_of_corrections_that_wait_only_the_newest_is_planned(desk: Desk):
-    """Those of another motion, and those that are only planned, do not count."""
-    kinds = {"old": {}, "other": {"revises": "y"}, "plan": {"plan_only": True}, "new": {}}
-    questions = [
-        Question(topics.GOAL, m.Goal(primitive="forehand", goal_id=name, **({"revises": "x"} | fields)))
-        for name, fields in kinds.items()
-    ]
-    first, *later = questions
-    for question in later:
-        desk.loop.inbox.offer(question)
-    for question in questions:
-        desk.loop.answer(question)  # type: ignore[arg-type]
-    assert first.answers[0].code == "superseded"
-    assert [question.answers[0].code for question in later] == ["unknown_goal"] * 3
-
-
 def test_a_goal_without_an_id_keeps_the_one_it_is_given(desk: Desk):
     """From the first line to the refusal."""
     desk.bus.late = 2
