@@ -14,8 +14,8 @@ import numpy as np
 
 from robot.clearance import Clearance
 
-PRECISION = 2e-3
-"""The smallest distance along a motion is found to this much (m) where `LOOKS` suffice."""
+PRECISION, SHARE = 2e-3, 0.1
+"""The smallest distance along a motion is found to this much (m), or this part of it, where `LOOKS` suffice."""
 
 LOOKS = 60
 """Most distances that are measured to find the smallest one, beside those that show that nothing collides."""
@@ -122,10 +122,13 @@ def _refined(
             return first.distance - (way[end] - way[first.step])
         return (first.distance + last.distance - (way[last.step] - way[first.step])) / 2
 
-    ranked = [(bound, index) for index, gap in enumerate(gaps) if (bound := least(gap)) < best - PRECISION]
+    def matters(bound: float) -> bool:
+        return bound < best - max(PRECISION, SHARE * best)
+
+    ranked = [(bound, index) for index, gap in enumerate(gaps) if matters(bound := least(gap))]
     heapify(ranked)
     for _ in range(LOOKS):
-        if not ranked or ranked[0][0] >= best - PRECISION or time.perf_counter() > deadline:
+        if not ranked or not matters(ranked[0][0]) or time.perf_counter() > deadline:
             break
         gap = gaps[heappop(ranked)[1]]
         step = end if gap.last is None else (gap.first.step + gap.last.step) // 2
@@ -138,7 +141,7 @@ def _refined(
             best, nearest = seen.distance, seen
         parts = [_Gap(gap.first, seen)] + ([] if gap.last is None else [_Gap(seen, gap.last)])
         for part in parts:
-            if (bound := least(part)) < best - PRECISION:
+            if matters(bound := least(part)):
                 gaps.append(part)
                 heappush(ranked, (bound, len(gaps) - 1))
     return Approach(nearest)
