@@ -46,6 +46,13 @@ class _Gap:
     first: Seen
     last: Seen | None
 
+    def least(self, ways: np.ndarray) -> float:
+        """Return the least distance (m) that the pair can have between them; ways: (P, n), as for `approach`."""
+        way, first, last = ways[self.first.pair], self.first, self.last
+        if last is None:
+            return first.distance - (way[-1] - way[first.step])
+        return (first.distance + last.distance - (way[last.step] - way[first.step])) / 2
+
 
 def approach(
     clearance: Clearance,
@@ -116,16 +123,10 @@ def _refined(
     best = best if nearest is None else min(best, nearest.distance)
     end = ways.shape[1] - 1
 
-    def least(gap: _Gap) -> float:
-        way, first, last = ways[gap.first.pair], gap.first, gap.last
-        if last is None:
-            return first.distance - (way[end] - way[first.step])
-        return (first.distance + last.distance - (way[last.step] - way[first.step])) / 2
-
     def matters(bound: float) -> bool:
         return bound < best - max(PRECISION, SHARE * best)
 
-    ranked = [(bound, index) for index, gap in enumerate(gaps) if matters(bound := least(gap))]
+    ranked = [(bound, index) for index, gap in enumerate(gaps) if matters(bound := gap.least(ways))]
     heapify(ranked)
     for _ in range(LOOKS):
         if not ranked or not matters(ranked[0][0]) or time.perf_counter() > deadline:
@@ -141,7 +142,7 @@ def _refined(
             best, nearest = seen.distance, seen
         parts = [_Gap(gap.first, seen)] + ([] if gap.last is None else [_Gap(seen, gap.last)])
         for part in parts:
-            if matters(bound := least(part)):
+            if matters(bound := part.least(ways)):
                 gaps.append(part)
                 heappush(ranked, (bound, len(gaps) - 1))
     return Approach(nearest)
