@@ -52,6 +52,17 @@ class Made:
     findings: Findings = field(default_factory=Findings)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Case:
+    """One goal in joint space, and what its plan must pass."""
+
+    goal: m.Goal
+    primitive: Primitive
+    request: MotionRequest
+    origin: Origin
+    verify: Verifier
+
+
 class Solver:
     """Plans goals; each plan begins with the rows of the last one of the same primitive."""
 
@@ -82,106 +93,94 @@ class Solver:
         if is_in_tool_space(goal):
             goal = self._tool_space.in_joint_space(goal, primitive, origin)
         request = motion_request(goal, primitive, self._config, origin)
-        began, tick = time.perf_counter(), self._config.tick
-        alternative, sampled = 0, None
-        verify = Verifier(self.motions, goal, deadline)
+        case = _Case(goal, primitive, request, origin, Verifier(self.motions, goal, deadline))
+        began, alternative = time.perf_counter(), 0
         try:
-            if goal.method in ELSEWHERE:
-                sampled = yield Task(primitive, request, tick)
-            elif goal.method == "dmp":
-                sampled = plan_dmp(primitive, request, tick)
-            if sampled is not None and not goal.plan_only:
-                check_limits(sampled)
-            if sampled is None:
-                alternative, made = self._planned(goal, primitive, request, origin, verify)
+            if goal.method == "qp":
+                alternative, made = self._planned(case)
             else:
-                made = sampled
-                verify(made)
+                made = yield from self._sampled(case)
         except MotionError as error:
             raise refusal_of(error, self._config.joint_names) from None
-        return Made(
-            made, 0 if is_of_tool else alternative, origin, (time.perf_counter() - began) * 1e3, verify.findings
-        )
+        solve_ms = (time.perf_counter() - began) * 1e3
+        return Made(made, 0 if is_of_tool else alternative, origin, solve_ms, case.verify.findings)
 
-    def _planned(
-        self, goal: m.Goal, primitive: Primitive, request: MotionRequest, origin: Origin, verify: Verifier
-    ) -> tuple[int, SplinePlan]:
-        """The end that is played and its plan, by the method "qp"."""
-        warm, alternative = self._warm.get(goal.primitive), 0
-        if goal.alternatives:
-            alternative, made = self._best(goal, primitive, request, origin, warm, verify)
-        elif goal.fastest:
-            made = self._fastest(primitive, request, verify)
+    def _sampled(self, case: _Case) -> Steps[SampledPlan]:
+        """The plan of the methods whose limits are checked on samples; one that is only looked at may pass them."""
+        tick = self._config.tick
+        if case.goal.method in ELSEWHERE:
+            made = yield Task(case.primitive, case.request, tick)
         else:
-            made = self._own(goal, primitive, request, origin, warm, verify)
-        self._warm[goal.primitive] = made.warm
+            made = plan_dmp(case.primitive, case.request, tick)
+        if not case.goal.plan_only:
+            check_limits(made)
+        case.verify(made)
+        return made
+
+    def _planned(self, case: _Case) -> tuple[int, SplinePlan]:
+        """The end that is played and its plan, by the method "qp"."""
+        alternative = 0
+        if case.goal.alternatives:
+            alternative, made = self._best(case)
+        elif case.goal.fastest:
+            made = self._fastest(case)
+        else:
+            made = self._own(case)
+        self._warm[case.goal.primitive] = made.warm
         return alternative, made
 
-    def _best(
-        self,
-        goal: m.Goal,
-        primitive: Primitive,
-        request: MotionRequest,
-        origin: Origin,
-        warm: Warm | None,
-        verify: Verifier,
-    ) -> tuple[int, SplinePlan]:
+    def _best(self, case: _Case) -> tuple[int, SplinePlan]:
         """Return the best end and its plan.
 
         If none was found and planning time ran out for the goal's own end, that end is planned as if it were alone.
         """
-        found = ends(goal, request, self._config, origin)
+        found = ends(case.goal, case.request, self._config, case.origin)
+        warm = self._warm.get(case.goal.primitive)
         try:
-            return plan_best(primitive, request, found, self._config.tick, warm, verify)
+            return plan_best(case.primitive, case.request, found, self._config.tick, warm, case.verify)
         except AllRefused as refused:
             own, *others = refused.errors
         if isinstance(own, OutOfTime):
             try:
-                return 0, self._own(goal, primitive, request, origin, warm, verify)
+                return 0, self._own(case)
             except MotionError as error:
                 own = error
         raise none_of([own, *others], self._config.joint_names)
 
-    def _own(
-        self,
-        goal: m.Goal,
-        primitive: Primitive,
-        request: MotionRequest,
-        origin: Origin,
-        warm: Warm | None,
-        verify: Verifier,
-    ) -> SplinePlan:
+    def _own(self, case: _Case) -> SplinePlan:
         """The plan of the goal's own end."""
         # Another duration is no answer to who must be there in time.
-        remedy = goal.arrival_time is None and (origin.correction is None or goal.duration is not None)
-        made = plan(primitive, request, self._config.tick, warm, remedy)
+        goal = case.goal
+        remedy = goal.arrival_time is None and (case.origin.correction is None or goal.duration is not None)
+        made = plan(case.primitive, case.request, self._config.tick, self._warm.get(goal.primitive), remedy)
         try:
-            verify(made)
+            case.verify(made)
         except TorqueExceeded as error:
-            slower = self._slower(primitive, request, verify) if remedy else None
+            slower = self._slower(case, case.request) if remedy else None
             raise error.with_remedy(slower.duration if slower else None) from None
         return made
 
-    def _fastest(self, primitive: Primitive, request: MotionRequest, verify: Verifier) -> SplinePlan:
+    def _fastest(self, case: _Case) -> SplinePlan:
         """The plan in the shortest duration found that keeps the limits, those of torques included."""
-        made = plan_fastest(primitive, request, self._config.tick)
+        made = plan_fastest(case.primitive, case.request, self._config.tick)
         try:
-            verify(made)
+            case.verify(made)
         except TorqueExceeded:
-            if (slower := self._slower(primitive, made.request, verify)) is None:
+            if (slower := self._slower(case, made.request)) is None:
                 raise
             return slower
         return made
 
-    def _slower(self, primitive: Primitive, request: MotionRequest, verify: Verifier) -> SplinePlan | None:
-        """A plan that passes in a longer duration than the one requested; None where none was found."""
+    def _slower(self, case: _Case, request: MotionRequest) -> SplinePlan | None:
+        """A plan that passes in a longer duration than that of `request`; None where none was found."""
         for factor in SLOWER:
             duration = math.ceil(factor * request.duration * self._config.rate_hz) / self._config.rate_hz
             if duration > MAX_PLAN_S:
                 break
             try:
-                made = plan(primitive, stretched(request, duration), self._config.tick, remedy=False, thorough=False)
-                verify(made)
+                slow = stretched(request, duration)
+                made = plan(case.primitive, slow, self._config.tick, remedy=False, thorough=False)
+                case.verify(made)
             except MotionError:
                 continue
             return made
