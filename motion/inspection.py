@@ -81,13 +81,17 @@ def gaps(demonstration: Demonstration, primitive: Primitive) -> Iterator[str]:
     steps = np.diff(demonstration.times)
     knot = primitive.duration / (primitive.basis_count - 3)
     rows = np.flatnonzero(steps > max(GAP * float(np.median(steps)), knot / 2))
-    if not len(rows):
-        return
-    times = demonstration.times - demonstration.times[0]
+    if len(rows):
+        yield filled_gaps(demonstration.times, rows)
+
+
+def filled_gaps(times: np.ndarray, rows: np.ndarray) -> str:
+    """Return a sentence on the gaps that follow the samples `rows`; times (n,), s."""
+    steps, since = np.diff(times), times - times[0]
     longest = sorted(rows[np.argsort(-steps[rows], kind="stable")][:LISTED].tolist())
-    listed = ", ".join(f"{steps[row]:.3g} s after {times[row]:.3g} s" for row in longest)
+    listed = ", ".join(f"{steps[row]:.3g} s after {since[row]:.3g} s" for row in longest)
     rest = f" and {len(rows) - LISTED} more" if len(rows) > LISTED else ""
-    yield f"samples are missing and the spline fills the gaps: {listed}{rest}"
+    return f"samples are missing and the spline fills the gaps: {listed}{rest}"
 
 
 def not_followed(demonstration: Demonstration, primitive: Primitive, names: Sequence[str]) -> Iterator[str]:

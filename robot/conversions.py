@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from motion.limits import Limits
 from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import matrix, matrix_bytes
@@ -34,3 +35,13 @@ def finite_or_null(values: np.ndarray) -> list[float | None]:
 def ranges_or_null(ranges: np.ndarray) -> list[m.Range | None]:
     """Return ranges (J, 2) as pairs, with null where either side has no limit."""
     return [tuple(pair) if np.isfinite(pair).all() else None for pair in ranges.tolist()]
+
+
+def limits_of(limits: m.RobotLimits) -> Limits:
+    """Return the limits that a robot describes, ±inf where there is null."""
+    ranges = [(-np.inf, np.inf) if pair is None else pair for pair in limits.positions]
+    largest = (
+        np.array([np.inf if value is None else value for value in values])
+        for values in (limits.velocities, limits.accelerations, limits.jerks)
+    )
+    return Limits(np.array(ranges, dtype=float), *largest)

@@ -35,11 +35,6 @@ class Matrix(Protocol):
         ...
 
 
-def is_positions(name: str) -> bool:
-    """Whether an array's name is that of joint positions."""
-    return _rank(name) is not None
-
-
 def most_likely(found: Mapping[str, object]) -> list[str]:
     """Return the names that are joint positions, only those of the likeliest kind."""
     ranks = {name: rank for name in found if (rank := _rank(name)) is not None}

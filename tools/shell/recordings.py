@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.text import Text
 from tyro.conf import Positional, UseAppendAction, arg
 
-from motion.limits import Limits
 from protocol import messages as m
+from robot.conversions import limits_of
 from tools.recordings import readers, writers
 from tools.recordings.doctor import Arm, Finding, examine
 from tools.recordings.learning import in_radians, load
@@ -173,14 +173,7 @@ def _arm(description: m.Description | None) -> Arm | None:
     """Return the arm that shall play a recording, None where nobody describes it."""
     if description is None:
         return None
-    own = description.limits
-    none = (-np.inf, np.inf)
-    positions = np.array([none if pair is None else pair for pair in own.positions], dtype=float)
-    largest = (
-        [np.inf if value is None else value for value in values]
-        for values in (own.velocities, own.accelerations, own.jerks)
-    )
-    return Arm(tuple(description.joint_names), Limits(positions, *(np.array(values) for values in largest)))
+    return Arm(tuple(description.joint_names), limits_of(description.limits))
 
 
 def print_findings(notes: Sequence[str], findings: Sequence[Finding]) -> None:

@@ -1,5 +1,6 @@
 """What the doctor finds in a recording."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -79,3 +80,11 @@ class Examination:
     def refusal(self) -> Finding | None:
         """The finding that keeps the recording from being learned, or None."""
         return next((finding for finding in self.findings if finding.fatal), None)
+
+
+def kept(recording: Recording, findings: Sequence[Finding]) -> np.ndarray:
+    """Return which samples (n,) of a recording belong to none of the findings."""
+    keep = np.ones(len(recording.times), bool)
+    for finding in findings:
+        keep[finding.rows] = False
+    return keep

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tools.recordings.doctor.finding import Finding, Robot
+from tools.recordings.doctor.finding import Finding, Robot, kept
 from tools.recordings.doctor.signals import LEAST_NOISE, counted, grain, ranges, usual_step
 from tools.recordings.recording import Recording
 
@@ -68,9 +68,7 @@ def lost(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 def drop_with_time(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
     """The recording without repeated frames, and without the time that they took."""
-    keep = np.ones(len(recording.times), bool)
-    for finding in findings:
-        keep[finding.rows] = False
+    keep = kept(recording, findings)
     steps = np.diff(recording.times, prepend=recording.times[0])
     times = recording.times[0] + np.cumsum(np.where(keep, steps, 0.0))
     return replace(recording, times=times[keep], values=recording.values[keep])

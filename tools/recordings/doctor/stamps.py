@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from motion.demonstration import MIN_SAMPLES
-from tools.recordings.doctor.finding import Finding, Robot
+from motion.inspection import filled_gaps
+from tools.recordings.doctor.finding import Finding, Robot, kept
 from tools.recordings.doctor.signals import beside, counted, usual_step
 from tools.recordings.recording import Recording
 
@@ -18,8 +19,6 @@ IRREGULAR = 0.02
 
 SMOOTHER = 0.6
 """… and the movement is smoother by this factor or a smaller one when the stamps are evened out."""
-
-LISTED = 3
 
 
 def duplicates(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
@@ -80,19 +79,13 @@ def gaps(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     rows = np.flatnonzero(steps > max(GAP * usual_step(recording.times), SHORTEST_GAP))
     if not len(rows):
         return
-    since = recording.times - recording.times[0]
-    longest = sorted(rows[np.argsort(-steps[rows], kind="stable")][:LISTED].tolist())
-    listed = ", ".join(f"{steps[row]:.3g} s after {since[row]:.3g} s" for row in longest)
-    rest = f" and {len(rows) - LISTED} more" if len(rows) > LISTED else ""
-    sentence = f"samples are missing and the spline fills the gaps: {listed}{rest}; record again if it matters there"
+    sentence = f"{filled_gaps(recording.times, rows)}; record again if it matters there"
     yield Finding(sentence, rows=np.unique(np.concatenate([rows, rows + 1])), planner_says=True)
 
 
 def drop_rows(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
     """The recording without the samples of the findings."""
-    keep = np.ones(len(recording.times), bool)
-    for finding in findings:
-        keep[finding.rows] = False
+    keep = kept(recording, findings)
     return replace(recording, times=recording.times[keep], values=recording.values[keep])
 
 
