@@ -11,16 +11,14 @@ import numpy as np
 
 from robot.description import RobotConfig
 from robot.levers import PLANE, Levers
-from robot.model import body_name, joint_ids
-from robot.tree import carrying_joints, path_to_world
+from robot.model import body_name, joint_ids, owner_name
+from robot.tree import flies, path_to_world
 
 FAR = 1.0
 """Distances are measured up to here, m; what is farther counts as this far."""
 
 ROUGH = 0.2
 """Beyond this (m) the distance of the spheres around two bodies will do."""
-
-FREE = int(mujoco.mjtJoint.mjJNT_FREE)
 
 Reason = Literal["neighbours", "near at home", "collision.ignore"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
@@ -70,7 +68,7 @@ class Clearance:
         self._positions_of = self.data.geom_xpos
         joints = joint_ids(model, config.joint_names)
         self._qpos = model.jnt_qposadr[joints].astype(np.intp)
-        self.data.qpos[model.jnt_qposadr[joint_ids(model, tuple(config.held))]] = list(config.held.values())
+        self.data.qpos[:] = config.pose_at_home
         self.pairs, self.ignored = _candidates(model, joints)
         self.place(config.home)
         kept, ignore = [], config.collision.ignore
@@ -150,9 +148,7 @@ def _names(model: mujoco.MjModel, geoms: tuple[int, int]) -> tuple[str, str]:
     Of the world it is the geom's name, as in messages on contacts.
     """
     later, earlier = sorted(geoms, key=lambda geom: -int(model.geom_bodyid[geom]))
-    other = int(model.geom_bodyid[earlier])
-    named = body_name(model, other) if other else model.geom(earlier).name or "world"
-    return body_name(model, int(model.geom_bodyid[later])), named
+    return owner_name(model, later), owner_name(model, earlier)
 
 
 def _reach(model: mujoco.MjModel, geom: int, centre: int) -> float:
@@ -169,8 +165,7 @@ def _can_touch(model: mujoco.MjModel, one: int, other: int) -> bool:
 
 def _loose(model: mujoco.MjModel, body: int) -> bool:
     """Return whether something else than the robot's joints places the body: it flies, or is a mocap body."""
-    flies = any(model.jnt_type[joint] == FREE for joint in carrying_joints(model, body))
-    return flies or any(model.body_mocapid[part] >= 0 for part in path_to_world(model, body))
+    return flies(model, body) or any(model.body_mocapid[part] >= 0 for part in path_to_world(model, body))
 
 
 def _neighbours(model: mujoco.MjModel, one: int, other: int) -> bool:

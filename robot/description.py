@@ -10,10 +10,11 @@ import mujoco
 import numpy as np
 
 from motion.limits import Limits
-from robot.joints import bounds, home, inside, joint_range, ranges, torques
-from robot.model import TOOL_SITE, Tool, body_name, check_tool, compile_model, joint_ids, moved_bodies
+from robot.joints import bounds, home, inside, model_ranges, ranges, torques
+from robot.model import TOOL_SITE, Tool, body_name, check_tool, compile_model, joint_ids
 from robot.schema import CollisionTable, Description, OnFault, RobotError, ToolFrame, read_description
 from robot.shipped import DEFAULT_ROBOT_CONFIG
+from robot.tree import is_moved_by
 
 MAX_GAIN = 2.0
 """Eq. 11 is unstable where alpha, times the length of a tick, is larger."""
@@ -80,6 +81,14 @@ class RobotConfig:
         """Length of a tick, s."""
         return 1.0 / self.rate_hz
 
+    @property
+    def pose_at_home(self) -> np.ndarray:
+        """Positions (nq,) of the whole model: the arm at home, held joints at their values, all else as it begins."""
+        pose = self.model.qpos0.copy()
+        joints = joint_ids(self.model, (*self.joint_names, *self.held))
+        pose[self.model.jnt_qposadr[joints]] = [*self.home, *self.held.values()]
+        return pose
+
     def load_model(self, visual: bool = False) -> mujoco.MjModel:
         """Return a copy of the model; `visual`: one that is compiled with what is only for the eye."""
         return compile_model(self.mjcf_path, self.tool, visual) if visual else copy(self.model)
@@ -105,7 +114,7 @@ def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, to
         raise RobotError("joints.names: needs one or more names, each once")
     ids = joint_ids(model, names)
     _check_numbers(description)
-    moved = moved_bodies(model, ids)
+    moved = [body for body in range(1, model.nbody) if is_moved_by(model, body, set(ids))]
     check_tool(model, tool, moved)
     positions = ranges(joints, model, ids)
     return RobotConfig(
@@ -166,10 +175,11 @@ def _tolerance(description: Description) -> Tolerance:
 def _held(description: Description, model: mujoco.MjModel) -> dict[str, float]:
     """Return the held joints, checked against their ranges."""
     held = description.held
-    for name, value, joint in zip(held, held.values(), joint_ids(model, tuple(held), "held"), strict=True):
+    bounds = model_ranges(model, joint_ids(model, tuple(held), "held"))
+    for name, value, own in zip(held, held.values(), bounds, strict=True):
         if name in description.joints.names:
             raise RobotError(f"held.{name}: is one of joints.names, which move; leave it out here or there")
-        held[name] = inside(f"held.{name}", value, joint_range(model, joint))
+        held[name] = inside(f"held.{name}", value, own)
     return held
 
 

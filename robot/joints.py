@@ -28,14 +28,15 @@ def bounds(joints: JointsTable, key: str) -> np.ndarray:
     return values
 
 
-def joint_range(model: mujoco.MjModel, joint: int) -> np.ndarray:
-    """Return the range of a joint, (2,), ±inf where it has none."""
-    return model.jnt_range[joint] if model.jnt_limited[joint] else np.array([-np.inf, np.inf])
+def model_ranges(model: mujoco.MjModel, joints: list[int]) -> np.ndarray:
+    """Return the ranges of joints in the model, (J, 2), ±inf where there is none."""
+    limited = model.jnt_limited[joints].astype(bool)[:, None]
+    return np.where(limited, model.jnt_range[joints], [-np.inf, np.inf])
 
 
 def ranges(joints: JointsTable, model: mujoco.MjModel, ids: list[int]) -> np.ndarray:
     """Return the ranges of the joints, (J, 2): the model's, or tighter ones; ±inf takes the model's."""
-    widest = np.array([joint_range(model, joint) for joint in ids])
+    widest = model_ranges(model, ids)
     if joints.positions is None:
         return widest
     asked = _vector(joints, "positions")

@@ -10,8 +10,7 @@ from robot.model import joint_ids
 class Kinematics:
     """Pose and velocity of the tool site in the world frame. It holds its own MuJoCo data: use one per thread.
 
-    model: MuJoCo's. joint_ids: of the arm's joints in it. site: the tool's number. resting: (nq,), positions of the
-    model with the held joints where they are held.
+    model: MuJoCo's. joint_ids: of the arm's joints in it. site: the tool's number.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -19,9 +18,7 @@ class Kinematics:
         self.joint_ids = joint_ids(self.model, config.joint_names)
         self.site = self.model.site(config.tool.site).id
         self._data = mujoco.MjData(self.model)
-        held = self.model.jnt_qposadr[joint_ids(self.model, tuple(config.held))]
-        self._data.qpos[held] = list(config.held.values())
-        self.resting = self._data.qpos.copy()
+        self._data.qpos[:] = config.pose_at_home
         self._qpos = self.model.jnt_qposadr[self.joint_ids]
         self._dofs = self.model.jnt_dofadr[self.joint_ids]
         self._jacobian = np.zeros((3, self.model.nv))

@@ -80,13 +80,10 @@ def body_name(model: mujoco.MjModel, body: int) -> str:
     return model.body(body).name or f"body {body}"
 
 
-def moved_bodies(model: mujoco.MjModel, joints: list[int]) -> list[int]:
-    """Return the bodies that move with one of the joints, in the order of the model."""
-    moved = {int(model.jnt_bodyid[joint]) for joint in joints}
-    for body in range(1, model.nbody):  # parents come before their children
-        if int(model.body_parentid[body]) in moved:
-            moved.add(body)
-    return sorted(moved)
+def owner_name(model: mujoco.MjModel, geom: int) -> str:
+    """Return the name of a geom's body; of what belongs to the world, the geom's own."""
+    body = int(model.geom_bodyid[geom])
+    return body_name(model, body) if body else model.geom(geom).name or "world"
 
 
 def check_tool(model: mujoco.MjModel, tool: Tool, moved: list[int]) -> None:

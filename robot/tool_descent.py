@@ -42,7 +42,7 @@ class ToolDescent:
         self._site = kinematics.site
         self._frame = mink.FrameTask(self._site, "site", position_cost=1.0, orientation_cost=1.0)
         self._pointing = mink.AxisAlignTask(self._site, "site")
-        self._configuration = mink.Configuration(model, kinematics.resting)
+        self._configuration = mink.Configuration(model, config.pose_at_home)
         accelerations = config.limits.accelerations
         scale = np.where(np.isfinite(accelerations), accelerations, 1.0)
         self._weights = scale / scale.max()

@@ -19,7 +19,7 @@ class InverseDynamics:
         self._data = mujoco.MjData(model)
         joints = joint_ids(model, config.joint_names)
         self._qpos, self._dofs = (a[joints].astype(np.intp) for a in (model.jnt_qposadr, model.jnt_dofadr))
-        self._data.qpos[model.jnt_qposadr[joint_ids(model, tuple(config.held))]] = list(config.held.values())
+        self._data.qpos[:] = config.pose_at_home
         rubs = bool(model.dof_frictionloss.any() or model.tendon_frictionloss.any())
         for flag in ("CONTACT", "LIMIT", "EQUALITY") if rubs else ("CONSTRAINT",):
             model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}"))

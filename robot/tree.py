@@ -65,6 +65,12 @@ def loop_joints(model: mujoco.MjModel, first: int, second: int) -> set[int]:
     return set(carrying_joints(model, first)) ^ set(carrying_joints(model, second))
 
 
+def same_tree(model: mujoco.MjModel, joints: list[int]) -> set[int]:
+    """Return the hinges and slides of the trees, from the world on, that have the joints."""
+    roots = {path_to_world(model, int(model.jnt_bodyid[joint]))[-1] for joint in joints}
+    return {joint for joint in single_axis(model) if path_to_world(model, int(model.jnt_bodyid[joint]))[-1] in roots}
+
+
 def actuated(model: mujoco.MjModel) -> set[int]:
     """Return the joints that an actuator drives, by itself or by a tendon."""
     driven: set[int] = set()
@@ -101,7 +107,7 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, joints: set[int]) -> di
     pairs: dict[tuple[str, str], float] = {}
     for index, geoms in enumerate(data.contact.geom.tolist()):
         bodies = [int(model.geom_bodyid[geom]) for geom in geoms]
-        if any(_flies(model, body) for body in bodies):
+        if any(flies(model, body) for body in bodies):
             continue
         if any(is_moved_by(model, body, joints) for body in bodies):
             names = sorted(body_name(model, body) for body in bodies)
@@ -110,6 +116,7 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, joints: set[int]) -> di
     return {pair: distance for pair, distance in pairs.items() if distance < 0}
 
 
-def _flies(model: mujoco.MjModel, body: int) -> bool:
+def flies(model: mujoco.MjModel, body: int) -> bool:
+    """Return whether the body, or what carries it, moves freely."""
     free = int(mujoco.mjtJoint.mjJNT_FREE)
     return any(model.jnt_type[joint] == free for joint in carrying_joints(model, body))

@@ -46,6 +46,17 @@ class UrdfJoint:
         """Whether it has a single axis."""
         return self.kind in ("revolute", "continuous", "prismatic")
 
+    @property
+    def looks_movable(self) -> bool:
+        """Whether it is fixed, but has limits as if it should move."""
+        return self.kind == "fixed" and self.limited
+
+    @property
+    def unknown(self) -> dict[str, float]:
+        """Limits that no joint can have, and that stand for unknown, by their name in the file."""
+        given = {"velocity": self.velocity, "effort": self.effort} if self.moves else {}
+        return {key: value for key, value in given.items() if value is not None and value <= 0}
+
 
 def is_urdf(path: Path) -> bool:
     """Return whether the file is named as a URDF."""

@@ -14,13 +14,14 @@ class Arm:
     tool: str
     joints: tuple[str, ...]
     home: tuple[float, ...]
+    rate_hz: int = 1000
 
     def write(self, folder: Path, name: str = "other") -> Path:
         """Write the robot's TOML, with the same limits for all joints, and return its path."""
         count = len(self.joints)
         file = folder / f"{name}.toml"
         file.write_text(
-            f'name = "{name}"\nmodel = "{self.model}"\ntool = "{self.tool}"\nrate_hz = 1000\nalpha = 50.0\n'
+            f'name = "{name}"\nmodel = "{self.model}"\ntool = "{self.tool}"\nrate_hz = {self.rate_hz}\nalpha = 50.0\n'
             "silence_ticks = 20\nmax_tracking_error = 0.3\n[joints]\n"
             f"names = {list(self.joints)}\nhome = {list(self.home)}\nvelocities = {[3.0] * count}\n"
             f"accelerations = {[20.0] * count}\njerks = {[500.0] * count}\n"

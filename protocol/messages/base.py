@@ -129,7 +129,7 @@ class Clearance(Struct, kw_only=True):
     Pairs of bodies that are not checked do not count.
 
     Attributes:
-        distance: m, found to 2 mm; above 0.2 m it is a lower bound
+        distance: m, found to 2 mm or a tenth of it, the larger; above 0.2 m it is a lower bound
         body: that the arm moves
         other: body that it comes nearest to, or the geom's name where that is the world
         time_from_start: time at which it does

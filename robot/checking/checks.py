@@ -57,7 +57,7 @@ class Cost:
 def measure_cost(config: RobotConfig, model: mujoco.MjModel) -> Cost:
     """Return what the robot takes; simulates some steps."""
     data = mujoco.MjData(model)
-    data.qpos[:] = Subject(config, model).home
+    data.qpos[:] = config.pose_at_home
     mujoco.mj_step(model, data)
     began = time.perf_counter()
     for _ in range(STEPS):

@@ -138,10 +138,8 @@ def degrees(subject: Subject) -> Iterator[Finding]:
 def sentinels(subject: Subject) -> Iterator[Finding]:
     """Limits in a URDF that stand for unknown."""
     for joint in subject.urdf.values():
-        for key in ("velocity", "effort"):
-            value = getattr(joint, key)
-            if joint.moves and value is not None and value <= 0:
-                yield Finding(
-                    "warning",
-                    f"{joint.name}: its {key} of {value:g} in the URDF is taken for unknown; write the true limit",
-                )
+        for key, value in joint.unknown.items():
+            yield Finding(
+                "warning",
+                f"{joint.name}: its {key} of {value:g} in the URDF is taken for unknown; write the true limit",
+            )

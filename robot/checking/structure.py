@@ -13,8 +13,7 @@ from robot.tree import (
     is_moved_by,
     joint_equalities,
     loop_joints,
-    path_to_world,
-    single_axis,
+    same_tree,
     touching,
 )
 
@@ -26,7 +25,7 @@ LISTED = 4
 def contacts_at_home(subject: Subject) -> Iterator[Finding]:
     """Bodies of the arm that touch something at home."""
     data = mujoco.MjData(subject.model)
-    data.qpos[:] = subject.home
+    data.qpos[:] = subject.config.pose_at_home
     for (first, second), distance in touching(subject.model, data, {*subject.joints, *subject.held}).items():
         if frozenset((first, second)) not in subject.config.collision.ignore or distance < -DEEP:
             yield Finding(
@@ -70,9 +69,7 @@ def undriven(subject: Subject) -> Iterator[Finding]:
             f"{subject.joint_name(joint)} carries the tool, but is neither in joints.names nor in [held]: it falls; "
             "add it to one of them, or remove it from the model",
         )
-    roots = {path_to_world(model, int(model.jnt_bodyid[joint]))[-1] for joint in subject.joints}
-    own = {j for j in single_axis(model) if path_to_world(model, int(model.jnt_bodyid[j]))[-1] in roots}
-    limp = (own | actuated(model)) - driven - subject.followers - set(inside)
+    limp = (same_tree(model, subject.joints) | actuated(model)) - driven - subject.followers - set(inside)
     if limp:
         yield Finding(
             "warning",
@@ -98,7 +95,7 @@ def order(subject: Subject) -> Iterator[Finding]:
 def fixed_joints(subject: Subject) -> Iterator[Finding]:
     """Fixed joints of a URDF that look as if they should move."""
     for joint in subject.urdf.values():
-        if joint.kind == "fixed" and joint.limited:
+        if joint.looks_movable:
             yield Finding(
                 "warning",
                 f'{joint.name} is fixed in the URDF, but has limits; if it should move, write type="revolute"',

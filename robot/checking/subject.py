@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Literal
 
 import mujoco
-import numpy as np
 
 from robot.description import RobotConfig
 from robot.dynamics import Load, load_at, sample_poses
@@ -59,22 +58,14 @@ class Subject:
         return followers(self.model)
 
     @cached_property
-    def home(self) -> np.ndarray:
-        """The home pose of the whole model, (nq,)."""
-        qpos = self.model.qpos0.copy()
-        qpos[self.model.jnt_qposadr[self.joints]] = self.config.home
-        qpos[self.model.jnt_qposadr[self.held]] = list(self.config.held.values())
-        return qpos
-
-    @cached_property
     def load_at_home(self) -> Load:
         """Gravity and inertia at home."""
-        return load_at(self.model, self.home, self.joints, self.config.home[None])
+        return load_at(self.model, self.config.pose_at_home, self.joints, self.config.home[None])
 
     @cached_property
     def load(self) -> Load:
         """Gravity and inertia over the range."""
-        return load_at(self.model, self.home, self.joints, sample_poses(self.config.limits.positions))
+        return load_at(self.model, self.config.pose_at_home, self.joints, sample_poses(self.config.limits.positions))
 
     @cached_property
     def urdf(self) -> Mapping[str, UrdfJoint]:

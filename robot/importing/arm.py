@@ -89,12 +89,10 @@ def _urdf_notes(urdf: Mapping[str, UrdfJoint]) -> list[str]:
     """Return sentences on joints that a URDF hardly means so."""
     notes: list[str] = []
     for joint in urdf.values():
-        if joint.kind == "fixed" and joint.limited:
+        if joint.looks_movable:
             notes.append(f'{joint.name} is fixed, but has limits; if it should move, write type="revolute"')
-        for key in ("velocity", "effort"):
-            value = getattr(joint, key)
-            if joint.moves and value is not None and value <= 0:
-                notes.append(f"{joint.name}: {key} is {value:g}, which is taken for unknown; write the true limit")
+        for key, value in joint.unknown.items():
+            notes.append(f"{joint.name}: {key} is {value:g}, which is taken for unknown; write the true limit")
         if joint.mimics:
             notes.append(f"{joint.name} follows {joint.mimics} by an equality that MuJoCo keeps softly")
     return notes

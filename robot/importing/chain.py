@@ -4,11 +4,10 @@ import re
 from dataclasses import dataclass, field
 
 import mujoco
-import numpy as np
 
 from robot.model import SINGLE_AXIS, TOOL_SITE, Tool, body_name
 from robot.schema import RobotError
-from robot.tree import actuated, carrying_joints, followers, joint_equalities, path_to_world, single_axis
+from robot.tree import actuated, carrying_joints, followers, joint_equalities, path_to_world, same_tree, single_axis
 
 TOOL_NAMES = ("attachment_?site", "tcp", "tool0?", "ee|eef|end_?effector", "grip.*", "grasp|pinch", "flange")
 """Words that name a tool, the surest first."""
@@ -144,17 +143,6 @@ def _check_mimics(model: mujoco.MjModel, chain: list[int], names: list[str]) -> 
 
 def _beside(model: mujoco.MjModel, chain: list[int]) -> list[int]:
     """Return the joints that would fall: of the arm's own tree or with an actuator, and no equality moves them."""
-    root = path_to_world(model, int(model.jnt_bodyid[chain[0]]))[-1]
-    driven = actuated(model)
-    own = {
-        joint
-        for joint in single_axis(model)
-        if joint in driven or path_to_world(model, int(model.jnt_bodyid[joint]))[-1] == root
-    }
+    own = same_tree(model, chain) | actuated(model).intersection(single_axis(model))
     beside = own - set(chain) - followers(model)
     return [joint for joint in sorted(beside) if model.joint(joint).name]
-
-
-def ranges_of(model: mujoco.MjModel, joints: list[int]) -> np.ndarray:
-    """Return the ranges of joints, (J, 2), ±inf where there is none."""
-    return np.where(model.jnt_limited[joints, None], model.jnt_range[joints], [-np.inf, np.inf])

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from robot.importing.chain import Arm, ranges_of
+from robot.importing.chain import Arm
+from robot.joints import model_ranges
 from robot.schema import RobotError
 from robot.tree import touching
 
@@ -50,7 +51,7 @@ def find_home(model: mujoco.MjModel, arm: Arm, keyframe: str | None) -> Home:
 def _of_keyframe(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], key: int, name: str) -> Home:
     pose, wanted = model.key_qpos[key].copy(), model.key_qpos[key].copy()
     addresses = model.jnt_qposadr[joints]
-    pose[addresses] = np.clip(pose[addresses], *ranges_of(model, joints).T)
+    pose[addresses] = np.clip(pose[addresses], *model_ranges(model, joints).T)
     notes = [
         f"{model.joint(joint).name}: keyframe {name!r} has {wanted[address]:.6g}, outside of its range; "
         f"home has {pose[address]:.6g}"
@@ -64,9 +65,9 @@ def _of_keyframe(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], 
 def _free_of_contact(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int]) -> Home:
     addresses = model.jnt_qposadr[joints]
     first: np.ndarray | None = None
-    for origin, values in _candidates(ranges_of(model, joints)):
+    for origin, values in _candidates(model_ranges(model, joints)):
         data.qpos[:] = model.qpos0
-        data.qpos[addresses] = np.clip(np.round(values, 4), *ranges_of(model, joints).T)
+        data.qpos[addresses] = np.clip(np.round(values, 4), *model_ranges(model, joints).T)
         pose = data.qpos.copy()
         first = pose if first is None else first
         if not touching(model, data, set(joints)):

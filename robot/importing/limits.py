@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from robot.dynamics import load_at, sample_poses
-from robot.importing.chain import ranges_of
+from robot.joints import model_ranges
 from robot.torque_limits import torque_limit
 from robot.urdf import UrdfJoint
 
@@ -55,7 +55,7 @@ def find_limits(
     model: mujoco.MjModel, joints: list[int], qpos: np.ndarray, urdf: Mapping[str, UrdfJoint] | None
 ) -> JointLimits:
     """Return the limits of the arm's joints, with what is beside it as in `qpos` (nq,)."""
-    ranges = ranges_of(model, joints)
+    ranges = model_ranges(model, joints)
     torques = _torques(model, joints, urdf is not None)
     velocities = _velocities(model, joints, urdf)
     accelerations = _accelerations(model, joints, qpos, torques.numbers, velocities.numbers)
@@ -98,7 +98,7 @@ def _accelerations(
     model: mujoco.MjModel, joints: list[int], qpos: np.ndarray, torques: np.ndarray, velocities: np.ndarray
 ) -> Value:
     """Return what the torques leave after gravity, friction and damping, while all joints pull against each other."""
-    load = load_at(model, qpos, joints, sample_poses(ranges_of(model, joints)))
+    load = load_at(model, qpos, joints, sample_poses(model_ranges(model, joints)))
     dofs = model.jnt_dofadr[joints]
     known = np.isfinite(torques)
     damping = model.dof_damping.reshape(model.nv, -1)[dofs, 0]

@@ -41,9 +41,9 @@ class SimulatedArm(Backend):
         self.config = config
         self._scene: Scene = build_scene(config)
         self._held = HeldJoints(config, self._scene)
-        self._dynamics = InverseDynamics(self._scene, np.concatenate([self._scene.dofs, self._held.dofs]))
-        self._torque_limits = np.concatenate([config.torques, self._held.limits])
         self._controlled = np.concatenate([self._scene.dofs, self._held.dofs])
+        self._dynamics = InverseDynamics(self._scene, self._controlled)
+        self._torque_limits = np.concatenate([config.torques, self._held.limits])
         self._contact_log = ContactLog(self._scene)
         self._surroundings = Surroundings(config, self._scene.model)
         self._led = LedJoints(self._scene)

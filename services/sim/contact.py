@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from protocol.messages import Contact
-from robot.model import body_name
+from robot.model import owner_name
 from robot.surroundings import BALL, TEE
 from services.sim.model import Scene
 
@@ -33,7 +33,7 @@ class ContactLog:
         self._scene = scene
         self._open: dict[Bodies, _Episode] = {}
         self._force = np.zeros(6)
-        names = [self._geom_owner(geom) for geom in range(scene.model.ngeom)]
+        names = [owner_name(scene.model, geom) for geom in range(scene.model.ngeom)]
         self._pairs = [[_in_order(first, second) for second in names] for first in names]
 
     def clear(self) -> None:
@@ -83,12 +83,6 @@ class ContactLog:
             ball_velocity=velocity,
             ended=ended,
         )
-
-    def _geom_owner(self, geom: int) -> str:
-        """The geom's body; of what belongs to the world, the geom's own name."""
-        model = self._scene.model
-        body = model.geom_bodyid[geom]
-        return body_name(model, body) if body else model.geom(geom).name or "world"
 
 
 def _in_order(first: str, second: str) -> Bodies:

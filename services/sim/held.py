@@ -11,7 +11,7 @@ from motion.trajectory import Samples, Trajectory
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 from robot.description import RobotConfig
-from robot.joints import joint_range
+from robot.joints import model_ranges
 from robot.model import joint_ids
 from robot.torque_limits import torque_limit
 from services.sim.model import Scene
@@ -37,7 +37,7 @@ class HeldJoints:
         ids = joint_ids(scene.model, tuple(config.held), "held")
         self.dofs = scene.model.jnt_dofadr[ids].astype(np.intp)
         self.limits = np.array([torque_limit(scene.model, joint) for joint in ids])
-        self._ranges = [joint_range(scene.model, joint) for joint in ids]
+        self._ranges = model_ranges(scene.model, ids)
         self._qpos = scene.model.jnt_qposadr[ids].astype(np.intp)
         self._model, self._data = scene.model, scene.data
         self._config = config

@@ -11,6 +11,7 @@ from robot.description import RobotConfig, load_robot
 from services.recorder.geometry import Geometry
 from services.recorder.scene import Scene
 from services.sim.arm import SimulatedArm
+from tests.arms import Arm
 
 MJCF = """
 <mujoco>
@@ -39,21 +40,6 @@ MJCF = """
   <actuator><motor joint="a" ctrlrange="-80 80"/><motor joint="b" ctrlrange="-80 80"/></actuator>
 </mujoco>
 """
-TOML = """
-name = "odd"
-model = "odd.xml"
-tool = "tip"
-rate_hz = 500
-alpha = 50.0
-silence_ticks = 20
-max_tracking_error = 0.3
-[joints]
-names = ["a", "b"]
-home = [0.0, 0.0]
-velocities = [2.0, 2.0]
-accelerations = [10.0, 10.0]
-jerks = [500.0, 500.0]
-"""
 
 
 def listed(batch: Any) -> np.ndarray:
@@ -65,8 +51,7 @@ def listed(batch: Any) -> np.ndarray:
 def config(tmp_path_factory: pytest.TempPathFactory) -> RobotConfig:
     folder = tmp_path_factory.mktemp("odd")
     (folder / "odd.xml").write_text(MJCF)
-    (folder / "odd.toml").write_text(TOML)
-    return load_robot(folder / "odd.toml")
+    return load_robot(Arm(folder / "odd.xml", "tip", ("a", "b"), (0.0, 0.0), rate_hz=500).write(folder, "odd"))
 
 
 def test_every_body_has_a_path_of_its_own(config: RobotConfig):
