@@ -1,4 +1,8 @@
-"""The table of processes: what `python -m services` starts, in this order, and stops in the reverse."""
+"""The table of processes: `volley up` (`python -m services`) starts them in this order and stops them in the reverse.
+
+On a robot PC systemd starts them (`deploy/systemd`). The planner starts processes of its own: one that learns, and one
+that plans goals of the method "gaussian".
+"""
 
 from dataclasses import dataclass
 
@@ -7,8 +11,8 @@ from dataclasses import dataclass
 class Process:
     """One service.
 
-    `module` is run with `python -m`. The service with `hosts_bus` listens, and the others connect to it. `flags` names
-    the service's own flags that `python -m services` hands on.
+    `module` is run with `python -m`. The service with `hosts_bus` is the router: it listens, and the others connect to
+    it. `flags` names the service's own flags that `volley up` passes on.
     """
 
     name: str
