@@ -45,7 +45,7 @@ def main() -> None:
     print("ends at", samples.positions[planned.hit_index].round(6), "rad")
     print("moving at", samples.velocities[planned.hit_index].round(6), "rad/s")
     for active in planned.report.active:
-        print(f"shaped by the limit on the {active.quantity} of joint {active.joint + 1}")
+        print(f"shaped by the limit on the {active.quantity} of joint {active.joint}")  # counted from 0
     try:
         plan(primitive, request(0.1))
     except Infeasible as error:

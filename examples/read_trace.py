@@ -3,8 +3,8 @@
     volley up --record strike.rrd                        # in another shell; end it with Ctrl-C after a goal
     python examples/read_trace.py strike.rrd
 
-A trace is a Rerun recording: `rerun strike.rrd` shows it, and `rerun.chunk` reads it without Volley. Which entities
-there are is said in the module `services.recorder`.
+A trace is a Rerun recording: `rerun strike.rrd` shows it, and `rerun.chunk` reads it without Volley. docs/trace.md
+lists its entities.
 """
 
 import sys
@@ -32,4 +32,6 @@ def main(file: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    if len(sys.argv) != 2:
+        sys.exit("usage: python examples/read_trace.py TRACE.rrd")
+    main(sys.argv[1])

@@ -20,8 +20,8 @@ def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
     for heading in ("plan\ns", "solve\nms", "off by\nmrad", "off by\nmrad/s", "ball\nm/s", "unlike\nrad/s²"):
         shown.add_column(heading, justify="right", no_wrap=True)
     shown.add_column("closest limit", min_width=14)
-    shown.add_column("", no_wrap=True, min_width=6)
-    shown.caption = "off by: the true arm at the hit, worst joint; unlike: acceleration less the demonstration's, rms"
+    shown.add_column("result", no_wrap=True, min_width=6)
+    shown.caption = "off by: true error at the hit, worst joint; unlike: acceleration minus the demonstration's, rms"
     for outcome in outcomes:
         report = outcome.reply.report
         position, velocity = outcome.true_errors() if outcome.result.hit else (float("nan"), float("nan"))

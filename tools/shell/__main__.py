@@ -1,11 +1,12 @@
 """`volley`: one command for all that people do with a robot from the shell."""
 
 import importlib
+import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-DONE, REFUSED, USAGE, SILENT, INTERRUPTED = 0, 1, 2, 4, 130
+DONE, REFUSED, USAGE, SILENT, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 4, 130, 141
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +73,18 @@ COMMANDS: dict[str, Command] = {name: command for group in GROUPS.values() for n
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit status; errors go to stderr as a sentence."""
+    try:
+        try:
+            return dispatch(words)
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:  # as in `volley goal --help | head`; Python would report it again when it flushes at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return PIPE_CLOSED
+
+
+def dispatch(words: Sequence[str] | None) -> int:
+    """Run the command that the first word names."""
     name, *rest = [*(sys.argv[1:] if words is None else words)] or ["--help"]
     if name in ("-h", "--help"):
         print(usage())

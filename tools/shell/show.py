@@ -92,7 +92,10 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
     if report.torque_use is not None:
         joints.append(("torque [of limit]", report.torque_use))
     margins = [(f"{name} [{unit}]", getattr(report.margin, name)) for name, unit in UNITS.items()]
-    tables = [joint_table(names, joints, "extremes"), joint_table(names, margins, "distance to limits")]
+    tables = [
+        joint_table(names, joints, "extremes"),
+        joint_table(names, margins, "distance to limits, the stop after the hit included"),
+    ]
     if reply.positions:
         ends = [("position [rad]", reply.positions), ("velocity [rad/s]", reply.velocities)]
         tables.insert(
@@ -100,11 +103,13 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
             joint_table(
                 names,
                 [*ends, *_deviations(report.deviation)],
-                "at the goal; deviation from the demonstration, and what of it the limits do",
+                "at the goal; deviation from the demonstration, and the part that the limits cause",
             ),
         )
     active = [f"{a.quantity} of {a.joint} at {a.time_from_start:.3f} s" for a in report.active]
-    shaped = sentence(f"shaped by the limits on {', '.join(active)}" if active else "no limit is active")
+    shaped = sentence(
+        f"shaped by the limits on {', '.join(active)}" if active else "no limit shapes the motion up to the hit"
+    )
     return Group(head, solved, *tables, shaped, sentence(_space(report)))
 
 
@@ -268,9 +273,9 @@ def _(reply: m.Learned, names: Sequence[str]) -> RenderableType:
 
 
 def _smoothing(used: m.SavitzkyGolay | None) -> str:
-    """How the recording was smoothed; the reply is the same for a penalised spline and for no smoothing."""
+    """The filter, empty for a penalised spline and for no smoothing, whose replies are the same."""
     if used is None:
-        return "smoothed by a penalised spline, unless --smoothing none was given"
+        return ""
     return f"smoothed over {used.window_s:g} s, order {used.order}"
 
 

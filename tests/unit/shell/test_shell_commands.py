@@ -340,6 +340,17 @@ def publisher_matches(publisher) -> bool:
     return bool(publisher._publisher.matching_status.matching)
 
 
+@pytest.mark.parametrize("words", [["--help"], ["goal", "--help"]])
+def test_a_closed_pipe_is_no_error(words):
+    """As in `volley goal --help | head -1`."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [Path(sys.executable).with_name("volley"), *words]
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, check=False)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (141, b"")
+
+
 def test_client_imports_neither_motion_nor_mujoco():
     code = "import sys, tools.shell.__main__; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
