@@ -54,7 +54,7 @@ class Worker:
             connection.send_bytes(body)
             outcome = connection.recv()
         except (EOFError, OSError):
-            self.close()
+            self.close(died=True)
             sentence = f"the {self.role} process died; send this again"
             raise Refusal("unavailable", sentence, service="planner") from None
         if isinstance(outcome, Failure):
@@ -68,18 +68,20 @@ class Worker:
         if (process := self._process) is not None:
             process.kill()
 
-    def close(self) -> None:
-        """End the process and forget it."""
+    def close(self, *, died: bool = False) -> None:
+        """End the process and forget it; `died`: it ended by itself, which the log says."""
         if self._process is not None:
             self._process.kill()
-            self._log.info("the %s process has ended with status %s", self.role, self._process.wait())
+            status = self._process.wait()
+            if died:
+                self._log.info("the %s process died with status %s", self.role, status)
         if self._connection is not None:
             self._connection.close()
         self._process = self._connection = None
 
     def _connected(self) -> Connection:
         if self._process is not None and self._process.poll() is not None:
-            self.close()
+            self.close(died=True)
         if self._connection is not None:
             return self._connection
         ours, theirs = socket.socketpair()

@@ -92,6 +92,14 @@ def test_it_learns_what_this_process_would(worker: Worker):
     assert pid_of(worker) == first
 
 
+def test_a_process_that_is_ended_did_not_die(worker: Worker, caplog: pytest.LogCaptureFixture):
+    """Its log says nothing of a status: the planner ended it."""
+    caplog.set_level(logging.INFO)
+    worker.learn(body())
+    worker.close()
+    assert caplog.text == ""
+
+
 def test_a_process_that_died_is_replaced(worker: Worker):
     """Nobody notices one that died while it had nothing to do."""
     worker.learn(body())
