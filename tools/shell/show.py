@@ -93,8 +93,8 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
         joints.append(("torque [of limit]", report.torque_use))
     margins = [(f"{name} [{unit}]", getattr(report.margin, name)) for name, unit in UNITS.items()]
     tables = [
-        joint_table(names, joints, "extremes"),
-        joint_table(names, margins, "distance to limits, the stop after the hit included"),
+        joint_table(names, joints, "extremes, the stop included"),
+        joint_table(names, margins, "distance to limits, the stop included"),
     ]
     if reply.positions:
         ends = [("position [rad]", reply.positions), ("velocity [rad/s]", reply.velocities)]
@@ -107,9 +107,8 @@ def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
             ),
         )
     active = [f"{a.quantity} of {a.joint} at {a.time_from_start:.3f} s" for a in report.active]
-    shaped = sentence(
-        f"shaped by the limits on {', '.join(active)}" if active else "no limit shapes the motion up to the hit"
-    )
+    free = "no limit shapes the motion up to the hit"
+    shaped = sentence(f"shaped by the limits on {', '.join(active)}" if active else free)
     return Group(head, solved, *tables, shaped, sentence(_space(report)))
 
 
