@@ -2,10 +2,17 @@
 
 import numpy as np
 
+from motion.limits import Limits
+
+UNLIMITED = 1e9
+"""What an acceleration without limit counts as, rad/s²."""
+
+State = tuple[np.ndarray, np.ndarray, np.ndarray]
+
 
 def tracking_acceleration(
     alpha: float,
-    reference: tuple[np.ndarray, np.ndarray, np.ndarray],
+    reference: State,
     positions: np.ndarray,
     velocities: np.ndarray,
     out: np.ndarray | None = None,
@@ -23,3 +30,43 @@ def tracking_acceleration(
     out *= alpha
     out += goal_acceleration
     return out
+
+
+def returning_acceleration(
+    alpha: float, reference: State, positions: np.ndarray, velocities: np.ndarray, limits: Limits, tick: float
+) -> np.ndarray:
+    """Acceleration by eq. 11 that leads an arm back to its reference inside `limits`, from wherever it was thrown.
+
+    The arm approaches no faster than half of the acceleration limit can brake; near the reference that is eq. 11
+    itself. tick: s, for which the acceleration is held. The other arguments and the result: as of
+    `tracking_acceleration`. See "Recoil" in docs/derivations.md.
+    """
+    goal, goal_velocity, goal_acceleration = reference
+    error, beta = goal - positions, alpha / 4
+    brakes = np.minimum(limits.accelerations, UNLIMITED) / 2
+    linear = brakes / beta**2
+    far = np.maximum(np.abs(error), linear)
+    approach = np.where(far > linear, np.sign(error) * np.sqrt(brakes * (2 * far - linear)), beta * error)
+    wanted = alpha * (approach + goal_velocity - velocities) + goal_acceleration
+    return _admissible(wanted, positions, velocities, limits, tick)
+
+
+def _admissible(
+    wanted: np.ndarray, positions: np.ndarray, velocities: np.ndarray, limits: Limits, tick: float
+) -> np.ndarray:
+    """Return the accelerations nearest to those `wanted` that keep the limits, now and until the arm can stop.
+
+    A velocity beyond its limit, or too high to stop before the end of a joint, is braked with all that is allowed.
+    """
+    most = np.minimum(limits.accelerations, UNLIMITED)
+    low, high = limits.positions.T
+    fastest = np.minimum(limits.velocities, _stoppable(high - positions, velocities, most, tick))
+    slowest = -np.minimum(limits.velocities, _stoppable(positions - low, -velocities, most, tick))
+    least, greatest = (np.clip((bound - velocities) / tick, -most, most) for bound in (slowest, fastest))
+    return np.clip(wanted, least, greatest)
+
+
+def _stoppable(room: np.ndarray, speed: np.ndarray, brakes: np.ndarray, tick: float) -> np.ndarray:
+    """Return the highest speed after a tick that begins at `speed` from which `brakes` stop within `room` (J,), rad."""
+    left = np.maximum(room - speed * tick / 2, -brakes * tick**2 / 8)
+    return brakes * (np.sqrt(tick**2 / 4 + 2 * left / brakes) - tick / 2)

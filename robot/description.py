@@ -36,6 +36,20 @@ class Collision:
     ignore: frozenset[frozenset[str]]
 
 
+@dataclass(frozen=True, slots=True)
+class RecoilBounds:
+    """The recoil of a hit that is no fault.
+
+    window: s before and after the planned hit, and after the first contact with the ball. positions, velocities: the
+    largest errors of any joint then, rad and rad/s. tolerance: rad; within it the arm is back.
+    """
+
+    window: float
+    positions: float
+    velocities: float
+    tolerance: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotConfig:
     """The validated description of a robot of J joints, in the order of `joint_names`.
@@ -47,6 +61,7 @@ class RobotConfig:
     its reference. tolerance: default of a goal's. tool: a racket's centre, for example, its z axis the normal of the
     striking face. bodies: names of those that the joints move. held: joints beside the arm's, and the value (rad, m) at
     which each is held.
+    recoil: what a hit may do to the arm without a fault, None where nothing may.
     others: robots of the same bus that stand in the model: their joints, in the order of their own vectors.
     model: the robot and its surroundings in MuJoCo, with the tool's site, without geoms that touch nothing; only to be
     read.
@@ -68,6 +83,7 @@ class RobotConfig:
     held: Mapping[str, float]
     others: Mapping[str, tuple[str, ...]]
     collision: Collision
+    recoil: RecoilBounds | None
     mjcf_path: Path
     model: mujoco.MjModel
 
@@ -134,6 +150,7 @@ def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, to
         held=_held(description, model),
         others=_others(description, model),
         collision=_collision(description.collision, model),
+        recoil=_recoil(description),
         mjcf_path=mjcf_path,
         model=model,
     )
@@ -170,6 +187,22 @@ def _tolerance(description: Description) -> Tolerance:
         if not value > 0:
             raise RobotError(f"tolerance.{key}: {value} is not greater than 0")
     return Tolerance(**given)
+
+
+def _recoil(description: Description) -> RecoilBounds | None:
+    if description.racket is None or description.racket.recoil is None:
+        return None
+    given = msgspec.structs.asdict(description.racket.recoil)
+    for key, value in given.items():
+        if not 0 < value < np.inf:
+            raise RobotError(f"racket.recoil.{key}: {value} is not a finite number greater than 0")
+    bounds, largest = RecoilBounds(**given), description.max_tracking_error
+    if not bounds.tolerance < largest < bounds.positions:
+        raise RobotError(
+            f"racket.recoil: max_tracking_error = {largest:g} must lie between tolerance = {bounds.tolerance:g} and "
+            f"positions = {bounds.positions:g}; an error below it is no fault at any time"
+        )
+    return bounds
 
 
 def _held(description: Description, model: mujoco.MjModel) -> dict[str, float]:

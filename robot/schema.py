@@ -49,6 +49,24 @@ class CollisionTable(msgspec.Struct, forbid_unknown_fields=True):
     ignore: list[tuple[str, str]] = msgspec.field(default_factory=list)
 
 
+class RecoilTable(msgspec.Struct, forbid_unknown_fields=True):
+    """Table `racket.recoil`: s around a hit, the largest errors of any joint then (rad, rad/s), and when it is over.
+
+    tolerance: rad; the arm is back where each joint is this close to its reference.
+    """
+
+    window: float
+    positions: float
+    velocities: float
+    tolerance: float = 0.02
+
+
+class RacketTable(msgspec.Struct, forbid_unknown_fields=True):
+    """Table `racket`."""
+
+    recoil: RecoilTable | None = None
+
+
 class Description(msgspec.Struct, forbid_unknown_fields=True):
     """The TOML file. `tool` is the name of a site, or a frame on a body."""
 
@@ -65,6 +83,7 @@ class Description(msgspec.Struct, forbid_unknown_fields=True):
     held: dict[str, float] = msgspec.field(default_factory=dict)
     others: dict[str, list[str]] = msgspec.field(default_factory=dict)
     collision: CollisionTable = msgspec.field(default_factory=CollisionTable)
+    racket: RacketTable | None = None
 
 
 def read_description(path: Path) -> Description:

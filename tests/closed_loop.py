@@ -46,14 +46,18 @@ def write_robot(folder: Path, model: Path, tool: str, names: list[str], home: ob
 class ClosedLoop:
     """An arm under control; one turn is one tick."""
 
-    def __init__(self, config: RobotConfig) -> None:
+    def __init__(self, config: RobotConfig, ball: m.Ball | None = None) -> None:
+        """Begin with the arm at home, and the ball where given, or on its tee."""
         self.config = config
         self.arm = SimulatedArm(config)
+        self.arm.reset(ball=ball)
         self.controller = Controller(config)
         self.drive = Drive(config)
         self.contacts: list[m.Contact] = []
         self.torques: list[np.ndarray] = []
         """Of each tick, (J,), N·m."""
+        self.accelerations: list[list[float]] = []
+        """Commanded at each tick, (J,), rad/s²."""
         self.turn(10)
 
     def turn(self, ticks: int) -> None:
@@ -62,6 +66,7 @@ class ClosedLoop:
             now = self.arm.observe()
             command = self.controller.answer(state_message(now, self.drive, now.tick - 1), now_ns=now.tick)
             assert command is not None
+            self.accelerations.append(command.accelerations)
             self.drive.take(command, now.tick)
             self.arm.step(self.drive.setpoint(now.positions, now.velocities))
             self.torques.append(self.arm.observe().torques)
@@ -87,11 +92,10 @@ class ClosedLoop:
             start_time=now.time,
             dt=self.config.tick,
             count=ticks + 1,
-            hit_index=ticks // 2,
             positions=matrix_bytes(np.array(now.positions) + change_of * (share - np.sin(turn) / (2 * np.pi))),
             velocities=matrix_bytes(_at_rest(change_of / seconds * (1 - np.cos(turn)))),
             accelerations=matrix_bytes(_at_rest(change_of / seconds**2 * 2 * np.pi * np.sin(turn))),
-            **fields,  # type: ignore[arg-type]
+            **{"hit_index": ticks // 2, **fields},  # type: ignore[arg-type]
         )
         self.controller.execute(check_trajectory(motion, self.config), (), now_ns=0)
         return self.controller.ledger.result(motion.goal_id)

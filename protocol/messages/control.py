@@ -106,6 +106,24 @@ class FirstContact(Struct, kw_only=True):
     time: Number
 
 
+class Recoil(Struct, kw_only=True):
+    """How a hit threw the arm off its reference, within what the robot's `[racket.recoil]` accepts.
+
+    Attributes:
+        time: at which a joint was farther from its reference than the tolerance, or thrown that far by its velocity
+        peak_error: largest of any joint, rad
+        peak_time: of that error
+        back_time: at which the arm was within the tolerance again, null while it is not
+        tolerance: of position, rad on every joint
+    """
+
+    time: Number
+    peak_error: Number
+    peak_time: Number
+    back_time: Number | None = None
+    tolerance: Number
+
+
 class Result(Message, kw_only=True):
     """The outcome of a goal.
 
@@ -118,6 +136,7 @@ class Result(Message, kw_only=True):
         peak_tracking_error: largest of any joint at any time, rad
         saturated_ticks: ticks so far in which the torque of a joint was clipped
         first_contact: of the arm during the motion, null for none
+        recoil: of the hit, null for none; `ended` waits until the arm is back, up to 0.5 s after the window
         stamps: times at which it reached each stage
     """
 
@@ -128,6 +147,7 @@ class Result(Message, kw_only=True):
     peak_tracking_error: Number = 0.0
     saturated_ticks: int = 0
     first_contact: FirstContact | None = None
+    recoil: Recoil | None = None
     stamps: Stamps = Stamps()
 
 

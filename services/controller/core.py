@@ -5,7 +5,7 @@ from collections.abc import Container
 
 import numpy as np
 
-from motion.tracking import tracking_acceleration
+from motion.tracking import returning_acceleration, tracking_acceleration
 from protocol import messages as m
 from protocol.codec import bad_message
 from protocol.errors import Refusal
@@ -14,11 +14,11 @@ from robot.description import RobotConfig
 from services.controller.checks import Checked, check_continuity
 from services.controller.conditions import ArmCondition
 from services.controller.incidents import lost_track
-from services.controller.judgement import judge_of
-from services.controller.ledger import ActiveGoal, Ledger, error_of
+from services.controller.ledger import Ledger, active_goal, error_of
 from services.controller.loop_statistics import LoopStatistics
 from services.controller.modes import Event, Mode, next_mode
 from services.controller.ranges import TIGHT
+from services.controller.recoil import RecoilWatch
 from services.controller.states import States
 from services.controller.timeline import Timeline
 
@@ -46,6 +46,7 @@ class Controller:
         self._source = source
         self._timeline = Timeline(config.home)
         self._condition = ArmCondition()
+        self._recoil = RecoilWatch(config)
         self._delay_ticks = 0
         self._acceleration = np.zeros(config.joint_count)
 
@@ -55,9 +56,14 @@ class Controller:
 
     @property
     def resting(self) -> bool:
-        """Whether the reference is at rest for good."""
+        """Whether the reference is at rest for good, and the arm does not recoil from a hit."""
         state = self.states.newest
-        return state is None or state.tick >= self._timeline.end
+        return state is None or (state.tick >= self._timeline.end and self._recoil.pending(state.tick) is None)
+
+    def take_ended(self) -> list[m.Result]:
+        """Return the results that became final since the last call; one that reports a recoil, once that is over."""
+        state = self.states.newest
+        return self.ledger.take_ended(self._recoil.pending(state.tick) if state else None)
 
     # --- every tick -----------------------------------------------------------------------------------
 
@@ -74,20 +80,23 @@ class Controller:
         if broken:
             self.raise_fault(broken, hold=True)
         self._timeline.forget_before(state.tick)
-        positions, reference = np.array(state.positions), self._timeline.at(state.tick)
-        self._follow_goals(state, positions, reference, now_ns)
+        positions, velocities = np.array(state.positions), np.array(state.velocities)
+        self._follow_goals(state, positions, velocities, now_ns)
         reference = self._timeline.at(state.tick)  # a fault may have changed it
         # The command is held for a tick, so what it adds to the velocity is the reference's change over that tick.
         begin, end = (self._timeline.at(state.tick + self._delay_ticks + k) for k in (0, 1))
         feedforward = (end[1] - begin[1]) * self.config.rate_hz
-        target = reference[0], reference[1], feedforward
-        tracking_acceleration(self.config.alpha, target, positions, np.array(state.velocities), out=self._acceleration)
+        here = (reference[0], reference[1], feedforward), positions, velocities
+        if self._recoil.active:
+            accelerations = returning_acceleration(self.config.alpha, *here, self.config.limits, self.config.tick)
+        else:
+            accelerations = tracking_acceleration(self.config.alpha, *here, out=self._acceleration)
         goal = self.ledger.current(state.tick)
         return m.Command(
             run=state.run,
             tick=state.tick,
             source=self._source,
-            accelerations=self._acceleration.tolist(),
+            accelerations=accelerations.tolist(),
             positions=reference[0].tolist(),
             velocities=reference[1].tolist(),
             goal_id=goal.result.goal_id if goal else None,
@@ -100,6 +109,7 @@ class Controller:
         self._switch(Event.FAULT)
         self._break_epoch()
         self.fault = reason
+        self._recoil.clear()
         self.ledger.close_all("aborted", reason)
         if hold and (state := self.states.newest) is not None:
             self._timeline.hold(np.array(state.positions), state.tick)
@@ -135,18 +145,7 @@ class Controller:
         self._timeline.splice(segment)
         self._switch(Event.ACCEPT)
         self.epoch += 1
-        stamps = m.Stamps(requested=trajectory.stamps.requested, planned=trajectory.stamps.planned, accepted=now_ns)
-        self.ledger.open(
-            ActiveGoal(
-                result=m.Result(goal_id=goal_id, outcome="running", stamps=stamps),
-                client_id=trajectory.client_id,
-                lease=trajectory.lease,
-                start=segment.start,
-                hit=segment.start + trajectory.hit_index,
-                end=segment.end,
-                judge=judge_of(trajectory, self.config),
-            )
-        )
+        self.ledger.open(active_goal(checked, self.config, now_ns))
         return m.Accepted(goal_id=goal_id, start_time=segment.start * self.config.tick)
 
     def reference(self, request: m.ReferenceRequest) -> m.Reference:
@@ -249,17 +248,19 @@ class Controller:
         self._break_epoch()
         self.fault = None
         self._condition = ArmCondition()
+        self._recoil.clear()
         self._switch(Event.RUN)
 
-    def _follow_goals(
-        self, state: m.State, positions: np.ndarray, reference: tuple[np.ndarray, ...], now_ns: int
-    ) -> None:
+    def _follow_goals(self, state: m.State, positions: np.ndarray, velocities: np.ndarray, now_ns: int) -> None:
         """Update the goal under way, end those that are over, and fault where the arm is too far from its reference."""
+        reference = self._timeline.at(state.tick)
         errors = np.abs(positions - reference[0])
         goal = self.ledger.current(state.tick)
         if goal is not None:
             goal.follow(state, reference, float(errors.max()), now_ns)
-        lost = lost_track(errors, goal and goal.result, self.config)
+        accepted = self._recoil.follow(goal, state.tick, errors, np.abs(velocities - reference[1]))
+        in_window = self._recoil.in_window(state.tick)
+        lost = None if accepted else lost_track(errors, goal and goal.result, self.config, in_window)
         self.changed |= self.ledger.close_due(state.tick)
         if not self.ledger.active and state.tick >= self._timeline.end:
             self._switch(Event.REST)

@@ -15,17 +15,19 @@ def touch_of(contact: m.Contact, config: RobotConfig) -> m.FirstContact | None:
     return m.FirstContact(body=own[0], other=second if own[0] == first else first, time=contact.time)
 
 
-def lost_track(errors: np.ndarray, result: m.Result | None, config: RobotConfig) -> str | None:
+def lost_track(errors: np.ndarray, result: m.Result | None, config: RobotConfig, recoils: bool) -> str | None:
     """Return in words by which of its `errors` (J,), rad, the arm is too far from its reference, or None.
 
-    result: of the goal under way.
+    result: of the goal under way. recoils: whether a recoil would be accepted now.
     """
     worst = int(errors.argmax())
     if errors[worst] <= config.max_tracking_error:
         return None
+    recoil = config.recoil if recoils else None
     touch = result.first_contact if result else None
     return (
         f"{config.joint_names[worst]} is {errors[worst]:.3f} rad from its reference, more than "
         f"max_tracking_error = {config.max_tracking_error} rad"
+        + (f" and beyond the recoil of {recoil.positions:g} rad and {recoil.velocities:g} rad/s" if recoil else "")
         + (f"; {touch.body} touched {touch.other} at {touch.time:.3f} s" if touch else "")
     )

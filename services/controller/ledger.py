@@ -8,7 +8,10 @@ import numpy as np
 
 from protocol import messages as m
 from protocol.errors import Refusal
-from services.controller.judgement import Judge
+from robot.description import RobotConfig
+from robot.surroundings import BALL
+from services.controller.checks import Checked
+from services.controller.judgement import Judge, judge_of
 
 KEPT = 1000
 
@@ -20,6 +23,8 @@ class ActiveGoal:
     Attributes:
         start: Tick at which its motion starts.
         hit: Tick of its hit; None where a stop keeps the arm from reaching it.
+        swings: Whether the reference moves at the hit.
+        touched: Tick of the arm's first contact with the ball.
         end: Tick at which the goal ends with the outcome `closing`, for `reason`, unless something else ends it first.
         judge: Says whether its hit was a miss; without one, none is.
     """
@@ -33,6 +38,8 @@ class ActiveGoal:
     closing: m.Outcome = "succeeded"
     reason: str = ""
     judge: Judge | None = None
+    swings: bool = False
+    touched: int | None = None
 
     def follow(self, state: m.State, reference: tuple[np.ndarray, ...], error: float, now_ns: int) -> None:
         """Update the result from `state` and its `reference` (positions, velocities, …); `error`: the largest, rad."""
@@ -49,6 +56,22 @@ class ActiveGoal:
                 velocity_error=measured.velocities,
                 truth_error=state.truth and error_of(state.truth, reference),
             )
+
+
+def active_goal(checked: Checked, config: RobotConfig, now_ns: int) -> ActiveGoal:
+    """Return the goal of a trajectory that is accepted at `now_ns`, Unix time."""
+    trajectory, segment = checked.message, checked.segment
+    stamps = m.Stamps(requested=trajectory.stamps.requested, planned=trajectory.stamps.planned, accepted=now_ns)
+    return ActiveGoal(
+        result=m.Result(goal_id=trajectory.goal_id, outcome="running", stamps=stamps),
+        client_id=trajectory.client_id,
+        lease=trajectory.lease,
+        start=segment.start,
+        hit=segment.start + trajectory.hit_index,
+        end=segment.end,
+        judge=judge_of(trajectory, config),
+        swings=bool(segment.samples.velocities[trajectory.hit_index].any()),
+    )
 
 
 def error_of(point: m.State | m.Point, reference: tuple[np.ndarray, ...]) -> m.Point:
@@ -151,16 +174,21 @@ class Ledger:
         """Return whether a goal of that name was accepted."""
         return goal_id in self._results
 
-    def take_ended(self) -> list[m.Result]:
-        """Return the results that became final since the last call."""
-        ended, self.ended = self.ended, []
+    def take_ended(self, later: m.Result | None = None) -> list[m.Result]:
+        """Return the results that became final since the last call; `later` is kept for another one."""
+        ended = [result for result in self.ended if result is not later]
+        self.ended = [result for result in self.ended if result is later]
         return ended
 
     def note_touch(self, touch: m.FirstContact, tick: int) -> None:
-        """Keep the first contact of the arm during the motion that was played at `tick`."""
+        """Keep the first contact of the arm, and the first with the ball, during the motion played at `tick`."""
         goal = self.current(tick)
-        if goal is not None and goal.result.first_contact is None:
+        if goal is None:
+            return
+        if goal.result.first_contact is None:
             goal.result.first_contact = touch
+        if goal.touched is None and touch.other == BALL:
+            goal.touched = tick
 
     def _end(self, goal: ActiveGoal, outcome: m.Outcome, reason: str) -> None:
         hit = goal.result.hit

@@ -108,7 +108,8 @@ def _sentence(result: m.Result) -> str:
         hit = f"; off by {position:.2g} rad and {velocity:.2g} rad/s at the hit"
     touch = f"; {_touch(result.first_contact)}" if result.first_contact else ""
     peak = f"; peak error {result.peak_tracking_error:.2g} rad"
-    return f"goal {result.goal_id} {result.outcome}{reason}{hit}{peak}{touch}"
+    recoil = f"; recoil {result.recoil.peak_error:.2g} rad" if result.recoil else ""
+    return f"goal {result.goal_id} {result.outcome}{reason}{hit}{peak}{touch}{recoil}"
 
 
 class RefusalWriter:

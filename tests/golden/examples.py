@@ -109,6 +109,7 @@ RESULT = m.Result(
     peak_tracking_error=0.0125,
     saturated_ticks=3,
     first_contact=m.FirstContact(body="racket", other="ball", time=5.05),
+    recoil=m.Recoil(time=5.051, peak_error=0.14, peak_time=5.083, back_time=5.14, tolerance=0.02),
     stamps=STAMPS,
 )
 

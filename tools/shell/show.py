@@ -154,11 +154,19 @@ def _(reply: m.Result, names: Sequence[str]) -> RenderableType:
             f"largest tracking error {cell(reply.peak_tracking_error)} rad",
             f"torques clipped for {reply.saturated_ticks} ticks" if reply.saturated_ticks else "",
             f"{touch.body} touched {touch.other} at {touch.time:.3f} s" if touch else "",
+            _recoil(reply.recoil) if reply.recoil else "",
         )
     )
     if stages := _stages(reply.stamps):
         lines.append(sentence(stages))
     return Group(*lines)
+
+
+def _recoil(recoil: m.Recoil) -> str:
+    """How far the hit threw the arm off, and when it was back."""
+    back = f"{recoil.back_time:.3f} s" if recoil.back_time is not None else "not yet"
+    peak = f"recoil {cell(recoil.peak_error)} rad at {recoil.peak_time:.3f} s"
+    return f"{peak}, within {recoil.tolerance:g} rad again: {back}"
 
 
 def _stages(stamps: m.Stamps) -> str:

@@ -284,7 +284,7 @@ def test_a_large_tracking_error_is_a_fault(arm: PerfectArm):
     """The arm is stopped, the goal aborted, the fault latched until a reset at rest."""
     controller = arm.controller
     execute(arm, trajectory(controller, 30))
-    arm.turn(100)
+    arm.turn(40)
     pushed = arm.positions.copy()
     pushed[2] += ROBOT.max_tracking_error + 0.01
     controller.answer(arm.state(positions=pushed.tolist()), 0)
@@ -427,7 +427,7 @@ def test_the_reference_gives_way_to_an_arm_that_is_kept_from_it(arm: PerfectArm,
     """It goes on from where the arm is, stops inside the limits, and gives way again while the arm is pushed."""
     controller = arm.controller
     execute(arm, trajectory(controller, 30))
-    arm.turn(100)
+    arm.turn(40)
     for _ in range(2):
         arm.positions[2] += ROBOT.max_tracking_error + 0.01
         arm.velocities[2] = speed

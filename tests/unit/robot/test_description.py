@@ -144,6 +144,16 @@ def test_a_position_servos_control_range_is_no_torque(tmp_path: Path):
         ("alpha = 50.0", "alpha = 1001.0", "alpha: 1001 makes tracking unstable at 500 ticks a second; it must be at"),
         ("alpha = 50.0", 'alpha = 50.0\non_fault = "go on"', "Invalid enum value 'go on' - at `$.on_fault`"),
         ("[joints]", "[tolerance]\npositions = 0.0\n[joints]", "tolerance.positions: 0.0 is not greater than 0"),
+        (
+            "[joints]",
+            "[racket.recoil]\nwindow = inf\npositions = 0.5\nvelocities = 9.0\n[joints]",
+            "racket.recoil.window: inf is not a finite number greater than 0",
+        ),
+        (
+            "[joints]",
+            "[racket.recoil]\nwindow = 0.1\npositions = 0.2\nvelocities = 9.0\n[joints]",
+            "racket.recoil: max_tracking_error = 0.3 must lie between tolerance = 0.02 and positions = 0.2",
+        ),
         ("[joints]", "[held]\nc = 0.0\n[joints]", "held: the model has no joint 'c'; it has a, b, grip"),
         ("[joints]", "[held]\nb = 0.0\n[joints]", "held.b: is one of joints.names"),
         ("[joints]", "[held]\ngrip = 0.1\n[joints]", "held.grip: 0.1 lies outside its range 0 to 0.04"),

@@ -1,4 +1,4 @@
-"""Pushes, saturated torques, an obstacle, the end of a joint: the arm recovers, or is in a fault with a reason."""
+"""Pushes, a recoil, saturated torques, an obstacle, the end of a joint: the arm recovers, or faults with a reason."""
 
 import shutil
 from pathlib import Path
@@ -65,6 +65,25 @@ def push_in_strike(lab: Lab, acceleration: float) -> Measured:
     cell.step_to(cell.end_tick(reply) + 600)
     result = cell.result(reply.goal_id)
     return {"the goal": result.outcome, "peak tracking error": result.peak_tracking_error, **end(cell), **play(cell)}
+
+
+def push_at_hit(lab: Lab) -> Measured:
+    """Push joint_1 back at the hit, as a ball does, farther than `max_tracking_error`."""
+    cell = lab.shared()
+    reply = cell.strike()
+    push(cell, one(cell, -400.0), reply.start_time + reply.duration, 0.06)
+    cell.step_to(cell.end_tick(reply) + 600)
+    result = cell.result(reply.goal_id)
+    recoil = result.recoil
+    commanded = np.array([command.accelerations for command in cell.commands()])
+    return {
+        "the goal": result.outcome,
+        "recoil": recoil.peak_error if recoil else 0.0,
+        "back after": recoil.back_time - recoil.time if recoil and recoil.back_time else np.inf,
+        "accelerations commanded": float(np.abs(commanded / cell.config.limits.accelerations).max()),
+        **end(cell),
+        **play(cell),
+    }
 
 
 def touch_limit(lab: Lab) -> Measured:
@@ -134,6 +153,20 @@ SCENARIOS = (
             GOES_ON,
         ),
         lambda lab: push_in_strike(lab, 100.0),
+    ),
+    Scenario(
+        "recoil",
+        "a push of −400 rad/s² for 0.06 s at the hit of a strike",
+        "stepped",
+        (
+            at_least("recoil", 0.3, "rad"),
+            at_most("back after", 0.4, "s"),
+            at_most("accelerations commanded", 1.0, "of the limit"),
+            exactly("the goal", "succeeded"),
+            exactly("the arm", "recovered"),
+            GOES_ON,
+        ),
+        push_at_hit,
     ),
     Scenario(
         "saturation",

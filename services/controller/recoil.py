@@ -1,0 +1,90 @@
+"""The recoil of a hit: when it is accepted, and until when the arm is led back."""
+
+import numpy as np
+
+from protocol import messages as m
+from robot.description import RobotConfig
+from services.controller.ledger import ActiveGoal
+
+RETURN_S = 0.5
+"""A goal that was hit is published as ended once the arm is back, but no later than this after the window."""
+
+
+class RecoilWatch:
+    """Follows the arm through the window of a hit, which outlives the goal that was hit.
+
+    Attributes:
+        active: Whether the arm is on its way back to the reference.
+    """
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._bounds = config.recoil
+        self._tick = config.tick
+        self._window = round(config.recoil.window * config.rate_hz) if config.recoil else 0
+        self._return = round(RETURN_S * config.rate_hz)
+        self._lag = 2 / config.alpha  # s; a velocity times it is about how far eq. 11 lets it carry the arm
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget the hit: the arm is in a fault, or began a new run."""
+        self.active = False
+        self._until = -1
+        self._hit: m.Result | None = None
+        self._thrown: m.Result | None = None
+
+    def follow(self, goal: ActiveGoal | None, tick: int, errors: np.ndarray, velocity_errors: np.ndarray) -> bool:
+        """Take in the absolute errors (J,) at `tick`, rad and rad/s; return whether they are those of a recoil.
+
+        goal: under way, None for none. Its result, or that of the goal that was hit before, reports the recoil.
+        """
+        if self._bounds is None:
+            return False
+        self._find_window(goal, tick)
+        if not (self.active or self.in_window(tick)):
+            return False
+        largest = float(errors.max())
+        fastest = float(velocity_errors.max())
+        if max(largest, self._lag * fastest) > self._bounds.tolerance:
+            self._note(largest, tick)
+        elif self.active:
+            self._end(tick)
+        return self.in_window(tick) and largest <= self._bounds.positions and fastest <= self._bounds.velocities
+
+    def in_window(self, tick: int) -> bool:
+        """Return whether a recoil is accepted at `tick`, the one that was followed last."""
+        return tick <= self._until
+
+    def pending(self, tick: int) -> m.Result | None:
+        """Return the result of the goal from whose hit the arm is coming back, None where that takes too long."""
+        return self._thrown if self.active and tick <= self._until + self._return else None
+
+    def _find_window(self, goal: ActiveGoal | None, tick: int) -> None:
+        if goal is None:
+            return  # it was played to its end: its window stays open
+        blocked = goal.result.first_contact is not None and goal.touched is None
+        hit = goal.hit if goal.swings and not blocked else None
+        ends = [at + self._window for at in (hit, goal.touched) if at is not None and abs(tick - at) <= self._window]
+        if ends:
+            self._until, self._hit = max(ends), goal.result
+        elif goal.result is self._hit:
+            self._until = min(self._until, tick - 1)
+
+    def _note(self, largest: float, tick: int) -> None:
+        assert self._bounds is not None
+        time = tick * self._tick
+        if not self.active:
+            self.active, self._thrown = True, self._hit
+        assert self._thrown is not None
+        recoil = self._thrown.recoil
+        if recoil is None:
+            recoil = m.Recoil(time=time, peak_error=0.0, peak_time=time, tolerance=self._bounds.tolerance)
+            self._thrown.recoil = recoil
+        recoil.back_time = None
+        if largest > recoil.peak_error:
+            recoil.peak_error, recoil.peak_time = largest, time
+
+    def _end(self, tick: int) -> None:
+        assert self._thrown is not None
+        assert self._thrown.recoil is not None
+        self.active = False
+        self._thrown.recoil.back_time = tick * self._tick
