@@ -8,7 +8,7 @@ a second move the target of a swing until shortly before its hit.
 import signal
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import msgspec
@@ -39,6 +39,9 @@ WANDER = 0.04
 
 FIRST = 10
 """Goals after a start for which the planner uses a default lead, since it has measured no planning times yet."""
+
+
+Asking = Future[m.GoalReply | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +102,19 @@ class Client:
                 self.first.append((stamp - asked) / 1e6)
         self.asked = {}
 
+    def check(self) -> None:
+        """Return where the controller is in no fault.
+
+        Raises:
+            SystemExit: with the fault, which ends the measurement: every later goal would be refused.
+        """
+        status = self.bus.ask(topics.STATUS_QUERY, m.Empty())
+        if status.fault:
+            sys.exit(f"after {len(self.reply)} goals, at {status.time:.3f} s: in fault: {status.fault}")
+
     def latencies(self) -> Latencies:
         """Return the latencies so far."""
+        self.check()
         self.collect()
         return Latencies(self.reply, self.first, self.refused)
 
@@ -147,11 +161,13 @@ def streamed(bus: Bus, strikes: int) -> Latencies:
         for _ in range(strikes):
             hit = bus.ask(topics.STATE_QUERY, m.Empty()).time + HIT_AFTER_S
             began = time.monotonic()
+            asking = []
             for k in range(round(STREAM_S * RATE_HZ)):
                 wanted = tight_goal(rng, arrival_time=hit)
                 time.sleep(max(0.0, began + k / RATE_HZ - time.monotonic()))
-                askers.submit(client.ask, wanted)
+                asking.append(askers.submit(client.ask, wanted))
             time.sleep(HIT_AFTER_S - STREAM_S + SETTLED_S)
+            _settle(client, asking)
     return client.latencies()
 
 
@@ -164,16 +180,18 @@ def corrected(bus: Bus, rate_hz: float, seconds: float) -> Latencies:
             first = client.ask(goal(duration=SWING_S))
             if first is None:
                 continue
-            _correct(client, first, rate_hz, rng, askers)
+            asking = _correct(client, first, rate_hz, rng, askers)
             time.sleep(LAST_S + first.total_duration - first.duration)
+            _settle(client, asking)
             client.collect()
     return client.latencies()
 
 
 def _correct(
     client: Client, first: m.GoalReply, rate_hz: float, rng: np.random.Generator, askers: ThreadPoolExecutor
-) -> None:
+) -> list[Asking]:
     """Correct one swing from its start to shortly before its hit; the target converges to the goal's."""
+    asking = []
     hit_in = first.start_time + first.duration - client.bus.ask(topics.STATE_QUERY, m.Empty()).time
     began, far = time.monotonic(), rng.uniform(-WANDER, WANDER, len(first.positions))
     for k in range(round((hit_in - LAST_S) * rate_hz)):
@@ -181,7 +199,15 @@ def _correct(
         positions = (np.array(first.positions) + left**2 * far).tolist()
         wanted = msgspec.structs.replace(goal(), positions=positions, revises=first.goal_id)
         time.sleep(max(0.0, began + k / rate_hz - time.monotonic()))
-        askers.submit(client.ask, wanted)
+        asking.append(askers.submit(client.ask, wanted))
+    return asking
+
+
+def _settle(client: Client, asking: list[Asking]) -> None:
+    """Wait for the answers, raise what a thread raised (`NoAnswer`), and end the benchmark in a fault."""
+    for each in asking:
+        each.result()
+    client.check()
 
 
 def main(goals: int = 100, strikes: int = 5, seconds: float = 60.0) -> None:

@@ -14,7 +14,7 @@ from client.arms import Arm, AsyncArm
 from client.connection import ROBOT, NoRouter, connect, connect_async
 from client.fields import GoalFields, tool
 from client.handles import AsyncGoalHandle, AsyncMotionHandle, GoalHandle, MotionHandle
-from client.streams import AsyncStream, Stream
+from client.streams import AsyncStream, Stream, StreamEnded
 from client.trajectories import Samples, executable, samples
 from protocol import messages, topics
 from protocol.errors import NoAnswer, Refusal
@@ -34,6 +34,7 @@ __all__ = [
     "Refusal",
     "Samples",
     "Stream",
+    "StreamEnded",
     "connect",
     "connect_async",
     "executable",

@@ -23,8 +23,8 @@ class Arm(Requests[GoalHandle, MotionHandle], Blocks):
         self.close()
 
     def close(self) -> None:
-        """Leave the bus; a lease is lost. The `with` block does it."""
-        self._link.bus.session.close()
+        """Leave the bus; a lease is lost, and streams end. The `with` block does it."""
+        self._link.close()
 
     def stream(self, topic: Publication[MessageT], length: int = LENGTH) -> Stream[MessageT]:
         """Listen to what is published on a topic from now on, as `for state in arm.stream(topics.STATE)`.

@@ -66,7 +66,7 @@ async def connect_async(
     try:
         yield AsyncArm(link)
     finally:
-        await asyncio.to_thread(link.bus.session.close)
+        await asyncio.to_thread(link.close)
 
 
 def _link(

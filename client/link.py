@@ -33,6 +33,13 @@ class Link:
         self.client_id = client_id
         self.timeout = timeout
         self.leased = False
+        self._streams: set[Callable[[], object]] = set()
+
+    def close(self) -> None:
+        """Leave the bus; who takes from a stream at present is told that it ended."""
+        for end in list(self._streams):
+            end()
+        self.bus.session.close()
 
     async def ask(self, topic: Query[RequestT, ReplyT], request: RequestT) -> ReplyT:
         """Send `request` and return the reply.
@@ -54,6 +61,18 @@ class Link:
     def subscribe(self, topic: Publication, put: Callable[[bytes], object]) -> Callable[[], None]:
         """Hand the body of every publication on `topic` to `put`, in another thread; what is returned ends that."""
         return self.bus.listen(topic, put).undeclare
+
+    def stream(self, topic: Publication, box: Mailbox[bytes | None]) -> Callable[[], None]:
+        """Put the body of every publication on `topic` into `box`, and None at the end; what is returned ends it."""
+        undeclare = self.subscribe(topic, box.put)
+
+        def end() -> None:
+            self._streams.discard(end)
+            undeclare()
+            box.put(None)
+
+        self._streams.add(end)
+        return end
 
     async def _reason(self, topic: Query) -> str:
         """Return why a request may have had no answer."""

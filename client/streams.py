@@ -14,13 +14,17 @@ MAX_BYTES = 1 << 26
 """Of a message: a plan of 60 s has 17 MB."""
 
 
+class StreamEnded(Exception):
+    """The stream was closed, or its connection."""
+
+
 class Listening(Generic[MessageT]):
     """What `Stream` and `AsyncStream` have in common; closed by its `with` block, or with its connection."""
 
     def __init__(self, link: Link, topic: Publication[MessageT], length: int = LENGTH) -> None:
         self.topic = topic
-        self._box: Mailbox[bytes] = link.mailbox(length)
-        self._close = link.subscribe(topic, self._box.put)
+        self._box: Mailbox[bytes | None] = link.mailbox(length)
+        self._close = link.stream(topic, self._box)
 
     @Twofold
     async def take(self, timeout: float | None = None) -> MessageT:
@@ -31,24 +35,32 @@ class Listening(Generic[MessageT]):
 
         Raises:
             TimeoutError: there was none.
+            StreamEnded: the stream was closed, or its connection, and what came before is taken.
             Refusal: `bad_message`, where a message cannot be read; the next one may be.
         """
-        return decode(await self._box.take(timeout), self.topic.message, MAX_BYTES)
+        body = await self._box.take(timeout)
+        if body is None:
+            self._box.put(None)  # for whoever takes next
+            raise StreamEnded(f"the stream of {self.topic.key} is closed")
+        return decode(body, self.topic.message, MAX_BYTES)
 
     def close(self) -> None:
-        """Stop listening."""
+        """Stop listening; an iteration ends, in another thread too."""
         close, self._close = self._close, lambda: None
         close()
 
 
 class Stream(Listening[MessageT], Blocks):
-    """The messages of a topic since the stream was opened, an iterator without end; the oldest are dropped first."""
+    """The messages of a topic since the stream was opened, until it is closed; the oldest are dropped first."""
 
     def __iter__(self) -> Iterator[MessageT]:
         return self
 
     def __next__(self) -> MessageT:
-        return self.take()
+        try:
+            return self.take()
+        except StreamEnded:
+            raise StopIteration from None
 
     def __enter__(self) -> Self:
         return self
@@ -64,7 +76,10 @@ class AsyncStream(Listening[MessageT], Awaits):
         return self
 
     async def __anext__(self) -> MessageT:
-        return await self.take()
+        try:
+            return await self.take()
+        except StreamEnded:
+            raise StopAsyncIteration from None
 
     async def __aenter__(self) -> Self:
         return self

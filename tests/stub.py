@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+import pytest
 from msgspec import Struct
 
 from protocol.bus.bus import Bus, PendingQuery, Publisher
@@ -109,3 +110,17 @@ def answering(router: Router) -> Iterator[Stub]:
     finally:
         stopping.set()
         thread.join()
+
+
+@pytest.fixture(scope="module")
+def router() -> Iterator[Router]:
+    """A router for the stubs of a module."""
+    with hosted() as router:
+        yield router
+
+
+@pytest.fixture
+def robot(router: Router) -> Iterator[Stub]:
+    """A stub for one test."""
+    with answering(router) as stub:
+        yield stub

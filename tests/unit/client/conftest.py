@@ -1,23 +1,13 @@
-"""The stub that the client's tests speak to."""
+"""The stub that the client's tests speak to, and a client of it."""
 
 from collections.abc import Iterator
 
 import pytest
 
 from client import Arm, connect
-from tests.stub import Router, Stub, answering, hosted
+from tests.stub import Stub, robot, router
 
-
-@pytest.fixture(scope="module")
-def router() -> Iterator[Router]:
-    with hosted() as router:
-        yield router
-
-
-@pytest.fixture
-def robot(router: Router) -> Iterator[Stub]:
-    with answering(router) as stub:
-        yield stub
+__all__ = ["arm", "robot", "router"]
 
 
 @pytest.fixture

@@ -1,13 +1,15 @@
 """Streams: iterators over what is published."""
 
 import asyncio
+import threading
 
 import pytest
 
-from client import Refusal, connect_async, samples, topics
+from client import AsyncStream, Refusal, StreamEnded, connect, connect_async, samples, topics
 from client.waiting import AwaitedMailbox, BlockingMailbox, run
 from protocol import messages as m
 from tests.golden.examples import EXAMPLES, SAMPLES, TRAJECTORY
+from tests.waiting import eventually
 
 
 def contact(time: float) -> m.Contact:
@@ -55,8 +57,41 @@ def test_a_closed_stream_hears_nothing(robot, arm):
     stream.close()
     arm.state()
     robot.publish(topics.CONTACT, contact(1.0))
-    with pytest.raises(TimeoutError):
-        stream.take(timeout=0.1)
+    for _ in range(2):
+        with pytest.raises(StreamEnded):
+            stream.take(timeout=0.1)
+
+
+@pytest.mark.parametrize("what", ["the stream", "its connection"])
+def test_what_is_closed_ends_an_iteration_in_another_thread(robot, what: str):
+    """What was published before is still there to be taken."""
+    arm = connect(robot.endpoint)
+    stream = arm.stream(topics.CONTACT)
+    heard = []
+    thread = threading.Thread(target=lambda: heard.extend(message.time for message in stream), daemon=True)
+    thread.start()
+    arm.state()
+    robot.publish(topics.CONTACT, contact(1.0))
+    assert eventually(lambda: heard == [1.0])
+    (stream if what == "the stream" else arm).close()
+    thread.join(5.0)
+    assert not thread.is_alive()
+    arm.close()
+
+
+def test_the_twin_ends_with_its_connection(robot):
+    async def hear() -> list[float]:
+        async with connect_async(robot.endpoint) as arm:
+            stream = arm.stream(topics.CONTACT)
+            hearing = asyncio.create_task(_all_of(stream))
+            await arm.state()
+        return await asyncio.wait_for(hearing, 5.0)
+
+    assert asyncio.run(hear()) == []
+
+
+async def _all_of(stream: AsyncStream[m.Contact]) -> list[float]:
+    return [message.time async for message in stream]
 
 
 def test_the_twin_iterates_too(robot):

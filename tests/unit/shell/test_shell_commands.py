@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,23 +17,11 @@ from protocol.codec import encode, matrix_bytes
 from protocol.errors import Refusal
 from protocol.topics import ENDED, QUERIES, STATUS, client_alive_key
 from tests.golden.examples import EXAMPLES, HIT, JOINTS, PIECES, RESULT
-from tests.stub import Router, Stub, answering, hosted
+from tests.stub import Stub
 from tests.waiting import PATIENCE_S, eventually
 from tools.shell.__main__ import COMMANDS, main
 
 WORDS = [f"{value}" for value in HIT]
-
-
-@pytest.fixture(scope="module")
-def router() -> Iterator[Router]:
-    with hosted() as router:
-        yield router
-
-
-@pytest.fixture
-def robot(router: Router) -> Iterator[Stub]:
-    with answering(router) as stub:
-        yield stub
 
 
 def volley(robot: Stub, *words: str) -> int:
