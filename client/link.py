@@ -36,7 +36,7 @@ class Link:
         self._streams: set[Callable[[], object]] = set()
 
     def close(self) -> None:
-        """Leave the bus; who takes from a stream at present is told that it ended."""
+        """End the streams, and leave the bus."""
         for end in list(self._streams):
             end()
         self.bus.session.close()

@@ -40,7 +40,7 @@ class Listening(Generic[MessageT]):
         """
         body = await self._box.take(timeout)
         if body is None:
-            self._box.put(None)  # for whoever takes next
+            self._box.put(None)  # for the next take
             raise StreamEnded(f"the stream of {self.topic.key} is closed")
         return decode(body, self.topic.message, MAX_BYTES)
 

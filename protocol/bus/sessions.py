@@ -14,6 +14,9 @@ MAX_MESSAGE_BYTES = 32 << 20
 STREAM_QUEUE = 16
 """Samples of a stream queued for a socket, the most Zenoh allows: with its default of 2, a stall of 3 ms loses one at
 1 kHz."""
+BLOCKED_US = 500_000
+"""How long a blocking sample waits for a connection whose buffers of seconds are full, as a process is that a debugger
+stopped. Then the connection is closed. In paced time the arm waits too: with Zenoh's default of 5 s for 10 s."""
 NO_ROUTER = "Unable to connect"
 """Part of Zenoh's error if no endpoint to connect to answers."""
 
@@ -90,6 +93,7 @@ def session_config(
     config.insert_json5("transport/shared_memory/enabled", "false")
     config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
     config.insert_json5("transport/link/tx/lease", str(timeouts.lease_ms))
+    config.insert_json5("transport/link/tx/queue/congestion_control/block/wait_before_close", str(BLOCKED_US))
     config.insert_json5("transport/link/tx/queue/size/real_time", str(STREAM_QUEUE))
     if timeouts.is_granted:
         for link in ("tcp", "tls"):

@@ -19,6 +19,8 @@ limits have no wall time; everything else is on all three timelines.
 
 **Values.** Scalars are float64, exactly as the messages had them. JOINT, BODY and PART stand for names of the robot's
 description. A quantity of all joints is one entity a joint, or one entity with one scalar a joint, in their order.
+A command's `next` and `feedforward` are left out, for they follow from the rest: the reference of the next tick,
+unless that was replaced, and the difference of its velocities divided by the length of a tick.
 Planned curves grow as time passes, so that what a later plan replaced is not in the trace. Where a correction takes
 over the curves have a gap of one tick.
 """

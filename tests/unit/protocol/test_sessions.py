@@ -4,6 +4,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 
 import pytest
 import zenoh
@@ -67,6 +68,25 @@ def test_what_is_sent_to_a_suspended_recorder_waits_for_it():
             listener.kill()
             listener.communicate()
     assert int(count) == COUNT
+
+
+def test_a_stopped_subscriber_is_waited_for_once_and_not_for_long():
+    """A debugger that stops it stops nobody else: what blocks for it is let go, and its connection is closed."""
+    endpoint = free_endpoint()
+    with open_session(listen=[endpoint]) as session:
+        ready = session.declare_subscriber("ready", zenoh.handlers.FifoChannel(1))
+        stream = session.declare_publisher("stream", congestion_control=zenoh.CongestionControl.BLOCK)
+        listener = subprocess.Popen([sys.executable, "-c", LISTENER, endpoint, "0"], stdin=subprocess.PIPE)
+        try:
+            assert eventually(lambda: ready.try_recv() is not None, 10.0)
+            listener.send_signal(signal.SIGSTOP)
+            began = time.monotonic()
+            for _ in range(20):
+                stream.put(bytes(1 << 20))
+            assert time.monotonic() - began < 3.0
+        finally:
+            listener.kill()
+            listener.communicate()
 
 
 def test_a_stream_may_fall_behind_by_more_than_a_tick():
