@@ -70,22 +70,16 @@ from protocol.messages.control import (
 )
 from protocol.messages.goals import (
     MAX_ALTERNATIVES,
-    ActiveLimit,
     Alternative,
     Checks,
-    Deviation,
-    Distance,
-    Extremes,
-    FinalError,
     Goal,
     GoalLimits,
     GoalReply,
-    Margin,
     Refused,
-    Report,
     Start,
 )
 from protocol.messages.primitives import Forget, Forgotten, Learn, Learned, PrimitiveEntry, Primitives, SavitzkyGolay
+from protocol.messages.reports import ActiveLimit, Deviation, Distance, Extremes, FinalError, Margin, Report
 from protocol.messages.trajectories import COEFFICIENTS, MAX_PIECES, Pieces, Plan, PlanLimits, Trajectory
 
 __all__ = [

@@ -19,7 +19,7 @@ from tools.recordings.learning import in_radians, load
 from tools.recordings.recording import Recording, Unit, Unreadable
 from tools.shell.flags import File, Number, Seconds, Source, Switch
 from tools.shell.shell import Shared, UsageError, reach
-from tools.shell.show import cell, table
+from tools.shell.tables import cell, table
 
 Sources = Positional[Annotated[tuple[Path, ...], arg(metavar="FILE ...", help_behavior_hint="")]]
 Maps = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="THEIRS=OURS")]]

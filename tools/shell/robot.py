@@ -21,7 +21,7 @@ from robot.importing.document import DECIDE, open_values
 from robot.schema import RobotError
 from tools.shell.flags import Identifier, Source
 from tools.shell.shell import PIPE_WIDTH, UsageError
-from tools.shell.show import joint_table
+from tools.shell.tables import joint_table
 
 STYLES = {"unusable": "bold red", "warning": "yellow", "note": "dim"}
 UNUSABLE = 1

@@ -6,12 +6,11 @@ from functools import singledispatch
 from itertools import pairwise
 
 from msgspec import Struct
-from rich import box
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from protocol import messages as m
+from tools.shell.tables import cell, joint_table, sentence, table
 
 OUTCOME_STYLES = {
     "succeeded": "green",
@@ -30,44 +29,6 @@ def show(reply: Struct, names: Sequence[str]) -> RenderableType:
     """Return what to print for a reply; `names` of the joints, empty where they are not known."""
     fields = [(name, getattr(reply, name)) for name in reply.__struct_fields__ if name != "version"]
     return sentence(*(f"{name} {value}" for name, value in fields))
-
-
-def joint_table(names: Sequence[str], columns: Sequence[tuple[str, Sequence[object]]], title: str = "") -> Table:
-    """Return a table with one row a joint; cells as `cell` makes them."""
-    made = table(("joint", *(header for header, _ in columns)), title)
-    count = len(columns[0][1])
-    for index in range(count):
-        name = names[index] if len(names) == count else str(index + 1)
-        made.add_row(name, *(cell(values[index]) for _, values in columns))
-    return made
-
-
-def table(headers: Sequence[str], title: str = "") -> Table:
-    """Return an empty table: the first column to the left, the others to the right."""
-    made = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, title_justify="left", title_style="bold")
-    made.title = title or None
-    for index, header in enumerate(headers):  # as Text: in a plain string rich would take [rad] for a style
-        made.add_column(Text(header), justify="right" if index else "left", no_wrap=not index)
-    return made
-
-
-def cell(value: object) -> str:
-    """Return a value as one cell: numbers to four digits, ranges as low … high, None as a dash."""
-    match value:
-        case None:
-            return "–"
-        case bool():
-            return "yes" if value else "no"
-        case float():
-            return "0" if abs(value) < 1e-9 else f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
-        case [low, high]:
-            return f"{cell(low)} … {cell(high)}"
-    return str(value)
-
-
-def sentence(*parts: str) -> Text:
-    """Return parts of a line, set apart by dots; empty ones are left out."""
-    return Text(" · ".join(part for part in parts if part))
 
 
 @show.register

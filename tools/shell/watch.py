@@ -21,7 +21,8 @@ from protocol.errors import Refusal
 from protocol.topics import CONTACT, DISTURBANCE, ENDED, PLAN, REFUSED, STATUS, Publication, alive_key
 from services.common.realtime import stop_on_signals
 from tools.shell.shell import Shared, Shell, reach
-from tools.shell.show import cell, show
+from tools.shell.show import show
+from tools.shell.tables import cell
 
 REFRESH_HZ = 10.0
 EVENTS_SHOWN = 8

@@ -10,7 +10,8 @@ from protocol import messages as m
 from protocol.errors import Refusal
 from protocol.topics import ENDED, QUERIES, STATUS
 from tests.golden.examples import EXAMPLES, JOINTS, REPORT, RESULT
-from tools.shell.show import cell, show
+from tools.shell.show import show
+from tools.shell.tables import cell
 from tools.shell.watch import WATCHED, View, event, render
 
 REPLIES = {query.reply.__name__ for query in QUERIES}
