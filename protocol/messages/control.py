@@ -136,7 +136,7 @@ class Result(Message, kw_only=True):
         peak_tracking_error: largest of any joint at any time, rad
         saturated_ticks: ticks so far in which the torque of a joint was clipped
         first_contact: of the arm during the motion, null for none
-        recoil: of the hit, null for none; `ended` waits until the arm is back, up to 0.5 s after the window
+        recoil: of the hit, null for none; where the arm comes back after the goal's end, `ended` is published before
         stamps: times at which it reached each stage
     """
 

@@ -56,14 +56,9 @@ class Controller:
 
     @property
     def resting(self) -> bool:
-        """Whether the reference is at rest for good, and the arm does not recoil from a hit."""
+        """Whether the reference is at rest for good."""
         state = self.states.newest
-        return state is None or (state.tick >= self._timeline.end and self._recoil.pending(state.tick) is None)
-
-    def take_ended(self) -> list[m.Result]:
-        """Return the results that became final since the last call; one that reports a recoil, once that is over."""
-        state = self.states.newest
-        return self.ledger.take_ended(self._recoil.pending(state.tick) if state else None)
+        return state is None or state.tick >= self._timeline.end
 
     # --- every tick -----------------------------------------------------------------------------------
 

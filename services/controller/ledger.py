@@ -174,10 +174,9 @@ class Ledger:
         """Return whether a goal of that name was accepted."""
         return goal_id in self._results
 
-    def take_ended(self, later: m.Result | None = None) -> list[m.Result]:
-        """Return the results that became final since the last call; `later` is kept for another one."""
-        ended = [result for result in self.ended if result is not later]
-        self.ended = [result for result in self.ended if result is later]
+    def take_ended(self) -> list[m.Result]:
+        """Return the results that became final since the last call."""
+        ended, self.ended = self.ended, []
         return ended
 
     def note_touch(self, touch: m.FirstContact, tick: int) -> None:

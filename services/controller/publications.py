@@ -39,7 +39,7 @@ class Publications:
     def report(self) -> None:
         """Publish the results that became final, and the status where it changed or 20 ms have passed."""
         core = self._core
-        for result in core.take_ended():
+        for result in core.ledger.take_ended():
             self._ended.put(result)
             goal_id = result.goal_id
             self._log.info("goal %s %s %s", goal_id, result.outcome, result.reason, extra={"goal_id": goal_id})

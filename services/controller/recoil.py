@@ -6,9 +6,6 @@ from protocol import messages as m
 from robot.description import RobotConfig
 from services.controller.ledger import ActiveGoal
 
-RETURN_S = 0.5
-"""A goal that was hit is published as ended once the arm is back, but no later than this after the window."""
-
 
 class RecoilWatch:
     """Follows the arm through the window of a hit, which outlives the goal that was hit.
@@ -21,7 +18,6 @@ class RecoilWatch:
         self._bounds = config.recoil
         self._tick = config.tick
         self._window = round(config.recoil.window * config.rate_hz) if config.recoil else 0
-        self._return = round(RETURN_S * config.rate_hz)
         self._lag = 2 / config.alpha  # s; a velocity times it is about how far eq. 11 lets it carry the arm
         self.clear()
 
@@ -53,10 +49,6 @@ class RecoilWatch:
     def in_window(self, tick: int) -> bool:
         """Return whether a recoil is accepted at `tick`, the one that was followed last."""
         return tick <= self._until
-
-    def pending(self, tick: int) -> m.Result | None:
-        """Return the result of the goal from whose hit the arm is coming back, None where that takes too long."""
-        return self._thrown if self.active and tick <= self._until + self._return else None
 
     def _find_window(self, goal: ActiveGoal | None, tick: int) -> None:
         if goal is None:
