@@ -171,6 +171,7 @@ class Requests(Generic[GoalT, MotionT]):
         joint_names: Sequence[str] | None = None,
         smoothing: Literal["auto", "none"] | m.SavitzkyGolay = "auto",
         replace: bool = False,
+        spread: np.ndarray | None = None,
     ) -> m.Learned:
         """Learn a primitive from a demonstration, and return how well it was learned, with warnings.
 
@@ -182,6 +183,8 @@ class Requests(Generic[GoalT, MotionT]):
             joint_names: Of the columns, in any order; by default the arm's own, in its order.
             smoothing: `auto` smooths each joint as its noise asks for; `none` follows every sample; or this filter.
             replace: Overwrite a primitive of this name; False refuses it as `exists`.
+            spread: (P, J), rad, at 2 to 1001 even times: how far several recordings spread around this one, their mean.
+                Motions stay near the places where it is small.
 
         Raises:
             ValueError: `positions` is no matrix.
@@ -200,6 +203,7 @@ class Requests(Generic[GoalT, MotionT]):
             times=None if times is None else list(times),
             smoothing=smoothing,
             replace=replace,
+            spread=None if spread is None else spread.tolist(),
         )
         return await self._link.ask(topics.LEARN, request)
 

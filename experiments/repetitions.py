@@ -1,13 +1,16 @@
 """`python -m experiments.repetitions DIRECTORY`: several recordings learned together, beside ProMPs, leave one out.
 
 Each recording of a letter is predicted from the others under its own start, end, duration and largest speeds: by the
-plan that imitates their mean (`tools.recordings.several`), and by the ProMP of movement_primitives, conditioned on the
-same start and end. DIRECTORY holds one .mat file a letter, as pbdlib's 2Dletters: 10 to 15 recordings each.
+plan that imitates their mean (`tools.recordings.several`), by the same plan where places are weighted by the spread,
+and by the ProMP of movement_primitives, conditioned on the same start and end. Then all three are given where it is in
+the middle of its duration, too. DIRECTORY holds one .mat file a letter, as pbdlib's 2Dletters: 10 to 15 recordings
+each.
 """
 
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import tyro
@@ -19,9 +22,9 @@ from motion.demonstration import Demonstration
 from motion.limits import Limits
 from motion.plan import Plan, plan
 from motion.primitive import Primitive, learn
-from motion.request import Boundary, MotionRequest
+from motion.request import Boundary, MotionRequest, Waypoint
 from tools.recordings.recording import Recording
-from tools.recordings.several import combine
+from tools.recordings.several import Several, combine
 
 DURATION = 2.0
 """s; the recordings have no times."""
@@ -35,6 +38,21 @@ WEIGHTS = 20
 ROUNDING = 1e-3
 """Part of a limit that is no excess."""
 
+MIDDLE = 0.5
+"""Phase at which a recording's place is given."""
+
+CASES = {"ends": (), "ends and middle": (MIDDLE,)}
+"""Phases, besides both ends, at which a prediction is given where the recording is."""
+
+METHODS = "plan", "plan, by spread", "ProMP"
+
+
+class Predicted(NamedTuple):
+    """Positions and velocities (n, 2) of a prediction at a recording's samples, rad and rad/s."""
+
+    positions: np.ndarray
+    velocities: np.ndarray
+
 
 def main(directory: Positional[Path], only: str = "") -> int:
     """Print a table.
@@ -43,18 +61,31 @@ def main(directory: Positional[Path], only: str = "") -> int:
         directory: Of .mat files.
         only: Only these letters, as AGS.
     """
-    print("| letter | recordings | error of the plan, rad | of the ProMP | past a limit: plan | ProMP |")
-    print("|---|---|---|---|---|---|")
+    heads = [f"{method}, {case}" for case in CASES for method in METHODS]
+    print("| letter | recordings |", *(f"{head} |" for head in heads), "past a limit: plans | ProMP, ends |")
+    print("|---" * (4 + len(heads)) + "|")
+    total = []
     for path in sorted(directory.glob("*.mat")):
         if only and path.stem not in only:
             continue
         recordings = list(letter(path))
-        rows = np.array([left_out(recordings, number) for number in range(len(recordings))])
-        errors, passed = rows[:, :2].mean(axis=0), rows[:, 2:].sum(axis=0).astype(int)
-        print(
-            f"| {path.stem} | {len(rows)} | {errors[0]:.4f} | {errors[1]:.4f} | {passed[0]} | {passed[1]} |", flush=True
-        )
+        rows = [left_out(recordings, number) for number in range(len(recordings))]
+        errors, passed = (np.array([row[k] for row in rows]) for k in (0, 1))
+        total.append(errors.mean(axis=0))
+        _print(path.stem, str(len(rows)), total[-1], passed.sum(axis=0))
+    if len(total) > 1:
+        shares = np.array(total)
+        _print("mean", "", shares.mean(axis=0), None)
+        for k, case in enumerate(CASES):
+            plain, weighted, theirs = shares[:, 3 * k : 3 * k + 3].T
+            better = np.count_nonzero(plain <= theirs), np.count_nonzero(weighted <= theirs)
+            print(f"{case}: error not above the ProMP's on {better[0]} letters of {len(shares)}, by spread {better[1]}")
     return 0
+
+
+def _print(name: str, count: str, errors: np.ndarray, passed: np.ndarray | None) -> None:
+    counts = ("", "") if passed is None else (str(passed[:2].sum()), str(passed[2]))
+    print(" | ".join([f"| {name}", count, *(f"{error:.4f}" for error in errors), *counts]), "|", flush=True)
 
 
 def letter(path: Path) -> Iterator[Recording]:
@@ -65,45 +96,50 @@ def letter(path: Path) -> Iterator[Recording]:
         yield Recording(times, ("x", "y"), values, "rad", path, path.stem, False)
 
 
-def left_out(recordings: list[Recording], number: int) -> tuple[float, float, bool, bool]:
-    """Rms errors, rad, of plan and ProMP on one recording, learned from the others, and whether each passes a limit."""
+def left_out(recordings: list[Recording], number: int) -> tuple[list[float], list[bool]]:
+    """Rms errors, rad, on one recording, learned from the others, and whether a prediction passes a limit.
+
+    For each case each method's.
+    """
     shown, others = recordings[number], recordings[:number] + recordings[number + 1 :]
     own = learned(shown)
-    s = (shown.times - shown.times[0]) / DURATION
     limit = np.abs(own.sample(np.linspace(0, 1, 1001)).velocities).max(axis=0)
-    ours = _plan(learned(combine(others).mean), own, limit).sample(shown.times)
-    theirs = _promp(others, shown)
-    means = theirs.mean_trajectory(s)
-    speeds = theirs.mean_velocities(s) / DURATION
-    passed, their_passed = (
-        bool((np.abs(velocities) > (1 + ROUNDING) * limit).any()) for velocities in (ours.velocities, speeds)
-    )
-    return _rms(ours.positions - shown.values), _rms(means - shown.values), passed, their_passed
+    together = combine(others)
+    mean, weighted = learned(together.mean), learned(together.mean, together)
+    promp = ProMP(2, WEIGHTS)
+    promp.imitate([other.times / DURATION for other in others], [other.values for other in others])
+    errors, passed = [], []
+    for phases in CASES.values():
+        found = [_planned(mean, own, limit, phases, shown), _planned(weighted, own, limit, phases, shown)]
+        for predicted in (*found, _conditioned(promp, own, phases, shown)):
+            errors.append(float(np.sqrt(np.mean((predicted.positions - shown.values) ** 2))))
+            passed.append(bool((np.abs(predicted.velocities) > (1 + ROUNDING) * limit).any()))
+    return errors, passed
 
 
-def learned(recording: Recording) -> Primitive:
-    """The primitive of a recording."""
-    return learn(Demonstration(recording.times, recording.values))
+def learned(recording: Recording, together: Several | None = None) -> Primitive:
+    """The primitive of a recording, its places weighted by the spread of several."""
+    return learn(Demonstration(recording.times, recording.values), spread=together and together.weighting().T)
 
 
-def _plan(mean: Primitive, own: Primitive, limit: np.ndarray) -> Plan:
+def _planned(
+    mean: Primitive, own: Primitive, limit: np.ndarray, phases: tuple[float, ...], shown: Recording
+) -> Predicted:
     free = np.full(2, np.nan)
     start, goal = (Boundary(end.positions, end.velocities, free) for end in (own.start, own.goal))
     none = Limits.unlimited(2)
     limits = Limits(none.positions, limit * (1 + ROUNDING / 2), none.accelerations, none.jerks)
-    return plan(mean, MotionRequest(start, goal, DURATION, limits, tail="coast"))
+    given = tuple(Waypoint(s * DURATION, own.positions(np.array([s]))[0], free) for s in phases)
+    made: Plan = plan(mean, MotionRequest(start, goal, DURATION, limits, waypoints=given, tail="coast"))
+    samples = made.sample(shown.times)
+    return Predicted(samples.positions, samples.velocities)
 
 
-def _promp(others: list[Recording], shown: Recording) -> ProMP:
-    learned = ProMP(2, WEIGHTS)
-    learned.imitate([other.times / DURATION for other in others], [other.values for other in others])
-    for position, s in ((shown.values[0], 0), (shown.values[-1], 1)):
-        learned = learned.condition_position(position, 1e-8 * np.eye(2), s, 1.0)
-    return learned
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+def _conditioned(promp: ProMP, own: Primitive, phases: tuple[float, ...], shown: Recording) -> Predicted:
+    for s in (0.0, 1.0, *phases):
+        promp = promp.condition_position(own.positions(np.array([s]))[0], 1e-8 * np.eye(2), s, 1.0)
+    s = (shown.times - shown.times[0]) / DURATION
+    return Predicted(promp.mean_trajectory(s), promp.mean_velocities(s) / DURATION)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,9 @@ from motion.savitzky_golay import filtered, follow
 from motion.smoothing import MAX_BASIS, MIN_BASIS, fit, interpolate
 from motion.trajectory import Samples
 
+MAX_PHASES = 1001
+"""At which a spread is given."""
+
 
 @dataclass(frozen=True, eq=False)
 class Primitive:
@@ -24,7 +27,8 @@ class Primitive:
     its acceleration d″(s) is a cubic one with N functions. samples: how many were recorded. position_rms, position_max:
     (J,), rad, distance between d and the samples. fit_rms: (J,), rad/s², standard error of the acceleration d″/T_d²;
     of an explicit filter the distance between its acceleration and the spline's, rms. noise_estimate: (J,), rad, of one
-    sample. smoothing: the filter that was asked for, None for the penalised spline.
+    sample. smoothing: the filter that was asked for, None for the penalised spline. spread: (J, P), rad, standard
+    deviation of several recordings around d at P even phases, by which places are weighted; P = 0 where they are not.
     """
 
     duration: float
@@ -35,6 +39,7 @@ class Primitive:
     fit_rms: np.ndarray
     noise_estimate: np.ndarray
     smoothing: SavitzkyGolay | None
+    spread: np.ndarray
 
     @property
     def joint_count(self) -> int:
@@ -83,14 +88,14 @@ class Primitive:
 
     @staticmethod
     def from_arrays(arrays: Mapping[str, np.ndarray]) -> "Primitive":
-        """The primitive that `to_arrays` wrote, in this version or in the one that kept Gaussian weights.
+        """The primitive that `to_arrays` wrote, in this version, in one without spread, or in that of Gaussian weights.
 
         Raises:
             InvalidMotion: something is missing or malformed; its name is the error's field.
         """
         if is_gaussian(arrays):
             arrays = converted(arrays)
-        data = {name: _array(arrays, name) for name in _FIELDS}
+        data = {name: _array(arrays, name) for name in _FIELDS if name != "spread"}
         points, smoothing = data["control_points"], data["smoothing"]
         if points.ndim != 2 or not len(points):
             raise InvalidMotion("control_points", f"needs joints × control points; it has shape {points.shape}")
@@ -110,6 +115,7 @@ class Primitive:
             int(data["samples"]),
             *(data[name] for name in ("position_rms", "position_max", "fit_rms", "noise_estimate")),
             smoothing=SavitzkyGolay(float(smoothing[0]), int(smoothing[1])) if smoothing.size else None,
+            spread=_spread(_array(arrays, "spread") if "spread" in arrays else None, len(points)),
         )
 
     def _end(self, index: int) -> Boundary:
@@ -120,18 +126,25 @@ class Primitive:
 _FIELDS = tuple(field.name for field in fields(Primitive))
 
 
-def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_count: int | None = None) -> Primitive:
+def learn(
+    demonstration: Demonstration,
+    smoothing: Smoothing = "auto",
+    basis_count: int | None = None,
+    spread: np.ndarray | None = None,
+) -> Primitive:
     """Learn a primitive from one demonstration.
 
     "auto" fits a penalised spline to the samples at their own times, "none" follows the samples as closely as the
     spline can, and a filter is applied first and then followed. The number of functions comes from the data unless
-    `basis_count` is given.
+    `basis_count` is given. `spread` (J, P): see Primitive.
 
     Raises:
-        InvalidMotion: a filter that does not fit, or a `basis_count` outside MIN_BASIS to MAX_BASIS.
+        InvalidMotion: a filter that does not fit, a `basis_count` outside MIN_BASIS to MAX_BASIS, or a spread that is
+            no positive number for each joint at 2 to MAX_PHASES phases.
     """
     if basis_count is not None:
         _check_basis_count(basis_count)
+    spread = _spread(spread, demonstration.positions.shape[1])
     s, positions, duration = demonstration.phases, demonstration.positions, demonstration.duration
     used = None
     if smoothing == "none":
@@ -154,12 +167,24 @@ def learn(demonstration: Demonstration, smoothing: Smoothing = "auto", basis_cou
         fit_rms=fit_rms,
         noise_estimate=fitted.noise,
         smoothing=used,
+        spread=spread,
     )
 
 
 def _check_basis_count(count: int) -> None:
     if not MIN_BASIS <= count <= MAX_BASIS:
         raise InvalidMotion("basis_count", f"is {count}; it must be from {MIN_BASIS} to {MAX_BASIS}")
+
+
+def _spread(values: np.ndarray | None, joints: int) -> np.ndarray:
+    if values is None:
+        return np.empty((joints, 0))
+    if values.ndim != 2 or len(values) != joints or values.shape[1] == 1 or values.shape[1] > MAX_PHASES:
+        sentence = f"has shape {values.shape}; it must have a row for each of {joints} joints, of 2 to {MAX_PHASES}"
+        raise InvalidMotion("spread", f"{sentence} numbers, one at each phase")
+    if not np.all((values > 0) & (values < np.inf)):
+        raise InvalidMotion("spread", "must be finite and greater than 0 rad")
+    return values
 
 
 def _array(arrays: Mapping[str, np.ndarray], name: str) -> np.ndarray:

@@ -22,8 +22,8 @@ def fitted(times: np.ndarray, positions: np.ndarray, basis_count: int = 50) -> P
 
 def of_control_points(duration: float, control_points: np.ndarray, samples: int = 1001) -> Primitive:
     """The primitive with these control points (J, N + 2), rad."""
-    zero = np.zeros(len(control_points))
-    return Primitive(duration, np.ascontiguousarray(control_points), samples, zero, zero, zero, zero, None)
+    zero, spread = np.zeros(len(control_points)), np.empty((len(control_points), 0))
+    return Primitive(duration, np.ascontiguousarray(control_points), samples, zero, zero, zero, zero, None, spread)
 
 
 def joint_of(primitive: Primitive, joint: int) -> Primitive:

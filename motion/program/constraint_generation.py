@@ -1,7 +1,8 @@
 """Constraint generation: the few limit rows that matter, found by solving, looking at all control points, and adding.
 
 In u = z − z*, where z* belongs to the optimum without limits, the cost is |u|² and u runs in the null space of the
-equalities. Joints are independent programs; their control points are looked at together.
+equalities; z is that of the joint's own metric where it has one. Joints are independent programs; their control points
+are looked at together.
 """
 
 from dataclasses import dataclass
@@ -151,7 +152,7 @@ def _add_rows(problem: Problem, found: Solution, new: dict[int, list[int]], effo
             raise _contradiction(problem, joint, rows[part], multipliers)
         if status:
             raise SolverFailed(joint, status)
-        found.x[k, :-2] = problem.origin[joint, :-2] + scale * u
+        found.x[k, :-2] = problem.origin[joint, :-2] + problem.equalities.step(joint, scale * u)
         found.size = max(found.size, size)
         carrying = multipliers > (IDLE * multipliers.max() if dropping else -np.inf)
         found.rows[k], found.multipliers[k] = rows[part][carrying], multipliers[carrying]

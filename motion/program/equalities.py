@@ -35,14 +35,22 @@ class Equalities:
     """What fixed values demand of the motions x (J, N + 2) of J joints: rows·x = targets.
 
     rows (J, m, N + 2), zero where a joint's value is free. kind: of each joint, an index of `spans`; these are
-    orthonormal bases (N, m) of the rows on z, one for each set of values that some joint fixes. adaptation (J, m, N):
-    the least change of z for a unit of each target, in the metric in which the demonstration is adapted to the targets.
+    orthonormal bases (N, m) of the rows on steps, one for each set of values that some joint fixes in a metric. turns:
+    for each of these, what makes steps of z of steps in a joint's own metric, None where it is the space's. adaptation
+    (J, m, N): the least change of z for a unit of each target, in the metric in which the demonstration is adapted to
+    the targets.
     """
 
     rows: np.ndarray
     kind: list[int]
     spans: list[np.ndarray]
+    turns: list[np.ndarray | None]
     adaptation: np.ndarray
+
+    def step(self, joint: int, step: np.ndarray) -> np.ndarray:
+        """The step of z (N,) that a step in the joint's own metric is."""
+        turn = self.turns[self.kind[joint]]
+        return step if turn is None else turn @ step
 
     def missed(self, x: np.ndarray, targets: np.ndarray, joints: Joints = slice(None)) -> np.ndarray:
         """How far (n, m) the joints' motions x (n, N + 2) are from their targets, which are those of all (J, m)."""
@@ -91,11 +99,14 @@ def fixed_inside(request: MotionRequest) -> tuple[MotionRequest, Fixed]:
     return request, fixed
 
 
-def equalities_of(space: Space, fixed: Fixed, values: np.ndarray, local: bool) -> tuple[Equalities, np.ndarray]:
+def equalities_of(
+    space: Space, fixed: Fixed, values: np.ndarray, local: bool, own: tuple[Space, ...] = ()
+) -> tuple[Equalities, np.ndarray]:
     """Return the equalities of `values` (F, J), in normalised time, and their targets (J, m).
 
     The start's position and velocity are coordinates and need no row. `local`: the demonstration is adapted in the
-    space's own metric, otherwise in that of the accelerations alone. Raises InvalidMotion for more values of a joint
+    space's own metric, otherwise in that of the accelerations alone. `own`: the J joints' metrics, where they are not
+    the space's. Raises InvalidMotion for more values of a joint
     than a motion has weights, SolverFailed for values that depend on each other.
     """
     given = ~np.isnan(values[2:])
@@ -104,28 +115,36 @@ def equalities_of(space: Space, fixed: Fixed, values: np.ndarray, local: bool) -
         sentence = f"fix, with both ends, {most} values of a joint; at most {space.count} can be met: leave some out"
         raise InvalidMotion("waypoints", sentence)
     pattern = tuple(fixed.quantity[2:].tolist()), tuple(fixed.s[2:].tolist()), given.T.tobytes()
-    return _equalities(space, *pattern, local), np.where(given, values[2:], 0.0).T
+    return _equalities(space, *pattern, local, own), np.where(given, values[2:], 0.0).T
 
 
 @lru_cache(maxsize=64)
-def _equalities(space: Space, quantity: tuple[int, ...], s: tuple[float, ...], given: bytes, local: bool) -> Equalities:
+def _equalities(
+    space: Space,
+    quantity: tuple[int, ...],
+    s: tuple[float, ...],
+    given: bytes,
+    local: bool,
+    own: tuple[Space, ...],
+) -> Equalities:
     """The equalities that fix the `given` (J, m) of the quantities at the places s."""
     masks = np.frombuffer(given, dtype=bool).reshape(-1, len(s))
     plain = make_space(space.count, 0.0)
     every, on_plain = (_rows(metric, quantity, s) for metric in (space, plain))
-    kinds = list(dict.fromkeys(mask.tobytes() for mask in masks))
+    of_joint = [(mask.tobytes(), own[joint] if own else None) for joint, mask in enumerate(masks)]
+    kinds = list(dict.fromkeys(of_joint))
+    turns = [metric and space.turn(metric) for _, metric in kinds]
     factored = []
-    for kind in kinds:
-        mask = np.frombuffer(kind, dtype=bool)
-        joint = next(j for j, own in enumerate(masks) if own.tobytes() == kind)
-        rows, span, adaptation = _factored(every, mask, joint)
+    for kind, turn in zip(kinds, turns, strict=True):
+        mask, joint = np.frombuffer(kind[0], dtype=bool), of_joint.index(kind)
+        rows, span, adaptation = _factored(every, mask, joint, turn)
         if not local:
             *_, adaptation = _factored(on_plain, mask, joint)
             adaptation = space.whitened(adaptation @ plain.whitening)
         factored.append((rows, span, adaptation))
-    of_joint = [kinds.index(mask.tobytes()) for mask in masks]
-    rows, adaptation = (np.array([factored[k][part] for k in of_joint]) for part in (0, 2))
-    return Equalities(rows, of_joint, [span for _, span, _ in factored], adaptation)
+    kind = [kinds.index(each) for each in of_joint]
+    rows, adaptation = (np.array([factored[k][part] for k in kind]) for part in (0, 2))
+    return Equalities(rows, kind, [span for _, span, _ in factored], turns, adaptation)
 
 
 def _rows(space: Space, quantity: tuple[int, ...], s: tuple[float, ...]) -> np.ndarray:
@@ -133,10 +152,12 @@ def _rows(space: Space, quantity: tuple[int, ...], s: tuple[float, ...]) -> np.n
     return np.concatenate([space.rows_at(k, np.array([place])) for k, place in zip(quantity, s, strict=True)])
 
 
-def _factored(every: np.ndarray, mask: np.ndarray, joint: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """One joint's rows, their span, and the least change of z for a unit of each target."""
+def _factored(
+    every: np.ndarray, mask: np.ndarray, joint: int, turn: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """One joint's rows, their span on its steps, and the least change of z for a unit of each target."""
     rows = np.where(mask[:, None], every, 0.0)
-    on_weights = rows[mask, :-2]
+    on_weights = rows[mask, :-2] if turn is None else rows[mask, :-2] @ turn
     norms = np.linalg.norm(on_weights, axis=1)
     q, r = np.linalg.qr((on_weights / norms[:, None]).T)
     if np.abs(np.diag(r)).min(initial=1.0) < DEPENDENT:
@@ -145,7 +166,7 @@ def _factored(every: np.ndarray, mask: np.ndarray, joint: int) -> tuple[np.ndarr
     span[:, mask] = q
     correction = np.zeros(span.T.shape)
     correction[mask] = (q @ np.linalg.inv(r.T) / norms).T
-    return rows, span, correction
+    return rows, span, correction if turn is None else correction @ turn.T
 
 
 def _touches(values: np.ndarray, ranges: np.ndarray) -> np.ndarray:

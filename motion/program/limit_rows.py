@@ -20,7 +20,7 @@ own."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LimitRows:
-    """Two rows for each of R control points, for each of J joints: what a step u of z does to it; one for each side.
+    """Two rows for each of R control points, for each of J joints: what a step u does to it; one for each side.
 
     matrix (K, R, N): for each kind of equalities, projected onto their null space, of unit norm, zero where decided;
     kind (J,): a joint's. scales (J, R): 1/norm before, 1 where decided; signed (J, 2, R): the same with the sign of the
@@ -41,7 +41,8 @@ class LimitRows:
 @lru_cache(maxsize=32)
 def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
     """Return the rows of a hull's control points beside the equalities."""
-    each = zip(*(_projected(hull, span) for span in equalities.spans), strict=True)
+    own = zip(equalities.spans, equalities.turns, strict=True)
+    each = zip(*(_projected(hull, span, turn) for span, turn in own), strict=True)
     matrix, *of_kinds = map(np.array, each)
     scales, least, decided = (values[equalities.kind] for values in of_kinds)
     kind = hull.quantity + QUANTITIES * decided
@@ -52,9 +53,11 @@ def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
     return LimitRows(matrix, np.array(equalities.kind), scales, SIGNS[:, None] * scales[:, None], least, bound, both)
 
 
-def _projected(hull: Hull, span: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _projected(
+    hull: Hull, span: np.ndarray, turn: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Matrix, scales, least and decided of one kind of equalities."""
-    full = hull.rows[:, :-2]
+    full = hull.rows[:, :-2] if turn is None else hull.rows[:, :-2] @ turn
     matrix = full - (full @ span) @ span.T
     left = np.einsum("ij,ij->i", matrix, matrix)
     decided = left <= DEAD**2 * np.einsum("ij,ij->i", full, full)

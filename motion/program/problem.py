@@ -14,6 +14,7 @@ from motion.primitive import Primitive
 from motion.program.equalities import Equalities, Fixed, Joints, equalities_of
 from motion.program.imitation import Imitated, imitated
 from motion.program.limit_rows import KINDS, LimitRows, limit_rows
+from motion.program.places import place_weights
 from motion.program.space import MAX_ROWS, Hull, Space, make_hull, make_space
 from motion.request import MotionRequest
 
@@ -86,19 +87,26 @@ def build(
     """
     count = _count(primitive, request)
     part = imitated(primitive, *request.imitates, count)
-    local = request.place_time is not None
-    space = make_space(count, _stiffness(primitive, part, request.place_time or PLACE_TIME))
+    stiffness = _stiffness(primitive, part, request.place_time or PLACE_TIME)
+    space = make_space(count, stiffness)
+    own = tuple(make_space(count, stiffness, weights) for weights in place_weights(primitive, *request.imitates))
+    local = bool(own) or request.place_time is not None
     refinement = min(precision.refinement, MAX_ROWS // (4 * count))
     hull = make_hull(space, refinement, fixed.touched)
     powers = request.moving_duration**_ORDERS
     values = fixed.values * powers[fixed.quantity, None]
     width, final = request.limits.width * powers, final * powers[2]
     _fix_narrow(values[-1], final, 4 * precision.inside * width[:, 2])
-    equalities, targets = equalities_of(space, fixed, values, local)
+    equalities, targets = equalities_of(space, fixed, values, local, own)
     start = np.empty((len(final), count + 2))
     start[:, :-2], start[:, -2:] = _whitened(space, part), values[:2].T
     if local:
-        start[:, :-2] += (values[:2].T - part.start) @ space.drift
+        beside = values[:2].T - part.start
+        start[:, :-2] += (
+            beside @ space.drift
+            if not own
+            else [equalities.step(joint, beside[joint] @ metric.drift) for joint, metric in enumerate(own)]
+        )
     origin = equalities.adapted(start, targets)
     at, rows = origin @ hull.rows.T, limit_rows(equalities, hull)
     limits = np.empty((len(final), 2, KINDS))

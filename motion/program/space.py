@@ -31,6 +31,8 @@ class Space:
     weights z = Lᵀw it is a distance. A motion is x = (z, p₀, v₀), N + 2 numbers, with the start's position and velocity
     (with respect to s).
 
+    Where places have weights ω(s) the cost is ∫δ″² + κ⁴∫ωδ² ds.
+
     count: N. stiffness: κ. factor, whitening: L and L⁻¹ (N, N). control_points (4N + 2, N + 2): rows on x of the
     control points of position (N + 2), velocity (N + 1), acceleration (N) and jerk (N − 1), one after the other. drift
     (2, N): by how much z answers a start that lies a unit (of position, of velocity) beside the demonstrated one, where
@@ -51,6 +53,10 @@ class Space:
     def weights(self, x: np.ndarray) -> np.ndarray:
         """w (n, N) of motions x (n, N + 2)."""
         return x[:, :-2] @ self.whitening
+
+    def turn(self, other: "Space") -> np.ndarray:
+        """Matrix (N, N) that makes steps of z here of steps of z in the metric of another space."""
+        return self.factor.T @ other.whitening.T
 
     def rows_at(self, quantity: int, s: np.ndarray) -> np.ndarray:
         """Rows (n, N + 2) on x of the quantity-th derivative of the position at s (n,), from 0 to 3."""
@@ -78,12 +84,13 @@ class Hull:
 
 
 @lru_cache(maxsize=128)
-def make_space(count: int, stiffness: float) -> Space:
-    """The space of `count` ≥ 5 functions in the metric of κ = `stiffness`."""
+def make_space(count: int, stiffness: float, weights: tuple[float, ...] = (1.0, 1.0)) -> Space:
+    """The space of `count` ≥ 5 functions in the metric of κ = `stiffness` and the places' `weights` at even s."""
     velocity = splines.integration(count, 3)
     position = splines.integration(count + 1, 4) @ velocity
     at, step = nodes(count), quadrature(count)
-    on_positions = stiffness**2 * splines.rows(count + 2, 5, at) @ position
+    strength = stiffness**2 * np.sqrt(np.interp(at, np.linspace(0, 1, len(weights)), weights))
+    on_positions = strength[:, None] * (splines.rows(count + 2, 5, at) @ position)
     gram = splines.gram(count, splines.ACCELERATION_DEGREE) + (on_positions.T * step) @ on_positions
     factor = cholesky(gram, lower=True)
     whitening = solve_triangular(factor, np.eye(count), lower=True)
@@ -92,7 +99,7 @@ def make_space(count: int, stiffness: float) -> Space:
     on_start[: count + 2, 0], on_start[: count + 2, 1] = 1, splines.greville(count + 2, 5)
     on_start[count + 2 : 2 * count + 3, 1] = 1
     rows = np.concatenate([on_weights @ whitening.T, on_start], axis=1)
-    drift = -(stiffness**2) * (np.stack([step, step * at]) @ on_positions) @ whitening.T
+    drift = -(np.stack([step, step * at]) * strength @ on_positions) @ whitening.T
     return Space(count, stiffness, factor, whitening, rows, drift)
 
 

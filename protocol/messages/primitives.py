@@ -34,6 +34,9 @@ class Learn(Request, kw_only=True):
         times: of the samples, s, rising
         smoothing: auto (a penalised spline, its penalty chosen by the noise), none, or this filter
         replace: overwrite a primitive of this name
+        spread: standard deviation of several recordings around this one, their mean, rad: 2 to 1001 rows at even times,
+            each a number a joint, in the columns' order. Motions then stay near the places where it is small; null: the
+            paper's cost, which knows no places
     """
 
     name: str
@@ -44,6 +47,7 @@ class Learn(Request, kw_only=True):
     times: Vector | None = None
     smoothing: Literal["auto", "none"] | SavitzkyGolay = "auto"
     replace: bool = False
+    spread: Samples | None = None
 
 
 class Learned(Message, kw_only=True):

@@ -33,7 +33,7 @@ def demonstration_of(request: m.Learn, names: Sequence[str]) -> Demonstration:
     Raises:
         Refusal: `bad_message`, naming the field.
     """
-    positions = _of_the_arm(_positions(request), request.joint_names, names)
+    positions = _of_the_arm(_positions(request), request.joint_names, names, "positions")
     if len(positions) > MAX_SAMPLES:
         sentence = f"positions has {len(positions)} samples; at most {MAX_SAMPLES} are taken, so send every nth"
         raise bad_message("positions", sentence)
@@ -43,16 +43,29 @@ def demonstration_of(request: m.Learn, names: Sequence[str]) -> Demonstration:
         raise bad_message(error.field, str(error)) from None
 
 
+def spread_of(request: m.Learn, names: Sequence[str]) -> np.ndarray | None:
+    """Return the spread (J, P) in `request`, a row for each of the arm's joint `names`, or None.
+
+    Raises:
+        Refusal: `bad_message`, naming the field.
+    """
+    if request.spread is None:
+        return None
+    if len({len(row) for row in request.spread}) != 1:
+        raise bad_message("spread", "spread must be rows of one length, one number a joint")
+    return _of_the_arm(np.array(request.spread, dtype=float), request.joint_names, names, "spread").T
+
+
 def learn_demonstration(
-    demonstration: Demonstration, smoothing: Literal["auto", "none"] | m.SavitzkyGolay
+    demonstration: Demonstration, smoothing: AskedSmoothing, spread: np.ndarray | None = None
 ) -> Primitive:
-    """Return the primitive of a recording, smoothed as asked.
+    """Return the primitive of a recording, smoothed as asked, its places weighted by the spread (J, P).
 
     Raises:
         Refusal: `bad_message`, naming the field.
     """
     try:
-        return learn(demonstration, _smoothing(smoothing))
+        return learn(demonstration, _smoothing(smoothing), spread=spread)
     except InvalidMotion as error:
         raise bad_message(error.field, str(error)) from None
 
@@ -102,16 +115,16 @@ def _smoothing(asked: AskedSmoothing) -> Smoothing:
     return SavitzkyGolay(asked.window_s, asked.order)
 
 
-def _of_the_arm(positions: np.ndarray, given: Sequence[str] | None, names: Sequence[str]) -> np.ndarray:
+def _of_the_arm(positions: np.ndarray, given: Sequence[str] | None, names: Sequence[str], field: str) -> np.ndarray:
     """Return the columns in the order of the arm's joints."""
     columns, arm = positions.shape[1], ", ".join(names)
     if given is None:
         if columns != len(names):
-            sentence = f"positions have {columns} columns; the arm has the {len(names)} joints {arm}"
-            raise bad_message("positions", f"{sentence}: send one column a joint")
+            sentence = f"{field} has {columns} columns; the arm has the {len(names)} joints {arm}"
+            raise bad_message(field, f"{sentence}: send one column a joint")
         return positions
     if len(given) != columns:
-        raise bad_message("joint_names", f"joint_names has {len(given)} names for {columns} columns of positions")
+        raise bad_message("joint_names", f"joint_names has {len(given)} names for {columns} columns of {field}")
     if sorted(given) != sorted(names):
         sentence = f"joint_names are {', '.join(given)}; the arm's are {arm}: send the name on this arm of each column"
         raise bad_message("joint_names", sentence)

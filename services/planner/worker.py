@@ -28,7 +28,7 @@ from protocol import messages as m
 from protocol.codec import decode
 from protocol.errors import Refusal
 from protocol.topics import LEARN
-from services.planner.learning import demonstration_of, learn_demonstration
+from services.planner.learning import demonstration_of, learn_demonstration, spread_of
 from services.planner.refusals import refusal_of
 
 NICENESS = 10
@@ -92,7 +92,7 @@ def learned(body: bytes, limits: Limits, names: Sequence[str]) -> Lesson:
     """Learn from the body of a `learn` request. Raises Refusal."""
     request = decode(body, m.Learn, LEARN.max_bytes)
     demonstration = demonstration_of(request, names)
-    primitive = learn_demonstration(demonstration, request.smoothing)
+    primitive = learn_demonstration(demonstration, request.smoothing, spread_of(request, names))
     return Lesson(primitive, warnings_of(demonstration, primitive, limits, names))
 
 

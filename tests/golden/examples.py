@@ -239,6 +239,7 @@ LIBRARY: dict[str, Struct] = {
         times=[0.0, 0.0125, 0.025],
         smoothing=m.SavitzkyGolay(window_s=0.2, order=5),
         replace=True,
+        spread=[[0.01, 0.02], [0.005, 0.01]],
     ),
     "Learn-matrix": m.Learn(
         name="forehand", positions=matrix_bytes(SAMPLES), joint_count=6, rate=200.0, smoothing="none"

@@ -26,6 +26,12 @@ ROUNDS = 3
 STIFF = 0.02
 """Price of a warp that is not even, in units of the movement's ranges."""
 
+STILL = 1e-3
+"""X"""
+
+FLOOR = 0.01
+"""Part of a joint's range: recordings are not taken to agree more than that."""
+
 SAMPLES = 2000
 """Most samples of the mean."""
 
@@ -43,6 +49,17 @@ class Several:
     mean: Recording
     spread: np.ndarray
     warps: np.ndarray
+
+    def weighting(self) -> np.ndarray:
+        """Return the spread (GRID, J), rad, at even phases, as `learn` takes it.
+
+        Ends, which a goal fixes, may not spread at all, and a few recordings agree somewhere by chance: a hundredth of
+        a joint's range is added.
+        """
+        every, even = np.linspace(0, 1, len(self.spread)), np.linspace(0, 1, GRID)
+        spread = np.stack([np.interp(even, every, column) for column in self.spread.T], axis=1)
+        floor = FLOOR * np.ptp(self.mean.values, axis=0)
+        return np.hypot(spread, np.maximum(floor, FLOOR * floor.max()))
 
     def sentence(self) -> str:
         """Say how far the recordings are apart, and where most."""
@@ -89,7 +106,7 @@ def align(curves: Sequence[Curve]) -> np.ndarray:
     for _ in range(ROUNDS):
         shown = np.stack([curve(warp) for curve, warp in zip(curves, warps, strict=True)])
         mean = shown.mean(axis=0)
-        spans = np.maximum(np.ptp(mean, axis=0), 1e-3 * np.ptp(mean, axis=0).max())
+        spans = np.maximum(np.ptp(mean, axis=0), STILL * np.ptp(mean, axis=0).max())
         logits = np.stack([_fit(curve, mean, spans, guess) for curve, guess in zip(curves, logits, strict=True)])
         warps = np.stack([_warp(row) for row in logits])
         even = warps.mean(axis=0)

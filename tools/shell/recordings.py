@@ -4,7 +4,7 @@ import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -39,6 +39,7 @@ def learn(
     smoothing: Literal["auto", "none"] = "auto",
     window: Seconds = None,
     order: Annotated[int, arg(metavar="N")] = 5,
+    follow_spread: Switch = False,
     replace: Switch = False,
     plot: File = None,
     shell: Shared,
@@ -60,6 +61,7 @@ def learn(
         smoothing: auto fits a penalised spline, each joint smoothed as its noise asks for; none follows every sample.
         window: Smooth with a Savitzky-Golay filter this long, s, instead, as the paper does.
         order: Of that filter's polynomial.
+        follow_spread: Of several recordings, keep motions near the places where they agree, and free where they do not.
         replace: Overwrite a primitive of this name.
         plot: Draw raw, fitted and imitated curves with what was found, into a .png or .rrd file, before it is learned.
         shell: How to reach the robot.
@@ -68,13 +70,16 @@ def learn(
         raise UsageError("--rate and --duration say the same thing twice; give one of them")
     if not files:
         raise UsageError("learn needs a FILE, or several of one movement; volley learn --help says more")
+    if follow_spread and len(files) < 2:
+        raise UsageError("--follow-spread needs several recordings of one movement; name more files")
     filtered = m.SavitzkyGolay(window_s=window, order=order) if window is not None else smoothing
     how = {"episode": episode, "mapping": mapping(map), "unit": unit, "rate": rate, "duration": duration}
     with reach(shell) as link:
         joints = link.joint_names()
         try:
             raws = [load(file, joints, **how) for file in files]
-            recording = in_radians(learnable(raws, link.description(), plot))
+            lesson = learnable(raws, link.description(), plot)
+            recording = in_radians(lesson.recording)
         except Unreadable as problem:
             raise UsageError(str(problem)) from None
         learned = link.arm.learn(
@@ -84,6 +89,7 @@ def learn(
             joint_names=joints or None,
             smoothing=filtered,
             replace=replace,
+            spread=lesson.spread if follow_spread else None,
         )
         link.print(learned)
 
@@ -141,7 +147,14 @@ def mapping(pairs: tuple[str, ...]) -> dict[str, str]:
     return {theirs: ours for theirs, _, ours in split}
 
 
-def learnable(raws: Sequence[Recording], description: m.Description | None, plot: Path | None) -> Recording:
+class Lesson(NamedTuple):
+    """What is learned; of several recordings also their spread (n, J), rad, at even phases."""
+
+    recording: Recording
+    spread: np.ndarray | None = None
+
+
+def learnable(raws: Sequence[Recording], description: m.Description | None, plot: Path | None) -> Lesson:
     """Return what is learned of recordings that were read: repaired, and of several their mean.
 
     Raises:
@@ -161,12 +174,12 @@ def learnable(raws: Sequence[Recording], description: m.Description | None, plot
 
         picture(preview(raws[0], examinations[0], arm), plot)
     if len(examinations) == 1:
-        return examinations[0].recording
+        return Lesson(examinations[0].recording)
     from tools.recordings.several import combine
 
     together = combine([examination.recording for examination in examinations])
     print_findings((together.sentence(),), ())
-    return together.mean
+    return Lesson(together.mean, together.weighting())
 
 
 def _arm(description: m.Description | None) -> Arm | None:

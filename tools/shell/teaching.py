@@ -58,7 +58,7 @@ def teach(
     with reach(shell) as link:
         try:
             raw = _guided(link, name, seconds) if trace is None else _cut(trace, begin, end, link.joint_names())
-            recording = in_radians(learnable([raw], link.description(), plot))
+            recording = in_radians(learnable([raw], link.description(), plot).recording)
         except Unreadable as problem:
             raise UsageError(str(problem)) from None
         learned = link.arm.learn(

@@ -10,7 +10,7 @@ from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
-from services.planner.learning import demonstration_of, learn_demonstration, learn_from_csv, learned_message
+from services.planner.learning import demonstration_of, learn_demonstration, learn_from_csv, learned_message, spread_of
 
 TIMES = np.arange(200) / 200
 PATH = np.sin(np.outer(TIMES, [1.0, 2.0, 3.0]))
@@ -24,7 +24,7 @@ def request(**fields: object) -> m.Learn:
 
 def learn_from_request(asked: m.Learn) -> Primitive:
     """Return what is learned from a request."""
-    return learn_demonstration(demonstration_of(asked, NAMES), asked.smoothing)
+    return learn_demonstration(demonstration_of(asked, NAMES), asked.smoothing, spread_of(asked, NAMES))
 
 
 def test_every_way_to_say_the_same_gives_the_same():
@@ -107,6 +107,23 @@ def test_columns_are_put_in_the_order_of_the_arm():
     plain = learn_from_request(request())
     named = learn_from_request(request(positions=PATH[:, [2, 0, 1]].tolist(), joint_names=["c", "a", "b"]))
     assert np.array_equal(named.control_points, plain.control_points)
+
+
+def test_a_spread_is_kept_in_the_order_of_the_arm():
+    rows = [[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]
+    primitive = learn_from_request(request(joint_names=["c", "a", "b"], spread=rows))
+    assert primitive.spread.tolist() == [[0.2, 0.5], [0.3, 0.6], [0.1, 0.4]]
+    assert learn_from_request(request()).spread.shape == (3, 0)
+
+
+@pytest.mark.parametrize(
+    "spread", [[], [[0.1, 0.1, 0.1]], [[0.1, 0.1]] * 2, [[0.1, 0.1, 0.0]] * 2, [[0.1], [0.1, 0.2]]]
+)
+def test_a_spread_that_fits_no_arm_is_refused(spread: list[list[float]]):
+    with pytest.raises(Refusal) as caught:
+        learn_from_request(request(spread=spread))
+    assert caught.value.detail["field"] == "spread"
+    assert "spread" in caught.value.message
 
 
 def test_another_arm_is_named_with_ours():

@@ -43,6 +43,14 @@ def test_the_spread_is_reported_where_it_is() -> None:
     assert together.spread.max() == pytest.approx(0.05 * np.sqrt(2.5), rel=0.15)
 
 
+def test_the_weighting_takes_no_agreement_for_exact() -> None:
+    together = combine([shown(0.0) for _ in range(3)])
+    assert together.spread.max() < 1e-9
+    weighting = together.weighting()
+    assert weighting.shape == (100, 2)
+    assert weighting == pytest.approx(np.tile(0.01 * np.ptp(together.mean.values, axis=0), (100, 1)), rel=1e-6)
+
+
 def test_other_joints_are_refused() -> None:
     with pytest.raises(Unreadable, match="has other joints than"):
         combine([shown(0.0), shown(0.0, columns=("a", "c"))])

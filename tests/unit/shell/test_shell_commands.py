@@ -183,6 +183,21 @@ def test_learn_sends_a_matrix_in_the_arms_order_and_rad(robot, tmp_path, capsys)
     assert "My wipe, 2, 41 samples, 0.400 s" in capsys.readouterr().err
 
 
+def test_several_recordings_are_learned_with_their_spread_where_asked(robot, tmp_path, capsys):
+    files = [tmp_path / f"swing{number}.csv" for number in range(3)]
+    for number, file in enumerate(files):
+        table = np.column_stack([0.01 * np.arange(81), swing(81) * (np.arange(1.0, 7.0) / 10 + 0.01 * number)])
+        np.savetxt(file, table, delimiter=",", header=",".join(["time", *JOINTS]), comments="")
+    assert volley(robot, "learn", *map(str, files)) == 0
+    assert volley(robot, "learn", *map(str, files), "--follow-spread") == 0
+    (_, plain), (_, weighted) = robot.asked
+    assert plain.spread is None
+    assert np.shape(weighted.spread) == (100, 6)
+    assert 0.009 < weighted.spread[-1][0] < 0.012
+    assert volley(robot, "learn", str(files[0]), "--follow-spread") == 2
+    assert "--follow-spread needs several recordings" in capsys.readouterr().err
+
+
 def test_learn_asks_which_movement_and_which_column(robot, tmp_path, capsys):
     file = tmp_path / "demos.npz"
     np.savez(file, t=np.arange(20) / 50, qpos=np.tile(swing(20) * np.arange(12.0) / 20, (3, 1, 1)))
