@@ -2,9 +2,9 @@
 
 Each recording of a letter is predicted from the others under its own start, end, duration and largest speeds: by the
 plan that imitates their mean (`tools.recordings.several`), by the same plan where places are weighted by the spread,
-and by the ProMP of movement_primitives, conditioned on the same start and end. Then all three are given where it is in
-the middle of its duration, too. DIRECTORY holds one .mat file a letter, as pbdlib's 2Dletters: 10 to 15 recordings
-each.
+and by the ProMP of movement_primitives, conditioned on the same start and end. All three know positions alone; the
+plans begin and end with the mean's velocities. Then they are given where it is in the middle of its duration, too.
+DIRECTORY holds one .mat file a letter, as pbdlib's 2Dletters: 10 to 15 recordings each.
 """
 
 import sys
@@ -125,8 +125,8 @@ def learned(recording: Recording, together: Several | None = None) -> Primitive:
 def _planned(
     mean: Primitive, own: Primitive, limit: np.ndarray, phases: tuple[float, ...], shown: Recording
 ) -> Predicted:
-    free = np.full(2, np.nan)
-    start, goal = (Boundary(end.positions, end.velocities, free) for end in (own.start, own.goal))
+    free, ends = np.full(2, np.nan), ((own.start, mean.start), (own.goal, mean.goal))
+    start, goal = (Boundary(at.positions, np.clip(moving.velocities, -limit, limit), free) for at, moving in ends)
     none = Limits.unlimited(2)
     limits = Limits(none.positions, limit * (1 + ROUNDING / 2), none.accelerations, none.jerks)
     given = tuple(Waypoint(s * DURATION, own.positions(np.array([s]))[0], free) for s in phases)
@@ -137,7 +137,7 @@ def _planned(
 
 def _conditioned(promp: ProMP, own: Primitive, phases: tuple[float, ...], shown: Recording) -> Predicted:
     for s in (0.0, 1.0, *phases):
-        promp = promp.condition_position(own.positions(np.array([s]))[0], 1e-8 * np.eye(2), s, 1.0)
+        promp = promp.condition_position(own.positions(np.array([s]))[0], 1e-8 * np.eye(2), s, 1.0)  # type: ignore[arg-type]
     s = (shown.times - shown.times[0]) / DURATION
     return Predicted(promp.mean_trajectory(s), promp.mean_velocities(s) / DURATION)
 

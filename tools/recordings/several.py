@@ -26,8 +26,8 @@ ROUNDS = 3
 STIFF = 0.02
 """Price of a warp that is not even, in units of the movement's ranges."""
 
-STILL = 1e-3
-"""X"""
+STILL = 0.2
+"""Part of the largest range: the noise of a joint that moves less must not align the others."""
 
 FLOOR = 0.01
 """Part of a joint's range: recordings are not taken to agree more than that."""

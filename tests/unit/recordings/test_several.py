@@ -32,6 +32,17 @@ def test_recordings_that_differ_in_phase_only_have_one_shape() -> None:
     assert np.abs(warps.mean(axis=0) - np.linspace(0, 1, warps.shape[1])).max() < 1e-6
 
 
+def test_a_joint_that_hardly_moves_does_not_align_the_others() -> None:
+    """Its noise is 0.2 of a range of a tenth of the other's."""
+    still = [shown(bend) for bend in (-0.6, -0.2, 0.3, 0.5)]
+    for number, recording in enumerate(still):
+        s = np.linspace(0, 1, len(recording.values))
+        recording.values[:, 1] = 0.01 * np.sin((5 + 3 * number) * s + number)
+    apart = np.stack([recording.values[:, 0] for recording in still]).std(axis=0, ddof=1)
+    together = combine(still)
+    assert np.sqrt(np.mean(together.spread[:, 0] ** 2)) < 0.15 * np.sqrt(np.mean(apart**2))
+
+
 def test_the_spread_is_reported_where_it_is() -> None:
     wide = [shown(0.0) for _ in range(5)]
     for number, recording in enumerate(wide):
