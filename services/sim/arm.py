@@ -48,7 +48,6 @@ class SimulatedArm(Backend):
         self._surroundings = Surroundings(config, self._scene.model)
         self._led = LedJoints(self._scene)
         self._disturbances = Disturbances(config)
-        self._guidance = Guidance(config)
         self.reset(seed=seed)
 
     def reset(self, positions: list[float] | None = None, ball: Ball | None = None, seed: int = 0) -> None:
@@ -75,7 +74,7 @@ class SimulatedArm(Backend):
         """Tick 0 where the arm stands, undisturbed; the ball goes on."""
         self._disturbances.clear()
         self._contact_log.clear()
-        self._guided = False
+        self._guidance: Guidance | None = None
         self._tick = 0
         self._torques = np.zeros(self.config.joint_count)
         self._saturated = np.zeros(self.config.joint_count, dtype=bool)
@@ -85,26 +84,29 @@ class SimulatedArm(Backend):
     def step(self, setpoint: Setpoint) -> None:
         """One tick with the setpoint's accelerations: torque by inverse dynamics, held for the tick.
 
-        An arm that is guided ignores the setpoint.
+        An arm that is guided ignores the setpoint: the hand and the motors together move it as `Guidance` says.
 
         Raises ValueError, before anything moves, where they are not J finite numbers, and Diverged.
         """
         scene = self._scene
         model, data = scene.model, scene.data
         self._led.place()
-        accelerations = setpoint.accelerations
-        if self._guided:
-            accelerations = self._guidance.accelerations(data.qpos[scene.qpos], data.qvel[scene.dofs])
         mujoco.mj_step1(model, data)
+        pushes, accelerations = self._pushes(), setpoint.accelerations
+        if self._guidance:
+            pushed = self._dynamics.free(pushes)
+            accelerations = self._guidance.accelerations(data.qpos[scene.qpos], data.qvel[scene.dofs], pushed)
         demanded = self._dynamics.torques(np.concatenate([accelerations, self._held.accelerations()]))
         if not math.isfinite(demanded.sum()):
             raise ValueError(f"accelerations: {accelerations} cannot be turned into torques; they must be finite")
         limits, joints = self._torque_limits, self.config.joint_count
+        if self._guidance:
+            demanded[:joints] -= pushes
         torques = np.minimum(np.maximum(demanded, -limits), limits)  # np.clip takes three times as long
         self._torques = torques[:joints]
         self._saturated = self._torques != demanded[:joints]
-        data.qfrc_applied[self._controlled] = torques
-        data.qfrc_applied[scene.dofs] += self._pushes()
+        data.qfrc_applied[self._controlled] = demanded if self._guidance else torques
+        data.qfrc_applied[scene.dofs] += pushes
         self._contacts = []
         for substep in range(scene.substeps):
             if substep:
@@ -125,12 +127,12 @@ class SimulatedArm(Backend):
 
     def guide(self) -> None:
         """Yield to pushes, weightless, until `recover`."""
-        self._guided = True
+        self._guidance = Guidance(self.config, self._observation.true_positions)
         self._observation = self._measure()
 
     def recover(self) -> None:
         """Follow setpoints again."""
-        self._guided = False
+        self._guidance = None
         self._observation = self._measure()
 
     def disturb(self, request: Disturb) -> float:
@@ -222,7 +224,7 @@ class SimulatedArm(Backend):
             true_positions=true_positions,
             true_velocities=true_velocities,
             held=self._held.positions(),
-            condition="guiding" if self._guided else "ready",
+            condition="guiding" if self._guidance else "ready",
         )
 
     def _checked_pose(self, positions: list[float]) -> np.ndarray:

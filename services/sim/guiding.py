@@ -1,4 +1,4 @@
-"""An arm that is guided by hand: weightless, damped, and pushed back softly before the ends of its joints."""
+"""An arm that is guided by hand: weightless, damped, and slower the nearer a joint is to an end of its range."""
 
 import numpy as np
 
@@ -7,25 +7,41 @@ from robot.description import RobotConfig
 DAMPING = 2.0
 """1/s: an arm that is let go loses its speed within about half a second."""
 
-MARGIN, STIFFNESS, STOP_DAMPING = 0.2, 900.0, 60.0
-"""rad, 1/s², 1/s: a critically damped spring begins so far before the end of a joint's range."""
+STRONGEST = 20.0
+"""rad/s²: what a hand adds to a joint's acceleration at most, so that it does not press the arm into what it touches."""
 
-FAST_SHARE, FAST_DAMPING = 0.25, 100.0
-"""Beyond this part of its velocity limit a joint is damped by so much more, 1/s."""
+BRAKE, BRAKE_SHARE = 10.0, 0.25
+"""rad/s² and part of a joint's acceleration limit: the smaller one brakes it before an end of its range."""
+
+MARGIN, RETURN = 0.05, 100.0
+"""rad, 1/s: a joint stands still so far before an end of its range, and comes back at this rate if it is moved on."""
+
+FAST_SHARE = 0.25
+"""Of its velocity limit: no joint is guided faster."""
 
 
 class Guidance:
-    """Accelerations (J,), rad/s², of an arm that yields to pushes."""
+    """Accelerations (J,), rad/s², of an arm that yields to pushes.
 
-    def __init__(self, config: RobotConfig) -> None:
-        low, high = config.limits.positions.T
-        room = np.minimum(MARGIN, (high - low) / 4)
-        self._low, self._high = low + room, high - room
-        self._fast = FAST_SHARE * config.limits.velocities
+    Each joint keeps to speeds from which it can be braked inside its range. What a push would do beyond has no effect,
+    as if the hand were no stronger than the motors.
+    """
 
-    def accelerations(self, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-        """Return what the arm does of itself at positions, rad, and velocities, rad/s, (J,) each."""
-        inward = np.maximum(self._low - positions, 0.0) - np.maximum(positions - self._high, 0.0)
-        too_fast = velocities - np.clip(velocities, -self._fast, self._fast)
-        damping = np.where(inward != 0.0, STOP_DAMPING, DAMPING)
-        return STIFFNESS * inward - damping * velocities - FAST_DAMPING * too_fast
+    def __init__(self, config: RobotConfig, positions: np.ndarray) -> None:
+        """Begin at rest at `positions` (J,), rad; a joint that is nearer to an end stays where it is."""
+        limits = config.limits
+        low, high = limits.positions.T
+        self._low, self._high = np.minimum(low + MARGIN, positions), np.maximum(high - MARGIN, positions)
+        self._fast = FAST_SHARE * limits.velocities
+        self._strongest = np.minimum(STRONGEST, limits.accelerations)
+        self._brake = np.minimum(BRAKE, BRAKE_SHARE * limits.accelerations)
+        self._tick = config.tick
+
+    def accelerations(self, positions: np.ndarray, velocities: np.ndarray, pushes: np.ndarray) -> np.ndarray:
+        """Return what the arm does at positions, rad, and velocities, rad/s, under pushes, rad/s², (J,) each."""
+        upward, downward = (
+            np.where(room > 0, np.minimum(self._fast, np.sqrt(2 * self._brake * abs(room))), RETURN * room)
+            for room in (self._high - positions, positions - self._low)
+        )
+        yielding = np.clip(pushes, -self._strongest, self._strongest) - DAMPING * velocities
+        return (np.clip(velocities + self._tick * yielding, -downward, upward) - velocities) / self._tick

@@ -30,6 +30,14 @@ class InverseDynamics:
         mujoco.mj_mulM(scene.model, scene.data, self._forces, self._accelerations)
         return self._forces[self._dofs]
 
+    def free(self, forces: np.ndarray) -> np.ndarray:
+        """M⁻¹·forces (n,), rad/s²: what generalised forces (n,), N·m, on the first n joints add to their accelerations."""
+        scene, on = self._scene, self._dofs[: len(forces)]
+        applied = np.zeros((1, scene.model.nv))
+        applied[0, on] = forces
+        mujoco.mj_solveM(scene.model, scene.data, applied, applied.copy())
+        return applied[0, on]
+
     def torques(self, accelerations: np.ndarray) -> np.ndarray:
         """Torques (D,), N·m, that accelerate the joints with q̈ (D,), rad/s², where nothing touches them."""
         data, dofs = self._scene.data, self._dofs

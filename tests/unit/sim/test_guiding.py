@@ -61,6 +61,34 @@ def test_a_hard_push_does_not_take_a_joint_out_of_its_range(arm, joint):
         assert np.abs(np.diff(shown)).max() * CONFIG.rate_hz < CONFIG.limits.velocities[joint]
 
 
+@pytest.mark.parametrize("kind", ["acceleration", "torque"])
+def test_pushes_on_all_joints_take_none_out_of_its_range(arm, kind):
+    """The strongest that are taken, 0.6 s long, into the floor among other places."""
+    rng = np.random.default_rng(0)
+    largest = 10 * (CONFIG.limits.accelerations if kind == "acceleration" else CONFIG.torques)
+    low, high = CONFIG.limits.positions.T
+    for _ in range(6):
+        arm.reset()
+        arm.guide()
+        values = largest * rng.choice([-1.0, 1.0], CONFIG.joint_count)
+        arm.disturb(m.Disturb(kind=kind, values=values.tolist(), duration=0.6))
+        shown = follow(arm, 800)
+        assert (low <= shown.min(axis=0)).all()
+        assert (shown.max(axis=0) <= high).all()
+        assert (np.abs(np.diff(shown, axis=0)) * CONFIG.rate_hz < CONFIG.limits.velocities).all()
+
+
+def test_a_joint_at_the_end_of_its_range_stays_there(arm):
+    """Nothing throws the arm back when it begins to be guided, and it can be pushed away from the end."""
+    pose = CONFIG.home.copy()
+    pose[0] = CONFIG.limits.positions[0, 1]
+    arm.reset(pose.tolist())
+    arm.guide()
+    assert np.abs(follow(arm, 300) - pose).max() < 1e-3
+    push(arm, [-2.0, 0, 0, 0, 0, 0], 0.3)
+    assert follow(arm, 1500)[-1, 0] < pose[0] - 0.1
+
+
 def test_it_follows_setpoints_again_after_it_recovered(arm):
     push(arm, [2.0, 0, 0, 0, 0, 0], 0.3)
     let_go = follow(arm, 3000)[-1]
