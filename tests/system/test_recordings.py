@@ -1,15 +1,20 @@
 """From another program's file to a motion, and out of its trace again, by the shell's commands alone."""
 
+from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
+from protocol import messages as m
 from robot.description import load_robot
 from services.common.cell import running_cell
 from tests.unit.recordings import writers
+from tests.waiting import eventually
 from tools.recordings import readers
 from tools.recordings.learning import load
+from tools.recordings.readers import rrd
 from tools.shell.__main__ import main
 
 JOINTS = load_robot().joint_names
@@ -31,12 +36,35 @@ def test_from_a_file_to_a_motion_and_back(tmp_path: Path, capsys: pytest.Capture
         assert volley("reset-sim", "--positions", *start) == 0
         assert volley("goal", "reach", "--wait", "--goal-id", "played") == 0
         assert "succeeded" in capsys.readouterr().out
+        _check_what_is_cut_out(volley, capsys, trace)
     _check_what_was_played(trace)
     for output in (tmp_path / "out.csv", tmp_path / "out.npz", tmp_path / "out.mcap", tmp_path / "out"):
         assert main(["export", "last", "--trace", str(trace), "-o", str(output)]) == 0
         played, back = readers.read(trace, "played"), load(output, JOINTS)
         assert np.abs(back.values - played.values).max() < 1e-6
         assert back.times == pytest.approx(played.times, abs=1e-6)
+
+
+def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFixture[str], trace: Path) -> None:
+    """A part of the trace, while it is being written, is the movement that was played, without rest at its ends."""
+    begins, ends = writers.movement()[[0, -1]]
+
+    def near(place: np.ndarray) -> np.ndarray:
+        """Times, s on the trace's clock, at which the arm is at a place."""
+        times, values = rrd._scan(trace).table()
+        return times[np.abs(values - place).max(axis=1) < 1e-4]
+
+    assert eventually(lambda: len(near(ends)) > 50)
+    begin, end = near(begins)[-1] - 0.1, near(ends)[0] + 0.04
+    part = ("--trace", str(trace), "--begin", f"{begin:.3f}", "--end", f"{end:.3f}")
+    assert volley("teach", "again", *part, "--json") == 0
+    learned = msgspec.json.decode(capsys.readouterr().out, type=m.Learned)
+    assert learned.duration == pytest.approx(writers.TIMES[-1], abs=0.2)
+    for state, shown in zip((learned.start, learned.goal), (begins, ends), strict=True):
+        assert state is not None
+        assert state.positions == pytest.approx(shown, abs=0.005)
+    assert volley("teach", "nothing", "--trace", str(trace), "--begin", str(end + 1000)) == 2
+    assert "has no samples there: it lasts from" in capsys.readouterr().err
 
 
 def _check_what_was_played(trace: Path) -> None:

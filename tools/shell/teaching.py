@@ -46,7 +46,7 @@ def teach(
         name: Of the new primitive.
         seconds: Record so long, s of the robot's clock, instead of until Enter.
         trace: An .rrd file of the recorder's; the arm is not moved.
-        begin: With --trace: from when, s on the robot's clock; by default from its beginning.
+        begin: With --trace: from when, s of `sim_time` as Rerun's viewer shows it; by default from its beginning.
         end: With --trace: until when, s; by default to its end.
         plot: Draw raw, fitted and imitated curves with what was found, into a .png or .rrd file, before it is learned.
         play: Then play it once: first back to where it begins.
