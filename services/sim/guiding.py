@@ -8,7 +8,7 @@ DAMPING = 2.0
 """1/s: an arm that is let go loses its speed within about half a second."""
 
 STRONGEST = 20.0
-"""rad/s²: what a hand adds to a joint's acceleration at most, so that it does not press the arm into what it touches."""
+"""rad/s²: what a hand adds to a joint's acceleration at most, so that it presses the arm into nothing."""
 
 BRAKE, BRAKE_SHARE = 10.0, 0.25
 """rad/s² and part of a joint's acceleration limit: the smaller one brakes it before an end of its range."""

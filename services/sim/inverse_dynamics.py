@@ -31,7 +31,7 @@ class InverseDynamics:
         return self._forces[self._dofs]
 
     def free(self, forces: np.ndarray) -> np.ndarray:
-        """M⁻¹·forces (n,), rad/s²: what generalised forces (n,), N·m, on the first n joints add to their accelerations."""
+        """M⁻¹·forces (n,), rad/s²: what forces (n,), N·m, on the first n joints add to their accelerations."""
         scene, on = self._scene, self._dofs[: len(forces)]
         applied = np.zeros((1, scene.model.nv))
         applied[0, on] = forces
