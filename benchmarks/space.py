@@ -24,7 +24,8 @@ from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
 from robot.clearance import Clearance
 from robot.description import RobotConfig, load_robot
-from robot.motion_check import Collides, MotionCheck, TorqueExceeded
+from robot.motion_check import Collides, MotionCheck
+from robot.torque_check import TorqueExceeded
 from robot.torques import InverseDynamics
 
 REPLAY_S = 1e-3

@@ -81,6 +81,8 @@ class Clearance:
                 kept.append(pair)
         self.pairs = kept
         self.rates = np.array([pair.rates for pair in kept]).reshape(len(kept), len(joints))
+        self._centres = np.array([pair.centres for pair in kept], dtype=np.intp).reshape(len(kept), 2)
+        self._reach = np.array([pair.reach for pair in kept])
 
     def __str__(self) -> str:
         """Say what is looked at and what is not, and why."""
@@ -94,6 +96,18 @@ class Clearance:
         """Put the arm at joint positions (J,)."""
         self.data.qpos[self._qpos] = positions
         mujoco.mj_kinematics(self.model, self.data)
+
+    def spheres(self, positions: np.ndarray) -> np.ndarray:
+        """Return a lower bound of each pair's distance at n poses, (n, P), m: that of spheres around the bodies.
+
+        It is -inf for what no sphere holds.
+        """
+        placed = np.empty((len(positions), *self._positions_of.shape))
+        for row, pose in zip(placed, positions, strict=True):
+            self.place(pose)
+            row[:] = self._positions_of
+        between = placed[:, self._centres[:, 0]] - placed[:, self._centres[:, 1]]
+        return np.sqrt(np.einsum("npx,npx->np", between, between)) - self._reach
 
     def surround(self, joints: tuple[str, ...], positions: Sequence[float]) -> None:
         """Put joints beside the arm's, as those of another robot, at positions, rad or m."""

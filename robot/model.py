@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from robot.compilation import compile_spec
 from robot.schema import RobotError
@@ -73,6 +74,12 @@ def joint_ids(model: mujoco.MjModel, names: tuple[str, ...], key: str = "joints.
         if not name or name not in available:
             raise RobotError(f"{key}: the model has no joint {name!r}; it has {_listed(available)}")
     return [model.joint(name).id for name in names]
+
+
+def addresses(found: np.ndarray) -> slice | np.ndarray:
+    """Return what selects these elements of an array of the model: a slice where they follow each other, for speed."""
+    first = int(found[0]) if len(found) else 0
+    return slice(first, first + len(found)) if (np.diff(found) == 1).all() else found.astype(np.intp)
 
 
 def body_name(model: mujoco.MjModel, body: int) -> str:

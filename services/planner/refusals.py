@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from protocol.errors import Refusal
-from robot.motion_check import Collides, TorqueExceeded
+from robot.motion_check import Collides
+from robot.torque_check import TorqueExceeded
 from robot.tool_target import Unreachable
 
 

@@ -17,7 +17,8 @@ from motion.sampled import SampledPlan, check_limits
 from protocol import messages as m
 from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
-from robot.motion_check import Findings, MotionCheck, TorqueExceeded
+from robot.motion_check import Findings, MotionCheck
+from robot.torque_check import TorqueExceeded
 from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import none_of, refusal_of
 from services.planner.tool_goals import ToolSpace, is_in_tool_space

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from motion.errors import MotionError
-from robot.motion_check import Collides, MotionCheck, TorqueExceeded
+from robot.motion_check import Collides, MotionCheck
+from robot.torque_check import TorqueExceeded
 from tests.unit.robot.small_arm import small_arm, straight
 
 NORTH, EAST = [1.57, 0.0, 0.0], [0.0, 0.0, 0.0]

@@ -1,0 +1,112 @@
+"""Whether a motion needs more torque than the arm has."""
+
+import math
+import time
+
+import mujoco
+import numpy as np
+
+from motion.errors import MotionError
+from motion.trajectory import Samples
+from robot.description import RobotConfig
+from robot.torques import InverseDynamics
+
+COARSE = 16
+"""Torques are computed at every 16th step; between two of these they follow from accelerations and inertias."""
+
+NEAR_LIMIT = 0.85
+"""Part of a torque limit, from which on torques are computed at every step."""
+
+ROUNDING = 1e-9
+
+
+class TorqueExceeded(MotionError):
+    """A motion needs more torque than a joint has.
+
+    `time` (s from the start) is the first instant beyond `bound`, `value` (N·m, signed) the largest found in the second
+    around it. `min_duration` (s) is a duration in which the motion can be played, None where none was found.
+    """
+
+    quantity = "torque"
+
+    def __init__(self, joint: int, value: float, bound: float, time: float, min_duration: float | None = None) -> None:
+        remedy = "give it more time" if min_duration is None else f"a duration of {min_duration:.6g} s works"
+        super().__init__(
+            f"joint {joint}: needs a torque of {abs(value):.4g} N·m, first more than its {abs(bound):.4g} N·m at "
+            f"{time:.3f} s; {remedy}"
+        )
+        self.joint = joint
+        self.value = value
+        self.bound = bound
+        self.time = time
+        self.min_duration = min_duration
+
+    def with_remedy(self, min_duration: float | None) -> "TorqueExceeded":
+        """Return the error with a duration (s) that works."""
+        return TorqueExceeded(self.joint, self.value, self.bound, self.time, min_duration)
+
+
+class TorqueCheck:
+    """Compares the torques of motions with the arm's limits. It holds its own data: use one a thread."""
+
+    def __init__(self, config: RobotConfig, model: mujoco.MjModel) -> None:
+        self._dynamics = InverseDynamics(config, model)
+        self._limits = config.torques
+        # Friction jumps where a velocity changes its sign, so no torque between two steps follows from theirs.
+        self._near = NEAR_LIMIT * self._limits - 2 * self._dynamics.friction
+        self.unused = np.where(np.isfinite(self._limits), 0.0, np.nan)
+
+    def use(self, times: np.ndarray, states: Samples, deadline: float) -> tuple[np.ndarray, bool]:
+        """Return the largest part of each joint's torque limit, (J,), and whether all of the states were looked at.
+
+        times: (n,), s, at even steps, with n - 1 a multiple of `COARSE`. Joints without a limit have NaN. Beyond the
+        `deadline` (`time.perf_counter`) the rest is left out.
+
+        Raises:
+            TorqueExceeded: a joint needs more torque than it has.
+        """
+        torques = self._along(states, deadline)
+        used = np.abs(torques) / self._limits
+        beyond = np.flatnonzero((used > 1 + ROUNDING).any(axis=1))
+        if beyond.size:
+            joint = int(used[beyond[0]].argmax())
+            value = float(torques[used[:, joint].argmax(), joint])
+            raise TorqueExceeded(joint, value, math.copysign(self._limits[joint], value), float(times[beyond[0]]))
+        return self.unused + used.max(axis=0, initial=0.0), len(torques) == len(states)
+
+    def _along(self, states: Samples, deadline: float) -> np.ndarray:
+        """Return the torques at the states, (n, J), at the first of them where time runs out."""
+        coarse, inertias = [], []
+        for step in range(0, len(states), COARSE):
+            if time.perf_counter() > deadline:
+                break
+            coarse.append(self._at(states, step))
+            inertias.append(self._dynamics.inertia())
+        if not coarse:
+            return np.empty((0, len(self._limits)))
+        torques = between(np.array(coarse), np.array(inertias), states.accelerations)
+        for step in np.flatnonzero((np.abs(torques) > self._near).any(axis=1)).tolist():
+            if time.perf_counter() > deadline:
+                return torques[:step]
+            torques[step] = self._at(states, step)
+        return torques
+
+    def _at(self, states: Samples, step: int) -> np.ndarray:
+        return self._dynamics.torques(states.positions[step], states.velocities[step], states.accelerations[step])
+
+
+def between(torques: np.ndarray, inertias: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
+    """Return the torques at all steps from those at every `COARSE`-th.
+
+    Inertia, and what is left of the torque without it (gravity, Coriolis, friction), change linearly from one to the
+    next; accelerations are those of each step. torques: (k, J), N·m. inertias: (k, J, J), kg·m². accelerations: (n, J),
+    rad/s². Returns ((k - 1)·COARSE + 1, J).
+    """
+    joints = torques.shape[1]
+    known = accelerations[: (len(torques) - 1) * COARSE + 1]
+    rest = torques - np.matmul(inertias, known[::COARSE, :, None])[..., 0]
+    inner = known[:-1].reshape(-1, COARSE, joints)
+    before, after = (np.matmul(inner, inertias[part]) + rest[part, None] for part in (slice(-1), slice(1, None)))
+    share = np.linspace(0, 1, COARSE, endpoint=False)[:, None]
+    found = before + share * (after - before)
+    return np.concatenate([found.reshape(-1, joints), torques[-1:]])
