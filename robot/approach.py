@@ -243,13 +243,15 @@ class _Search:
         hit: tuple[float, int, int] | None = None
         while due:
             instant, number = heappop(due)
+            run = self._runs[number]
             if hit is not None and instant >= hit[2]:
-                break
+                if run.at is None or run.at[0] >= hit[2]:
+                    continue
+                instant = hit[2]  # what comes after is of no interest, but this pair may be too near before
             if time.perf_counter() > self._deadline:
                 return hit, False
-            run = self._runs[number]
             distance = self._measure(instant, run.pair)
-            if distance < run.floor:
+            if distance < run.floor and (hit is None or instant < hit[2]):
                 hit = distance, run.pair, instant
             following = run.following(instant, distance, self._gaps)
             if following is not None:
@@ -262,7 +264,8 @@ class _Search:
 
     def _refine(self) -> tuple[float, int, int] | None:
         """Look into the gaps in which the distance could be smallest; return one that is below its floor."""
-        gaps = chain(self._survey.gaps(self._floors, min(self._best, ROUGH), self._look.parts), self._gaps)
+        parts, ways = self._look.parts, self._ways
+        gaps = chain(self._survey.gaps(self._floors, min(self._best, ROUGH), parts), self._gaps)
         ranked = [gap for gap in gaps if self._matters(gap[0])]
         heapify(ranked)
         for _ in range(LOOKS):
@@ -276,9 +279,7 @@ class _Search:
             if distance < self._floors[pair]:
                 return distance, pair, instant
             for begin, end, known in ((first, instant, before), (instant, last, after)):
-                way = LIKELY * float(
-                    self._ways[pair, end // self._look.parts] - self._ways[pair, begin // self._look.parts]
-                )
+                way = LIKELY * float(ways[pair, end // parts] - ways[pair, begin // parts])
                 known = max(known, distance - way)
                 least = (known + distance - way) / 2
                 if self._matters(least):
