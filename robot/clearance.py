@@ -11,7 +11,7 @@ import numpy as np
 
 from robot.description import RobotConfig
 from robot.levers import PLANE, Levers
-from robot.model import body_name, joint_ids, owner_name
+from robot.model import addresses, body_name, joint_ids, owner_name
 from robot.tree import flies, path_to_world
 
 FAR = 1.0
@@ -56,7 +56,7 @@ class Clearance:
     arm's joints change, but for neighbours (a body and its parent, bodies without a joint taken as part of what they
     are welded to), what is nearer than the margin at home, and what the robot's TOML ignores. The world body is
     nobody's neighbour, and each of its geoms makes a pair of its own. Bodies with a free joint and mocap bodies do not
-    count. Held joints are at their values, all others as in the model.
+    count. Held joints are at their values until `surround` moves them, all others as in the model.
 
     margin: m. ignored: pairs that are not looked at. rates: (P, J), those of all pairs.
     """
@@ -67,7 +67,8 @@ class Clearance:
         self.data = mujoco.MjData(model)
         self._positions_of = self.data.geom_xpos
         joints = joint_ids(model, config.joint_names)
-        self._qpos = model.jnt_qposadr[joints].astype(np.intp)
+        self._qpos = addresses(model.jnt_qposadr[joints])
+        self._addresses: dict[tuple[str, ...], np.ndarray] = {}
         self.data.qpos[:] = config.pose_at_home
         self.pairs, self.ignored = _candidates(model, joints)
         self.place(config.home)
@@ -110,8 +111,10 @@ class Clearance:
         return np.sqrt(np.einsum("npx,npx->np", between, between)) - self._reach
 
     def surround(self, joints: tuple[str, ...], positions: Sequence[float]) -> None:
-        """Put joints beside the arm's, as those of another robot, at positions, rad or m."""
-        self.data.qpos[self.model.jnt_qposadr[joint_ids(self.model, joints, "others")]] = positions
+        """Put joints beside the arm's, held ones or those of another robot, at positions, rad or m."""
+        if joints not in self._addresses:
+            self._addresses[joints] = self.model.jnt_qposadr[joint_ids(self.model, joints, "others")].astype(np.intp)
+        self.data.qpos[self._addresses[joints]] = positions
 
     def distance(self, index: int) -> float:
         """Return the distance of a pair where the arm is placed, m; negative: how deep they are in each other.

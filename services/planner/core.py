@@ -15,7 +15,6 @@ from protocol import topics
 from protocol.bus.bus import Bus, Publisher
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
-from services.common.other_robots import OtherRobots
 from services.planner.corrections import Corrections
 from services.planner.goal_checks import check_goal
 from services.planner.goals import Origin, origin_of
@@ -24,6 +23,7 @@ from services.planner.lead import Lead
 from services.planner.library import Library, Written
 from services.planner.messages import executed_message, goal_reply, plan_message, refused_message, sampled_message
 from services.planner.refusals import not_executed
+from services.planner.scene import Scene
 from services.planner.solving import ELSEWHERE, Made, Solver, Steps, effort_of
 from services.planner.warm_up import warm_up
 
@@ -43,7 +43,7 @@ class Planner:
         self._plans: Publisher[m.Plan] = bus.publisher(topics.PLAN, blocking=True)
         self._refused: Publisher[m.Refused] = bus.publisher(topics.REFUSED)
         self._solver = Solver(config)
-        self._others = OtherRobots(bus, config.others)
+        self._scene = Scene(bus, config, self._solver.motions.clearance)
         log.info(str(self._solver.motions.clearance))
         self._corrections = Corrections()
         self._replies = ReplyCache()
@@ -104,7 +104,7 @@ class Planner:
         primitive = self._library.playable(goal.primitive)
         check_goal(goal, primitive, self._config)
         self._solver.prepare(goal)
-        self._see_others()
+        self._scene.look()
         turn = next(self._turns)
         if goal.method in ELSEWHERE:
             yield None
@@ -116,11 +116,6 @@ class Planner:
         reply(answer)
         if played is not None:
             self._plans.put(played())
-
-    def _see_others(self) -> None:
-        """Put the other robots of the model where their newest states have them, for the check in space."""
-        for joints, state in self._others.take():
-            self._solver.motions.clearance.surround(joints, state.positions)
 
     def publish_refused(self, goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> None:
         """Publish a refusal that was answered; `goal` and its id are None where its body did not decode."""

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from protocol.errors import Refusal
 from robot.motion_check import Collides
-from robot.torque_check import TorqueExceeded
 from robot.tool_target import Unreachable
+from robot.torque_check import TorqueExceeded
 
 
 def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
