@@ -127,7 +127,7 @@ class SimulatedArm(Backend):
 
     def guide(self) -> None:
         """Yield to pushes, weightless, until `recover`."""
-        self._guidance = Guidance(self.config, self._observation.true_positions)
+        self._guidance = Guidance(self.config, self._scene.data.qpos[self._scene.qpos])
         self._observation = self._measure()
 
     def recover(self) -> None:

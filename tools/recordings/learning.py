@@ -15,6 +15,10 @@ LEARNED_SAMPLES = 100_000
 """Samples that the planner takes at most, `services.planner.learning.MAX_SAMPLES`; importing that is slow."""
 
 
+SHORTEST = 0.01
+"""s, of a demonstration: `services.planner.learning.DURATION_RANGE`."""
+
+
 def load(
     path: Path,
     joints: Sequence[str],
@@ -59,7 +63,18 @@ def arranged(recording: Recording, joints: Sequence[str], mapping: Mapping[str, 
 
 
 def in_radians(recording: Recording) -> Recording:
-    """Return a recording in rad, with at most as many samples as the planner takes."""
+    """Return a recording in rad, with at most as many samples as the planner takes.
+
+    Raises:
+        Unreadable: it lasts less than the planner takes.
+    """
+    length = float(np.ptp(recording.times))
+    if length < SHORTEST:
+        raise Unreadable(
+            f"{recording.source}: {recording.episode} lasts {length:.2g} s by its times, too short for a movement; if "
+            "its samples were written all at once, say how many there are a second (--rate) or how long they last "
+            "(--duration)"
+        )
     every = max(1, math.ceil(len(recording.times) / LEARNED_SAMPLES))
     note = (f"one sample in {every} is learned, of {len(recording.times)}",) if every > 1 else ()
     values = recording.values[::every]

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from tests.unit.recordings import writers
 from tools.recordings import readers
-from tools.recordings.learning import load
+from tools.recordings.learning import in_radians, load
 from tools.recordings.recording import Unreadable
 
 LINES = "t,joint_1,joint_2\n" + "".join(f"{k / 100},{k / 300},0.5\n" for k in range(50))
@@ -34,6 +34,13 @@ def text(tmp_path: Path, content: str, name: str = "demo.csv") -> Path:
     path = tmp_path / name
     path.write_text(content, encoding="utf-8")
     return path
+
+
+def test_samples_written_all_at_once_are_refused_with_the_cure(tmp_path: Path) -> None:
+    path = text(tmp_path, "t,joint_1,joint_2\n" + "".join(f"{k / 1e5:.6f},{k / 300},0.5\n" for k in range(50)))
+    with pytest.raises(Unreadable, match=r"by its times, too short.*--rate.*--duration"):
+        in_radians(load(path, TWO))
+    assert len(in_radians(load(path, TWO, rate=50.0)).times) == 50
 
 
 @pytest.mark.parametrize("name", [name for name in writers.FILES if name != "db3"])
