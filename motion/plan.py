@@ -17,7 +17,7 @@ from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
 from motion.program.min_duration import FACTOR, MAX_DURATION, Judge, Verdict, min_duration, stretched
 from motion.program.optimum import Warm, optimum, works
-from motion.program.problem import FINEST, USUAL, Precision, Problem, build
+from motion.program.problem import FEWEST, FINEST, THINNED, USUAL, Precision, Problem, build, thinned
 from motion.program.report import Active, Report, make_report
 from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import Boundary, MotionRequest
@@ -25,11 +25,16 @@ from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 
 __all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "Warm", "plan", "plan_fastest", "prepare"]
 
-EFFORT = 13_000.0
-"""Of a plan of up to six joints, more in proportion; see `motion.program.effort`."""
+EFFORT, MOST = 13_000.0, 45_000.0
+"""Of a plan of up to six joints, more in proportion; of more than `RICH` functions in proportion to these too, up to
+the second; see `motion.program.effort`."""
 
-USUAL_SHARE = 0.7
-"""Part of the effort that the usual precision may take; what is left is for the finest and for another duration."""
+RICH = 70
+"""Functions of a demonstration."""
+
+USUAL_SHARE, THINNED_SHARE = 0.7, 0.5
+"""Part of the effort that the usual precision may take; what is left is for the finest and for another duration. And
+of what is left, the part of each thinned one, and of the usual one of more than `RICH` functions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,14 +120,18 @@ def plan(
     """
     _check_joints(primitive, request, warm)
     request, fixed = fixed_inside(request)
-    effort = effort or effort_for(request.joint_count)
-    usual = effort.share(USUAL_SHARE * effort.left)
-    try:
-        return _planned(primitive, request, fixed, tick, warm, usual, USUAL, remedy)
-    except (InfeasibleRows, SolverFailed) as failure:
-        failed = failure
-    effort.give_back(usual)
-    if thorough and not isinstance(failed, OutOfTime):
+    effort, precision = effort or effort_for(primitive), USUAL
+    failed: InfeasibleRows | SolverFailed = OutOfTime(0)
+    for precision, most in _precisions(primitive):
+        share = effort.share(most * effort.left)
+        try:
+            return _planned(primitive, request, fixed, tick, warm, share, precision, remedy)
+        except (InfeasibleRows, SolverFailed) as failure:
+            failed = failure
+        effort.give_back(share)
+        if not isinstance(failed, OutOfTime):
+            break
+    if thorough and precision is USUAL and not isinstance(failed, OutOfTime):
         finest = effort.share(effort.left / 4)
         try:
             return _planned(primitive, request, fixed, tick, None, finest, FINEST, remedy)
@@ -131,7 +140,7 @@ def plan(
         except SolverFailed:
             pass
         effort.give_back(finest)
-    raise _refusal(primitive, request, tick, failed, effort, remedy) from None
+    raise _refusal(primitive, request, tick, failed, effort, remedy, precision) from None
 
 
 def prepare(primitive: Primitive) -> None:
@@ -145,12 +154,14 @@ def prepare(primitive: Primitive) -> None:
     for velocities in (rest, np.ones(joints)):
         goal = Boundary(primitive.goal.positions, velocities, free)
         request = MotionRequest(start, goal, primitive.duration, Limits.unlimited(joints), tail="coast")
-        build(primitive, request, fixed_values(request), arriving(request))
+        for precision, _ in _precisions(primitive):
+            build(primitive, request, fixed_values(request), arriving(request), precision)
 
 
-def effort_for(joints: int) -> Effort:
-    """Return what a plan of so many joints may take."""
-    return Effort(EFFORT * max(1.0, joints / 6))
+def effort_for(primitive: Primitive) -> Effort:
+    """Return what a plan of a primitive may take."""
+    usual = EFFORT * max(1.0, primitive.joint_count / 6)
+    return Effort(max(usual, min(usual * primitive.basis_count / RICH, MOST)))
 
 
 def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> SplinePlan:
@@ -159,7 +170,7 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     Raises what `plan` raises; where no duration works, for the longest.
     """
     _check_joints(primitive, request, None)
-    request, effort = request.clipped(), effort_for(request.joint_count)
+    request, effort = request.clipped(), effort_for(primitive)
     judge = _judge(primitive, final_accelerations(request), effort)
     found = min_duration(request, judge, effort, 0, round(primitive.duration / tick), tick)
     return plan(primitive, found or stretched(request, MAX_DURATION), tick)
@@ -215,6 +226,7 @@ def _refusal(
     failed: InfeasibleRows | SolverFailed,
     effort: Effort,
     remedy: bool,
+    precision: Precision,
 ) -> Infeasible | SolverFailed:
     """The answer to a request that failed, with a duration that works if one is found.
 
@@ -222,9 +234,12 @@ def _refusal(
     """
     found = None
     if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
-        judge = _judge(primitive, final_accelerations(request), effort)
+        judge = _judge(primitive, final_accelerations(request), effort, precision)
         low = math.ceil(request.duration / tick - 1e-9)
-        found = min_duration(request, judge, effort, low, math.ceil(low * FACTOR), tick)
+        guess = math.ceil(low * FACTOR)
+        if isinstance(failed, OutOfTime):  # as slow as it was shown it may be easy
+            guess = max(guess, math.ceil((1 - request.phase) * primitive.duration / tick))
+        found = min_duration(request, judge, effort, low, guess, tick)
     if isinstance(failed, OutOfTime):
         return OutOfTime(failed.joint, found.duration if found else None)
     if isinstance(failed, SolverFailed):
@@ -238,13 +253,20 @@ def _refusal(
     )
 
 
-def _judge(primitive: Primitive, final: np.ndarray, effort: Effort) -> Judge:
+def _precisions(primitive: Primitive) -> list[tuple[Precision, float]]:
+    """What is tried in order until the time suffices, and how much of the effort that is left each may take."""
+    count = primitive.basis_count
+    thinner = [(each, THINNED_SHARE) for each in THINNED if thinned(count, each.thinning) >= FEWEST]
+    return [(USUAL, USUAL_SHARE if count <= RICH else THINNED_SHARE), *thinner]
+
+
+def _judge(primitive: Primitive, final: np.ndarray, effort: Effort, precision: Precision = USUAL) -> Judge:
     """Return a function that judges whether joints can be planned in a duration; `final`: see `arriving`."""
 
     def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
         try:
             request, fixed = fixed_inside(request)
-            problem = build(primitive, request, fixed, final)
+            problem = build(primitive, request, fixed, final, precision)
         except (LimitExceeded, InvalidMotion):
             return Verdict(joints[0])
         for joint in joints:

@@ -8,7 +8,7 @@ from scipy.linalg import cho_solve, cholesky
 
 from motion import splines
 from motion.primitive import Primitive
-from motion.program.space import at_nodes, nodes, quadrature
+from motion.program.space import PLACE_TIME, at_nodes, make_space, nodes, quadrature
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -16,18 +16,21 @@ class Imitated:
     """A part d of a demonstration in its own normalised time u from 0 to 1.
 
     duration: of the part when it was demonstrated, s. weights (J, N): of d″(u). control_points (J, N + 2): of d(u),
-    rad. start (J, 2): d and d′ at u = 0, rad. beyond (J,): ∫(d″ − Σwψ)² du, what no weights can imitate.
+    rad. start (J, 2): d and d′ at u = 0, rad. nearest (J, N): weights of the projection of d″, which are `weights`
+    unless the functions are too few to keep the positions with these. beyond (J,): ∫(d″ − Σwψ)² du of the projection,
+    what no weights can imitate.
     """
 
     duration: float
     weights: np.ndarray
     control_points: np.ndarray
     start: np.ndarray
+    nearest: np.ndarray
     beyond: np.ndarray
 
     def missed(self, weights: np.ndarray | float) -> np.ndarray:
         """∫(g″ − d″)² du (J,) of motions with other weights (J, N): a projection's error is orthogonal to them."""
-        apart = weights - self.weights
+        apart = weights - self.nearest
         return ((apart @ splines.gram(apart.shape[1], splines.ACCELERATION_DEGREE)) * apart).sum(axis=1) + self.beyond
 
 
@@ -35,7 +38,8 @@ def imitated(primitive: Primitive, begin: float, end: float, count: int) -> Imit
     """Return what lies between two phases, 0 ≤ begin < end ≤ 1, of a primitive, for `count` functions.
 
     With u from 0 to 1 in place of s from `begin` to `end`, d″(u) = (end − begin)²·d″(s). It is projected onto the
-    functions, except where they are the demonstration's own.
+    functions, except where they are the demonstration's own: in its accelerations, or, on fewer functions, in the
+    metric that keeps its positions too.
     """
     if (begin, end) == (0.0, 1.0):
         return _whole(primitive, count)
@@ -52,16 +56,22 @@ def _part(primitive: Primitive, begin: float, end: float, count: int) -> Imitate
     s = begin + length * np.concatenate([[0.0], nodes(count)])
     accelerations = length**2 * (splines.rows(own, 3, s[1:]) @ primitive.weights.T).T
     if length == 1 and count == own:
-        weights, beyond = primitive.weights, np.zeros(primitive.joint_count)
+        nearest, beyond = primitive.weights, np.zeros(primitive.joint_count)
     else:
         theta = accelerations @ (quadrature(count)[:, None] * at_nodes(count))
-        weights = cho_solve((_factor(count), True), theta.T).T
-        beyond = (accelerations - weights @ at_nodes(count).T) ** 2 @ quadrature(count)
-    state = primitive.sample(s[:1])
-    start = np.stack([state.positions[0], length * primitive.duration * state.velocities[0]], axis=1)
+        nearest = cho_solve((_factor(count), True), theta.T).T
+        beyond = (accelerations - nearest @ at_nodes(count).T) ** 2 @ quadrature(count)
+    state, duration = primitive.sample(s[:1]), length * primitive.duration
+    start = np.stack([state.positions[0], duration * state.velocities[0]], axis=1)
+    weights = nearest
+    if count < own:
+        space = make_space(count, duration / PLACE_TIME)
+        away = primitive.positions(s[1:]).T - start[:, :1] - start[:, 1:] * nodes(count)
+        pulled = space.stiffness**4 * (away * quadrature(count)) @ space.rows_at(0, nodes(count))[:, :-2]
+        weights = (theta @ space.whitening.T + pulled) @ space.whitening
     velocities = start[:, 1:] + weights @ splines.integration(count, 3).T
     control_points = start[:, :1] + velocities @ splines.integration(count + 1, 4).T
-    return Imitated(length * primitive.duration, weights, control_points, start, beyond)
+    return Imitated(duration, weights, control_points, start, nearest, beyond)
 
 
 @lru_cache(maxsize=32)

@@ -4,7 +4,7 @@ Rows belong to the spline space; a request changes right-hand sides only.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,12 +15,8 @@ from motion.program.equalities import Equalities, Fixed, Joints, equalities_of
 from motion.program.imitation import Imitated, imitated
 from motion.program.limit_rows import KINDS, LimitRows, limit_rows
 from motion.program.places import place_weights
-from motion.program.space import MAX_ROWS, Hull, Space, make_hull, make_space
+from motion.program.space import MAX_ROWS, PLACE_TIME, Hull, Space, make_hull, make_space
 from motion.request import MotionRequest
-
-PLACE_TIME = 0.5
-"""s: where limits take something away, the arm comes back to where it was shown within about this time."""
-
 
 @dataclass(frozen=True, slots=True)
 class Precision:
@@ -28,11 +24,13 @@ class Precision:
 
     refinement: knot intervals of the hull for each one of the motion. inside: rows are demanded this part of the
     limit's range inside of it, less where a control point can hardly move, as beside a fixed value on its limit: so
-    what is solved to a tolerance, with few rows, keeps the limits.
+    what is solved to a tolerance, with few rows, keeps the limits. thinning: knot intervals of the demonstration for
+    each one of the motion.
     """
 
     refinement: int
     inside: float
+    thinning: int = 1
 
 
 USUAL = Precision(3, 1e-4)
@@ -41,6 +39,14 @@ USUAL = Precision(3, 1e-4)
 
 FINEST = Precision(16, 1e-6)
 """Tried before a request is refused."""
+
+THINNED = tuple(replace(USUAL, thinning=each) for each in (2, 4, 8))
+"""Tried if the usual precision takes too long. A motion that its limits shape everywhere cannot follow all details of
+the demonstration: a quarter of the functions come within a few percent of the least imitation error, in a hundredth of
+the time."""
+
+FEWEST = 20
+"""Demonstrations are not thinned to fewer functions."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +91,7 @@ def build(
     final (J, 2): the intervals that free final accelerations may use, rad/s². What is fixed has been checked. Raises
     InvalidMotion for too many fixed values, SolverFailed for values that depend on each other.
     """
-    count = _count(primitive, request)
+    count = _count(primitive, request, precision.thinning)
     part = imitated(primitive, *request.imitates, count)
     stiffness = _stiffness(primitive, part, request.place_time or PLACE_TIME)
     space = make_space(count, stiffness)
@@ -155,12 +161,18 @@ def _fix_narrow(last: np.ndarray, final: np.ndarray, narrow: np.ndarray) -> None
         last[chosen] = final[chosen].mean(axis=1)
 
 
-def _count(primitive: Primitive, request: MotionRequest) -> int:
+def thinned(count: int, thinning: int) -> int:
+    """How many functions are left of `count`."""
+    return math.ceil((count - 3) / thinning) + 3
+
+
+def _count(primitive: Primitive, request: MotionRequest, thinning: int) -> int:
     """How many functions: the demonstration's, on finer knots where waypoints lie closer than two of its intervals."""
+    own = thinned(primitive.basis_count, thinning)
     if not request.waypoints:
-        return primitive.basis_count
+        return own
     times = np.sort([0.0, request.moving_duration, *(w.time_from_start for w in request.waypoints)])
-    intervals, apart = primitive.basis_count - 3, np.diff(times).min() / request.moving_duration
+    intervals, apart = own - 3, np.diff(times).min() / request.moving_duration
     return intervals * max(1, math.ceil(2 / (apart * intervals))) + 3
 
 

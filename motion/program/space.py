@@ -16,6 +16,9 @@ from motion import splines
 MAX_ROWS = 20_000
 """Control points of a hull: finer ones would fill the memory."""
 
+PLACE_TIME = 0.5
+"""s: where limits take something away, the arm comes back to where it was shown within about this time."""
+
 QUANTITIES = 4
 """Position, velocity, acceleration and jerk, of degree 5, 4, 3 and 2."""
 

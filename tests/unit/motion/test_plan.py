@@ -668,6 +668,25 @@ def test_work_is_bounded_and_the_verdict_the_same_each_time(moves: Primitive) ->
     assert answers[0] == answers[1]
 
 
+def test_a_rich_demonstration_is_planned_faster_than_it_can_be_followed() -> None:
+    """Seven joints of 200 functions. Where the limits shape the motion everywhere, fewer functions are solved for."""
+    t = np.linspace(0, 4, 1001)
+    strokes = np.linspace(0.02, 0.05, 7) * (1 - np.cos(6 * np.pi * t))[:, None]
+    rich = fitted(t, strokes + np.linspace(0.2, 0.6, 7) * np.sin(np.pi * t / 4)[:, None] ** 2, 200)
+    still, free = np.zeros(7), np.full(7, np.nan)
+    limits = Limits(np.array([[-2.0, 2.0]] * 7), np.full(7, 2.0), np.full(7, 10.0), np.full(7, 300.0))
+    ends = Boundary(rich.start.positions, still, still), Boundary(rich.goal.positions, still, free)
+    slow, fast = (plan(rich, MotionRequest(*ends, duration, limits)) for duration in (6.0, 3.0))
+    assert slow.report.basis_count == 200 > fast.report.basis_count
+    assert all((margin > -1e-9).all() for margin in fast.report.margin.values())
+    assert (fast.report.from_demonstration.max < 0.3).all()
+    # What is far too fast is answered with a duration that works.
+    with pytest.raises((Infeasible, OutOfTime)) as caught:
+        plan(rich, MotionRequest(*ends, 0.3, limits))
+    assert caught.value.min_duration is not None
+    plan(rich, MotionRequest(*ends, caught.value.min_duration, limits))
+
+
 def test_no_effort_is_a_status_of_its_own(
     strike: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
