@@ -55,10 +55,10 @@ def _part(primitive: Primitive, begin: float, end: float, count: int) -> Imitate
     length, own = end - begin, primitive.basis_count
     s = begin + length * np.concatenate([[0.0], nodes(count)])
     accelerations = length**2 * (splines.rows(own, 3, s[1:]) @ primitive.weights.T).T
+    theta = accelerations @ (quadrature(count)[:, None] * at_nodes(count))
     if length == 1 and count == own:
         nearest, beyond = primitive.weights, np.zeros(primitive.joint_count)
     else:
-        theta = accelerations @ (quadrature(count)[:, None] * at_nodes(count))
         nearest = cho_solve((_factor(count), True), theta.T).T
         beyond = (accelerations - nearest @ at_nodes(count).T) ** 2 @ quadrature(count)
     state, duration = primitive.sample(s[:1]), length * primitive.duration

@@ -1,11 +1,11 @@
 """The limit rows of a spline space: how its control points move when the equalities are kept."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from motion.limits import SIGNS
+from motion.program.cache import cached_within
 from motion.program.equalities import Equalities
 from motion.program.space import QUANTITIES, Hull
 
@@ -38,7 +38,7 @@ class LimitRows:
     decided: np.ndarray
 
 
-@lru_cache(maxsize=32)
+@cached_within(128_000_000)
 def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
     """Return the rows of a hull's control points beside the equalities."""
     own = zip(equalities.spans, equalities.turns, strict=True)

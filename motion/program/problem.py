@@ -18,6 +18,7 @@ from motion.program.places import place_weights
 from motion.program.space import MAX_ROWS, PLACE_TIME, Hull, Space, make_hull, make_space
 from motion.request import MotionRequest
 
+
 @dataclass(frozen=True, slots=True)
 class Precision:
     """How near to a limit a motion may come.

@@ -12,6 +12,7 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.sparse import csr_array
 
 from motion import splines
+from motion.program.cache import cached_within
 
 MAX_ROWS = 20_000
 """Control points of a hull: finer ones would fill the memory."""
@@ -86,7 +87,7 @@ class Hull:
     last_acceleration: int
 
 
-@lru_cache(maxsize=128)
+@cached_within(64_000_000)
 def make_space(count: int, stiffness: float, weights: tuple[float, ...] = (1.0, 1.0)) -> Space:
     """The space of `count` ≥ 5 functions in the metric of κ = `stiffness` and the places' `weights` at even s."""
     velocity = splines.integration(count, 3)
@@ -106,7 +107,7 @@ def make_space(count: int, stiffness: float, weights: tuple[float, ...] = (1.0, 
     return Space(count, stiffness, factor, whitening, rows, drift)
 
 
-@lru_cache(maxsize=64)
+@cached_within(128_000_000)
 def make_hull(space: Space, refinement: int, touched: tuple[float, ...] = ()) -> Hull:
     """The hull of a space's motions with `refinement` knot intervals for each one.
 
