@@ -113,7 +113,8 @@ class Clearance:
     def surround(self, joints: tuple[str, ...], positions: Sequence[float]) -> None:
         """Put joints beside the arm's, held ones or those of another robot, at positions, rad or m."""
         if joints not in self._addresses:
-            self._addresses[joints] = self.model.jnt_qposadr[joint_ids(self.model, joints, "others")].astype(np.intp)
+            found = joint_ids(self.model, joints, "others")
+            self._addresses[joints] = np.array([self.model.jnt_qposadr[joint] for joint in found], dtype=np.intp)
         self.data.qpos[self._addresses[joints]] = positions
 
     def distance(self, index: int) -> float:

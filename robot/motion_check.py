@@ -100,8 +100,6 @@ class MotionCheck:
         findings = Findings()
         if not (collision or torque):
             return findings
-        if torque:
-            findings.torque_use = self._torques.unused
         collision = collision and bool(self.clearance.pairs)
         floors = np.empty(0)
         # Steps beyond the end, where the arm is at rest, make whole intervals of the coarse grid.
@@ -114,8 +112,9 @@ class MotionCheck:
                 floors = self._floors(states.positions[0])
             done = not collision or self._apart(trajectory, duration, times, states, floors, findings, deadline)
             if done and torque:
-                use, done = self._torques.use(times, states, deadline)
-                findings.torque_use = np.maximum(findings.torque_use, use)
+                used, done = self._torques.use(trajectory, times, states, deadline)
+                before = findings.torque_use
+                findings.torque_use = used if before is None else np.maximum(before, used)
             if not done:
                 findings.scope = "part"
                 return findings

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from motion.errors import MotionError
-from motion.trajectory import Samples
+from motion.trajectory import Samples, Trajectory
 from robot.description import RobotConfig
 from robot.torques import InverseDynamics
 
@@ -15,7 +15,7 @@ COARSE = 16
 """Torques are computed at every 16th step; between two of these they follow from accelerations and inertias."""
 
 NEAR_LIMIT = 0.85
-"""Part of a torque limit, from which on torques are computed at every step."""
+"""Part of a torque limit, from which on torques are computed at every step and half-way to the next."""
 
 ROUNDING = 1e-9
 
@@ -56,23 +56,36 @@ class TorqueCheck:
         self._near = NEAR_LIMIT * self._limits - 2 * self._dynamics.friction
         self.unused = np.where(np.isfinite(self._limits), 0.0, np.nan)
 
-    def use(self, times: np.ndarray, states: Samples, deadline: float) -> tuple[np.ndarray, bool]:
+    def use(
+        self, trajectory: Trajectory, times: np.ndarray, states: Samples, deadline: float
+    ) -> tuple[np.ndarray, bool]:
         """Return the largest part of each joint's torque limit, (J,), and whether all of the states were looked at.
 
-        times: (n,), s, at even steps, with n - 1 a multiple of `COARSE`. Joints without a limit have NaN. Beyond the
+        times: (n,), s, at even steps, with n - 1 a multiple of `COARSE`; states: the trajectory's then. Joints without a limit have NaN. Beyond the
         `deadline` (`time.perf_counter`) the rest is left out.
 
         Raises:
             TorqueExceeded: a joint needs more torque than it has.
         """
         torques = self._along(states, deadline)
+        complete = len(torques) == len(states)
+        # A jerky motion passes a limit between two steps.
+        near = times[: len(torques)][(np.abs(torques) > self._near).any(axis=1)]
+        if near.size:
+            half = (times[1] - times[0]) / 2
+            halfway = np.unique(np.maximum([near - half, near + half], times[0]))
+            times = np.concatenate([times[: len(torques)], halfway])
+            inner = trajectory.sample(halfway)
+            torques = np.concatenate([torques, [self._at(inner, row) for row in range(len(halfway))]])
+            order = np.argsort(times, kind="stable")
+            times, torques = times[order], torques[order]
         used = np.abs(torques) / self._limits
         beyond = np.flatnonzero((used > 1 + ROUNDING).any(axis=1))
         if beyond.size:
             joint = int(used[beyond[0]].argmax())
             value = float(torques[used[:, joint].argmax(), joint])
             raise TorqueExceeded(joint, value, math.copysign(self._limits[joint], value), float(times[beyond[0]]))
-        return self.unused + used.max(axis=0, initial=0.0), len(torques) == len(states)
+        return self.unused + used.max(axis=0, initial=0.0), complete
 
     def _along(self, states: Samples, deadline: float) -> np.ndarray:
         """Return the torques at the states, (n, J), at the first of them where time runs out."""
