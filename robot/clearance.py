@@ -115,7 +115,8 @@ class Clearance:
         if joints not in self._addresses:
             found = joint_ids(self.model, joints, "others")
             self._addresses[joints] = np.array([self.model.jnt_qposadr[joint] for joint in found], dtype=np.intp)
-        self.data.qpos[self._addresses[joints]] = positions
+        qpos: np.ndarray = self.data.qpos
+        qpos[self._addresses[joints]] = positions
 
     def distance(self, index: int) -> float:
         """Return the distance of a pair where the arm is placed, m; negative: how deep they are in each other.

@@ -1,6 +1,5 @@
 """Whether a motion needs more torque than the arm has."""
 
-import math
 import time
 
 import mujoco
@@ -61,8 +60,8 @@ class TorqueCheck:
     ) -> tuple[np.ndarray, bool]:
         """Return the largest part of each joint's torque limit, (J,), and whether all of the states were looked at.
 
-        times: (n,), s, at even steps, with n - 1 a multiple of `COARSE`; states: the trajectory's then. Joints without a limit have NaN. Beyond the
-        `deadline` (`time.perf_counter`) the rest is left out.
+        times: (n,), s, at even steps, with n - 1 a multiple of `COARSE`; states: the trajectory's then. Joints without
+        a limit have NaN. Beyond the `deadline` (`time.perf_counter`) the rest is left out.
 
         Raises:
             TorqueExceeded: a joint needs more torque than it has.
@@ -83,8 +82,9 @@ class TorqueCheck:
         beyond = np.flatnonzero((used > 1 + ROUNDING).any(axis=1))
         if beyond.size:
             joint = int(used[beyond[0]].argmax())
-            value = float(torques[used[:, joint].argmax(), joint])
-            raise TorqueExceeded(joint, value, math.copysign(self._limits[joint], value), float(times[beyond[0]]))
+            sign = float(np.sign(torques[beyond[0], joint]))
+            value = sign * float((sign * torques[:, joint]).max())
+            raise TorqueExceeded(joint, value, sign * float(self._limits[joint]), float(times[beyond[0]]))
         return self.unused + used.max(axis=0, initial=0.0), complete
 
     def _along(self, states: Samples, deadline: float) -> np.ndarray:
