@@ -95,7 +95,8 @@ class Clearance:
 
     def place(self, positions: np.ndarray) -> None:
         """Put the arm at joint positions (J,)."""
-        self.data.qpos[self._qpos] = positions
+        qpos: np.ndarray = self.data.qpos
+        qpos[self._qpos] = positions
         mujoco.mj_kinematics(self.model, self.data)
 
     def spheres(self, positions: np.ndarray) -> np.ndarray:
