@@ -95,8 +95,7 @@ class Clearance:
 
     def place(self, positions: np.ndarray) -> None:
         """Put the arm at joint positions (J,)."""
-        qpos: np.ndarray = self.data.qpos
-        qpos[self._qpos] = positions
+        self.data.qpos[self._qpos] = positions
         mujoco.mj_kinematics(self.model, self.data)
 
     def spheres(self, positions: np.ndarray) -> np.ndarray:
@@ -105,9 +104,9 @@ class Clearance:
         It is -inf for what no sphere holds.
         """
         placed = np.empty((len(positions), *self._positions_of.shape))
-        for row, pose in zip(placed, positions, strict=True):
+        for row, pose in enumerate(positions):
             self.place(pose)
-            row[:] = self._positions_of
+            placed[row] = self._positions_of
         between = placed[:, self._centres[:, 0]] - placed[:, self._centres[:, 1]]
         return np.sqrt(np.einsum("npx,npx->np", between, between)) - self._reach
 
@@ -116,8 +115,7 @@ class Clearance:
         if joints not in self._addresses:
             found = joint_ids(self.model, joints, "others")
             self._addresses[joints] = np.array([self.model.jnt_qposadr[joint] for joint in found], dtype=np.intp)
-        qpos: np.ndarray = self.data.qpos
-        qpos[self._addresses[joints]] = positions
+        self.data.qpos[self._addresses[joints]] = positions
 
     def distance(self, index: int) -> float:
         """Return the distance of a pair where the arm is placed, m; negative: how deep they are in each other.
