@@ -93,7 +93,10 @@ HOLD = Query("hold", "robot", m.Hold, m.Held, "lead held joints, as a gripper's,
 GUIDE = Query("guide", "robot", m.Empty, m.Guided, "let the arm be guided by hand, until `recover`; only at rest")
 SIM_STEP = Query("sim/step", "robot", m.Step, m.Stepped, "advance the stepped clock", timeout_s=120.0)
 SIM_RESET = Query("sim/reset", "robot", m.Reset, m.ResetDone, "begin a new run")
-SIM_DISTURB = Query("sim/disturb", "robot", m.Disturb, m.Disturbed, "push the arm, add sensor noise, drop messages")
+SIM_DISTURB = Query("sim/disturb", "robot", m.Disturb, m.Disturbed, "push the arm, add noise, drop messages")
+SIM_BALL = Query("sim/ball", "robot", m.Throw, m.Thrown, "put the ball in flight")
+STRIKE = Query("strike", "striker", m.StrikeRequest, m.Striking, "return the balls that come within reach to a target")
+STRIKE_STOP = Query("strike/stop", "striker", m.Empty, m.Striking, "strike at no further ball")
 
 STATE = Publication("state", "robot", m.State, "the measured state", rate_hz=1000.0, max_age_s=0.02, stream=True)
 COMMAND = Publication(
@@ -104,9 +107,10 @@ REFUSED = Publication("refused", "planner", m.Refused, "a goal that was refused"
 STATUS = Publication("status", "controller", m.Status, "a summary of the controller", rate_hz=50.0, max_age_s=0.5)
 ENDED = Publication("ended", "controller", m.Result, "the outcome of a goal")
 CONTACT = Publication("contact", "robot", m.Contact, "two bodies touch, or have parted")
-BALL = Publication("ball", "robot", m.BallState, "the ball", rate_hz=100.0, max_age_s=0.5)
+BALL = Publication("ball", "robot", m.BallState, "the ball, as a camera sees it", rate_hz=100.0, max_age_s=0.5)
 SCENE = Publication("scene", "robot", m.Scene, "what moves beside the arm and the ball", rate_hz=50.0, max_age_s=0.5)
 DISTURBANCE = Publication("disturbance", "robot", m.Disturbance, "the disturbances that act now")
+STRIKES = Publication("strike", "striker", m.Strike, "what the striker decides and sees")
 
 QUERIES: tuple[Query, ...] = (
     GOAL,
@@ -127,6 +131,9 @@ QUERIES: tuple[Query, ...] = (
     SIM_STEP,
     SIM_RESET,
     SIM_DISTURB,
+    SIM_BALL,
+    STRIKE,
+    STRIKE_STOP,
 )
 PUBLICATIONS: tuple[Publication, ...] = (
     STATE,
@@ -139,6 +146,7 @@ PUBLICATIONS: tuple[Publication, ...] = (
     BALL,
     SCENE,
     DISTURBANCE,
+    STRIKES,
 )
 
 

@@ -53,19 +53,26 @@ def serving(service: str) -> tuple[str, ...]:
 OPERATING = (
     topics.GOAL, topics.LEARN, topics.FORGET, topics.CANCEL, topics.RESET, topics.RECOVER, topics.HOLD, topics.GUIDE,
 )  # fmt: skip
-SIMULATING = (topics.SIM_STEP, topics.SIM_RESET, topics.SIM_DISTURB)
+STRIKING = (topics.STRIKE, topics.STRIKE_STOP)
+SIMULATING = (topics.SIM_STEP, topics.SIM_RESET, topics.SIM_DISTURB, topics.SIM_BALL)
 
 ROLES = (
     Role("robot", "the robot side, simulated or real", tokens=serving(ROBOT_SIDE)),
     Role("planner", "plans; the only role that may execute", asks=(topics.EXECUTE,), tokens=serving("planner")),
     Role("controller", "the only role that may command", tokens=serving("controller")),
     Role("recorder", "reads", tokens=serving("recorder")),
-    Role("operator", "sends goals, teaches, stops", asks=OPERATING, tokens=(client_alive_key("*"),)),
+    Role("striker", "sends goals to return a ball", asks=(topics.GOAL, topics.CANCEL), tokens=serving("striker")),
+    Role(
+        "operator",
+        "sends goals, teaches, strikes, stops",
+        asks=(*OPERATING, *STRIKING),
+        tokens=(client_alive_key("*"),),
+    ),
     Role("viewer", "reads"),
     Role(
         "tester",
         "an operator that may also step and disturb a simulated arm; not for a cell with a real arm",
-        asks=(*OPERATING, *SIMULATING),
+        asks=(*OPERATING, *STRIKING, *SIMULATING),
         tokens=(client_alive_key("*"),),
     ),
 )

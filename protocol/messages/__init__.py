@@ -9,6 +9,7 @@ from protocol.messages.arm import (
     ActiveDisturbance,
     Ball,
     BallState,
+    BallTruth,
     Contact,
     Description,
     Disturb,
@@ -25,6 +26,8 @@ from protocol.messages.arm import (
     State,
     Step,
     Stepped,
+    Throw,
+    Thrown,
 )
 from protocol.messages.base import (
     MAX_JOINTS,
@@ -80,6 +83,16 @@ from protocol.messages.goals import (
 )
 from protocol.messages.primitives import Forget, Forgotten, Learn, Learned, PrimitiveEntry, Primitives, SavitzkyGolay
 from protocol.messages.reports import ActiveLimit, Deviation, Distance, Extremes, FinalError, Margin, Report
+from protocol.messages.strikes import (
+    BallHit,
+    BallPrediction,
+    Landing,
+    RacketAim,
+    Strike,
+    StrikePhase,
+    StrikeRequest,
+    Striking,
+)
 from protocol.messages.trajectories import COEFFICIENTS, MAX_PIECES, Pieces, Plan, PlanLimits, Trajectory
 
 __all__ = [
@@ -92,7 +105,10 @@ __all__ = [
     "ActiveLimit",
     "Alternative",
     "Ball",
+    "BallHit",
+    "BallPrediction",
     "BallState",
+    "BallTruth",
     "Cancel",
     "Canceled",
     "Checks",
@@ -123,6 +139,7 @@ __all__ = [
     "Held",
     "Hit",
     "Hold",
+    "Landing",
     "Lateness",
     "Learn",
     "Learned",
@@ -140,6 +157,7 @@ __all__ = [
     "PrimitiveEntry",
     "Primitives",
     "Quaternion",
+    "RacketAim",
     "Range",
     "Recoil",
     "Recovered",
@@ -161,6 +179,12 @@ __all__ = [
     "Status",
     "Step",
     "Stepped",
+    "Strike",
+    "StrikePhase",
+    "StrikeRequest",
+    "Striking",
+    "Throw",
+    "Thrown",
     "Tolerance",
     "ToolGoal",
     "TorqueSource",

@@ -17,6 +17,7 @@ from protocol.messages.base import (
     Range,
     Request,
     TorqueSource,
+    Triple,
     Vector,
 )
 
@@ -91,6 +92,7 @@ class Description(Message, kw_only=True):
         delay_ticks: a command that answers tick k is applied at k + delay_ticks
         modes: in which the arm can be driven
         torques_are: origin of the torques in its states
+        ball_rate_hz: at which `ball` is published, null in a scene without one
     """
 
     joint_names: Names
@@ -102,6 +104,7 @@ class Description(Message, kw_only=True):
     delay_ticks: int = 0
     modes: list[DriveMode] = field(default_factory=lambda: ["torque"])
     torques_are: TorqueSource = "commanded"
+    ball_rate_hz: Number | None = None
 
 
 class Recovered(Message, kw_only=True):
@@ -173,6 +176,26 @@ class Ball(Struct, forbid_unknown_fields=True, kw_only=True):
     velocity: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
 
 
+class Throw(Request, kw_only=True):
+    """Put the ball in flight, in the run that goes on.
+
+    Attributes:
+        position: world frame, m
+        velocity: m/s
+        spin: angular velocity, rad/s, world frame; null: none
+    """
+
+    position: Triple
+    velocity: Triple
+    spin: Triple | None = None
+
+
+class Thrown(Message, kw_only=True):
+    """The ball is in flight from `time` on."""
+
+    time: Number
+
+
 class Reset(Request, kw_only=True):
     """Begin a new run.
 
@@ -196,25 +219,30 @@ class ResetDone(Message, kw_only=True):
 
 
 class Disturb(Request, kw_only=True):
-    """Disturb the arm: push it, add sensor noise, or drop messages.
+    """Disturb the arm: push it, add noise to its sensors or to the sight of the ball, or drop messages.
 
     Attributes:
         kind: of the disturbance; fields that belong to another kind stay null
         values: of `acceleration` (rad/s²) or `torque` (N·m) on each joint
         start_time: of `acceleration` or `torque`, null: now
         duration: of `acceleration`, `torque` or `loss`
-        position_std: of `sensor_noise`: standard deviation of measured positions, rad, until it is set again
+        position_std: of `sensor_noise`: standard deviation of measured positions, rad, until it is set again; of
+            `ball_noise`: of each coordinate of the ball's position, m, until it is set again
         velocity_std: of `sensor_noise`: standard deviation of measured velocities, rad/s, until it is set again
         stream: of `loss`: the messages that are lost
+        latency_s: of `ball_noise`: from the instant of a sight to its message, until it is set again
+        drop_rate: of `ball_noise`: part of the sights that are lost, 0 to 1, until it is set again
     """
 
-    kind: Literal["acceleration", "torque", "sensor_noise", "loss"]
+    kind: Literal["acceleration", "torque", "sensor_noise", "loss", "ball_noise"]
     values: Vector | None = None
     start_time: Number | None = None
     duration: Number | None = None
     position_std: Number | None = None
     velocity_std: Number | None = None
     stream: Literal["state", "command"] | None = None
+    latency_s: Number | None = None
+    drop_rate: Number | None = None
 
 
 class Disturbed(Message, kw_only=True):
@@ -243,12 +271,28 @@ class Contact(Message, kw_only=True):
     ended: bool = True
 
 
+class BallTruth(Struct, kw_only=True):
+    """Where a simulated ball is: m, m/s, and its spin, an angular velocity in rad/s."""
+
+    position: Vector
+    velocity: Vector
+    spin: Vector
+
+
 class BallState(Message, kw_only=True):
-    """The ball in the world frame: m, m/s."""
+    """The ball in the world frame, as a camera sees it: m, m/s.
+
+    Attributes:
+        time: of the sight, on the robot's clock; the message comes later by the latency
+        position: with noise where there is some
+        velocity: null where there is noise, and for a camera
+        truth: null on a real robot
+    """
 
     time: Number
     position: Vector
-    velocity: Vector
+    velocity: Vector | None = None
+    truth: BallTruth | None = None
 
 
 class Scene(Message, kw_only=True):
@@ -270,9 +314,11 @@ class ActiveDisturbance(Struct, kw_only=True):
     Attributes:
         kind: as in the request
         values: on each joint
-        position_std: rad
+        position_std: rad, of `ball_noise` m
         velocity_std: rad/s
         stream: the messages that are lost
+        latency_s: of the sights of the ball
+        drop_rate: part of the sights of the ball that are lost
         end_time: null where it lasts until it is set again
     """
 
@@ -281,6 +327,8 @@ class ActiveDisturbance(Struct, kw_only=True):
     position_std: Number | None = None
     velocity_std: Number | None = None
     stream: str | None = None
+    latency_s: Number | None = None
+    drop_rate: Number | None = None
     end_time: Number | None = None
 
 

@@ -173,7 +173,8 @@ class BallWriter:
         context, trace = self._context, self._context.trace
         rows = context.rows([context.runs.tick_at(one.message.time) for one in received], received)
         positions = np.array([one.message.position for one in received])
-        velocities = np.array([one.message.velocity for one in received])
+        seen = [(one.message.truth or one.message).velocity or [np.nan] * 3 for one in received]
+        velocities = np.array(seen)
         trace.scalars(entities.BALL_POSITION.path, rows, positions)
         trace.scalars(entities.BALL_VELOCITY.path, rows, velocities)
         trace.send(entities.BALL_BODY.path, rows, rr.Transform3D.columns(translation=positions))

@@ -163,7 +163,8 @@ def _check_disturbance(disturbance: m.Disturbance, joint_count: int) -> None:
 def _check_ball(ball: m.BallState, _: int) -> None:
     _check_range("time", ball.time, MAX_TIME_S)
     _check_in_space("position", ball.position)
-    _check_in_space("velocity", ball.velocity)
+    if ball.velocity is not None:
+        _check_in_space("velocity", ball.velocity)
 
 
 def _check_scene(scene: m.Scene, _: int) -> None:

@@ -141,8 +141,8 @@ class SimulatedArm(Backend):
         Raises Refusal `bad_message` for fields that are missing, of another kind, or out of range.
         """
         kind = request.kind
-        if kind == "loss":
-            raise Refusal("bad_message", "kind: the arm itself loses no messages", field="kind")
+        if kind in ("loss", "ball_noise"):
+            raise Refusal("bad_message", f"kind: {kind!r} is none of the arm's own", field="kind")
         if kind == "sensor_noise":
             self._disturbances.set_sensor_noise(request.position_std or 0.0, request.velocity_std or 0.0)
             return self._tick / self.config.rate_hz

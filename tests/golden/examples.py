@@ -332,6 +332,7 @@ ARM: dict[str, Struct] = {
         delay_ticks=1,
         modes=["torque", "position"],
         torques_are="measured",
+        ball_rate_hz=125.0,
     ),
     "Guided": m.Guided(condition="guiding"),
     "Recovered": m.Recovered(condition="ready", run=8),
@@ -345,6 +346,9 @@ ARM: dict[str, Struct] = {
         kind="acceleration", values=[100.0, 0.0, 0.0, 0.0, 0.0, 0.0], start_time=4.5, duration=0.2
     ),
     "Disturb-noise": m.Disturb(kind="sensor_noise", position_std=0.001, velocity_std=0.01),
+    "Disturb-ball": m.Disturb(kind="ball_noise", position_std=0.005, latency_s=0.01, drop_rate=0.0625),
+    "Throw": m.Throw(position=(4.0, 0.25, 1.0), velocity=(-6.5, 0.0, 2.5), spin=(0.0, 12.5, 0.0)),
+    "Thrown": m.Thrown(time=4.5),
     "Disturb-loss": m.Disturb(kind="loss", stream="command", duration=0.05),
     "Disturbed": m.Disturbed(start_time=4.5),
     "Disturbance": m.Disturbance(
@@ -358,6 +362,47 @@ ARM: dict[str, Struct] = {
     "Contact": m.Contact(time=5.05, bodies=["racket", "ball"], impulse=0.375, ball_velocity=[6.5, 0.25, 1.0]),
     "Scene": m.Scene(time=5.04, joints={"finger": [0.04], "block": [0.5, 0.25, 0.125, 1.0, 0.0, 0.0, 0.0]}),
     "BallState": m.BallState(time=5.05, position=[0.75, 0.0, 1.125], velocity=[6.5, 0.25, 1.0]),
+    "BallState-seen": m.BallState(
+        time=5.05,
+        position=[0.75, 0.0, 1.125],
+        truth=m.BallTruth(position=[0.75, 0.0, 1.0], velocity=[6.5, 0.25, 1.0], spin=[0.0, 12.5, 0.0]),
+    ),
+    "StrikeRequest": m.StrikeRequest(
+        target=(3.0, 0.5, 0.0), flight_time=0.75, count=20, primitives=["forehand"], revise_hz=40.0, until_s=0.0625
+    ),
+    "Striking": m.Striking(active=True),
+    "Strike": m.Strike(
+        ball=3,
+        phase="planned",
+        time=4.5,
+        sight=4.25,
+        prediction=m.BallPrediction(
+            time=5.05,
+            position=(0.25, -0.75, 1.125),
+            velocity=(-5.5, 0.0, 0.5),
+            spread=(0.0625, 0.03125, 0.0625),
+            path=[(4.0, 0.25, 1.0), (0.25, -0.75, 1.125)],
+        ),
+        racket=m.RacketAim(
+            time=5.05,
+            position=(0.25, -0.75, 1.125),
+            normal=(1.0, 0.0, 0.0),
+            velocity=(2.5, 0.0, 0.25),
+            outgoing=(4.5, 0.5, 2.0),
+            landing=(3.0, 0.5, 0.0),
+            error=0.125,
+        ),
+        goal_id="ball-3",
+        revisions=2,
+        reason="by forehand",
+    ),
+    "Strike-landed": m.Strike(
+        ball=3,
+        phase="landed",
+        time=6.0,
+        hit=m.BallHit(time=5.05, position=(0.25, -0.75, 1.125), velocity=(4.5, 0.5, 2.0)),
+        landing=m.Landing(time=6.0, position=(3.125, 0.5, 0.0), distance=0.125),
+    ),
     "ErrorBody": m.ErrorBody(
         code="limit",
         message="joint_1 shall end at 2.5 rad, but its largest position is 2 rad; choose a goal inside its range",
