@@ -31,7 +31,7 @@ class Arm(Requests[GoalHandle, MotionHandle], Blocks):
 
         Args:
             topic: One of `topics`: STATE, COMMAND, STATUS, PLAN, REFUSED, ENDED, CONTACT, BALL, SCENE,
-                DISTURBANCE.
+                DISTURBANCE, STRIKES.
             length: Messages kept until they are taken; of more the oldest are dropped.
         """
         return Stream(self._link, topic, length)

@@ -158,6 +158,49 @@ class Requests(Generic[GoalT, MotionT]):
             link.leased = False
             token.undeclare()
 
+    # --- strikes ------------------------------------------------------------------------------------------
+
+    @Twofold
+    async def strike(
+        self,
+        target: Vector,
+        *,
+        flight_time: float | None = None,
+        count: int | None = None,
+        primitives: Sequence[str] | None = None,
+        revise_hz: float = 50.0,
+        until_s: float = 0.05,
+    ) -> m.Striking:
+        """Let the striker return every ball that comes within reach; `stream(topics.STRIKES)` says what it does.
+
+        A further call replaces the one before; for a ball on its way it moves the target.
+
+        Args:
+            target: Where the balls shall land, (3,), m, in the world frame.
+            flight_time: From the touch to the landing, s; by default the striker chooses it.
+            count: Balls to strike at; by default without end.
+            primitives: Those that may be imitated; by default any of the library.
+            revise_hz: Corrections a second while the arm swings; 0: none.
+            until_s: Time before the touch after which nothing is corrected, s.
+
+        Raises:
+            ValueError: the target has not three numbers.
+        """
+        request = m.StrikeRequest(
+            target=_triple("target", target),
+            flight_time=flight_time,
+            count=count,
+            primitives=None if primitives is None else list(primitives),
+            revise_hz=revise_hz,
+            until_s=until_s,
+        )
+        return await self._link.ask(topics.STRIKE, request)
+
+    @Twofold
+    async def stop_striking(self) -> m.Striking:
+        """Strike at no further ball; a motion under way is played to its end."""
+        return await self._link.ask(topics.STRIKE_STOP, m.Empty())
+
     # --- primitives -----------------------------------------------------------------------------------
 
     @Twofold
@@ -268,9 +311,25 @@ class Requests(Generic[GoalT, MotionT]):
         return await self._link.ask(topics.SIM_RESET, m.Reset(positions=_listed(positions), ball=ball, seed=seed))
 
     @Twofold
+    async def throw(self, position: Vector, velocity: Vector, spin: Vector | None = None) -> m.Thrown:
+        """Put the simulated ball in flight, in the run that goes on.
+
+        Args:
+            position: (3,), m, in the world frame.
+            velocity: (3,), m/s.
+            spin: Angular velocity (3,), rad/s; by default none.
+
+        Raises:
+            ValueError: a vector has not three numbers.
+        """
+        turning = None if spin is None else _triple("spin", spin)
+        throw = m.Throw(position=_triple("position", position), velocity=_triple("velocity", velocity), spin=turning)
+        return await self._link.ask(topics.SIM_BALL, throw)
+
+    @Twofold
     async def disturb(
         self,
-        kind: Literal["acceleration", "torque", "sensor_noise", "loss"],
+        kind: Literal["acceleration", "torque", "sensor_noise", "ball_noise", "loss"],
         *,
         values: Vector | None = None,
         start_time: float | None = None,
@@ -278,21 +337,26 @@ class Requests(Generic[GoalT, MotionT]):
         position_std: float | None = None,
         velocity_std: float | None = None,
         stream: Literal["state", "command"] | None = None,
+        latency_s: float | None = None,
+        drop_rate: float | None = None,
     ) -> m.Disturbed:
-        """Push the simulated arm, blur its sensors, or lose messages.
+        """Push the simulated arm, blur its sensors or the sight of the ball, or lose messages.
 
         Args:
             kind: A push by `acceleration` or `torque` needs values and duration; `sensor_noise` both standard
-                deviations; `loss` stream and duration.
+                deviations; `ball_noise` the first, the latency and the drop rate; `loss` stream and duration.
             values: On each joint, rad/s² or N·m.
             start_time: When a push begins, s on the robot's clock; by default now.
             duration: Of a push or a loss, s.
-            position_std: Standard deviation of measured positions, rad.
+            position_std: Standard deviation of measured positions, rad; of the ball's, m.
             velocity_std: Standard deviation of measured velocities, rad/s.
             stream: Whose messages are lost.
+            latency_s: From a sight of the ball to its message, s.
+            drop_rate: Part of the sights of the ball that are lost, 0 to 1.
         """
         push = {"values": _listed(values), "start_time": start_time, "duration": duration}
         noise = {"position_std": position_std, "velocity_std": velocity_std}
+        noise |= {"latency_s": latency_s, "drop_rate": drop_rate}
         request: dict[str, Any] = {"kind": kind, **push, **noise, "stream": stream}
         return await self._link.ask(topics.SIM_DISTURB, m.Disturb(**request))
 
@@ -311,3 +375,10 @@ class Requests(Generic[GoalT, MotionT]):
 
 def _listed(values: Vector | None) -> list[float] | None:
     return None if values is None else list(values)
+
+
+def _triple(name: str, vector: Vector) -> tuple[float, float, float]:
+    values = [float(value) for value in vector]
+    if len(values) != 3:
+        raise ValueError(f"{name} has {len(values)} numbers; a vector in space has 3")
+    return values[0], values[1], values[2]

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from motion.limits import Limits
+from robot.court import BallConfig, CourtConfig, RacketConfig, ball_config, court_config, racket_config
 from robot.joints import bounds, home, inside, model_ranges, ranges, torques
 from robot.model import TOOL_SITE, Tool, body_name, check_tool, compile_model, joint_ids
 from robot.schema import CollisionTable, Description, OnFault, RobotError, ToolFrame, read_description
@@ -63,6 +64,7 @@ class RobotConfig:
     which each is held.
     recoil: what a hit may do to the arm without a fault, None where nothing may.
     others: robots of the same bus that stand in the model: their joints, in the order of their own vectors.
+    ball, racket, court: what it plays with, each None where it has none.
     model: the robot and its surroundings in MuJoCo, with the tool's site, without geoms that touch nothing; only to be
     read.
     """
@@ -84,6 +86,9 @@ class RobotConfig:
     others: Mapping[str, tuple[str, ...]]
     collision: Collision
     recoil: RecoilBounds | None
+    ball: BallConfig | None
+    racket: RacketConfig | None
+    court: CourtConfig | None
     mjcf_path: Path
     model: mujoco.MjModel
 
@@ -151,6 +156,9 @@ def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, to
         others=_others(description, model),
         collision=_collision(description.collision, model),
         recoil=_recoil(description),
+        ball=ball_config(description.ball, model, description.rate_hz),
+        racket=racket_config(description.racket, model, moved),
+        court=court_config(description.court, model),
         mjcf_path=mjcf_path,
         model=model,
     )

@@ -61,10 +61,42 @@ class RecoilTable(msgspec.Struct, forbid_unknown_fields=True):
     tolerance: float = 0.02
 
 
-class RacketTable(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `racket`."""
+class BallTable(msgspec.Struct, forbid_unknown_fields=True):
+    """Table `ball`: how the model's body `ball` flies, and how often it is seen.
 
+    drag: 1/m, of a = −drag·|v|·v. magnus: of a = magnus·ω × v. rate_hz: sights a second.
+    """
+
+    drag: float = 0.0
+    magnus: float = 0.0
+    rate_hz: float = 100.0
+
+
+class RacketTable(msgspec.Struct, forbid_unknown_fields=True):
+    """Table `racket`: the geom that the ball meets, a disc or a box, and what is believed of their contact.
+
+    restitution: of the approach along the normal. friction: part of the tangential velocity that the contact keeps.
+    """
+
+    geom: str | None = None
+    restitution: float = 0.8
+    friction: float = 0.6
     recoil: RecoilTable | None = None
+
+
+class CourtTable(msgspec.Struct, forbid_unknown_fields=True):
+    """Table `court`: the geoms of the surface and the net, and what is believed of a bounce.
+
+    restitution, friction: parts of the vertical and of the horizontal velocity that are kept. dwell: s that the bounce
+    takes. region: [[x, x], [y, y]], m, where a ball that was returned must land; null: anywhere on the surface.
+    """
+
+    surface: str
+    net: str | None = None
+    restitution: float = 0.75
+    friction: float = 0.8
+    dwell: float = 0.0
+    region: tuple[tuple[float, float], tuple[float, float]] | None = None
 
 
 class Description(msgspec.Struct, forbid_unknown_fields=True):
@@ -84,6 +116,8 @@ class Description(msgspec.Struct, forbid_unknown_fields=True):
     others: dict[str, list[str]] = msgspec.field(default_factory=dict)
     collision: CollisionTable = msgspec.field(default_factory=CollisionTable)
     racket: RacketTable | None = None
+    ball: BallTable | None = None
+    court: CourtTable | None = None
 
 
 def read_description(path: Path) -> Description:

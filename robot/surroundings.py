@@ -4,11 +4,9 @@ from collections.abc import Mapping
 
 import mujoco
 
+from robot.court import BALL
 from robot.description import RobotConfig
 
-BALL = "ball"
-TEE = "tee"
-"""Bodies known by name, both optional: a ball with a free joint, and a mocap body whose origin is its top."""
 _COORDINATES = {
     int(mujoco.mjtJoint.mjJNT_FREE): 7,
     int(mujoco.mjtJoint.mjJNT_BALL): 4,

@@ -172,8 +172,8 @@ class Stepped(Message, kw_only=True):
 class Ball(Struct, forbid_unknown_fields=True, kw_only=True):
     """A ball in the world frame: m, m/s; at rest unless a velocity is given."""
 
-    position: tuple[Number, Number, Number]
-    velocity: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    position: Triple
+    velocity: Triple = (0.0, 0.0, 0.0)
 
 
 class Throw(Request, kw_only=True):

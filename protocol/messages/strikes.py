@@ -100,11 +100,15 @@ class Landing(Struct, kw_only=True):
         time: on the robot's clock
         position: m
         distance: from the target, horizontally, m
+        net: it touched the net before
+        out: it did not land where a returned ball must, the region of the robot's `[court]`
     """
 
     time: Number
     position: Triple
     distance: Number
+    net: bool = False
+    out: bool = False
 
 
 class Strike(Message, kw_only=True):

@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 
 from protocol import messages as m
-from robot.surroundings import BALL, TEE
+from robot.court import BALL, TEE
 from services.recorder import entities
 from services.recorder.context import Context
 from services.recorder.validation import Received

@@ -10,9 +10,10 @@ import numpy as np
 import rerun as rr
 
 from robot.compilation import give_back_memory
+from robot.court import BALL, TEE
 from robot.description import RobotConfig
 from robot.model import body_name, joint_ids
-from robot.surroundings import BALL, TEE, Surroundings
+from robot.surroundings import Surroundings
 from robot.tree import is_moved_by
 from services.recorder import entities
 from services.recorder.geometry import Geometry

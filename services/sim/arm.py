@@ -7,12 +7,14 @@ import mujoco
 import numpy as np
 
 from protocol.errors import Refusal
-from protocol.messages import ActiveDisturbance, Ball, Contact, Disturb
+from protocol.messages import ActiveDisturbance, Ball, BallState, BallTruth, Contact, Disturb, Throw
 from robot.checking.checks import check_robot
 from robot.checking.subject import Finding
 from robot.description import RobotConfig
 from robot.surroundings import Surroundings
 from services.common.robot_side.backend import Abilities, Backend, Observation, RobotFailed, Setpoint
+from services.sim.ball import SimulatedBall, check_reach
+from services.sim.camera import Camera
 from services.sim.contact import ContactLog
 from services.sim.disturbances import Disturbances
 from services.sim.guiding import Guidance
@@ -20,12 +22,6 @@ from services.sim.held import HeldJoints
 from services.sim.inverse_dynamics import InverseDynamics
 from services.sim.led import LedJoints
 from services.sim.model import Scene, build_scene
-
-TEE_STORE = (0.0, 0.0, -10.0)
-"""Where the tee is kept while the ball needs none, m."""
-
-BALL_REACH = 100.0
-"""A ball is placed within this distance (m) of the origin on each axis, at this speed (m/s) at most."""
 
 
 class Diverged(RobotFailed):
@@ -48,6 +44,8 @@ class SimulatedArm(Backend):
         self._surroundings = Surroundings(config, self._scene.model)
         self._led = LedJoints(self._scene)
         self._disturbances = Disturbances(config)
+        self._ball = SimulatedBall(config.ball, self._scene) if config.ball else None
+        self._camera = Camera(config.rate_hz, config.ball.every if config.ball else 1)
         self.reset(seed=seed)
 
     def reset(self, positions: list[float] | None = None, ball: Ball | None = None, seed: int = 0) -> None:
@@ -65,14 +63,16 @@ class SimulatedArm(Backend):
         mujoco.mj_resetData(scene.model, scene.data)
         scene.data.qpos[scene.qpos] = pose
         self._held.reset()
-        if ball is not None:
-            self._place_ball(ball)
+        if ball is not None and self._ball is not None:
+            self._ball.put(ball)
         self._noise = np.random.default_rng(seed)
+        self._camera.clear(seed)
         self.begin_run()
 
     def begin_run(self) -> None:
         """Tick 0 where the arm stands, undisturbed; the ball goes on."""
         self._disturbances.clear()
+        self._camera.clear()
         self._contact_log.clear()
         self._guidance: Guidance | None = None
         self._tick = 0
@@ -140,12 +140,16 @@ class SimulatedArm(Backend):
 
         Raises Refusal `bad_message` for fields that are missing, of another kind, or out of range.
         """
-        kind = request.kind
-        if kind in ("loss", "ball_noise"):
-            raise Refusal("bad_message", f"kind: {kind!r} is none of the arm's own", field="kind")
+        kind, now = request.kind, self._tick / self.config.rate_hz
+        if kind == "loss":
+            raise Refusal("bad_message", "kind: the arm itself loses no messages", field="kind")
         if kind == "sensor_noise":
             self._disturbances.set_sensor_noise(request.position_std or 0.0, request.velocity_std or 0.0)
-            return self._tick / self.config.rate_hz
+            return now
+        if kind == "ball_noise":
+            self._refuse_without_ball("kind")
+            self._camera.disturb(request)
+            return now
         for field in ("values", "duration"):
             if getattr(request, field) is None:
                 raise Refusal("bad_message", f"{field} is missing; kind {kind!r} needs it", field=field)
@@ -159,18 +163,29 @@ class SimulatedArm(Backend):
 
     def disturbances(self) -> list[ActiveDisturbance]:
         """What acts on the arm in the coming tick."""
-        return self._disturbances.describe(self._tick)
+        return self._disturbances.describe(self._tick) + self._camera.describe()
 
     def contacts(self) -> list[Contact]:
         """The contacts that began or ended in the tick before."""
         return self._contacts
 
-    def ball(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Position and velocity of the ball, (3,) each, m and m/s; None in a scene without one."""
-        ball, data = self._scene.ball, self._scene.data
-        if ball is None:
-            return None
-        return data.qpos[ball.qpos : ball.qpos + 3].copy(), data.qvel[ball.dof : ball.dof + 3].copy()
+    def throw(self, throw: Throw) -> float:
+        """Put the ball in flight, in the run that goes on; return since when, s.
+
+        Raises Refusal `bad_message` where the scene has no ball, or it cannot begin there.
+        """
+        self._refuse_without_ball("position").throw(throw)
+        return self._tick / self.config.rate_hz
+
+    def ball(self) -> BallTruth | None:
+        """The ball in the world frame; None in a scene without one."""
+        return None if self._ball is None else self._ball.state()
+
+    def sights(self) -> list[BallState]:
+        """What has arrived of the ball at the present tick, as a camera sees it; call it once a tick."""
+        if self._ball is not None and self._camera.sees(self._tick):
+            self._camera.see(self._tick, self._ball.state())
+        return self._camera.take(self._tick)
 
     def lead(self, joints: tuple[str, ...], positions: list[float], velocities: list[float]) -> None:
         """Take the newest positions and velocities of another robot's joints, rad and rad/s; nothing holds them now."""
@@ -191,6 +206,8 @@ class SimulatedArm(Backend):
         scene = self._scene
         data = scene.data
         before = data.qvel[scene.dofs]
+        if self._ball is not None:
+            self._ball.act()
         mujoco.mj_step2(scene.model, data)
         data.qpos[scene.qpos] -= scene.model.opt.timestep / 2 * (data.qvel[scene.dofs] - before)
         self._contacts += self._contact_log.update(start_time)
@@ -242,20 +259,14 @@ class SimulatedArm(Backend):
         return np.array(positions, dtype=float)
 
     def _check_ball(self, ball: Ball | None) -> None:
-        if ball is None:
-            return
-        if self._scene.ball is None:
-            raise Refusal("bad_message", "ball: this robot's scene has none; leave it null", field="ball")
-        if not np.all(np.abs([*ball.position, *ball.velocity]) <= BALL_REACH):
-            message = f"ball: position and velocity must lie within {BALL_REACH:g} (m, m/s) of 0 on each axis"
-            raise Refusal("bad_message", message, field="ball")
+        if ball is not None:
+            self._refuse_without_ball("ball")
+            check_reach(ball=ball.position)
+            check_reach(ball=ball.velocity)
 
-    def _place_ball(self, ball: Ball) -> None:
-        scene = self._scene
-        free = scene.ball
-        assert free is not None
-        scene.data.qpos[free.qpos : free.qpos + 3] = ball.position
-        scene.data.qvel[free.dof : free.dof + 3] = ball.velocity
-        if scene.tee is not None:
-            x, y, z = ball.position
-            scene.data.mocap_pos[scene.tee] = TEE_STORE if any(ball.velocity) else (x, y, z - free.radius)
+    def _refuse_without_ball(self, field: str) -> SimulatedBall:
+        """Return the ball. Raises Refusal `bad_message` where there is none."""
+        if self._ball is None:
+            cure = 'add a body "ball" with a free joint to its model' if field != "ball" else "leave it null"
+            raise Refusal("bad_message", f"{field}: this robot's scene has no ball; {cure}", field=field)
+        return self._ball

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 
 from protocol.messages import Contact
+from robot.court import BALL, TEE
 from robot.model import owner_name
-from robot.surroundings import BALL, TEE
 from services.sim.model import Scene
 
 MIN_IMPULSE = 0.01

@@ -17,7 +17,6 @@ from services.sim.arm import SimulatedArm
 from services.sim.disturbances import Loss
 
 MAX_STEPS = 10_000
-BALL_EVERY = 10
 SURROUNDINGS_HZ = 50
 
 
@@ -42,6 +41,7 @@ class SimLoop(RobotLoop):
             topics.SIM_STEP.key: self._step_later,
             topics.SIM_RESET.key: self._reset,
             topics.SIM_DISTURB.key: self._disturb,
+            topics.SIM_BALL.key: self._throw,
         }
 
     def _warn(self, log: logging.Logger) -> None:
@@ -62,9 +62,8 @@ class SimLoop(RobotLoop):
         now = self._arm.observe()
         for contact in self._arm.contacts():
             self._contact.put(contact)
-        ball = self._arm.ball() if now.tick % BALL_EVERY == 0 else None
-        if ball is not None:
-            self._ball.put(m.BallState(time=now.time, position=ball[0].tolist(), velocity=ball[1].tolist()))
+        for sight in self._arm.sights():
+            self._ball.put(sight)
         surroundings = self._arm.surroundings() if now.tick % self._surroundings_every == 0 else None
         if surroundings:
             self._surroundings.put(m.Scene(time=now.time, joints=surroundings))
@@ -123,6 +122,9 @@ class SimLoop(RobotLoop):
         request = asking.decode()
         begins = self._lose(request) if request.kind == "loss" else self._arm.disturb(request)
         asking.reply(m.Disturbed(start_time=begins))
+
+    def _throw(self, asking: PendingQuery) -> None:
+        asking.reply(m.Thrown(time=self._arm.throw(asking.decode())))
 
     def _lose(self, request: m.Disturb) -> float:
         tick = self._arm.observe().tick + 1

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from robot.court import BALL, TEE
 from robot.description import RobotConfig
 from robot.model import joint_ids
-from robot.surroundings import BALL, TEE
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +58,14 @@ def build_scene(config: RobotConfig) -> Scene:
         qpos=model.jnt_qposadr[ids].astype(np.intp),
         dofs=model.jnt_dofadr[ids].astype(np.intp),
         substeps=substeps,
-        ball=_find_ball(model),
+        ball=_find_ball(model) if config.ball else None,
         tee=_find_tee(model),
     )
 
 
-def _find_ball(model: mujoco.MjModel) -> FreeBall | None:
-    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, BALL)
-    joint = model.body_jntadr[body] if body >= 0 else -1
-    if joint < 0 or model.jnt_type[joint] != int(mujoco.mjtJoint.mjJNT_FREE):
-        return None
+def _find_ball(model: mujoco.MjModel) -> FreeBall:
+    body = model.body(BALL).id
+    joint = model.body_jntadr[body]
     radius = float(model.geom_size[model.body_geomadr[body], 0])
     return FreeBall(body, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), radius)
 

@@ -401,7 +401,7 @@ ARM: dict[str, Struct] = {
         phase="landed",
         time=6.0,
         hit=m.BallHit(time=5.05, position=(0.25, -0.75, 1.125), velocity=(4.5, 0.5, 2.0)),
-        landing=m.Landing(time=6.0, position=(3.125, 0.5, 0.0), distance=0.125),
+        landing=m.Landing(time=6.0, position=(3.125, 0.5, 0.0), distance=0.125, net=True, out=True),
     ),
     "ErrorBody": m.ErrorBody(
         code="limit",

@@ -43,6 +43,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "cancel": Command("tools.shell.motion:cancel", "stop the motion"),
         "reset": Command("tools.shell.motion:reset", "leave a latched fault"),
         "hold": Command("tools.shell.arm:hold", "lead a gripper, or other held joints, to new values"),
+        "strike": Command("tools.shell.ball:strike", "return the balls that come to a target, or stop with --stop"),
         "recover": Command("tools.shell.arm:recover", "make the arm ready again after a reflex or a stop"),
         "result": Command("tools.shell.motion:result", "how a goal went"),
     },
@@ -65,6 +66,7 @@ GROUPS: dict[str, dict[str, Command]] = {
     "simulate": {
         "reset-sim": Command("tools.shell.arm:reset_sim", "begin a new run: the arm at rest, the ball on its tee"),
         "step": Command("tools.shell.arm:step", "advance the stepped clock"),
+        "ball": Command("tools.shell.ball:ball", "throw the ball, in the run that goes on"),
         "disturb": Command("tools.shell.arm:disturb", "push the arm, blur its sensors, lose messages"),
     },
 }

@@ -1,5 +1,6 @@
 """The commands that speak to the robot side: the arm, and what only a simulated one has."""
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from tyro.conf import Positional, arg
@@ -9,7 +10,16 @@ from tools.shell import joints
 from tools.shell.flags import Number, Seconds, Words
 from tools.shell.shell import Shared, UsageError, reach
 
-Kind = Literal["acceleration", "torque", "noise", "loss"]
+DisturbanceKind = Literal["acceleration", "torque", "sensor_noise", "ball_noise", "loss"]
+Kind = Literal["acceleration", "torque", "noise", "ball-noise", "loss"]
+KINDS: Mapping[Kind, DisturbanceKind] = {
+    "acceleration": "acceleration",
+    "torque": "torque",
+    "noise": "sensor_noise",
+    "ball-noise": "ball_noise",
+    "loss": "loss",
+}
+"""The contract's word for each."""
 Point = tuple[float, float, float]
 
 
@@ -87,34 +97,42 @@ def disturb(
     position_std: Number = None,
     velocity_std: Number = None,
     stream: Annotated[Literal["state", "command"] | None, arg(help_behavior_hint="")] = None,
+    latency: Seconds = None,
+    drop_rate: Number = None,
     shell: Shared,
 ) -> None:
-    """Disturb the arm: push it, blur its sensors, or lose messages.
+    """Disturb the arm: push it, blur its sensors or the sight of the ball, or lose messages.
 
     Args:
         kind: A push by acceleration or torque (--values, --duration, --at), sensor noise (--position-std,
-            --velocity-std), or loss of messages (--stream, --duration).
+            --velocity-std), a worse sight of the ball (--position-std, --latency, --drop-rate), or loss of messages
+            (--stream, --duration).
         values: Of the push on each joint, rad/s² or N·m.
         at: When the push begins, s on the robot's clock; by default now.
         duration: Of the push or the loss, s.
-        position_std: Standard deviation of measured positions, rad, until it is set again.
+        position_std: Standard deviation of measured positions, rad, or of the ball's, m, until it is set again.
         velocity_std: Standard deviation of measured velocities, rad/s, until it is set again.
         stream: Whose messages are lost.
+        latency: From a sight of the ball to its message, s, until it is set again.
+        drop_rate: Part of the sights of the ball that are lost, 0 to 1, until it is set again.
         shell: How to reach the robot.
     """
     given = {"--values": values or None, "--at": at, "--duration": duration, "--stream": stream}
     given |= {"--position-std": position_std, "--velocity-std": velocity_std}
+    given |= {"--latency": latency, "--drop-rate": drop_rate}
     check_flags(kind, {flag for flag, value in given.items() if value is not None})
     push = joints.vector(values, "--values") if values else None
     with reach(shell) as link:
         disturbed = link.arm.disturb(
-            "sensor_noise" if kind == "noise" else kind,
+            KINDS[kind],
             values=push,
             start_time=at,
             duration=duration,
             position_std=position_std,
             velocity_std=velocity_std,
             stream=stream,
+            latency_s=latency,
+            drop_rate=drop_rate,
         )
         link.print(disturbed)
 
@@ -129,9 +147,12 @@ def check_flags(kind: Kind, given: set[str]) -> None:
         "acceleration": {"--values", "--duration"},
         "torque": {"--values", "--duration"},
         "noise": {"--position-std", "--velocity-std"},
+        "ball-noise": {"--position-std"},
         "loss": {"--stream", "--duration"},
     }[kind]
-    optional = {"--at"} if kind in ("acceleration", "torque") else set()
+    optional = {"acceleration": {"--at"}, "torque": {"--at"}, "ball-noise": {"--latency", "--drop-rate"}}.get(
+        kind, set()
+    )
     if missing := sorted(needed - given):
         raise UsageError(f"disturb {kind} needs {' and '.join(missing)}")
     if alien := sorted(given - needed - optional):

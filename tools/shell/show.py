@@ -197,7 +197,11 @@ def _(reply: m.Reference, names: Sequence[str]) -> RenderableType:
 @show.register
 def _(reply: m.Description, names: Sequence[str]) -> RenderableType:
     head = sentence(
-        f"{len(reply.joint_names)} joints", f"{reply.rate_hz:.0f} Hz", f"{reply.clock} clock", f"run {reply.run}"
+        f"{len(reply.joint_names)} joints",
+        f"{reply.rate_hz:.0f} Hz",
+        f"{reply.clock} clock",
+        f"run {reply.run}",
+        f"the ball is seen at {reply.ball_rate_hz:.0f} Hz" if reply.ball_rate_hz else "",
     )
     quantities = [(f"{name} [{unit}]", getattr(reply.limits, name)) for name, unit in UNITS.items()]
     columns = [("home [rad]", reply.home), *quantities, ("torques [N·m]", reply.limits.torques)]
@@ -299,3 +303,13 @@ def _(reply: m.ResetDone, names: Sequence[str]) -> RenderableType:
 @show.register
 def _(reply: m.Disturbed, names: Sequence[str]) -> RenderableType:
     return sentence(f"disturbs from {reply.start_time:.3f} s on")
+
+
+@show.register
+def _(reply: m.Thrown, names: Sequence[str]) -> RenderableType:
+    return sentence(f"the ball flies from {reply.time:.3f} s on")
+
+
+@show.register
+def _(reply: m.Striking, names: Sequence[str]) -> RenderableType:
+    return sentence("the striker returns balls" if reply.active else "the striker strikes no further ball")

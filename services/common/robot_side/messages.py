@@ -51,4 +51,5 @@ def description(config: RobotConfig, abilities: Abilities, clock: m.Clock, run: 
         delay_ticks=abilities.delay_ticks,
         modes=list(abilities.modes),
         torques_are=abilities.torques_are,
+        ball_rate_hz=config.ball.rate_hz if config.ball else None,
     )

@@ -38,6 +38,22 @@ CASES: list[tuple[Callable[[Any], Any], str, Any]] = [
         m.Disturb(kind="torque", values=[1.0, 2.0], duration=0.1),
     ),
     (
+        lambda arm: arm.disturb("ball_noise", position_std=0.005, latency_s=0.01, drop_rate=0.1),
+        "sim/disturb",
+        m.Disturb(kind="ball_noise", position_std=0.005, latency_s=0.01, drop_rate=0.1),
+    ),
+    (
+        lambda arm: arm.throw(np.array([4.0, 0.0, 1.0]), (-6.0, 0.0, 2.0)),
+        "sim/ball",
+        m.Throw(position=(4.0, 0.0, 1.0), velocity=(-6.0, 0.0, 2.0)),
+    ),
+    (
+        lambda arm: arm.strike((4.0, 0.5, 0.0), count=3, primitives=("forehand",)),
+        "strike",
+        m.StrikeRequest(target=(4.0, 0.5, 0.0), count=3, primitives=["forehand"]),
+    ),
+    (lambda arm: arm.stop_striking(), "strike/stop", m.Empty()),
+    (
         lambda arm: arm.learn("wipe", DEMONSTRATION, times=np.array([0.0, 0.5]), smoothing="none", replace=True),
         "learn",
         LEARN,
@@ -65,6 +81,7 @@ def test_blocking_and_awaited_methods_ask_and_return_the_same(robot, arm, call, 
 
 def test_every_request_has_a_method():
     renamed = {"sim/step": "step", "sim/reset": "reset_sim", "sim/disturb": "disturb"}
+    renamed |= {"sim/ball": "throw", "strike/stop": "stop_striking"}
     assert [key for key in (renamed.get(q.key, q.key) for q in QUERIES) if not hasattr(Requests, key)] == []
 
 
@@ -96,6 +113,12 @@ def test_refusals_carry_code_sentence_and_detail(robot, arm):
 def test_a_demonstration_is_a_matrix(arm, robot):
     with pytest.raises(ValueError, match=r"positions has the shape \(3,\); it must be samples × joints"):
         arm.learn("wipe", [1.0, 2.0, 3.0], rate=100.0)
+    assert robot.asked == []
+
+
+def test_a_vector_in_space_has_three_numbers(arm, robot):
+    with pytest.raises(ValueError, match="velocity has 2 numbers; a vector in space has 3"):
+        arm.throw((4.0, 0.0, 1.0), (-6.0, 0.0))
     assert robot.asked == []
 
 

@@ -10,7 +10,7 @@ from deploy.processes import PROCESSES
 from deploy.zenoh import configure
 from deploy.zenoh.certificates import Authority, make_authority
 from deploy.zenoh.configure import SERVICES, Cell, access_control
-from deploy.zenoh.permissions import MESSAGES, OPERATING, ROLES, acting, reading
+from deploy.zenoh.permissions import MESSAGES, OPERATING, ROLES, SIMULATING, STRIKING, acting, reading
 from protocol import topics
 from protocol.topics import ROBOT_SIDE
 
@@ -49,8 +49,10 @@ def test_only_the_owner_answers(topic):
 def test_who_may_ask_for_a_change():
     asked = {topic.key: senders("query", topic.key) for topic in topics.QUERIES if not topic.reads}
     assert asked.pop("execute") == {"planner"}
-    assert [asked.pop(topic.key) for topic in OPERATING] == [{"operator", "tester"}] * 8
-    assert asked == {"sim/step": {"tester"}, "sim/reset": {"tester"}, "sim/disturb": {"tester"}}
+    assert (asked["goal"], asked["cancel"]) == ({"operator", "tester", "striker"},) * 2
+    assert {frozenset(asked.pop(topic.key) - {"striker"}) for topic in OPERATING} == {frozenset({"operator", "tester"})}
+    assert [asked.pop(topic.key) for topic in STRIKING] == [{"operator", "tester"}] * 2
+    assert asked == {topic.key: {"tester"} for topic in SIMULATING}
 
 
 def test_readers_only_read():

@@ -57,6 +57,7 @@ from tests.unit.recorder.recorder_messages import (
 from tools.drill.harness.mutations import mutate
 from tools.trace_reader import Trace, read_trace
 
+RECORDED = tuple(topic for topic in PUBLICATIONS if topic.recorded)
 CONFIG = load_robot()
 PLAIN = [entity for entity in entities.ENTITIES if "BODY" not in entity.path and "PART" not in entity.path]
 PATIENCE_S = 30.0
@@ -77,7 +78,7 @@ class Desk:
     def __init__(self, file: Path) -> None:
         self._file = file
         self._writer = TraceWriter(build_blueprint(CONFIG, live=False), file, None)
-        self._sources = {topic: Waiting() for topic in PUBLICATIONS}
+        self._sources = {topic: Waiting() for topic in RECORDED}
         self._recorder = Recorder(CONFIG, self._writer, self._sources, LOG)
 
     def publish(self, topic: Publication, *messages: m.Message, at: int = 1) -> None:
@@ -113,11 +114,11 @@ def test_every_recorded_topic_has_a_writer(tmp_path: Path) -> None:
     """A topic added to the table without a writer would be lost silently."""
     writer = TraceWriter(build_blueprint(CONFIG, live=False), tmp_path / "trace.rrd", None)
     writers = topic_writers(Context(writer, CONFIG))
-    assert set(writers) == {topic for topic in PUBLICATIONS if topic.recorded}
+    assert set(writers) == set(RECORDED)
     assert next(iter(writers)) == STATE
 
 
-@pytest.mark.parametrize("topic", PUBLICATIONS, ids=lambda topic: topic.key)
+@pytest.mark.parametrize("topic", RECORDED, ids=lambda topic: topic.key)
 def test_what_is_valid_can_be_written(desk: Desk, topic: Publication) -> None:
     """Whatever is changed in a valid message, in a known run or a new one."""
     rng, body = random.Random(20_26), msgspec.to_builtins(MESSAGES[topic], builtin_types=(bytes,))
@@ -514,13 +515,13 @@ def test_racket_is_where_the_kinematics_place_it(desk: Desk) -> None:
 
 
 def test_malformed_messages_are_counted_and_harm_nothing(desk: Desk, caplog: pytest.LogCaptureFixture) -> None:
-    for topic in PUBLICATIONS:
+    for topic in RECORDED:
         desk.publish_bytes(topic, b"\xc1")
         desk.publish(topic, MESSAGES[topic])
     trace = desk.read()
-    assert trace.scalars("/recorder/messages_malformed").tolist() == [len(PUBLICATIONS)]
+    assert trace.scalars("/recorder/messages_malformed").tolist() == [len(RECORDED)]
     refused = [each for each in caplog.records if "was left out" in each.getMessage()]
-    assert [each.__dict__["code"] for each in refused] == ["bad_message"] * len(PUBLICATIONS)
+    assert [each.__dict__["code"] for each in refused] == ["bad_message"] * len(RECORDED)
     assert trace.scalars("/joints/joint_1/position/measured").tolist() == [state(3).positions[0]]
 
 
@@ -533,7 +534,7 @@ def test_from_a_real_bus_nothing_is_lost(tmp_path: Path) -> None:
         router.announce("ready")
         assert bus.is_alive("ready")  # the subscriptions made before have reached the router
         states, commands = router.publisher(STATE, blocking=True), router.publisher(COMMAND, blocking=True)
-        others = [(router.publisher(topic), topic) for topic in PUBLICATIONS if not topic.stream]
+        others = [(router.publisher(topic), topic) for topic in RECORDED if not topic.stream]
         for tick in range(1000):
             states.put(state(tick))
             commands.put(command(tick))

@@ -68,6 +68,25 @@ PUSH = ["100", "0", "0", "0", "0", "0"]
             "disturbs",
         ),
         (
+            ["disturb", "ball-noise", "--position-std", ".005", "--latency", ".01"],
+            "sim/disturb",
+            m.Disturb(kind="ball_noise", position_std=0.005, latency_s=0.01),
+            "disturbs",
+        ),
+        (
+            ["ball", "--position", "4", "0", "1", "--velocity", "-6", "0", "2"],
+            "sim/ball",
+            m.Throw(position=(4.0, 0.0, 1.0), velocity=(-6.0, 0.0, 2.0), spin=(0.0, 0.0, 0.0)),
+            "the ball flies from 4.500 s on",
+        ),
+        (
+            ["strike", "4", ".5", "0", "--count", "3"],
+            "strike",
+            m.StrikeRequest(target=(4.0, 0.5, 0.0), count=3),
+            "the striker returns balls",
+        ),
+        (["strike", "--stop"], "strike/stop", m.Empty(), "the striker returns balls"),
+        (
             ["disturb", "loss", "--stream", "command", "--duration", ".05"],
             "sim/disturb",
             m.Disturb(kind="loss", stream="command", duration=0.05),
@@ -107,6 +126,7 @@ def test_commands(robot, capsys, words, key, request_, said):
 def test_every_request_has_a_command():
     keys = {query.key for query in QUERIES}
     renamed = {"sim/step": "step", "sim/reset": "reset-sim", "sim/disturb": "disturb", "guide": "teach"}
+    renamed |= {"sim/ball": "ball", "strike/stop": "strike"}
     own = {"watch", "robot", "episodes", "export", "inspect"}
     own |= {name for name, command in COMMANDS.items() if command.is_main}
     assert {renamed.get(key, key) for key in keys} | own == set(COMMANDS)

@@ -95,7 +95,7 @@ def test_it_tracks_joints_in_the_order_of_the_toml(tmp_path: Path, timestep: flo
 def test_a_scene_without_a_ball(tmp_path: Path):
     arm = SimulatedArm(other_robot(tmp_path, 0.002))
     assert arm.ball() is None
-    with pytest.raises(Refusal, match="ball: this robot's scene has none"):
+    with pytest.raises(Refusal, match="ball: this robot's scene has no ball; leave it null"):
         arm.reset(ball=Ball(position=(0.0, 0.0, 1.0)))
     arm.step(accelerating(np.zeros(2)))
     assert arm.contacts() == []

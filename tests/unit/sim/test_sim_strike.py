@@ -94,7 +94,7 @@ def test_a_bounce_is_one_contact():
 
 def test_a_ball_that_comes_to_rest_is_not_reported_for_ever():
     arm = SimulatedArm(ROBOT)
-    arm.reset(ball=Ball(position=(2.0, 2.0, 0.1), velocity=(1.0, 0.0, 0.0)))
+    arm.reset(ball=Ball(position=(2.0, 2.0, 0.1), velocity=(-1.0, 0.0, 0.0)))
     contacts = []
     for _ in range(3000):
         arm.step(accelerating(np.zeros(6)))

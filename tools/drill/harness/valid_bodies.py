@@ -48,6 +48,7 @@ def valid_requests(cell: Cell) -> list[tuple[str, Body]]:
             "sim/reset",
             {"positions": cell.home, "seed": 1, "ball": {"position": [2.0, 0.0, 1.0], "velocity": [0.0] * 3}},
         ),
+        ("sim/ball", {"position": [4.0, 0.0, 1.0], "velocity": [-6.0, 0.0, 2.0], "spin": [0.0, 10.0, 0.0]}),
         *(("sim/disturb", disturbance) for disturbance in _disturbances(len(cell.home))),
     ]
 
@@ -155,6 +156,7 @@ def _disturbances(joints: int) -> list[Body]:
         {"kind": "acceleration", "start_time": 0.1, **push},
         {"kind": "torque", **push},
         {"kind": "sensor_noise", "position_std": 1e-4, "velocity_std": 1e-3},
+        {"kind": "ball_noise", "position_std": 5e-3, "latency_s": 0.01, "drop_rate": 0.1},
         {"kind": "loss", "stream": "state", "duration": 0.01},
     ]
 
@@ -181,6 +183,7 @@ def valid_publications(cell: Cell) -> dict[topics.Publication, Body]:
         topics.SCENE: m.Scene(time=0.1, joints={"finger": [0.02]}),
         topics.BALL: m.BallState(time=0.1, position=vector, velocity=vector),
         topics.DISTURBANCE: m.Disturbance(time=0.1, active=[pushed]),
+        topics.STRIKES: m.Strike(ball=1, phase="seen", time=0.1),
     }
     cell.reset()
     return {topic: msgspec.to_builtins(message, builtin_types=(bytes,)) for topic, message in messages.items()}

@@ -1,0 +1,76 @@
+"""How the ball is seen: as a camera would, with noise, late, and not every time."""
+
+import math
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from protocol.codec import bad_message
+from protocol.messages import ActiveDisturbance, BallState, BallTruth, Disturb
+
+BOUNDS = {"position_std": 1.0, "latency_s": 1.0, "drop_rate": 1.0}
+"""Largest values of the fields of `ball_noise`: m, s, 1."""
+
+
+class Camera:
+    """Sights of the ball, one every few ticks. The same seed and the same calls give the same sights."""
+
+    def __init__(self, rate_hz: float, every: int) -> None:
+        """`rate_hz`: of the robot's ticks; `every`: ticks from one sight to the next."""
+        self._rate_hz = rate_hz
+        self._every = every
+        self._waiting: deque[tuple[int, BallState]] = deque()
+        self.clear(0)
+
+    def clear(self, seed: int | None = None) -> None:
+        """See exactly, at once and always, and forget what was seen; with a seed begin its random numbers."""
+        self._noise = {"position_std": 0.0, "latency_s": 0.0, "drop_rate": 0.0}
+        self._waiting.clear()
+        if seed is not None:
+            self._random = np.random.default_rng([seed, 1])
+
+    def disturb(self, request: Disturb) -> None:
+        """See with the noise, latency and losses of `request` until the next one; null counts as 0.
+
+        Raises:
+            Refusal: `bad_message` for a field that is out of range or of another kind.
+        """
+        alien = [name for name in ("values", "start_time", "duration", "velocity_std", "stream") if _has(request, name)]
+        if alien:
+            raise bad_message(alien[0], f"{alien[0]} belongs to another kind; leave it null in 'ball_noise'")
+        noise = {name: getattr(request, name) or 0.0 for name in BOUNDS}
+        for name, value in noise.items():
+            if not 0 <= value <= BOUNDS[name]:
+                raise bad_message(name, f"{name} is {value}; it must lie in 0 to {BOUNDS[name]:g}")
+        self._noise = noise
+
+    def describe(self) -> list[ActiveDisturbance]:
+        """Return the noise as published."""
+        noise: dict[str, Any] = self._noise
+        return [ActiveDisturbance(kind="ball_noise", **noise)] if any(noise.values()) else []
+
+    def sees(self, tick: int) -> bool:
+        """Whether `tick` has a sight."""
+        return tick % self._every == 0
+
+    def see(self, tick: int, truth: BallTruth) -> None:
+        """Take a sight of the ball at `tick`."""
+        noise, offsets = self._noise, self._random.standard_normal(3)
+        if self._random.random() < noise["drop_rate"]:
+            return
+        position = (np.array(truth.position) + noise["position_std"] * offsets).tolist()
+        velocity = None if any(noise.values()) else truth.velocity
+        sight = BallState(time=tick / self._rate_hz, position=position, velocity=velocity, truth=truth)
+        self._waiting.append((tick + math.ceil(noise["latency_s"] * self._rate_hz - 1e-9), sight))
+
+    def take(self, tick: int) -> list[BallState]:
+        """Return the sights that arrive until `tick`, in order."""
+        arrived = []
+        while self._waiting and self._waiting[0][0] <= tick:
+            arrived.append(self._waiting.popleft()[1])
+        return arrived
+
+
+def _has(request: Disturb, name: str) -> bool:
+    return getattr(request, name) is not None
