@@ -20,7 +20,9 @@ def flight(throw: m.Throw, times: list[float]) -> np.ndarray:
     """Return positions (N, 3), m, by small steps of gravity, drag and spin; the steps are the simulation's own."""
     ball = ROBOT.ball
     assert ball is not None
-    position, velocity, spin = (np.array(vector) for vector in (throw.position, throw.velocity, throw.spin))
+    position, velocity, spin = (
+        np.array(vector) for vector in (throw.position, throw.velocity, throw.spin or (0.0, 0.0, 0.0))
+    )
     path = [position]
     for _ in range(round(max(times) * ROBOT.rate_hz)):
         drag = -ball.drag * np.linalg.norm(velocity) * velocity
