@@ -1,0 +1,111 @@
+"""The arm as something that holds a racket: where it can be, and how it gives way."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robot.description import RobotConfig
+from robot.model import joint_ids
+from robot.striking.chain import Chain
+from robot.striking.flight import Ball
+
+DAMPING = 1e-3
+"""Of the descent, in units of its rows, m and rad."""
+LONGEST = 0.4
+"""Longest step of a descent on one joint, rad."""
+MET_POSITION, MET_NORMAL = 1e-4, 1e-3
+"""m and rad, within which a descent has arrived."""
+TURNING = 0.02
+"""Weight of turning the normal during the strike, s², beside joint velocities as parts of their limits, both squared."""
+
+
+@dataclass(frozen=True, slots=True)
+class Racket:
+    """The striking face: radius of its strings, half of its thickness (m), whether both sides strike.
+
+    Its middle is the tool site, its normal the site's z axis.
+    """
+
+    radius: float
+    thickness: float
+    two_sided: bool = False
+
+
+class Arm:
+    """Kinematics and mobility of an arm with a racket, of many postures at once. It holds its own MuJoCo data."""
+
+    def __init__(self, config: RobotConfig, racket: Racket, ball: Ball) -> None:
+        self.config = config
+        self.racket = racket
+        self.ball = ball
+        self.limits = config.limits
+        self.chain = Chain(config)
+        self._model = config.model
+        self._data = mujoco.MjData(config.model)
+        self._data.qpos[:] = config.pose_at_home
+        joints = joint_ids(config.model, config.joint_names)
+        self._qpos = config.model.jnt_qposadr[joints]
+        self._dofs = config.model.jnt_dofadr[joints]
+        self._full = np.zeros((config.model.nv, config.model.nv))
+
+    @property
+    def offset(self) -> float:
+        """Distance of the ball's centre from the racket's middle when they touch, m."""
+        return self.ball.radius + self.racket.thickness
+
+    def descend(
+        self, positions: np.ndarray, normals: np.ndarray, seeds: np.ndarray, rounds: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return postures (n, J) near seeds (n, J) with the racket at positions and normals (n, 3), inside the ranges.
+
+        Also which of them (n,) are exact. Damped Gauss–Newton, a joint at its range held there.
+        """
+        q, (low, high) = seeds.copy(), self.limits.positions.T
+        q = np.clip(q, low, high)
+        for _ in range(rounds):
+            position, normal, moves, turns = self.chain.jacobians(q)
+            error = np.concatenate([positions - position, normals - normal], axis=1)
+            rows = np.concatenate([moves, turns], axis=1)
+            step = _least(rows, error)
+            blocked = ((q <= low) & (step < 0)) | ((q >= high) & (step > 0))
+            if blocked.any():
+                some = blocked.any(axis=1)
+                rows[some] *= ~blocked[some, None, :]
+                step[some] = _least(rows[some], error[some])
+            step *= np.minimum(1.0, LONGEST / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-9))
+            q = np.clip(q + step, low, high)
+        position, normal = self.chain.pose(q)
+        apart = np.linalg.norm(position - positions, axis=1), np.linalg.norm(normal - normals, axis=1)
+        return q, (apart[0] < MET_POSITION) & (apart[1] < MET_NORMAL)
+
+    def mobility(self, postures: np.ndarray) -> np.ndarray:
+        """Return C = J M⁻¹ Jᵀ + I/m_b (n, 3, 3), 1/kg: how racket and ball part for a unit of impulse between them."""
+        moves = self.chain.jacobians(postures)[2]
+        masses = np.array([self._mass(posture) for posture in postures])
+        return moves @ np.linalg.solve(masses, moves.transpose(0, 2, 1)) + np.eye(3) / self.ball.mass
+
+    def velocities(self, postures: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+        """Return joint velocities (n, J) that move the racket with `wanted` (n, 3), m/s, and turn it little."""
+        _, _, moves, turns = self.chain.jacobians(postures)
+        speeds = np.where(np.isfinite(self.limits.velocities), self.limits.velocities, 10.0)
+        weights = np.diag(speeds**-2.0) + TURNING * turns.transpose(0, 2, 1) @ turns
+        eased = np.linalg.solve(weights, moves.transpose(0, 2, 1))
+        inner = moves @ eased + 1e-9 * np.eye(3)
+        return (eased @ np.linalg.solve(inner, wanted[:, :, None]))[:, :, 0]
+
+    def _mass(self, posture: np.ndarray) -> np.ndarray:
+        model, data = self._model, self._data
+        data.qpos[self._qpos] = posture
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_crb(model, data)
+        mujoco.mj_fullM(model, data, self._full)
+        return self._full[np.ix_(self._dofs, self._dofs)]
+
+
+def _least(rows: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Return the shortest damped steps (n, J) with rows (n, m, J) · step = error (n, m)."""
+    turned = rows.transpose(0, 2, 1)
+    inner = rows @ turned + DAMPING**2 * np.eye(rows.shape[1])
+    return (turned @ np.linalg.solve(inner, error[:, :, None]))[:, :, 0]

@@ -1,0 +1,58 @@
+"""A hit that was chosen, and why there is none."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+Reason = Literal["no ball", "out of reach", "target", "limits", "late"]
+
+
+class NoHit(Exception):
+    """No hit was found; `reason` says which condition left none."""
+
+    def __init__(self, reason: Reason, sentence: str) -> None:
+        super().__init__(sentence)
+        self.reason: Reason = reason
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """Where a motion begins: time (s, in the ball's clock), positions, velocities, accelerations (J,)."""
+
+    time: float
+    positions: np.ndarray
+    velocities: np.ndarray
+    accelerations: np.ndarray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """A hit.
+
+    time: s, of the touch. goal_time: s, the middle of the contact, at which the arm has these positions (J,), rad, and
+    velocities (J,), rad/s. flight_time: s, from the touch to the target (3,), m, where the ball touches the surface.
+    ball, incoming, outgoing: the ball's position and velocities at the touch, before and after, (3,). wanted: the
+    velocity that the contact law is asked for; it differs from `outgoing` by what a simulation of the contact found.
+    racket_position, racket_normal, racket_velocity: in the middle of the contact, (3,), the normal on the ball's side.
+    side: 1 for the racket's front, −1 for its back. mobility: (3, 3), 1/kg. error: expected distance of the landing
+    point from the target, m. use: largest part of a limit that a quintic needs.
+    """
+
+    time: float
+    goal_time: float
+    positions: np.ndarray
+    velocities: np.ndarray
+    flight_time: float
+    target: np.ndarray
+    ball: np.ndarray
+    incoming: np.ndarray
+    outgoing: np.ndarray
+    wanted: np.ndarray
+    racket_position: np.ndarray
+    racket_normal: np.ndarray
+    racket_velocity: np.ndarray
+    side: int
+    mobility: np.ndarray
+    error: float
+    use: float

@@ -1,0 +1,100 @@
+"""What a hit does: the arm recoils, so the ball leaves as the mobility of both says.
+
+With w = v − u the velocity of the ball against the racket, n the racket's normal on the ball's side and
+C = J M⁻¹ Jᵀ + I/m_b, the impulse on the ball is C⁻¹(−(1+e) w_n n − (1−κ) w_t). See docs/striking.md.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+ROUNDS = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactLaw:
+    """Restitution e, friction κ (part of the tangential velocity that is kept), duration of the contact, s.
+
+    bias: (3,), m/s, added to the outgoing velocity: along the normal, and across it horizontally and upwards.
+    """
+
+    restitution: float
+    friction: float
+    duration: float = 0.0
+    bias: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+
+def frame(normals: np.ndarray) -> np.ndarray:
+    """Return matrices (n, 3, 3) whose columns are the normal, the horizontal and the upward direction across it."""
+    across = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], axis=1)
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    across = np.where(length > 1e-6, across / np.maximum(length, 1e-9), [0.0, 1.0, 0.0])
+    return np.stack([normals, across, np.cross(normals, across)], axis=2)
+
+
+def outgoing(
+    law: ContactLaw,
+    ball_mass: float,
+    mobility: np.ndarray,
+    incoming: np.ndarray,
+    racket: np.ndarray,
+    normals: np.ndarray,
+) -> np.ndarray:
+    """Return the velocities (n, 3) of balls after the hit: incoming, racket, normals (n, 3), mobility (n, 3, 3)."""
+    w = incoming - racket
+    along = np.sum(w * normals, axis=1, keepdims=True) * normals
+    change = -(1 + law.restitution) * along - (1 - law.friction) * (w - along)
+    impulse = np.linalg.solve(mobility, change[:, :, None])[:, :, 0]
+    return incoming + impulse / ball_mass + (frame(normals) @ law.bias)
+
+
+def derivatives(
+    law: ContactLaw,
+    ball_mass: float,
+    mobility: np.ndarray,
+    incoming: np.ndarray,
+    racket: np.ndarray,
+    normals: np.ndarray,
+) -> np.ndarray:
+    """Return the derivatives of the outgoing velocities by restitution, friction and bias, (n, 3, 5)."""
+    w = incoming - racket
+    along = np.sum(w * normals, axis=1, keepdims=True) * normals
+    sides = np.stack([-along, w - along], axis=2)
+    return np.concatenate([np.linalg.solve(mobility, sides) / ball_mass, frame(normals)], axis=2)
+
+
+def first_normal(incoming: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Return the normals (n, 3) of a racket without mobility and friction."""
+    change = wanted - incoming
+    return change / np.linalg.norm(change, axis=1, keepdims=True)
+
+
+def better_normal(
+    law: ContactLaw,
+    ball_mass: float,
+    mobility: np.ndarray,
+    incoming: np.ndarray,
+    wanted: np.ndarray,
+    normals: np.ndarray,
+) -> np.ndarray:
+    """Return normals (n, 3) with which a racket that moves along them alone gives the wanted velocities (n, 3)."""
+    for _ in range(ROUNDS):
+        change = ball_mass * (mobility @ (wanted - frame(normals) @ law.bias - incoming)[:, :, None])[:, :, 0]
+        along = np.sum(incoming * normals, axis=1, keepdims=True) * normals
+        change = change + (1 - law.friction) * (incoming - along)
+        normals = change / np.linalg.norm(change, axis=1, keepdims=True)
+    return normals
+
+
+def racket_velocity(
+    law: ContactLaw,
+    ball_mass: float,
+    mobility: np.ndarray,
+    incoming: np.ndarray,
+    wanted: np.ndarray,
+    normals: np.ndarray,
+) -> np.ndarray:
+    """Return the velocities (n, 3) of a racket of these normals that give the wanted outgoing velocities exactly."""
+    change = ball_mass * (mobility @ (wanted - frame(normals) @ law.bias - incoming)[:, :, None])[:, :, 0]
+    along = np.sum(change * normals, axis=1, keepdims=True) * normals
+    return incoming + along / (1 + law.restitution) + (change - along) / max(1 - law.friction, 0.02)

@@ -1,0 +1,210 @@
+"""What is known of a ball from where it was seen: an extended Kalman filter with bounces."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from robot.striking.flight import Ball, Court
+from robot.striking.path import Path, predict
+from robot.striking.transition import DRAG, POSITION, RESTITUTION, SIZE, VELOCITY, WIND, Transition
+
+Sight = Literal["started", "used", "contact", "rejected", "new ball"]
+
+GATE = 8.0
+"""Standard deviations, beyond which a sight is rejected; …"""
+JUMPED = 3
+"""… so many one after the other that agree are another ball."""
+FASTEST = 60.0
+"""m/s; two sights that ask for more are not of one ball."""
+LONGEST_GAP = 0.5
+"""s without a sight, after which the next one is of a new ball."""
+MARGIN_S = 0.004
+"""Sights so near to a bounce, s, are left out, and those within two standard deviations of the surface."""
+
+
+class NoBall(Exception):
+    """Nothing is known of a ball."""
+
+    def __init__(self) -> None:
+        super().__init__("no ball was seen twice; wait for two sights")
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """What is believed before the first sight: standard deviations.
+
+    position_std: of a sight, m. velocity_std: of a sight's velocity, m/s. restitution_std: of the surface.
+    drag_std: as a part of the ball's drag. wind_std: (3,), m/s². latency: how old a sight is when its time is taken, s.
+    unmodelled: of the acceleration, m/s per √s.
+    """
+
+    position_std: float = 0.005
+    velocity_std: float = 0.01
+    restitution_std: float = 0.05
+    drag_std: float = 0.1
+    wind_std: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    latency: float = 0.0
+    unmodelled: float = 0.02
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """What is known at `time` (s): mean (11,) and covariance (11, 11) of position, velocity, wind, drag, restitution.
+
+    bounces, sights: seen since the ball is followed.
+    """
+
+    time: float
+    mean: np.ndarray
+    covariance: np.ndarray
+    bounces: int
+    sights: int
+
+    @property
+    def position(self) -> np.ndarray:
+        """Position (3,), m."""
+        return self.mean[POSITION]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity (3,), m/s."""
+        return self.mean[VELOCITY]
+
+    @property
+    def restitution(self) -> float:
+        """Restitution of the surface."""
+        return float(self.mean[RESTITUTION])
+
+
+class Estimator:
+    """Follows one ball. Times are those of its sights, whose clock this is; see `Belief` for what is assumed."""
+
+    def __init__(self, ball: Ball, court: Court, belief: Belief | None = None) -> None:
+        self.ball = ball
+        self.court = court
+        self.belief = belief or Belief()
+        self._transition = Transition(ball, court.surface, self.belief.unmodelled)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the ball."""
+        self.estimate: Estimate | None = None
+        self._first: tuple[float, np.ndarray] | None = None
+        self._rejected: list[tuple[float, np.ndarray]] = []
+        self._used = -np.inf
+
+    def observe(
+        self,
+        time: float,
+        position: np.ndarray,
+        velocity: np.ndarray | None = None,
+        spin: np.ndarray | None = None,
+    ) -> Sight:
+        """Take in a sight: position (3,), m, and velocity (3,), m/s, if it is known; return what became of it.
+
+        "contact": it is too near to a bounce to say anything. "rejected": not finite, not later than the one before, or
+        where this ball cannot be. "new ball": those that were rejected agree with each other, and are followed now.
+        """
+        time = time - self.belief.latency
+        position = np.asarray(position, dtype=float)
+        velocity = None if velocity is None else np.asarray(velocity, dtype=float)
+        if not (np.isfinite(time) and np.isfinite(position).all()):
+            return "rejected"
+        if velocity is not None and not np.isfinite(velocity).all():
+            velocity = None
+        if spin is not None and np.isfinite(spin).all():
+            self._transition.spin = np.asarray(spin, dtype=float)
+        newest = self.estimate.time if self.estimate else self._first[0] if self._first else -np.inf
+        if time <= newest:
+            return "rejected"
+        if time - newest > LONGEST_GAP and np.isfinite(newest):
+            self.reset()
+        if self.estimate is None:
+            return self._start(time, position, velocity)
+        return self._follow(self.estimate, time, position, velocity)
+
+    def age(self, now: float) -> float:
+        """Return for how long (s) no sight was used; inf if none ever was."""
+        return now - self.belief.latency - self._used
+
+    def path(self, until: float) -> Path:
+        """Return where the ball will be until a time (s), or until it has bounced once more than the court allows.
+
+        Raises:
+            NoBall: it was not seen twice.
+        """
+        now = self.estimate
+        if now is None:
+            raise NoBall
+        left = max(self.court.bounces - now.bounces, 0)
+        return predict(self._transition, now.time, now.mean, now.covariance, max(until, now.time + 1e-3), left)
+
+    def _start(self, time: float, position: np.ndarray, velocity: np.ndarray | None) -> Sight:
+        belief, variance = self.belief, self.belief.position_std**2
+        mean, covariance = np.zeros(SIZE), np.zeros((SIZE, SIZE))
+        if velocity is not None:
+            mean[VELOCITY] = velocity
+            covariance[VELOCITY, VELOCITY] = np.eye(3) * belief.velocity_std**2
+        elif self._first is None:
+            self._first = time, position
+            return "started"
+        else:
+            began, first = self._first
+            gap = time - began
+            if np.linalg.norm(position - first) > FASTEST * gap + GATE * belief.position_std:
+                self._first = time, position
+                return "new ball"
+            mean[VELOCITY] = (position - first) / gap
+            mean[5] -= 9.81 * gap / 2
+            covariance[VELOCITY, VELOCITY] = np.eye(3) * (2 * variance / gap**2 + (0.5 * gap) ** 2)
+            covariance[POSITION, VELOCITY] = covariance[VELOCITY, POSITION] = np.eye(3) * variance / gap
+        mean[POSITION], mean[DRAG] = position, self.ball.drag
+        mean[RESTITUTION] = self.court.surface.restitution
+        covariance[POSITION, POSITION] = np.eye(3) * variance
+        covariance[WIND, WIND] = np.diag(np.square(belief.wind_std))
+        covariance[DRAG, DRAG] = (belief.drag_std * self.ball.drag) ** 2
+        covariance[RESTITUTION, RESTITUTION] = belief.restitution_std**2
+        self.estimate = Estimate(time, mean, covariance, 0, 1 if velocity is not None else 2)
+        self._first, self._rejected, self._used = None, [], time
+        return "started"
+
+    def _follow(self, now: Estimate, time: float, position: np.ndarray, velocity: np.ndarray | None) -> Sight:
+        mean, covariance, bounces = self._transition.advance(now.mean, now.covariance, time - now.time)
+        bounces += now.bounces
+        if self._near_bounce(now, mean, covariance, time):
+            self.estimate = Estimate(time, mean, covariance, bounces, now.sights)
+            return "contact"
+        seen = np.eye(3, SIZE) if velocity is None else np.eye(6, SIZE)
+        noise = [self.belief.position_std**2] * 3 + ([] if velocity is None else [self.belief.velocity_std**2] * 3)
+        value = position if velocity is None else np.concatenate([position, velocity])
+        beside = value - seen @ mean
+        inner = seen @ covariance @ seen.T + np.diag(noise)
+        if beside @ np.linalg.solve(inner, beside) > GATE**2 * len(value) / 3:
+            self.estimate = Estimate(time, mean, covariance, bounces, now.sights)
+            return self._reject(time, position, velocity)
+        gain = np.linalg.solve(inner, seen @ covariance).T
+        rest = np.eye(SIZE) - gain @ seen
+        covariance = rest @ covariance @ rest.T + gain * noise @ gain.T
+        self.estimate = Estimate(time, mean + gain @ beside, covariance, bounces, now.sights + 1)
+        self._rejected, self._used = [], time
+        return "used"
+
+    def _near_bounce(self, before: Estimate, mean: np.ndarray, covariance: np.ndarray, time: float) -> bool:
+        """Return whether the ball may touch the surface now."""
+        height = mean[2] - self.court.surface.height - self.ball.radius
+        return bool(height < 2 * np.sqrt(covariance[2, 2]) + abs(mean[5]) * MARGIN_S)
+
+    def _reject(self, time: float, position: np.ndarray, velocity: np.ndarray | None) -> Sight:
+        self._rejected.append((time, position))
+        if len(self._rejected) < JUMPED:
+            return "rejected"
+        (began, first), *_ = self._rejected[-JUMPED:]
+        if np.linalg.norm(position - first) > FASTEST * (time - began):
+            self._rejected = self._rejected[-JUMPED:]
+            return "rejected"
+        (began, first) = self._rejected[-2]
+        self.reset()
+        self._first = began, first
+        self._start(time, position, velocity)
+        return "new ball"

@@ -1,0 +1,131 @@
+"""What hits teach: restitution, friction and bias of the contact law, from the balls that fly away."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from robot.striking.choice import Choice
+from robot.striking.contact import ContactLaw, derivatives, outgoing
+from robot.striking.flight import Air, Ball, travel
+
+PRIOR_STD = np.array([0.1, 0.05, 0.05, 0.05, 0.05])
+"""Of restitution, friction, and bias (m/s) along the normal, across it horizontally and upwards, before the first hit."""
+
+DRIFT_STD = np.array([0.003, 0.002, 0.003, 0.003, 0.003])
+"""How much they change from hit to hit."""
+
+NOISE = 0.05
+"""Standard deviation of an outgoing velocity that no law explains, as a part of the change of velocity."""
+
+OUTLIER = 5.0
+"""Standard deviations; a ball that leaves farther from the prediction was not hit by the strings, and teaches nothing."""
+
+LOWEST, HIGHEST = np.array([-0.9, -1.0, -1.0, -1.0, -1.0]), np.array([1.5, 1.0, 1.0, 1.0, 1.0])
+
+
+class LearningError(ValueError):
+    """A file of a learned law that cannot be read; `str()` is a sentence."""
+
+
+@dataclass(slots=True, eq=False)
+class Learner:
+    """A Kalman filter of the contact law. law: the newest. covariance: (5, 5), of `PRIOR_STD`'s quantities."""
+
+    law: ContactLaw
+    covariance: np.ndarray
+    hits: int = 0
+
+    @staticmethod
+    def of(law: ContactLaw) -> "Learner":
+        """Return one that has seen no hit and begins with this law."""
+        return Learner(law, np.diag(PRIOR_STD**2))
+
+    def observe(
+        self, choice: Choice, ball_mass: float, left: np.ndarray, std: float = 0.02, beside: np.ndarray | None = None
+    ) -> bool:
+        """Take in the velocity `left` (3,), m/s, with which a ball left the hit `choice`; return whether it counts.
+
+        std: of each of its components, m/s. beside: (3,), m/s, what a simulated contact adds to the law.
+        """
+        law = self.law
+        state = choice.mobility[None], choice.incoming[None], choice.racket_velocity[None], choice.racket_normal[None]
+        missed = left - outgoing(law, ball_mass, *state)[0] - (0.0 if beside is None else beside)
+        slope = derivatives(law, ball_mass, *state)[0]
+        prior = self.covariance + np.diag(DRIFT_STD**2)
+        unexplained = std**2 + (NOISE * float(np.linalg.norm(choice.outgoing - choice.incoming))) ** 2
+        inner = slope @ prior @ slope.T + unexplained * np.eye(3)
+        if not np.isfinite(missed).all() or missed @ np.linalg.solve(inner, missed) > OUTLIER**2:
+            return False
+        gain = np.linalg.solve(inner, slope @ prior).T
+        self.covariance = prior - gain @ slope @ prior
+        found = np.array([law.restitution, law.friction, *law.bias]) + gain @ missed
+        found = np.clip(found, LOWEST, HIGHEST)
+        self.law = ContactLaw(float(found[0]), float(found[1]), law.duration, found[2:])
+        self.hits += 1
+        return True
+
+
+def left_with(
+    times: Sequence[float], positions: np.ndarray, hit: float, ball: Ball, air: Air
+) -> tuple[np.ndarray, float] | None:
+    """Return the velocity (3,) at the time `hit` of a ball that was then seen at positions (n, 3), and its std (m/s).
+
+    By least squares over sights after the hit and before the next bounce; None where fewer than three were given.
+    """
+    if len(times) < 3:
+        return None
+    t = np.asarray(times, dtype=float) - hit
+    velocity, place = np.zeros(3), np.zeros(3)
+    rows = np.stack([np.ones_like(t), t], axis=1)
+    for _ in range(3):
+        expected, _ = travel(ball, air, np.tile(place, (len(t), 1)), np.tile(velocity, (len(t), 1)), t)
+        change, *_ = np.linalg.lstsq(rows, positions - expected, rcond=None)
+        place, velocity = place + change[0], velocity + change[1]
+    expected, _ = travel(ball, air, np.tile(place, (len(t), 1)), np.tile(velocity, (len(t), 1)), t)
+    residual = float(np.sqrt(np.sum((positions - expected) ** 2) / (3 * len(t) - 6 or 1)))
+    return velocity, residual * float(np.sqrt(np.linalg.inv(rows.T @ rows)[1, 1]))
+
+
+def write(path: Path, robot: str, learner: Learner) -> None:
+    """Write what was learned of a robot, as JSON; the file is replaced at once."""
+    law = learner.law
+    found = {
+        "robot": robot,
+        "restitution": law.restitution,
+        "friction": law.friction,
+        "duration": law.duration,
+        "bias": law.bias.tolist(),
+        "covariance": learner.covariance.tolist(),
+        "hits": learner.hits,
+    }
+    partial = path.with_suffix(path.suffix + ".part")
+    partial.write_text(json.dumps(found, indent=2) + "\n")
+    partial.replace(path)
+
+
+def read(path: Path, robot: str) -> Learner | None:
+    """Return what was learned of a robot, None where there is no such file.
+
+    Raises:
+        LearningError: the file is of another robot, or malformed.
+    """
+    try:
+        text = path.read_text()
+    except FileNotFoundError:
+        return None
+    try:
+        found = json.loads(text)
+        numbers = np.array([found["restitution"], found["friction"], *found["bias"]], dtype=float)
+        covariance, duration = np.array(found["covariance"], dtype=float), float(found["duration"])
+        hits, name = int(found["hits"]), found["robot"]
+        sound = numbers.shape == (5,) and covariance.shape == (5, 5) and np.isfinite(covariance).all()
+    except (ValueError, KeyError, TypeError) as error:
+        raise LearningError(f"{path}: is no learned contact law ({error}); delete it to learn again") from error
+    if name != robot:
+        raise LearningError(f"{path}: belongs to the robot {name!r}, not to {robot!r}; give each robot its own file")
+    if not (sound and (numbers >= LOWEST).all() and (numbers <= HIGHEST).all() and 0 <= duration < 1):
+        raise LearningError(f"{path}: holds values outside their ranges; delete it to learn again")
+    return Learner(ContactLaw(numbers[0], numbers[1], duration, numbers[2:]), covariance, hits)

@@ -1,0 +1,95 @@
+"""Where a ball will be: predicted states with their spread."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robot.striking.flight import STEP_S, Air
+from robot.striking.transition import POSITION, VELOCITY, Transition
+
+LOW = 0.3
+"""A ball that leaves a bounce more slowly than this, m/s, is taken to roll."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """Predicted states of a ball at n times: s, in the clock of its sights; before and after each bounce there is one.
+
+    positions, velocities: (n, 3), m, m/s. covariances: (n, 6, 6), of both. bounces: (n,), made until then since the
+    prediction began. air: what acts on it.
+    """
+
+    times: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    covariances: np.ndarray
+    bounces: np.ndarray
+    air: Air
+
+    @property
+    def spreads(self) -> np.ndarray:
+        """Standard deviations of the positions, (n, 3), m."""
+        return np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2)[:, :3])
+
+    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions and velocities (m, 3) at times (m,) inside the path, by cubic interpolation."""
+        k = self._before(times)
+        width = np.maximum(self.times[k + 1] - self.times[k], 1e-12)[:, None]
+        u = np.clip((times - self.times[k])[:, None] / width, 0.0, 1.0)
+        p, q, v, w = (
+            self.positions[k],
+            self.positions[k + 1],
+            self.velocities[k] * width,
+            self.velocities[k + 1] * width,
+        )
+        bounded = (self.bounces[k] == self.bounces[k + 1])[:, None]
+        a, b = 3 * (q - p) - 2 * v - w, 2 * (p - q) + v + w
+        positions = np.where(bounded, p + u * (v + u * (a + u * b)), p + u * (q - p))
+        velocities = np.where(bounded, (v + u * (2 * a + 3 * u * b)) / width, self.velocities[k])
+        return positions, velocities
+
+    def covariance(self, times: np.ndarray) -> np.ndarray:
+        """Return the covariances (m, 6, 6) at the nearest times of the path before `times` (m,)."""
+        return self.covariances[self._before(times)]
+
+    def bounced(self, times: np.ndarray) -> np.ndarray:
+        """Return the number of bounces made until times (m,); a half one within a contact."""
+        k = self._before(times)
+        return (self.bounces[k] + self.bounces[k + 1]) / 2
+
+    def _before(self, times: np.ndarray) -> np.ndarray:
+        return np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
+
+
+def predict(
+    transition: Transition, time: float, mean: np.ndarray, covariance: np.ndarray, until: float, bounces: int
+) -> Path:
+    """Return the path of a ball from `time` to `until` (s), or to the bounce after so many `bounces`."""
+    states = [(time, mean, covariance, 0)]
+    done, dwell = 0, transition.dwell
+    while time < until - 1e-9:
+        step = min(STEP_S, until - time)
+        fall = transition.time_to_bounce(mean, step)
+        mean, covariance = transition.fly(mean, covariance, step if fall is None else fall)
+        time += step if fall is None else fall
+        states.append((time, mean, covariance, done))
+        if fall is not None:
+            if done == bounces:
+                break
+            mean, covariance = transition.bounce(mean, covariance)
+            time += dwell
+            done += 1
+            states.append((time, mean, covariance, done))
+            if mean[5] < LOW:
+                break
+    if len(states) == 1:
+        states.append((time + 1e-6, mean, covariance, done))
+    means = np.array([state[1] for state in states])
+    return Path(
+        np.array([state[0] for state in states]),
+        means[:, POSITION],
+        means[:, VELOCITY],
+        np.array([state[2][:6, :6] for state in states]),
+        np.array([state[3] for state in states]),
+        transition.air(means[0]),
+    )

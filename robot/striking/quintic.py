@@ -1,0 +1,55 @@
+"""A quick estimate of how much of its limits an arm needs for many motions: quintics between their ends."""
+
+import numpy as np
+
+from motion.limits import Limits
+
+SAMPLES = 20
+
+
+def _basis() -> np.ndarray:
+    """Return the Hermite quintics and their derivatives at the samples, (4 derivatives, samples, 4 of the 6).
+
+    Those of the start's velocity and acceleration, of the way, and of the final velocity, in normalised time.
+    """
+    s = np.linspace(0.0, 1.0, SAMPLES)
+    coefficients = [
+        [0, 1, 0, -6, 8, -3],
+        [0, 0, 0.5, -1.5, 1.5, -0.5],
+        [0, 0, 0, 10, -15, 6],
+        [0, 0, 0, -4, 7, -3],
+    ]
+    polynomials = [np.polynomial.Polynomial(c) for c in coefficients]
+    return np.array([[p.deriv(n)(s) if n else p(s) for p in polynomials] for n in range(4)]).transpose(0, 2, 1)
+
+
+_BASIS = _basis()
+
+
+def quintic_use(
+    limits: Limits,
+    start: tuple[np.ndarray, np.ndarray, np.ndarray],
+    positions: np.ndarray,
+    velocities: np.ndarray,
+    durations: np.ndarray,
+) -> np.ndarray:
+    """Return the largest part (n,) of any limit that motions from `start` to final states (n, J) need, with their stop.
+
+    start: positions, velocities, accelerations (J,). durations: (n,), s. The final acceleration is 0. A position limit
+    that is kept counts as 0, one that is passed as more than 1.
+    """
+    q, v, a = start
+    t = durations[:, None]
+    ends = np.stack([t * v, t * t * a, positions - q, t * velocities], axis=1)
+    scale = np.stack([limits.velocities, limits.accelerations, limits.jerks])
+    use = np.zeros(len(t))
+    for n in (1, 2, 3):
+        values = np.abs(np.tensordot(ends, _BASIS[n], axes=(1, 1))).max(axis=2)
+        use = np.maximum(use, (values / (t**n * scale[n - 1])).max(axis=1))
+    way = q[:, None] + np.tensordot(ends, _BASIS[0], axes=(1, 1))
+    speed = np.abs(velocities)
+    stop = np.sign(velocities) * speed * (speed / limits.accelerations + limits.accelerations / limits.jerks) / 2
+    way = np.concatenate([way, (positions + stop)[:, :, None]], axis=2)
+    low, high = limits.positions.T[:, :, None]
+    outside = ((way < low - 1e-9) | (way > high + 1e-9)).any(axis=(1, 2))
+    return np.where(outside, np.maximum(use, 2.0), use)
