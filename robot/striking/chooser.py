@@ -119,6 +119,9 @@ class Chooser:
         positions, incoming = path.at(times)
         goal = target + [0.0, 0.0, ball.radius]
         wanted, arrivals = aim(ball, path.air, positions, goal, flights)
+        # During the contact the ball moves with the mean of both velocities.
+        leaves = positions + (incoming - wanted) * self.law.duration / 2
+        wanted, arrivals = aim(ball, path.air, leaves, goal, flights)
         clears = arrivals[:, 2] < 0
         if net is not None:
             clears &= above_net(ball, path.air, net, positions, wanted, flights) >= self._court.clearance

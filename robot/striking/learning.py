@@ -12,7 +12,7 @@ from robot.striking.contact import ContactLaw, derivatives, outgoing
 from robot.striking.flight import Air, Ball, travel
 
 PRIOR_STD = np.array([0.1, 0.05, 0.05, 0.05, 0.05])
-"""Of restitution, friction, and bias (m/s) along the normal, across it horizontally and upwards, before the first hit."""
+"""Of restitution, friction, and bias (m/s: along the normal, across it horizontally and upwards) before the first hit."""
 
 DRIFT_STD = np.array([0.003, 0.002, 0.003, 0.003, 0.003])
 """How much they change from hit to hit."""
@@ -21,7 +21,7 @@ NOISE = 0.05
 """Standard deviation of an outgoing velocity that no law explains, as a part of the change of velocity."""
 
 OUTLIER = 5.0
-"""Standard deviations; a ball that leaves farther from the prediction was not hit by the strings, and teaches nothing."""
+"""Standard deviations; a ball that leaves farther from the prediction missed the strings, and teaches nothing."""
 
 LOWEST, HIGHEST = np.array([-0.9, -1.0, -1.0, -1.0, -1.0]), np.array([1.5, 1.0, 1.0, 1.0, 1.0])
 

@@ -1,0 +1,79 @@
+"""The contact law of a robot, from simulated hits."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robot.striking.arm import Arm
+from robot.striking.choice import Choice
+from robot.striking.contact import ContactLaw, derivatives, outgoing
+from robot.striking.reachability import Reachability
+from robot.striking.simulated_contact import SimulatedContact
+
+HITS = 300
+CLOSING = (2.0, 8.0)
+"""m/s, speeds with which ball and racket meet."""
+SLANT = 0.5
+"""Largest tangential speed as a part of the closing speed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """A contact law, the number of hits, and the rms distance (m/s) of their outgoing velocities from it."""
+
+    law: ContactLaw
+    hits: int
+    rms: float
+
+
+def calibrate(arm: Arm, reachability: Reachability, contact: SimulatedContact, hits: int = HITS) -> Calibration:
+    """Fit a law to hits in random postures of the table, with random velocities, always the same.
+
+    Raises:
+        ValueError: fewer than ten hits touched the ball.
+    """
+    rng = np.random.default_rng(0)
+    rows, beside, durations, cases = [], [], [], []
+    plain = ContactLaw(0.0, 0.0)
+    for index in rng.integers(len(reachability.postures), size=hits):
+        choice = _hit(arm, reachability.postures[index], rng)
+        touch = contact.hit(choice, float(rng.uniform()))
+        if touch is None:
+            continue
+        case = choice.mobility[None], choice.incoming[None], choice.racket_velocity[None], choice.racket_normal[None]
+        rows.append(derivatives(plain, arm.ball.mass, *case)[0, :, :2])
+        beside.append(touch.velocity - outgoing(plain, arm.ball.mass, *case)[0])
+        durations.append(touch.duration)
+        cases.append(choice)
+    if len(rows) < 10:
+        raise ValueError(
+            f"only {len(rows)} of {hits} simulated hits met the ball; check the racket's size and its tool site"
+        )
+    slope, value = np.concatenate(rows), np.concatenate(beside)
+    for _ in range(2):  # Once more without the hits that met something else than the strings.
+        (e, kappa), *_ = np.linalg.lstsq(slope, value, rcond=None)
+        missed = np.linalg.norm((value - slope @ [e, kappa]).reshape(-1, 3), axis=1)
+        good = np.repeat(missed < 4 * np.median(missed), 3)
+        slope, value = slope[good], value[good]
+    rms = float(np.sqrt(np.mean((value - slope @ [e, kappa]) ** 2) * 3))
+    return Calibration(ContactLaw(float(e), float(kappa), float(np.median(durations))), len(value) // 3, rms)
+
+
+def _hit(arm: Arm, posture: np.ndarray, rng: np.random.Generator) -> Choice:
+    position, axis = (value[0] for value in arm.chain.pose(posture[None]))
+    side = -1 if arm.racket.two_sided and rng.uniform() < 0.5 else 1
+    normal = side * axis
+    closing = rng.uniform(*CLOSING)
+    across = rng.normal(size=3)
+    across -= across @ normal * normal
+    across *= rng.uniform(0, SLANT) * closing / np.linalg.norm(across)
+    racket = rng.uniform(0.1, 0.6) * closing * normal
+    speeds = arm.velocities(posture[None], racket[None])[0]
+    racket = arm.chain.jacobians(posture[None])[2][0] @ speeds
+    incoming = racket - closing * normal + across
+    place, zero = position + arm.offset * normal, np.zeros(3)
+    mobility = arm.mobility(posture[None])[0]
+    return Choice(
+        *(0.0, 0.0, posture, speeds, 1.0, zero, place, incoming, zero, zero),
+        *(position, normal, racket, side, mobility, 0.0, 0.0),
+    )

@@ -1,0 +1,109 @@
+"""A hit in simulation: MuJoCo's steps of the contact alone, as a finer model than the contact law."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robot.description import RobotConfig
+from robot.model import joint_ids
+from robot.striking.choice import Choice
+from robot.striking.contact import ContactLaw, outgoing
+from robot.striking.flight import GRAVITY
+
+LONGEST_S = 0.04
+"""A contact that lasts longer, s, is given up."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Touch:
+    """The ball after a simulated hit, led back to the time of the touch: position, velocity (3,), duration (s)."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    duration: float
+
+
+class SimulatedContact:
+    """Simulates hits with the robot's own model. It holds its own model and data: use one a thread.
+
+    ball: the ball's body, on a free joint or on three slides along the axes of the world. law: which its result is
+    compared with. phases: parts of a simulation step, from its begin to the touch, that are averaged; none: that of
+    the hit's own time, for a ball whose flight is known exactly.
+    """
+
+    def __init__(
+        self, config: RobotConfig, ball: str, law: ContactLaw, offset: float, phases: tuple[float, ...] = (0.25, 0.75)
+    ) -> None:
+        self.law = law
+        self.phases = phases
+        self._model = model = config.load_model()
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+        self._data = mujoco.MjData(model)
+        self._pose = config.pose_at_home
+        joints = joint_ids(model, config.joint_names)
+        self._qpos, self._dofs = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
+        body = model.body(ball).id
+        first = int(model.body_jntadr[body])
+        free = model.jnt_type[first] == int(mujoco.mjtJoint.mjJNT_FREE)
+        self._origin = np.zeros(3) if free else model.body_pos[body].copy()
+        self._ball_qpos = slice(int(model.jnt_qposadr[first]), int(model.jnt_qposadr[first]) + 3)
+        self._ball_dofs = slice(int(model.jnt_dofadr[first]), int(model.jnt_dofadr[first]) + 3)
+        self._geoms = range(int(model.body_geomadr[body]), int(model.body_geomadr[body] + model.body_geomnum[body]))
+        self._mass = float(model.body_mass[body])
+        self._offset = offset
+
+    def __call__(self, choice: Choice) -> np.ndarray:
+        """Return by how much (3,), m/s, the velocity after a hit differs from the law's; 0 where nothing is met.
+
+        Where the ball leaves from another place than the law says, the difference counts that over its flight.
+        """
+        step = self._model.opt.timestep
+        law = self.law
+        state = choice.mobility[None], choice.incoming[None], choice.racket_velocity[None], choice.racket_normal[None]
+        expected = outgoing(law, self._mass, *state)[0]
+        from_here = choice.ball + (choice.incoming - expected) * law.duration / 2
+        found = []
+        for phase in self.phases or ((choice.time / step) % 1.0,):
+            touch = self.hit(choice, phase)
+            if touch is not None:
+                found.append(touch.velocity - expected + (touch.position - from_here) / choice.flight_time)
+        return np.mean(found, axis=0) if found else np.zeros(3)
+
+    def hit(self, choice: Choice, phase: float) -> Touch | None:
+        """Simulate a hit whose touch is `phase` of a step after the first step begins; None where nothing is met."""
+        model, data, step = self._model, self._data, self._model.opt.timestep
+        before = phase * step
+        mujoco.mj_resetData(model, data)
+        data.qpos[:] = self._pose
+        back = choice.goal_time - choice.time + before
+        data.qpos[self._qpos] = choice.positions - back * choice.velocities
+        data.qvel[self._dofs] = choice.velocities
+        data.qpos[self._ball_qpos] = choice.ball - before * choice.incoming - self._origin
+        data.qvel[self._ball_dofs] = choice.incoming
+        mujoco.mj_forward(model, data)
+        held = (data.qfrc_bias - data.qfrc_passive)[self._dofs]
+        data.qfrc_applied[self._dofs] = held
+        began = False
+        for count in range(1, int(LONGEST_S / step) + 1):
+            mujoco.mj_step(model, data)
+            touching = self._touching()
+            if began and not touching:
+                return self._touch(count * step - before)
+            began = began or touching
+        return None
+
+    def _touching(self) -> bool:
+        return any(
+            contact.geom1 in self._geoms or contact.geom2 in self._geoms
+            for contact in self._data.contact[: self._data.ncon]
+        )
+
+    def _touch(self, after: float) -> Touch:
+        """Return the ball of now led back by `after` (s)."""
+        gravity = np.array([0.0, 0.0, -GRAVITY])
+        velocity = self._data.qvel[self._ball_dofs] - gravity * after
+        position = self._data.qpos[self._ball_qpos] + self._origin
+        # The contacts of a step are those before it, so the ball has been free for half a step to one and a half.
+        duration = max(after - 1.5 * self._model.opt.timestep, 0.0)
+        return Touch(position - velocity * after - gravity * after**2 / 2, velocity, duration)
