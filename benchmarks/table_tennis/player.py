@@ -2,7 +2,7 @@
 
 import time as clock
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from pathlib import Path as Folder
 from typing import Any
 
 import mujoco
@@ -13,6 +13,7 @@ from benchmarks.table_tennis.scene import BALL, CONTROL_S, GEARS, OFFSET, RACKET
 from motion.demonstration import Demonstration
 from motion.primitive import Primitive, learn
 from robot.model import joint_ids
+from robot.motion_check import Collides, MotionCheck
 from robot.striking.arm import Arm
 from robot.striking.calibration import calibrate
 from robot.striking.choice import Choice, NoHit, State
@@ -21,6 +22,7 @@ from robot.striking.contact import ContactLaw
 from robot.striking.estimator import Belief, Estimator
 from robot.striking.flight import Air
 from robot.striking.learning import Learner, left_with
+from robot.striking.path import Path
 from robot.striking.reachability import Reachability
 from robot.striking.simulated_contact import SimulatedContact
 
@@ -28,6 +30,8 @@ FIRST_S = 0.1
 """The first choice is made then, …"""
 LATENCY_S = 0.008
 """… and a new motion begins so long after the sight it is made from."""
+CANDIDATES = 24
+"""Hits that are planned one after the other until one is inside the limits and touches nothing."""
 UNTIL_S = 0.05
 """No correction begins later before the touch."""
 OMEGA, DAMPING = 40.0, 1.4
@@ -54,6 +58,7 @@ class Variant:
     earliest: float = 0.0
     wind: bool = False
     simulated: bool = True
+    options: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -69,14 +74,14 @@ class Ball:
     corrections: int = 0
     refused: int = 0
     first_ms: float = np.nan
-    correction_ms: list[float] = field(default_factory=list)
+    correction_ms: list[float] = field(default_factory=list, repr=False)
     note: str = ""
 
 
 class Player:
     """Plays one variant. seed: of the noise, and of which way beliefs are wrong."""
 
-    def __init__(self, variant: Variant, folder: Path, seed: int) -> None:
+    def __init__(self, variant: Variant, folder: Folder, seed: int) -> None:
         self.variant = variant
         self._rng = np.random.default_rng(seed)
         self._env: Any = environment(variant.environment)
@@ -97,9 +102,10 @@ class Player:
             self._table,
             court(),
             believed,
-            Options(),
+            Options(**variant.options),
             self._contact if variant.simulated else None,
         )
+        self._check = MotionCheck(config)
         self._model = self._env.unwrapped.model
         self._data = mujoco.MjData(self._model)
         joints = joint_ids(self._model, config.joint_names)
@@ -168,15 +174,15 @@ class Player:
         begin = now + LATENCY_S
         began = clock.thread_time()
         try:
-            path = estimator.path(now + 1.5)
+            path = estimator.path(now + 1.5 if last is None else last.time + 0.1)
             if last is None:
                 home = self._config.home
                 start = State(begin, home, np.zeros_like(home), np.zeros_like(home))
-                choices = self._chooser.choose(path, start, target, earliest=self.variant.earliest)
+                choices = self._first(path, start, target)
                 phase = 0.0
             else:
                 start = motions[-1].state(begin)
-                choices = [self._chooser.correct(path, start, target, last)]
+                choices = self._chooser.correct(path, start, target, last)
                 phase = motions[-1].phase_at(begin)
         except NoHit as error:
             result.note = error.reason
@@ -187,8 +193,12 @@ class Player:
             result.first_ms = spent
         else:
             result.correction_ms.append(spent)
-        for choice in choices:
-            motion = make_motion(self.variant.method, self.primitive, self._limits, start, choice, phase)
+        for rank, choice in enumerate(choices):
+            motion = self._motion(start, choice, phase)
+            if motion is not None and last is None and rank:
+                finer = self._chooser.refined(choice, start)
+                again = self._motion(start, finer, phase)
+                choice, motion = (choice, motion) if again is None else (finer, again)
             if motion is not None:
                 motions.append(motion)
                 result.planned = True
@@ -197,6 +207,25 @@ class Player:
         result.refused += 1
         result.note = "plan"
         return None
+
+    def _motion(self, start: State, choice: Choice, phase: float) -> Motion | None:
+        """Return the motion to a hit, None where it is refused, or the arm touched itself or the table."""
+        motion = make_motion(self.variant.method, self.primitive, self._limits, start, choice, phase)
+        try:
+            if motion is not None:
+                self._check.check(motion.trajectory, motion.trajectory.duration, torque=False)
+        except Collides:
+            return None
+        return motion
+
+    def _first(self, path: Path, start: State, target: np.ndarray) -> list[Choice]:
+        """Return hits not sooner than the variant asks for, as near to that as there are any."""
+        for earliest in np.arange(self.variant.earliest, 0.7, -0.05):
+            try:
+                return self._chooser.choose(path, start, target, earliest=float(earliest), count=CANDIDATES)
+            except NoHit:
+                continue
+        return self._chooser.choose(path, start, target, count=CANDIDATES)
 
     def _action(self, observation: np.ndarray, motions: list[Motion], now: float) -> np.ndarray:
         """Return the torques, as parts of the motors' own, that track the reference over the coming 8 ms."""
@@ -235,8 +264,7 @@ class Player:
         if found is None:
             return
         velocity, std = found
-        beside = self._contact(choice)
-        self.learner.observe(choice, BALL.mass, velocity, max(std, 0.02), beside)
+        self.learner.observe(choice, BALL.mass, velocity, max(std, 0.02), choice.beside)
 
     def _demonstration(self) -> Primitive:
         """Return a strike at a ball in the middle, as a quintic: what a person would show."""

@@ -1,6 +1,7 @@
 """The arm as something that holds a racket: where it can be, and how it gives way."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -49,6 +50,13 @@ class Arm:
         self._dofs = config.model.jnt_dofadr[joints]
         self._full = np.zeros((config.model.nv, config.model.nv))
 
+    @cached_property
+    def fixed(self) -> np.ndarray:
+        """Points on joints' axes that no joint moves, (n, 3), m: the base and the shoulder."""
+        low, high = np.where(np.isfinite(self.limits.positions), self.limits.positions, [-1.0, 1.0]).T
+        anchors = self.chain.anchors(np.stack([self.config.home, 0.7 * low + 0.3 * high, 0.4 * low + 0.6 * high]))
+        return anchors[0][np.ptp(anchors, axis=0).max(axis=1) < 1e-9]
+
     @property
     def offset(self) -> float:
         """Distance of the ball's centre from the racket's middle when they touch, m."""
@@ -82,7 +90,7 @@ class Arm:
     def mobility(self, postures: np.ndarray) -> np.ndarray:
         """Return C = J M⁻¹ Jᵀ + I/m_b (n, 3, 3), 1/kg: how racket and ball part for a unit of impulse between them."""
         moves = self.chain.jacobians(postures)[2]
-        masses = np.array([self._mass(posture) for posture in postures])
+        masses = np.array([self._mass(posture) for posture in postures]).reshape(-1, *[postures.shape[1]] * 2)
         return moves @ np.linalg.solve(masses, moves.transpose(0, 2, 1)) + np.eye(3) / self.ball.mass
 
     def velocities(self, postures: np.ndarray, wanted: np.ndarray) -> np.ndarray:

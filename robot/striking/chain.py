@@ -52,6 +52,10 @@ class Chain:
         position, _, turns = self._forward(postures)
         return position, turns[:, :, 2]
 
+    def anchors(self, postures: np.ndarray) -> np.ndarray:
+        """Return points on the joints' axes in postures (n, J), from the base on, (n, joints, 3)."""
+        return np.stack([anchor for _, anchor, _, _ in self._forward(postures)[1]], axis=1)
+
     def jacobians(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return positions, z axes (n, 3), and their derivatives by the joints, (n, 3, J) each."""
         position, joints, turns = self._forward(postures)

@@ -24,9 +24,11 @@ class Options:
     """How hits are searched for.
 
     time_step, flights: candidates, s. soonest: shortest motion, s. seeds: postures for each. farthest: of a seed, m.
-    most: candidates that are looked at closely. use: largest part of a limit in the quick estimate. time_shifts,
-    flight_shifts: what a correction tries, s; shift_cost: m of landing error that a second of the first is worth.
-    rounds: of a simulated contact.
+    most: candidates that are looked at closely. use: largest part of a limit in the quick estimate; first_use,
+    last_use: of what the choice and a correction leave to the planner, after all others. time_shifts, flight_shifts: what a correction tries, s; shift_cost: m of landing error that a second of the first is worth.
+    rounds: of a simulated contact. settled: s after a bounce, until when young_cost counts, in m of
+    landing error a m of the ball's spread; use_cost: the same for all of the limits. keep_off: m; no hit
+    after the ball came so near to the arm's base.
     """
 
     time_step: float = 0.025
@@ -36,10 +38,16 @@ class Options:
     farthest: float = 0.25
     most: int = 260
     use: float = 0.97
+    first_use: float = 1.4
+    last_use: float = 2.5
     time_shifts: tuple[float, ...] = (-0.06, -0.03, -0.01, 0.0, 0.01, 0.03, 0.06)
     flight_shifts: tuple[float, ...] = (-0.1, -0.05, 0.0, 0.05, 0.1)
     shift_cost: float = 0.1
     rounds: int = 2
+    settled: float = 0.3
+    young_cost: float = 3.0
+    use_cost: float = 1.0
+    keep_off: float = 0.25
 
 
 class Chooser:
@@ -90,13 +98,17 @@ class Chooser:
         times = times[path.bounced(times) % 1 == 0] if len(times) else times
         if not len(times):
             raise NoHit("late", f"the ball is gone before the arm could move for {options.soonest:g} s")
+        times = times[times < self._blocked(path)]
+        if not len(times):
+            raise NoHit("out of reach", "the ball's path meets the arm's base before the arm could move")
         shots = self._shots(path, np.repeat(times, len(flights)), np.tile(flights, len(times)), target)
-        return self._best(self._seeded(shots, start), start, target, path, count, None)
+        return self._best(self._seeded(shots, start), start, target, count, None)
 
-    def correct(self, path: Path, start: State, target: np.ndarray, last: Choice) -> Choice:
-        """Return the hit near `last` with the least expected landing error, for a ball that is known better now.
+    def correct(self, path: Path, start: State, target: np.ndarray, last: Choice, count: int = 4) -> list[Choice]:
+        """Return hits near `last` as `choose` does, for a ball that is known better now.
 
-        start: where the corrected motion begins.
+        start: where the corrected motion begins. Hits that a quintic cannot reach inside the limits come last, the
+        easiest first: the planner may find a motion.
 
         Raises:
             NoHit: there is none.
@@ -110,8 +122,33 @@ class Chooser:
         flights = np.maximum(last.flight_time + np.array(options.flight_shifts), 0.1)
         shots = self._shots(path, np.repeat(times, len(flights)), np.tile(flights, len(times)), target)
         seeds = np.broadcast_to(last.positions, (len(shots), len(last.positions)))
-        shots = replace(shots, sides=np.full(len(shots), last.side), seeds=seeds)
-        return self._best(shots, start, target, path, 1, last)[0]
+        sides = np.full(len(shots), last.side)
+        shots = replace(shots, wanted=shots.wanted - last.beside, sides=sides, seeds=seeds)
+        return self._best(shots, start, target, count, last)
+
+    def refined(self, choice: Choice, start: State) -> Choice:
+        """Return the choice with the law asked for what the simulated contact turns into the wanted velocity.
+
+        `choose` does this for the first of its hits.
+        """
+        if self.simulate is None:
+            return choice
+        nothing = np.zeros((1, 3))
+        rows = [[choice.time], [choice.flight_time], [np.inf], choice.ball[None], choice.incoming[None]]
+        best = choice
+        for _ in range(self._options.rounds):
+            beside = self.simulate(best)
+            wanted, sides = (choice.outgoing - beside)[None], [choice.side]
+            tail = np.zeros((1, 6, 6)), wanted, nothing, sides, best.positions[None]
+            asked = Shots(*(np.asarray(value, dtype=float) for value in (*rows, *tail)))
+            hits = solve(self._arm, self.law, asked)
+            if not len(hits):
+                break
+            use = float(self._use(hits, asked, start)[0])
+            if use > 1:
+                break
+            best = self._choice(hits, asked, 0, choice.target, choice.error, use, beside)
+        return best
 
     def _shots(self, path: Path, times: np.ndarray, flights: np.ndarray, target: np.ndarray) -> Shots:
         """Return all shots to the target that clear the net. Raises NoHit where none does."""
@@ -129,8 +166,16 @@ class Chooser:
             raise NoHit("target", "no flight from the ball's path to the target comes down on it and clears the net")
         nothing = np.zeros((len(times), 0))
         covariances = path.covariance(times)
-        shots = Shots(times, flights, positions, incoming, covariances, wanted, arrivals, np.ones(len(times)), nothing)
+        ages = path.since_bounce(times)
+        sides = np.ones(len(times))
+        shots = Shots(times, flights, ages, positions, incoming, covariances, wanted, arrivals, sides, nothing)
         return shots.take(np.flatnonzero(clears))
+
+    def _blocked(self, path: Path) -> float:
+        """Return when (s) the ball comes near to the arm's base; inf if it does not."""
+        away = np.linalg.norm(path.positions[:, None] - self._arm.fixed, axis=2).min(axis=1, initial=np.inf)
+        near = np.flatnonzero(away < self._options.keep_off)
+        return float(path.times[near[0]]) if len(near) else np.inf
 
     def _seeded(self, shots: Shots, start: State) -> Shots:
         """Return the shots with postures to search from, those nearest to one of the table. Raises NoHit."""
@@ -150,33 +195,51 @@ class Chooser:
         picked = shots.take(rows % len(shots))
         return replace(picked, sides=signs[rows], seeds=seeds.reshape(-1, seeds.shape[2])[order])
 
-    def _best(
-        self, shots: Shots, start: State, target: np.ndarray, path: Path, count: int, last: Choice | None
-    ) -> list[Choice]:
+    def _best(self, shots: Shots, start: State, target: np.ndarray, count: int, last: Choice | None) -> list[Choice]:
+        options = self._options
         hits = solve(self._arm, self.law, shots)
         if not len(hits):
             raise NoHit("out of reach", "no posture has the racket where the ball comes by, turned to the target")
         use = self._use(hits, shots, start)
-        good = np.flatnonzero(use <= self._options.use)
-        if not len(good):
+        most = options.first_use if last is None else options.last_use
+        if use.min() > most:
             raise NoHit("limits", f"the easiest hit needs {use.min():.2f} of the arm's limits")
-        hits, use = hits.take(good), use[good]
         error = landing_error(self.law, self._arm, hits, shots)
-        cost = error
-        if last is not None:
-            cost = error + self._options.shift_cost * np.abs(shots.times[hits.shots] - last.time)
-        order = np.argsort(cost, kind="stable")[:count]
-        choices = [self._choice(hits, shots, int(row), target, float(error[row]), float(use[row])) for row in order]
-        if self.simulate is not None:
-            choices[0] = self._refined(choices[0], shots, int(hits.shots[order[0]]), start)
+        if last is None:
+            cost = error + self._doubt(hits, shots, use)
+        else:
+            cost = error + options.shift_cost * np.abs(shots.times[hits.shots] - last.time)
+        hard = use > options.use
+        order = np.lexsort([np.where(hard, use, cost), hard])[:count]
+        order = order[use[order] <= most]
+        beside = np.zeros(3) if last is None else last.beside
+        choices = [
+            self._choice(hits, shots, int(row), target, float(error[row]), float(use[row]), beside) for row in order
+        ]
+        if self.simulate is not None and last is None:
+            choices[0] = self.refined(choices[0], start)
+        elif self.simulate is not None:
+            choices = [replace(choices[0], beside=self.simulate(choices[0])), *choices[1:]]
         return choices
+
+    def _doubt(self, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
+        """Return what it costs (n,), m, that a hit will be corrected: early ones, and those that leave little room.
+
+        In proportion to how uncertain the ball's place is then.
+        """
+        options = self._options
+        spread = np.sqrt(np.trace(shots.covariances[hits.shots, :3, :3], axis1=1, axis2=2))
+        young = np.clip(1 - shots.ages[hits.shots] / options.settled, 0, 1)
+        return spread * (options.young_cost * young + options.use_cost * use)
 
     def _use(self, hits: Hits, shots: Shots, start: State) -> np.ndarray:
         begin = start.positions, start.velocities, start.accelerations
         durations = shots.times[hits.shots] + self.law.duration / 2 - start.time
         return quintic_use(self._arm.limits, begin, hits.postures, hits.speeds, durations)
 
-    def _choice(self, hits: Hits, shots: Shots, row: int, target: np.ndarray, error: float, use: float) -> Choice:
+    def _choice(
+        self, hits: Hits, shots: Shots, row: int, target: np.ndarray, error: float, use: float, beside: np.ndarray
+    ) -> Choice:
         shot = int(hits.shots[row])
         time = float(shots.times[shot])
         return Choice(
@@ -188,8 +251,8 @@ class Chooser:
             np.asarray(target, dtype=float),
             shots.positions[shot],
             shots.incoming[shot],
-            shots.wanted[shot],
-            shots.wanted[shot],
+            shots.wanted[shot] + beside,
+            beside,
             hits.places[row],
             hits.normals[row],
             hits.velocities[row],
@@ -198,20 +261,3 @@ class Chooser:
             error,
             use,
         )
-
-    def _refined(self, choice: Choice, shots: Shots, shot: int, start: State) -> Choice:
-        """Return the choice with the law asked for what the simulated contact turns into the wanted velocity."""
-        assert self.simulate is not None
-        one, best = shots.take(np.array([shot])), choice
-        for _ in range(self._options.rounds):
-            wanted = choice.outgoing - self.simulate(best)
-            asked = replace(one, wanted=wanted[None], seeds=best.positions[None])
-            hits = solve(self._arm, self.law, asked)
-            if not len(hits):
-                break
-            use = float(self._use(hits, asked, start)[0])
-            if use > 1:
-                break
-            found = self._choice(hits, asked, 0, choice.target, choice.error, use)
-            best = replace(found, outgoing=choice.outgoing)
-        return best

@@ -57,6 +57,13 @@ class Path:
         k = self._before(times)
         return (self.bounces[k] + self.bounces[k + 1]) / 2
 
+    def since_bounce(self, times: np.ndarray) -> np.ndarray:
+        """Return the time (m,), s, since the last bounce of this path before times (m,); inf where there is none."""
+        k = self._before(times)
+        ends = np.flatnonzero(np.diff(self.bounces)) + 1
+        last = np.searchsorted(ends, k, side="right") - 1
+        return np.where(last >= 0, times - self.times[ends[last]], np.inf) if len(ends) else np.full(len(times), np.inf)
+
     def _before(self, times: np.ndarray) -> np.ndarray:
         return np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
 
