@@ -50,7 +50,7 @@ class Arguments:
     """Balls of fancy_gym's table tennis.
 
     variants: names. balls: of each. seed: of the first ball's; the next ones follow. json: write the figures as JSON.
-    verbose: a line for each ball that is no success. seconds: stop a variant after so long.
+    verbose: a line for each ball that is no success.
     """
 
     variants: tuple[str, ...] = ("calm", "noise", "noise-once", "racket", "wind", "switching", "half")
@@ -58,7 +58,6 @@ class Arguments:
     seed: int = 0
     json: bool = False
     verbose: bool = False
-    seconds: float = float("inf")
 
 
 def wilson(successes: int, count: int) -> tuple[float, float]:

@@ -40,9 +40,12 @@ OMEGA, DAMPING = 40.0, 1.4
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """Conditions. environment: fancy_gym's class. noise: m, of each sight. table, racket: the parts by which the
-    restitutions believed are wrong, the sign by chance. corrected: after the first choice. learns: from outgoing balls.
-    scale: of the limits. period: s between corrections. earliest: s, of the hit.
+    """Conditions.
+
+    environment: fancy_gym's class. noise: m, of each sight. table, racket: the parts by which the restitutions believed
+    are wrong, the sign by chance. corrected: after the first choice. learns: from outgoing balls. scale: of the limits.
+    period: s between corrections, or attempts to choose. earliest: s, when the hit should be at the soonest. wind: it
+    blows, and velocities are seen. simulated: hits are chosen with a simulated contact. options: of the chooser.
     """
 
     name: str
@@ -138,7 +141,7 @@ class Player:
         target = np.zeros(3)
         while not done:
             target = np.append(observation[-2:], believed.surface.height)
-            place = observation[14:17] + [0.0, 0.0, OFFSET]
+            place = observation[14:17] + np.array([0.0, 0.0, OFFSET])
             seen = place + variant.noise * self._rng.normal(size=3)
             if env.unwrapped._hit_ball:  # noqa: SLF001 - only to know which sights are of the outgoing ball
                 after.append((now, seen))
@@ -148,7 +151,7 @@ class Player:
                 wanted = now >= FIRST_S - 1e-9 if choice is None else variant.corrected
                 due = now - planned_at >= variant.period - 1e-9
                 late = choice is not None and now + LATENCY_S > choice.time - UNTIL_S
-                if wanted and due and not late and not (choice is None and planned_at > 0):
+                if wanted and due and not late:
                     planned_at = now
                     choice = self._decide(estimator, motions, now, target, choice, result) or choice
             observation, _, done, _, info = env.step(self._action(observation, motions, now))

@@ -24,11 +24,12 @@ class Options:
     """How hits are searched for.
 
     time_step, flights: candidates, s. soonest: shortest motion, s. seeds: postures for each. farthest: of a seed, m.
-    most: candidates that are looked at closely. use: largest part of a limit in the quick estimate; first_use,
-    last_use: of what the choice and a correction leave to the planner, after all others. time_shifts, flight_shifts: what a correction tries, s; shift_cost: m of landing error that a second of the first is worth.
-    rounds: of a simulated contact. settled: s after a bounce, until when young_cost counts, in m of
-    landing error a m of the ball's spread; use_cost: the same for all of the limits. keep_off: m; no hit
-    after the ball came so near to the arm's base.
+    most: candidates that are looked at closely. use: largest part of a limit in the quick estimate; first_use and
+    last_use: of what a choice and a correction leave to the planner, after all others. time_shifts, flight_shifts: what
+    a correction tries, s. shift_cost: m of landing error that a second of the first is worth. effort_cost: the same of
+    all of the limits. rounds: of a simulated contact. settled: s after a bounce, until when young_cost counts, m of
+    landing error for a m of the ball's spread; use_cost: the same for all of the limits. keep_off: m; no hit after the
+    ball came so near to the arm's base.
     """
 
     time_step: float = 0.025
@@ -42,7 +43,8 @@ class Options:
     last_use: float = 2.5
     time_shifts: tuple[float, ...] = (-0.06, -0.03, -0.01, 0.0, 0.01, 0.03, 0.06)
     flight_shifts: tuple[float, ...] = (-0.1, -0.05, 0.0, 0.05, 0.1)
-    shift_cost: float = 0.1
+    shift_cost: float = 0.3
+    effort_cost: float = 0.06
     rounds: int = 2
     settled: float = 0.3
     young_cost: float = 3.0
@@ -208,7 +210,7 @@ class Chooser:
         if last is None:
             cost = error + self._doubt(hits, shots, use)
         else:
-            cost = error + options.shift_cost * np.abs(shots.times[hits.shots] - last.time)
+            cost = error + options.shift_cost * np.abs(shots.times[hits.shots] - last.time) + options.effort_cost * use
         hard = use > options.use
         order = np.lexsort([np.where(hard, use, cost), hard])[:count]
         order = order[use[order] <= most]
