@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import time
 from dataclasses import dataclass, replace
 from math import sqrt
 from pathlib import Path
@@ -50,7 +51,7 @@ class Arguments:
     """Balls of fancy_gym's table tennis.
 
     variants: names. balls: of each. seed: of the first ball's; the next ones follow. json: write the figures as JSON.
-    verbose: a line for each ball that is no success.
+    verbose: a line for each ball that is no success. seconds: begin no further ball of a variant after so long.
     """
 
     variants: tuple[str, ...] = ("calm", "noise", "noise-once", "racket", "wind", "switching", "half")
@@ -58,6 +59,7 @@ class Arguments:
     seed: int = 0
     json: bool = False
     verbose: bool = False
+    seconds: float = float("inf")
 
 
 def wilson(successes: int, count: int) -> tuple[float, float]:
@@ -94,7 +96,10 @@ def run(variant: Variant, arguments: Arguments) -> tuple[dict[str, object], list
     folder.mkdir(parents=True, exist_ok=True)
     player = Player(variant, folder, arguments.seed)
     balls = list[Ball]()
+    began = time.monotonic()
     for number in range(arguments.balls):
+        if time.monotonic() - began > arguments.seconds:
+            break
         ball = player.play(arguments.seed + number)
         balls.append(ball)
         if arguments.verbose and not ball.success:

@@ -143,7 +143,8 @@ class Player:
             target = np.append(observation[-2:], believed.surface.height)
             place = observation[14:17] + np.array([0.0, 0.0, OFFSET])
             seen = place + variant.noise * self._rng.normal(size=3)
-            if env.unwrapped._hit_ball:  # noqa: SLF001 - only to know which sights are of the outgoing ball
+            # Only to know which sights are of the outgoing ball.
+            if env.unwrapped._hit_ball:
                 after.append((now, seen))
             else:
                 velocity = observation[17:20] if variant.wind else None

@@ -25,7 +25,7 @@ TABLE, NET_TOP, NET_HALF_WIDTH = 0.77, 0.9225, 0.915
 BALL = Ball(mass=0.1, radius=0.025, step=0.002)
 RACKET = Racket(radius=0.075, thickness=0.005, two_sided=True)
 BOUNCE = Surface(TABLE, restitution=0.9463, tangential=0.8517, dwell=0.00888)
-"""What the table does to a ball of this environment, which always comes from the same height: of one that was watched."""
+"""What the table does to a ball of this environment, which always comes from the same height: one was watched."""
 
 ROBOT = """
 name = "wam"

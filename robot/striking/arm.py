@@ -18,7 +18,7 @@ LONGEST = 0.4
 MET_POSITION, MET_NORMAL = 1e-4, 1e-3
 """m and rad, within which a descent has arrived."""
 TURNING = 0.02
-"""Weight of turning the normal during the strike, s², beside joint velocities as parts of their limits, both squared."""
+"""Weight of turning the normal during the strike, s², beside joint velocities as parts of their limits."""
 
 
 @dataclass(frozen=True, slots=True)

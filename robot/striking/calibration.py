@@ -50,13 +50,15 @@ def calibrate(arm: Arm, reachability: Reachability, contact: SimulatedContact, h
             f"only {len(rows)} of {hits} simulated hits met the ball; check the racket's size and its tool site"
         )
     slope, value = np.concatenate(rows), np.concatenate(beside)
+    found = np.zeros(2)
     for _ in range(2):  # Once more without the hits that met something else than the strings.
-        (e, kappa), *_ = np.linalg.lstsq(slope, value, rcond=None)
-        missed = np.linalg.norm((value - slope @ [e, kappa]).reshape(-1, 3), axis=1)
+        found = np.linalg.lstsq(slope, value, rcond=None)[0]
+        missed = np.linalg.norm((value - slope @ found).reshape(-1, 3), axis=1)
         good = np.repeat(missed < 4 * np.median(missed), 3)
         slope, value = slope[good], value[good]
-    rms = float(np.sqrt(np.mean((value - slope @ [e, kappa]) ** 2) * 3))
-    return Calibration(ContactLaw(float(e), float(kappa), float(np.median(durations))), len(value) // 3, rms)
+    rms = float(np.sqrt(np.mean((value - slope @ found) ** 2) * 3))
+    e, kappa = found.tolist()
+    return Calibration(ContactLaw(e, kappa, float(np.median(durations))), len(value) // 3, rms)
 
 
 def _hit(arm: Arm, posture: np.ndarray, rng: np.random.Generator) -> Choice:

@@ -32,8 +32,8 @@ class Choice:
 
     time: s, of the touch. goal_time: s, the middle of the contact, at which the arm has these positions (J,), rad, and
     velocities (J,), rad/s. flight_time: s, from the touch to the target (3,), m, where the ball touches the surface.
-    ball, incoming, outgoing: the ball's position and velocities at the touch, before and after, (3,). beside: (3,), m/s,
-    by how much a simulated contact leaves the contact law, which is asked for the difference.
+    ball, incoming, outgoing: the ball's position and velocities at the touch, before and after, (3,). beside: (3,),
+    m/s, by how much a simulated contact leaves the contact law, which is asked for the difference.
     racket_position, racket_normal, racket_velocity: in the middle of the contact, (3,), the normal on the ball's side.
     side: 1 for the racket's front, −1 for its back. mobility: (3, 3), 1/kg. error: expected distance of the landing
     point from the target, m. use: largest part of a limit that a quintic needs.

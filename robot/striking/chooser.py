@@ -156,7 +156,7 @@ class Chooser:
         """Return all shots to the target that clear the net. Raises NoHit where none does."""
         ball, net = self._arm.ball, self._court.net
         positions, incoming = path.at(times)
-        goal = target + [0.0, 0.0, ball.radius]
+        goal = target + np.array([0.0, 0.0, ball.radius])
         wanted, arrivals = aim(ball, path.air, positions, goal, flights)
         # During the contact the ball moves with the mean of both velocities.
         leaves = positions + (incoming - wanted) * self.law.duration / 2

@@ -65,7 +65,7 @@ class Court:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Air:
-    """What acts on the ball besides gravity: a constant acceleration `wind` (3,), m/s², drag (1/m), spin (3,), rad/s."""
+    """What acts on the ball besides gravity: acceleration `wind` (3,), m/s², drag (1/m), spin (3,), rad/s."""
 
     drag: float = 0.0
     wind: np.ndarray = field(default_factory=lambda: np.zeros(3))

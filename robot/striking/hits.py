@@ -28,9 +28,9 @@ class Rows:
 class Shots(Rows):
     """n balls to be hit.
 
-    times: s, of the touch. flights: s, to the target. ages: s, since the ball's last bounce, inf without one. positions, incoming: of the ball, (n, 3). covariances: (n, 6, 6).
-    wanted, arrivals: velocities after the hit and at the target, (n, 3). sides: 1 for the front of the racket, −1 for
-    its back. seeds: (n, J), postures to search from.
+    times: s, of the touch. flights: s, to the target. ages: s, since the ball's last bounce, inf without one.
+    positions, incoming: of the ball, (n, 3). covariances: (n, 6, 6). wanted, arrivals: velocities after the hit and at
+    the target, (n, 3). sides: 1 for the front of the racket, −1 for its back. seeds: (n, J), postures to search from.
     """
 
     times: np.ndarray

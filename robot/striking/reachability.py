@@ -7,7 +7,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from robot.clearance import Clearance
 from robot.description import RobotConfig
@@ -59,8 +59,8 @@ class Reachability:
         return self.postures[np.take_along_axis(index, first, 1)], np.take_along_axis(distances, first, 1)
 
     @cached_property
-    def _tree(self) -> cKDTree:
-        return cKDTree(np.hstack([self.positions, METRES_A_RADIAN * self.normals]))
+    def _tree(self) -> KDTree:
+        return KDTree(np.hstack([self.positions, METRES_A_RADIAN * self.normals]))
 
 
 def _free_postures(config: RobotConfig, count: int) -> np.ndarray:
@@ -84,6 +84,7 @@ def _fingerprint(config: RobotConfig, count: int) -> str:
     mujoco.mj_saveModel(model, None, buffer)
     ignored = sorted(sorted(pair) for pair in config.collision.ignore)
     rest = config.joint_names, config.tool, config.held, config.collision.margin, ignored, count
-    for part in (buffer, config.limits.positions, config.home, repr(rest).encode()):
-        found.update(part)
+    for part in (buffer, config.limits.positions, config.home):
+        found.update(part.tobytes())
+    found.update(repr(rest).encode())
     return found.hexdigest()[:16]

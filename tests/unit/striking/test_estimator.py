@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+
+from robot.striking.estimator import Belief, Estimator, NoBall
+from robot.striking.flight import Ball, Court, Surface
+
+BALL = Ball(0.057, 0.033, drag=0.02, step=0.001)
+COURT = Court(Surface(0.0, 0.75, tangential=0.8, dwell=0.004, spread=0.0))
+START, SPEED = np.array([3.0, 0.2, 1.0]), np.array([-5.0, 0.3, 2.5])
+
+
+def flight(restitution: float = 0.75, seconds: float = 1.2) -> np.ndarray:
+    """True positions (n, 3) at every millisecond, by the simulation's own steps; a bounce takes its dwell."""
+    position, velocity, found, waits, slide = START.copy(), SPEED.copy(), [], 0, np.zeros(3)
+    for _ in range(round(seconds * 1000)):
+        found.append(position.copy())
+        if waits:
+            waits -= 1
+            position = position + 1e-3 * slide
+            continue
+        velocity = velocity + 1e-3 * (np.array([0, 0, -9.81]) - BALL.drag * np.linalg.norm(velocity) * velocity)
+        position = position + 1e-3 * velocity
+        if position[2] < BALL.radius and velocity[2] < 0:
+            slide = velocity * [0.9, 0.9, 0.0]
+            velocity = velocity * [0.8, 0.8, -restitution]
+            position[2] = BALL.radius
+            waits = 4
+    return np.array(found)
+
+
+def watch(estimator: Estimator, seen: np.ndarray, until: int, every: int = 10, std: float = 0.0, seed: int = 0) -> None:
+    rng = np.random.default_rng(seed)
+    for k in range(0, until, every):
+        estimator.observe(k * 1e-3, seen[k] + std * rng.normal(size=3))
+
+
+def test_exact_sights_predict_the_ball_beyond_its_bounce():
+    seen, estimator = (
+        flight(),
+        Estimator(BALL, COURT, Belief(1e-5, restitution_std=1e-3, drag_std=1e-3, unmodelled=1e-3)),
+    )
+    watch(estimator, seen, 200)
+    path = estimator.path(1.1)
+    positions, _ = path.at(np.array([0.4, 0.9, 1.05]))
+    assert path.bounced(np.array([0.4, 1.05])).tolist() == [0, 1]
+    assert positions == pytest.approx(seen[[400, 900, 1050]], abs=5e-3)
+
+
+def test_errors_are_as_large_as_the_filter_says():
+    """The normalised squared error of the state is that of its degrees of freedom, before and after the bounce."""
+    rng = np.random.default_rng(1)
+    for until in (300, 950):
+        scores = []
+        for seed in range(20):
+            restitution = 0.75 + 0.05 * rng.normal()
+            seen = flight(restitution)
+            estimator = Estimator(BALL, COURT, Belief(0.005, restitution_std=0.05, drag_std=0.01))
+            watch(estimator, seen, until, std=0.005, seed=seed)
+            found = estimator.estimate
+            assert found is not None
+            k = round(found.time * 1e3)
+            truth = np.concatenate([seen[k], (seen[k + 1] - seen[k - 1]) / 2e-3])
+            beside = found.mean[:6] - truth
+            scores.append(beside @ np.linalg.solve(found.covariance[:6, :6], beside))
+        assert 3.0 < np.mean(scores) < 10.0
+
+
+def test_the_bounce_widens_the_prediction_and_teaches_the_restitution():
+    seen, estimator = flight(0.68), Estimator(BALL, COURT, Belief(0.002, restitution_std=0.05))
+    watch(estimator, seen, 500, std=0.002)
+    path = estimator.path(1.1)
+    before, after = (path.covariance(np.array([time]))[0, 5, 5] for time in (0.6, 0.9))
+    assert after > 10 * before
+    watch(estimator, seen, 1000, std=0.002)
+    assert estimator.estimate is not None
+    assert estimator.estimate.restitution == pytest.approx(0.68, abs=0.02)
+
+
+def test_what_no_ball_can_do_is_rejected_and_a_new_ball_followed():
+    seen, estimator = flight(), Estimator(BALL, COURT)
+    watch(estimator, seen, 200)
+    assert estimator.observe(0.2, np.array([np.nan, 0, 0])) == "rejected"
+    assert estimator.observe(0.1, seen[100]) == "rejected"
+    assert estimator.observe(0.2, seen[200] + [0, 1.0, 0]) == "rejected"
+    assert estimator.observe(0.21, seen[210]) == "used"
+    other = seen + [0.0, 2.0, 0.0]
+    assert [estimator.observe(k * 1e-3, other[k]) for k in (220, 230, 240)] == ["rejected", "rejected", "new ball"]
+
+
+def test_losses_are_bridged_and_a_ball_that_stops_coming_is_said():
+    seen, estimator = flight(), Estimator(BALL, COURT, Belief(0.005, latency=0.01))
+    assert estimator.age(5.0) == np.inf
+    with pytest.raises(NoBall):
+        estimator.path(1.0)
+    for k in (0, 10, 20, 30, 180):
+        estimator.observe(k * 1e-3 + 0.01, seen[k])
+    assert estimator.estimate is not None
+    assert estimator.estimate.time == pytest.approx(0.18)
+    assert estimator.age(0.5) == pytest.approx(0.31)
+
+
+def test_wind_is_learned_from_sights():
+    wind, estimator = np.array([0.0, 0.8, 0.0]), Estimator(Ball(0.1, 0.03), COURT, Belief(1e-4, wind_std=(1, 1, 0)))
+    for time in np.arange(0, 0.3, 0.01):
+        fall = np.array([0, 0, -9.81]) + wind
+        estimator.observe(time, np.array([0, 0, 5.0]) + np.array([2.0, 0, 0]) * time + fall * time**2 / 2)
+    assert estimator.estimate is not None
+    assert estimator.estimate.mean[6:9] == pytest.approx(wind, abs=0.02)

@@ -1,0 +1,178 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robot.description import load_robot
+from robot.kinematics import Kinematics
+from robot.striking.arm import Arm, Racket
+from robot.striking.calibration import calibrate
+from robot.striking.chain import Chain
+from robot.striking.choice import NoHit, State
+from robot.striking.chooser import Chooser
+from robot.striking.contact import ContactLaw, better_normal, outgoing, racket_velocity
+from robot.striking.estimator import Belief, Estimator
+from robot.striking.flight import Air, Ball, Court, Surface
+from robot.striking.learning import Learner, LearningError, left_with, read, write
+from robot.striking.reachability import Reachability
+from robot.striking.simulated_contact import SimulatedContact
+
+BALL = Ball(0.057, 0.033, step=0.001)
+RACKET = Racket(0.13, 0.008)
+COURT = Court(Surface(0.0, 0.75, 0.8, 0.006))
+
+
+@pytest.fixture(scope="module")
+def config():
+    return load_robot()
+
+
+@pytest.fixture(scope="module")
+def arm(config):
+    return Arm(config, RACKET, BALL)
+
+
+@pytest.fixture(scope="module")
+def table(config, tmp_path_factory):
+    cache = tmp_path_factory.mktemp("reach")
+    made = Reachability.of(config, cache, count=6000)
+    again = Reachability.of(config, cache, count=6000)
+    assert np.array_equal(made.postures, again.postures)
+    return made
+
+
+@pytest.fixture(scope="module")
+def calibration(config, arm, table):
+    return calibrate(arm, table, SimulatedContact(config, "ball", ContactLaw(0, 0), arm.offset), hits=120)
+
+
+@pytest.fixture(scope="module")
+def chooser(arm, table, calibration):
+    return Chooser(arm, table, COURT, calibration.law)
+
+
+def path_of(velocity=(-5.0, 0.0, 4.0), place=(4.0, -0.9, 1.0)):
+    estimator = Estimator(BALL, COURT, Belief(1e-5, restitution_std=1e-4, unmodelled=1e-3))
+    for time in (0.0, 0.01):
+        fall = np.array([0, 0, -9.81]) * time * (time + BALL.step) / 2
+        estimator.observe(time, np.array(place) + np.array(velocity) * time + fall)
+    return estimator.path(1.8)
+
+
+def rest(config, time=0.02):
+    return State(time, config.home, np.zeros(6), np.zeros(6))
+
+
+def test_kinematics_of_many_postures_are_mujocos(config):
+    postures = np.random.default_rng(0).uniform(*config.limits.positions.T, size=(20, 6))
+    positions, normals, moves, _ = Chain(config).jacobians(postures)
+    own = Kinematics(config)
+    for k, posture in enumerate(postures):
+        place, turn = own.tool_pose(posture)
+        assert positions[k] == pytest.approx(place, abs=1e-9)
+        assert normals[k] == pytest.approx(turn[:, 2], abs=1e-9)
+        speeds = np.arange(6.0)
+        assert moves[k] @ speeds == pytest.approx(own.tool_velocity(posture, speeds), abs=1e-9)
+
+
+def test_the_racket_velocity_for_an_outgoing_ball_is_the_inverse_of_the_law(arm, table):
+    rng, law = np.random.default_rng(0), ContactLaw(0.8, 0.85, bias=np.array([0.1, -0.05, 0.02]))
+    mobility = arm.mobility(table.postures[:30])
+    incoming, wanted = rng.normal(size=(2, 30, 3)) + [[[-5, 0, 0]], [[4, 0, 2]]]
+    normals = (wanted - incoming) / np.linalg.norm(wanted - incoming, axis=1, keepdims=True)
+    normals = better_normal(law, BALL.mass, mobility, incoming, wanted, normals)
+    racket = racket_velocity(law, BALL.mass, mobility, incoming, wanted, normals)
+    assert outgoing(law, BALL.mass, mobility, incoming, racket, normals) == pytest.approx(wanted, abs=1e-9)
+    across = racket - np.sum(racket * normals, axis=1, keepdims=True) * normals
+    assert np.linalg.norm(across, axis=1).max() < 0.05 * np.linalg.norm(wanted - incoming, axis=1).min()
+
+
+def test_simulated_hits_of_the_shipped_arm_follow_the_law_with_recoil(arm, calibration):
+    assert calibration.hits > 100
+    assert 0.7 < calibration.law.restitution < 0.9
+    assert 0.7 < calibration.law.friction < 0.95
+    assert calibration.rms < 0.25
+    # What a heavy racket would do is far off: the arm's own mass is a few times the ball's.
+    n = np.array([[1.0, 0.0, 0.0]])
+    mass = 1 / (n[0] @ arm.mobility(arm.config.home[None])[0] @ n[0] - 1 / BALL.mass)
+    assert 0.1 < mass < 1.0
+
+
+def test_a_chosen_hit_sends_the_ball_to_the_target_and_a_correction_keeps_the_branch(config, chooser, arm):
+    path, target, start = path_of(), np.array([4.0, -0.5, 0.0]), rest(config)
+    best = chooser.choose(path, start, target)[0]
+    place, axis = (value[0] for value in arm.chain.pose(best.positions[None]))
+    assert place == pytest.approx(best.racket_position, abs=2e-4)
+    assert best.side * axis == pytest.approx(best.racket_normal, abs=2e-3)
+    left = outgoing(
+        chooser.law,
+        BALL.mass,
+        best.mobility[None],
+        best.incoming[None],
+        best.racket_velocity[None],
+        best.racket_normal[None],
+    )[0]
+    assert left == pytest.approx(best.outgoing, abs=1e-6)
+    leaves = best.ball + (best.incoming - left) * chooser.law.duration / 2
+    fall = np.array([0, 0, -9.81]) * best.flight_time * (best.flight_time + BALL.step) / 2
+    assert leaves + left * best.flight_time + fall == pytest.approx(target + [0, 0, BALL.radius], abs=1e-3)
+    moved = chooser.correct(path_of(place=(4.0, -0.88, 1.01)), start, target, best)[0]
+    assert np.abs(moved.positions - best.positions).max() < 0.5
+    assert abs(moved.time - best.time) <= 0.06 + 1e-9
+
+
+def test_hits_that_do_not_exist_are_refused_with_a_reason(config, chooser):
+    cases = [
+        (path_of(place=(4.0, -6.0, 1.0)), rest(config), "out of reach"),
+        (path_of(), rest(config, 3.0), "late"),
+    ]
+    for path, start, reason in cases:
+        with pytest.raises(NoHit) as error:
+            chooser.choose(path, start, np.array([4.0, 0.0, 0.0]))
+        assert error.value.reason == reason
+
+
+def test_a_simulated_contact_corrects_the_law(config, chooser, arm, calibration):
+    contact = SimulatedContact(config, "ball", calibration.law, arm.offset)
+    finer = Chooser(arm, chooser._reachability, COURT, calibration.law, simulate=contact)
+    target, start = np.array([4.0, -0.5, 0.0]), rest(config)
+    best = finer.choose(path_of(), start, target)[0]
+    plain = replace(chooser.choose(path_of(), start, target)[0])
+    assert np.linalg.norm(contact(best) - best.beside) < max(0.3 * np.linalg.norm(contact(plain)), 0.03)
+
+
+def test_hits_teach_a_racket_that_was_believed_wrong(config, chooser, arm, calibration, tmp_path: Path):
+    true, law = calibration.law, replace(calibration.law, restitution=0.9 * calibration.law.restitution)
+    learner, best = Learner.of(law), chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0]))[0]
+    state = best.mobility[None], best.incoming[None], best.racket_velocity[None], best.racket_normal[None]
+    rng = np.random.default_rng(0)
+    for _ in range(15):
+        left = outgoing(true, BALL.mass, *state)[0] + 0.1 * rng.normal(size=3)
+        assert learner.observe(best, BALL.mass, left)
+    believed = outgoing(learner.law, BALL.mass, *state)[0]
+    assert believed == pytest.approx(outgoing(true, BALL.mass, *state)[0], abs=0.1)
+    assert not learner.observe(best, BALL.mass, np.full(3, 50.0))
+    assert not learner.observe(best, BALL.mass, np.full(3, np.nan))
+    file = tmp_path / "arm.json"
+    assert read(file, "arm") is None
+    write(file, "arm", learner)
+    again = read(file, "arm")
+    assert again is not None
+    assert again.law.restitution == learner.law.restitution
+    assert again.hits == 15
+    with pytest.raises(LearningError, match="belongs to the robot 'arm'"):
+        read(file, "other")
+    file.write_text("{}")
+    with pytest.raises(LearningError, match="delete it"):
+        read(file, "arm")
+
+
+def test_the_outgoing_velocity_is_found_from_sights():
+    times = np.arange(0.02, 0.12, 0.01)
+    fall = np.array([0, 0, -9.81]) * (times * (times + BALL.step) / 2)[:, None]
+    seen = np.array([1.0, 0, 1.0]) + times[:, None] * np.array([5.0, 1.0, 3.0]) + fall
+    found = left_with((times + 2.0).tolist(), seen, 2.0, BALL, Air())
+    assert found is not None
+    assert found[0] == pytest.approx([5.0, 1.0, 3.0], abs=1e-6)
+    assert left_with([2.1], seen[:1], 2.0, BALL, Air()) is None
