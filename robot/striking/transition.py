@@ -1,8 +1,8 @@
 """How the belief about a ball changes with time: mean and covariance through flight and bounces.
 
 The state (11,) is position, velocity, wind, drag, restitution of the surface. At a bounce, which happens when the ball
-gets there, the covariance passes through its saltation matrix, Ξ = D + (f⁺ − D f⁻) nᵀ / (nᵀ f⁻), with D the derivative of the
-bounce, f⁻ and f⁺ the motion before and after it, n the vertical.
+gets there, the covariance passes through its saltation matrix, Ξ = D + (f⁺ − D f⁻) nᵀ / (nᵀ f⁻), with D the derivative
+of the bounce, f⁻ and f⁺ the motion before and after it, n the vertical.
 """
 
 import numpy as np

@@ -83,7 +83,7 @@ def test_what_no_ball_can_do_is_rejected_and_a_new_ball_followed():
     assert estimator.observe(0.1, seen[100]) == "rejected"
     assert estimator.observe(0.2, seen[200] + [0, 1.0, 0]) == "rejected"
     assert estimator.observe(0.21, seen[210]) == "used"
-    other = seen + [0.0, 2.0, 0.0]
+    other = seen + np.array([0.0, 2.0, 0.0])
     assert [estimator.observe(k * 1e-3, other[k]) for k in (220, 230, 240)] == ["rejected", "rejected", "new ball"]
 
 

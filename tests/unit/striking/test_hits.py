@@ -79,7 +79,7 @@ def test_kinematics_of_many_postures_are_mujocos(config):
 def test_the_racket_velocity_for_an_outgoing_ball_is_the_inverse_of_the_law(arm, table):
     rng, law = np.random.default_rng(0), ContactLaw(0.8, 0.85, bias=np.array([0.1, -0.05, 0.02]))
     mobility = arm.mobility(table.postures[:30])
-    incoming, wanted = rng.normal(size=(2, 30, 3)) + [[[-5, 0, 0]], [[4, 0, 2]]]
+    incoming, wanted = rng.normal(size=(2, 30, 3)) + np.array([[[-5, 0, 0]], [[4, 0, 2]]])
     normals = (wanted - incoming) / np.linalg.norm(wanted - incoming, axis=1, keepdims=True)
     normals = better_normal(law, BALL.mass, mobility, incoming, wanted, normals)
     racket = racket_velocity(law, BALL.mass, mobility, incoming, wanted, normals)
@@ -116,7 +116,7 @@ def test_a_chosen_hit_sends_the_ball_to_the_target_and_a_correction_keeps_the_br
     assert left == pytest.approx(best.outgoing, abs=1e-6)
     leaves = best.ball + (best.incoming - left) * chooser.law.duration / 2
     fall = np.array([0, 0, -9.81]) * best.flight_time * (best.flight_time + BALL.step) / 2
-    assert leaves + left * best.flight_time + fall == pytest.approx(target + [0, 0, BALL.radius], abs=1e-3)
+    assert leaves + left * best.flight_time + fall == pytest.approx(target + np.array([0, 0, BALL.radius]), abs=1e-3)
     moved = chooser.correct(path_of(place=(4.0, -0.88, 1.01)), start, target, best)[0]
     assert np.abs(moved.positions - best.positions).max() < 0.5
     assert abs(moved.time - best.time) <= 0.06 + 1e-9
