@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup demo paper imitation pages test check format clean help
+.PHONY: setup demo rally paper imitation pages test check format clean help
 .DEFAULT_GOAL := help
 
 help: ## print this list
@@ -21,6 +21,9 @@ $(STAMP): pyproject.toml constraints.txt tests/models.txt
 
 demo: setup ## play five strikes; prints a table and writes a trace
 	$(BIN)/python -m tools.demo
+
+rally: setup ## throw twenty balls, which the arm returns; prints a table and writes a trace
+	$(BIN)/python -m tools.rally
 
 paper: setup ## make the paper's figures, table and traces
 	$(BIN)/python -m experiments

@@ -19,12 +19,14 @@ class Process:
     module: str
     hosts_bus: bool = False
     flags: tuple[str, ...] = ()
+    optional: bool = False
 
 
 PROCESSES = (
     Process("sim", "services.sim", hosts_bus=True, flags=("clock", "seed")),
     Process("recorder", "services.recorder", flags=("record", "unindexed", "live", "live_port")),
     Process("planner", "services.planner", flags=("library", "lead")),
+    Process("striker", "services.striker", flags=("learned", "method"), optional=True),
     Process("controller", "services.controller"),
 )
 """The controller stops first, while the sim still answers it, and the sim last."""

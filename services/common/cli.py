@@ -5,7 +5,7 @@ import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
@@ -164,6 +164,20 @@ class PlannerFlags:
 
     library: Path | None = None
     lead: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StrikerFlags:
+    """Flags of the striker.
+
+    Attributes:
+        learned: File of what the striker has learned about racket and ball, kept from one start to the next; by default
+            ~/.local/share/volley/striker/ROBOT.json.
+        method: How swings are planned; dmp is the movement primitive that Volley is compared with.
+    """
+
+    learned: Path | None = None
+    method: Literal["qp", "dmp"] = "qp"
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,14 +33,14 @@ class NotReady(Exception):
 def command_lines(
     options: Options, flags: Mapping[str, object], names: Sequence[str] | None = None
 ) -> dict[str, list[str]]:
-    """Return the command line of every process, or of those in `names`, in the order in which they start.
+    """Return the command line of every process that is not optional, or of those in `names`, in their starting order.
 
     `flags` are values of the services' own flags by name; None and False leave a flag out. Without endpoints the
     host listens on the default one and the rest connect to it; with `options.connect` all join an existing bus. Where
     the host of the table is not among `names`, the first of them hosts the bus.
     """
     endpoints = options.listen or options.connect or (DEFAULT_ENDPOINT,)
-    chosen = [process for process in PROCESSES if names is None or process.name in names]
+    chosen = [process for process in PROCESSES if (not process.optional if names is None else process.name in names)]
     host = next((process for process in chosen if process.hosts_bus), chosen[0])
     return {
         process.name: _command_line(process, options, endpoints, flags, process is host and not options.connect)

@@ -34,6 +34,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "robot": Command("tools.shell.robot:robot", "bring your own arm: import its model, check its description"),
         "up": Command("services.__main__:main", "start every service with one robot, until Ctrl-C", is_main=True),
         "demo": Command("tools.demo.__main__:main", "five strikes, a table and a trace", is_main=True),
+        "rally": Command("tools.rally.__main__:main", "balls are thrown, and the arm returns them", is_main=True),
         "drill": Command("tools.drill.__main__:main", "cause every fault, measure each reaction", is_main=True),
         "preflight": Command("tools.preflight.__main__:main", "what this machine promises a 1 kHz loop", is_main=True),
     },

@@ -1,0 +1,90 @@
+"""`python -m services.striker`: return balls to where they are wanted."""
+
+import logging
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
+from protocol.bus.queues import Inbox
+from protocol.errors import NoAnswer, Refusal
+from robot.description import RobotConfig
+from services.common import realtime
+from services.common.cli import MISUSED, Common, Options, StrikerFlags
+from services.common.logs import start_logging
+from services.common.robot_config import load_configured
+from services.common.single_instance import SingleInstance
+from services.striker.core import Striker
+from services.striker.loop import LENGTH, BusLink, Loop
+from services.striker.mind import CannotStrike, Mind
+
+LEARNED = Path.home() / ".local" / "share" / "volley" / "striker"
+
+
+@dataclass(frozen=True, slots=True)
+class Flags:
+    """Return balls to where they are wanted."""
+
+    common: Common = field(default_factory=Options)
+    own: Annotated[StrikerFlags, tyro.conf.arg(name="")] = field(default_factory=StrikerFlags)
+
+
+def main() -> None:
+    """Run until SIGTERM or Ctrl-C.
+
+    Raises:
+        SystemExit: with the `Outcome` of the instance.
+    """
+    flags = tyro.cli(Flags)
+    log = start_logging("striker", flags.common.log)
+    stopping = realtime.stop_on_signals()
+    _, others = realtime.split_cores(flags.common.loop_core)
+    realtime.keep_to(others)
+    config = load_configured(flags.common, log)
+    mind = prepare(flags, config, log)
+
+    def serve(bus: Bus) -> None:
+        realtime.become_polite()
+        inbox: Inbox[Any] = Inbox(LENGTH)
+        library = ask_library(bus, config, stopping)
+        striker = Striker(config, mind, BusLink(bus, inbox), library, log, flags.own.method)
+        realtime.freeze_garbage()
+        Loop(bus, inbox, striker, log).serve(stopping)
+
+    raise SystemExit(SingleInstance("striker", flags.common, config.name, log).run(serve, stopping))
+
+
+def prepare(flags: Flags, config: RobotConfig, log: logging.Logger) -> Mind:
+    """Return what the striker knows of this robot.
+
+    Raises:
+        SystemExit: its description, or the file of what was learned, cannot be used; the log says why.
+    """
+    learned = flags.own.learned or LEARNED / f"{(flags.common.robot or config.name).replace('/', '-')}.json"
+    learned.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        return Mind(config, learned, log)
+    except CannotStrike as error:
+        log.error("%s", error)
+        raise SystemExit(MISUSED) from None
+
+
+def ask_library(bus: Bus, config: RobotConfig, stopping: threading.Event) -> list[tuple[str, float]]:
+    """Return name and duration (s) of this arm's primitives, once the planner says; none where it is stopped before."""
+    while not stopping.wait(0.1):
+        try:
+            entries = bus.ask(topics.PRIMITIVES, m.Empty(), timeout=2.0).primitives
+        except (NoAnswer, Refusal):
+            continue
+        names = list(config.joint_names)
+        return [(entry.name, entry.duration) for entry in entries if entry.joint_names in ([], names)]
+    return []
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,169 @@
+"""The striker's loop: receive, decide, publish."""
+
+import logging
+import threading
+from dataclasses import dataclass
+from typing import Any
+
+import zenoh
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.queues import Inbox
+from protocol.codec import decode
+from protocol.errors import NoAnswer, Refusal
+from services.common.logs import ThrottledLog
+from services.common.puts import PutWatch
+from services.striker.core import Striker
+
+GOAL_TIMEOUT_S = 1.0
+"""A planner that is silent for longer is taken for dead; the arm then ends the motion that it has."""
+WAIT_S = 0.01
+LISTENED = (topics.BALL, topics.CONTACT, topics.ENDED, topics.STATUS)
+LENGTH = 256
+"""Messages that may wait: more than come during the longest choice of a hit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """A body that was published on `topic`."""
+
+    topic: topics.Publication[Any]
+    body: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The planner's reply to a goal, None where there was none."""
+
+    goal_id: str
+    reply: zenoh.Reply | None
+
+
+class BusLink:
+    """What the striker asks and says, over the bus. Implements `core.Outside`."""
+
+    def __init__(self, bus: Bus, inbox: Inbox[Any]) -> None:
+        self._bus = bus
+        self._inbox = inbox
+        self._commands = bus.collect(topics.COMMAND, 1)
+        self._said = bus.publisher(topics.STRIKES)
+
+    def ask(self, goal: m.Goal) -> None:
+        """Send a goal; its answer comes back through the inbox."""
+        answered: list[bool] = []
+        name = goal.goal_id or ""
+
+        def receive(reply: zenoh.Reply | None) -> None:
+            if reply is not None or not answered:
+                answered.append(True)
+                self._inbox.offer(Answered(name, reply))
+
+        self._bus.send_to(topics.GOAL, goal, receive, GOAL_TIMEOUT_S)
+
+    def command(self) -> m.Command | None:
+        """Return the newest command, None where none came since the last call."""
+        taken = self._commands.take()
+        if taken is None:
+            return None
+        try:
+            return decode(taken[0], m.Command)
+        except Refusal:
+            return None
+
+    def describe(self) -> m.Description | None:
+        """Return the arm's description, None where the arm is silent."""
+        try:
+            return self._bus.ask(topics.DESCRIPTION, m.Empty(), timeout=1.0)
+        except (NoAnswer, Refusal):
+            return None
+
+    def say(self, strike: m.Strike) -> None:
+        """Publish a decision."""
+        self._said.put(strike)
+
+
+class Loop:
+    """Feeds the striker with what the bus brings, in order of arrival."""
+
+    def __init__(self, bus: Bus, inbox: Inbox[Any], striker: Striker, log: logging.Logger) -> None:
+        self._bus = bus
+        self._inbox = inbox
+        self._striker = striker
+        self._malformed = ThrottledLog(log)
+        self._log = log
+
+    def serve(self, stopping: threading.Event) -> None:
+        """Serve requests and strike until `stopping` is set; the motion under way ends by itself, at rest."""
+        puts = PutWatch(self._bus, self._log)
+        for topic in LISTENED:
+            self._bus.listen(topic, lambda body, topic=topic: self._inbox.offer(Heard(topic, body)))
+        self._bus.serve(topics.STRIKE, self._inbox)
+        self._bus.serve(topics.STRIKE_STOP, self._inbox)
+        self._bus.announce("striker")
+        while not stopping.is_set():
+            item = self._inbox.take(WAIT_S)
+            while item is not None:
+                self.receive(item)
+                item = self._inbox.take()
+            self._decide()
+            puts.look()
+
+    def _decide(self) -> None:
+        """Decide; an unexpected error costs one ball, and the motion under way ends at rest."""
+        try:
+            self._striker.decide()
+        except Exception:
+            self._log.exception("the striker met an error of its own; it gives up this ball")
+            self._striker.give_up("the striker met an error of its own; its log says which")
+
+    def receive(self, item: Heard | Answered | PendingQuery) -> None:
+        """Hand one item on."""
+        match item:
+            case Heard():
+                self._hear(item)
+            case Answered():
+                self._answer(item)
+            case PendingQuery():
+                self._serve(item)
+
+    def _hear(self, heard: Heard) -> None:
+        try:
+            message = decode(heard.body, heard.topic.message)
+        except Refusal as refusal:
+            self._malformed.warn(f"a malformed message on {heard.topic.key} was left out: {refusal}", refusal.code)
+            return
+        match message:
+            case m.BallState():
+                self._striker.see(message)
+            case m.Contact():
+                self._striker.touch(message)
+            case m.Result():
+                self._striker.ended(message)
+            case m.Status():
+                self._striker.note(message)
+
+    def _answer(self, answered: Answered) -> None:
+        try:
+            reply: m.GoalReply | Refusal | NoAnswer = self._bus.read(topics.GOAL, answered.reply)
+        except (Refusal, NoAnswer) as error:
+            reply = error
+        self._striker.answered(answered.goal_id, reply)
+
+    def _serve(self, asking: PendingQuery) -> None:
+        """Reply to a request; an unexpected error is refused too, and the striker goes on."""
+        try:
+            match request := asking.decode():
+                case m.StrikeRequest():
+                    asking.reply(self._striker.order(request))
+                case _:
+                    asking.reply(self._striker.stop())
+            return
+        except Refusal as reason:
+            refusal = reason
+        except Exception:
+            self._log.exception("%s met an error of the striker", asking.topic.key)
+            refusal = Refusal("unavailable", "the striker met an error of its own; its log says which")
+        asking.refuse(refusal)
+        self._log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra={"code": refusal.code})

@@ -1,0 +1,103 @@
+"""The striker's messages: goals for the planner, and what it publishes of each ball."""
+
+from typing import Literal
+
+import numpy as np
+
+from protocol import messages as m
+from robot.description import RobotConfig
+from robot.striking.choice import Choice
+from robot.striking.path import Path
+from services.striker.attempt import Asked, Attempt, Outcome
+
+READY = "ready"
+"""The primitive with which the arm goes back to its ready pose, where the library has it."""
+READY_S = 0.7
+"""How long that takes."""
+PATH_POINTS = 24
+CLIENT = "striker"
+
+
+def goal_message(asked: Asked, primitive: str, follow_through: float, method: Literal["qp", "dmp"] = "qp") -> m.Goal:
+    """Return the goal of a hit, or of its correction."""
+    return m.Goal(
+        primitive=primitive,
+        positions=asked.choice.positions.tolist(),
+        velocities=asked.choice.velocities.tolist(),
+        arrival_time=asked.choice.goal_time,
+        follow_through=follow_through,
+        method=method,
+        revises=asked.revises,
+        goal_id=asked.goal_id,
+        client_id=CLIENT,
+    )
+
+
+def ready_goal(goal_id: str, config: RobotConfig, primitive: str) -> m.Goal:
+    """Return the goal that takes the arm home, where it waits for the next ball."""
+    home = config.home.tolist()
+    return m.Goal(primitive=primitive, positions=home, duration=READY_S, goal_id=goal_id, client_id=CLIENT)
+
+
+def strike_message(
+    attempt: Attempt, phase: m.StrikePhase, now: float, path: Path | None, reason: str, outcome: Outcome | None
+) -> m.Strike:
+    """Return what is published of a ball. path: its prediction; outcome: how it left the hit."""
+    choice = attempt.asked.choice if attempt.asked else attempt.choice
+    return m.Strike(
+        ball=attempt.ball,
+        phase=phase,
+        time=now,
+        sight=attempt.decided if np.isfinite(attempt.decided) else None,
+        prediction=None if path is None else _prediction(path, choice.time if choice else float(path.times[-1])),
+        racket=None if choice is None else _aim(choice),
+        goal_id=attempt.goal_id,
+        revisions=attempt.revisions,
+        hit=None if outcome is None else _hit(outcome),
+        landing=None if outcome is None or choice is None else _landing(outcome, choice.target),
+        reason=reason,
+    )
+
+
+def _prediction(path: Path, until: float) -> m.BallPrediction:
+    until = float(np.clip(until, path.times[0], path.times[-1]))
+    times = np.linspace(path.times[0], until, PATH_POINTS)
+    places, speeds = path.at(times)
+    spread = np.sqrt(np.diagonal(path.covariance(times[-1:])[0])[:3])
+    return m.BallPrediction(
+        time=until,
+        position=_triple(places[-1]),
+        velocity=_triple(speeds[-1]),
+        spread=_triple(spread),
+        path=[_triple(place) for place in places],
+    )
+
+
+def _aim(choice: Choice) -> m.RacketAim:
+    return m.RacketAim(
+        time=choice.time,
+        position=_triple(choice.racket_position),
+        normal=_triple(choice.racket_normal),
+        velocity=_triple(choice.racket_velocity),
+        outgoing=_triple(choice.outgoing),
+        landing=_triple(choice.target),
+        error=choice.error,
+    )
+
+
+def _hit(outcome: Outcome) -> m.BallHit:
+    velocity = None if outcome.velocity is None else _triple(outcome.velocity)
+    return m.BallHit(time=outcome.time, position=_triple(outcome.position), velocity=velocity)
+
+
+def _landing(outcome: Outcome, target: np.ndarray) -> m.Landing | None:
+    if outcome.landing is None:
+        return None
+    time, place = outcome.landing
+    distance = float(np.linalg.norm(place[:2] - target[:2]))
+    return m.Landing(time=time, position=_triple(place), distance=distance)
+
+
+def _triple(vector: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in vector)
+    return x, y, z

@@ -1,0 +1,156 @@
+"""What the striker knows and works out: ball, court, arm, contact law. Arrays in, hits out."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+
+from robot.court import BALL, CourtConfig
+from robot.description import RobotConfig
+from robot.model import owner_name
+from robot.striking.arm import Arm, Racket
+from robot.striking.calibration import calibrate
+from robot.striking.choice import Choice, State
+from robot.striking.chooser import Chooser, Options
+from robot.striking.contact import ContactLaw
+from robot.striking.estimator import Belief, Estimate, Estimator
+from robot.striking.flight import Air, Ball, Court, Net, Surface, time_to_fall, travel
+from robot.striking.learning import Learner, LearningError, left_with, read, write
+from robot.striking.reachability import Reachability
+from robot.striking.simulated_contact import SimulatedContact
+from services.striker.attempt import Attempt, Outcome
+from services.striker.orders import Order
+
+HORIZON_S = 2.0
+"""How far ahead a ball is predicted."""
+FOLLOW_THROUGH_S = 0.015
+"""For which the racket keeps its velocity after the middle of the contact."""
+CLEARS_M = 0.15
+"""m above the net for a ball that is returned."""
+MISSED_M_S = 1.0
+"""A ball whose velocity changed by less than this was not hit."""
+BELIEVED = Belief(position_std=0.004, velocity_std=0.02, restitution_std=0.06, drag_std=0.2)
+OPTIONS = Options(
+    time_step=0.04,
+    flights=(0.6, 0.75, 0.9),
+    most=120,
+    time_shifts=(-0.02, 0.0, 0.02),
+    flight_shifts=(-0.05, 0.0, 0.05),
+)
+"""Fewer candidates than the mathematics' own: a correction must be found between two sights."""
+
+
+class CannotStrike(ValueError):
+    """The robot's description lacks something that striking needs; `str()` is a sentence."""
+
+
+class Mind:
+    """Predicts the ball, chooses hits and corrects them, and learns the contact law from the balls that leave.
+
+    Attributes:
+        estimator: Follows the ball.
+        ball_body: Name of the ball in contacts.
+        racket_body: Name of the racket in contacts.
+    """
+
+    def __init__(self, config: RobotConfig, learned: Path, log: logging.Logger) -> None:
+        """Prepare; the first time for a robot this takes seconds, later the table is read from beside `learned`.
+
+        Raises:
+            CannotStrike: the description has no ball, racket or court; what was learned cannot be read.
+        """
+        if config.ball is None or config.racket is None or config.court is None:
+            missing = [name for name in ("ball", "racket", "court") if getattr(config, name) is None]
+            raise CannotStrike(f"robot {config.name} cannot strike: its TOML has no [{'], ['.join(missing)}]")
+        step = float(config.model.opt.timestep)
+        self._ball = Ball(config.ball.mass, config.ball.radius, config.ball.drag, config.ball.magnus, step)
+        self._court = court_of(config.court)
+        self._robot, self._learned, self._log = config.name, learned, log
+        arm = Arm(config, Racket(config.racket.radius, config.racket.thickness), self._ball)
+        table = Reachability.of(config, learned.parent)
+        try:
+            known = read(learned, config.name)
+        except LearningError as error:
+            raise CannotStrike(str(error)) from None
+        if known is None:
+            nothing = SimulatedContact(config, BALL, ContactLaw(0.0, 0.0), arm.offset)
+            known = Learner.of(calibrate(arm, table, nothing).law)
+        self._learner = known
+        self._contact = SimulatedContact(config, BALL, known.law, arm.offset)
+        self._chooser = Chooser(arm, table, self._court, known.law, OPTIONS, self._contact)
+        self._centre = arm.chain.pose(config.home[None])[0][0]
+        self.estimator = Estimator(self._ball, self._court, BELIEVED)
+        self.ball_body = BALL
+        self.racket_body = owner_name(config.model, config.model.geom(config.racket.geom).id)
+
+    @property
+    def follow_through(self) -> float:
+        """For how long (s) the racket goes on after a hit."""
+        return self._learner.law.duration / 2 + FOLLOW_THROUGH_S
+
+    def comes(self, estimate: Estimate) -> bool:
+        """Return whether a ball comes towards the arm."""
+        towards = self._centre[:2] - estimate.position[:2]
+        return bool(estimate.velocity[:2] @ towards > 0.5 * np.linalg.norm(towards))
+
+    def choose(self, begin: State, order: Order) -> list[Choice]:
+        """Return hits of the ball that is followed, the best first. Raises NoHit."""
+        path = self.estimator.path(begin.time + HORIZON_S)
+        return self._chooser.choose(path, begin, order.target, order.flight_time)
+
+    def correct(self, begin: State, order: Order, last: Choice) -> Choice:
+        """Return a better hit near `last`. Raises NoHit."""
+        path = self.estimator.path(last.time + 0.1)
+        return self._chooser.correct(path, begin, order.target, last)[0]
+
+    def judge(self, attempt: Attempt) -> Outcome | None:
+        """Return how the ball left the hit, and learn from it; None where it was not hit."""
+        choice = attempt.choice
+        assert choice is not None
+        hit = attempt.touch.time if attempt.touch else choice.time
+        after = hit + self._learner.law.duration
+        sights = [(time, place) for time, place in attempt.sights if time > after]
+        found = left_with(
+            [time for time, _ in sights],
+            np.array([place for _, place in sights]),
+            hit,
+            self._ball,
+            Air(self._ball.drag),
+        )
+        if found is None:
+            return Outcome(hit, choice.ball, None, None) if attempt.touch else None
+        velocity, std = found
+        if attempt.touch is None and np.linalg.norm(velocity - choice.incoming) < MISSED_M_S:
+            return None
+        if self._learner.observe(choice, self._ball.mass, velocity, std, self._contact(choice)):
+            self._chooser.law = self._contact.law = self._learner.law
+            self.keep()
+        return Outcome(hit, choice.ball, velocity, self._landing(hit, choice.ball, velocity))
+
+    def keep(self) -> None:
+        """Write what was learned."""
+        try:
+            write(self._learned, self._robot, self._learner)
+        except OSError as error:
+            self._log.warning("what was learned is not kept: %s", error)
+
+    def _landing(self, hit: float, place: np.ndarray, velocity: np.ndarray) -> tuple[float, np.ndarray] | None:
+        """Return when and where a ball that leaves `place` (3,) comes down; None where it never does."""
+        height, air = self._court.surface.height + self._ball.radius, Air(self._ball.drag)
+        time = float(time_to_fall(place[2] - height, velocity[2], np.array(-9.81), self._ball.step))
+        for _ in range(3):  # Newton's method on the height
+            if not 0 < time < 10:
+                return None
+            there, speed = travel(self._ball, air, place[None], velocity[None], np.array([time]))
+            time -= float((there[0, 2] - height) / speed[0, 2])
+        there, _ = travel(self._ball, air, place[None], velocity[None], np.array([time]))
+        return hit + time, there[0]
+
+
+def court_of(config: CourtConfig) -> Court:
+    """Return a robot's court as the mathematics has it."""
+    surface = Surface(config.height, config.restitution, config.friction, config.dwell)
+    if config.net is None:
+        return Court(surface)
+    net = Net(np.array(config.net.top), np.array(config.net.normal), config.net.half_width)
+    return Court(surface, net, clearance=CLEARS_M)

@@ -1,0 +1,1 @@
+"""A rally: balls thrown at the arm, returned to a target, scored and recorded."""

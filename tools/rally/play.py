@@ -1,0 +1,150 @@
+"""Throws balls at a running cell and collects what becomes of each."""
+
+import contextlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from typing import Any
+
+import numpy as np
+
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
+from protocol.codec import decode
+from protocol.errors import NoAnswer, Refusal
+from protocol.topics import Publication
+from robot.court import CourtConfig
+from robot.description import RobotConfig
+from robot.striking.launcher import Launch, Launcher
+from robot.striking.scoring import Score, score
+
+AFTER_ARRIVAL_S = 2.0
+"""A ball that has not landed so long (robot time) after its arrival is not waited for."""
+AFTER_LANDING_S = 0.15
+REST_S = 4.0
+"""How long (wall time) the arm may take to be ready for the next ball."""
+STALLED_S = 5.0
+"""A sim that shows no ball for so long (wall time) is gone."""
+TOPICS = (topics.BALL, topics.CONTACT, topics.STRIKES, topics.ENDED)
+
+
+@dataclass(slots=True, eq=False)
+class Stroke:
+    """One ball: how it was thrown, what the striker said of it, how its motions ended, its score.
+
+    latencies: s of wall time, from a sight's message to the first command of the motion that it changed.
+    """
+
+    launch: Launch
+    said: list[m.Strike] = field(default_factory=list)
+    results: list[m.Result] = field(default_factory=list)
+    latencies: list[float] = field(default_factory=list)
+    score: Score = field(default_factory=Score)
+
+    @property
+    def corrections(self) -> int:
+        """Corrections that were taken."""
+        return sum(strike.phase == "revised" for strike in self.said)
+
+    def reason(self) -> str:
+        """Return the striker's last sentence about why it did not play, or empty."""
+        return next((s.reason for s in reversed(self.said) if s.phase in ("refused", "missed") and s.reason), "")
+
+    def faults(self) -> list[str]:
+        """Return a sentence for each motion that was not played to its end."""
+        return [f"goal {r.goal_id} was aborted: {r.reason}" for r in self.results if r.outcome == "aborted"]
+
+
+class Player:
+    """Throws balls of `launcher` on the services that `bus` reaches."""
+
+    def __init__(self, bus: Bus, config: RobotConfig, launcher: Launcher, target: tuple[float, float, float]) -> None:
+        assert config.court is not None
+        self._bus = bus
+        self._court: CourtConfig = config.court
+        self._bodies = config.bodies
+        self._launcher = launcher
+        self._target = target
+        self._heard: SimpleQueue[tuple[Publication[Any], bytes, int]] = SimpleQueue()
+        for topic in TOPICS:
+            bus.listen(topic, lambda body, topic=topic: self._heard.put((topic, body, time.time_ns())))
+
+    def play(self) -> Stroke:
+        """Wait until the arm rests, throw a ball, and follow it until it has landed.
+
+        Raises:
+            Refusal: the ball cannot be thrown.
+            NoAnswer: the sim is silent.
+        """
+        self._wait_for_rest()
+        stroke = Stroke(self._launcher.next())
+        contacts: list[m.Contact] = []
+        sights: list[m.BallState] = []
+        seen: dict[float, int] = {}
+        self._drain()
+        launch = stroke.launch
+        thrown = self._bus.ask(
+            topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin)
+        ).time
+        until, now = thrown + launch.flight_time + AFTER_ARRIVAL_S, thrown
+        while now < until:
+            message, wall_ns = self._take()
+            match message:
+                case m.BallState():
+                    now = max(now, message.time)
+                    sights.append(message)
+                    seen[message.time] = wall_ns
+                case m.Contact():
+                    contacts.append(message)
+                    stroke.score = score(contacts, sights, self._court, self._bodies, self._target)
+                    if stroke.score.landed_time is not None or stroke.score.net:
+                        until = min(until, now + AFTER_LANDING_S)
+                case m.Strike():
+                    stroke.said.append(message)
+                case _:
+                    stroke.results.append(message)
+        stroke.score = score(contacts, sights, self._court, self._bodies, self._target)
+        stroke.latencies = _latencies(stroke, seen)
+        return stroke
+
+    def _take(self) -> tuple[Any, int]:
+        """Return the next message. Raises NoAnswer where none comes."""
+        try:
+            topic, body, wall_ns = self._heard.get(timeout=STALLED_S)
+        except Empty:
+            raise NoAnswer("sim", self._bus.key(topics.BALL.key), "no ball was seen for 5 s") from None
+        return decode(body, topic.message), wall_ns
+
+    def _drain(self) -> None:
+        with contextlib.suppress(Empty):
+            while True:
+                self._heard.get_nowait()
+
+    def _wait_for_rest(self) -> None:
+        """Return once the arm has rested for a moment, at the latest after `REST_S`."""
+        deadline, calm = time.monotonic() + REST_S, 0
+        while calm < 4 and time.monotonic() < deadline:
+            time.sleep(0.05)
+            with contextlib.suppress(Refusal, NoAnswer):
+                calm = calm + 1 if self._bus.ask(topics.STATUS_QUERY, m.Empty()).mode == "holding" else 0
+
+
+def _latencies(stroke: Stroke, seen: dict[float, int]) -> list[float]:
+    """Return the wall time (s) from each sight that changed the motion to the first command that shows it."""
+    sights = {s.goal_id: s.sight for s in stroke.said if s.phase in ("planned", "revised") and s.sight is not None}
+    found = []
+    for result in stroke.results:
+        began = seen.get(sights.get(result.goal_id) or -1.0)
+        if began is not None and result.stamps.first_command is not None:
+            found.append((result.stamps.first_command - began) / 1e9)
+    return found
+
+
+def percentile(values: list[float], share: float) -> float | None:
+    """Return a percentile, None of nothing."""
+    return float(np.percentile(values, 100 * share)) if values else None
+
+
+Progress = Callable[[int, Stroke], None]

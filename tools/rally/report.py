@@ -1,0 +1,74 @@
+"""The rally's table and its line of JSON."""
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from tools.rally.play import Stroke, percentile
+
+MISSED = "-"
+
+
+def summary(strokes: Sequence[Stroke]) -> dict[str, object]:
+    """Return the figures of a rally: counts, the median distance (m) of all that landed, latencies in ms."""
+    distances = [s.score.distance for s in strokes if s.score.returned and s.score.distance is not None]
+    latencies = [1e3 * value for stroke in strokes for value in stroke.latencies]
+    rounded = {name: percentile(latencies, share) for name, share in (("p50", 0.5), ("p99", 0.99))}
+    return {
+        "balls": len(strokes),
+        "hit": sum(stroke.score.hit for stroke in strokes),
+        "returned": len(distances),
+        "within_30cm": sum(distance <= 0.3 for distance in distances),
+        "within_20cm": sum(distance <= 0.2 for distance in distances),
+        "median_error_m": round(float(np.median(distances)), 4) if distances else None,
+        "corrections": sum(stroke.corrections for stroke in strokes),
+        "violations": sum(len(stroke.faults()) for stroke in strokes),
+        "sight_to_command_ms": {k: None if v is None else round(v, 1) for k, v in rounded.items()},
+    }
+
+
+def json_line(strokes: Sequence[Stroke]) -> str:
+    """Return the figures as one line."""
+    return json.dumps(summary(strokes))
+
+
+def table(strokes: Sequence[Stroke]) -> Table:
+    """Return one row for each ball."""
+    shown = Table(title="The rally", box=SIMPLE_HEAD, padding=0)
+    for heading in ("ball", "arrives at\nm", "hit", "lands\nm", "off by\ncm", "corr.", "sight to\ncommand ms", "score"):
+        shown.add_column(heading, justify="right", no_wrap=True)
+    shown.add_column("", overflow="fold")
+    for number, stroke in enumerate(strokes, 1):
+        latency = percentile(stroke.latencies, 0.5)
+        score = stroke.score
+        shown.add_row(
+            str(number),
+            _place(stroke.launch.arrival),
+            "yes" if score.hit else "no",
+            _place(score.landed_at[:2]) if score.landed_at else MISSED,
+            f"{100 * score.distance:.0f}" if score.distance is not None else MISSED,
+            str(stroke.corrections),
+            f"{1e3 * latency:.0f}" if latency is not None else MISSED,
+            "[green]in[/green]" if score.returned else "[red]net[/red]" if score.net else "[red]out[/red]",
+            "" if score.returned else stroke.reason(),
+        )
+    return shown
+
+
+def sentence(strokes: Sequence[Stroke]) -> str:
+    """Return the figures in words."""
+    found = summary(strokes)
+    latency = found["sight_to_command_ms"]
+    assert isinstance(latency, dict)
+    return (
+        f"{found['hit']} of {found['balls']} balls hit, {found['returned']} returned, {found['within_30cm']} within "
+        f"30 cm of the target, {found['within_20cm']} within 20 cm; {found['corrections']} corrections, from sight to "
+        f"command {latency['p50']} ms in the median, {latency['p99']} ms at the 99th percentile"
+    )
+
+
+def _place(place: Sequence[float]) -> str:
+    return " ".join(f"{value:.2f}" for value in place)
