@@ -16,6 +16,7 @@ import tyro
 import zenoh
 from rich.console import Console
 
+from deploy.processes import PROCESSES
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
@@ -30,6 +31,7 @@ from services.common.cli import (
     PlannerFlags,
     RecorderFlags,
     SimFlags,
+    StrikerFlags,
     free_port,
     is_taken,
     open_bus,
@@ -51,6 +53,9 @@ class Flags:
     Writes a trace, volley-DATE-TIME.rrd in the current directory unless --record names another, and shows it live in a
     browser: the recorder keeps the last 256 MB for that. With --no-live it does not. Ports of the live view that are
     taken are replaced by free ones.
+
+    Attributes:
+        strike: Start the striker too, which returns balls once it is asked to (`volley strike X Y Z`).
     """
 
     common: Common = field(default_factory=Options)
@@ -59,6 +64,8 @@ class Flags:
     recorder: Annotated[RecorderFlags, Unprefixed] = field(
         default_factory=lambda: RecorderFlags(live=True, unindexed=True)
     )
+    striker: Annotated[StrikerFlags, Unprefixed] = field(default_factory=StrikerFlags)
+    strike: bool = False
 
 
 def main() -> None:
@@ -70,8 +77,9 @@ def main() -> None:
     stopping = realtime.stop_on_signals()
     try:
         options, recorder = prepare(flags)
-        values = {**asdict(flags.sim), **asdict(flags.planner), **asdict(recorder)}
-        with running_cell(options, values, give_up=stopping.is_set) as cell, viewer(recorder) as address:
+        values = {**asdict(flags.sim), **asdict(flags.planner), **asdict(recorder), **asdict(flags.striker)}
+        names = [process.name for process in PROCESSES] if flags.strike else None
+        with running_cell(options, values, names, give_up=stopping.is_set) as cell, viewer(recorder) as address:
             if not stopping.is_set():
                 took = time.monotonic() - began
                 first = first_command(cell.bus, flags_for(options, cell.endpoint))

@@ -27,6 +27,8 @@ FOLLOW_THROUGH_S = 0.015
 """For which the racket keeps its velocity after the middle of the contact."""
 CLEARS_M = 0.15
 """m above the net for a ball that is returned."""
+LEAST_STD = 0.02
+"""m/s; a velocity after a hit is known no better than this."""
 MISSED_M_S = 1.0
 """A ball whose velocity changed by less than this was not hit."""
 BELIEVED = Belief(position_std=0.004, velocity_std=0.02, restitution_std=0.06, drag_std=0.2)
@@ -72,12 +74,12 @@ class Mind:
             known = read(learned, config.name)
         except LearningError as error:
             raise CannotStrike(str(error)) from None
-        if known is None:
-            nothing = SimulatedContact(config, BALL, ContactLaw(0.0, 0.0), arm.offset)
-            known = Learner.of(calibrate(arm, table, nothing).law)
-        self._learner = known
-        self._contact = SimulatedContact(config, BALL, known.law, arm.offset)
-        self._chooser = Chooser(arm, table, self._court, known.law, OPTIONS, self._contact)
+        nothing = SimulatedContact(config, BALL, ContactLaw(0.0, 0.0), arm.offset)
+        calibrated = calibrate(arm, table, nothing).law
+        self._learner = known or Learner.of(calibrated)
+        # What the simulated contact adds is counted from the calibrated law, so that what is learned adds to it.
+        contact = SimulatedContact(config, BALL, calibrated, arm.offset)
+        self._chooser = Chooser(arm, table, self._court, self._learner.law, OPTIONS, contact)
         self._centre = arm.chain.pose(config.home[None])[0][0]
         self.estimator = Estimator(self._ball, self._court, BELIEVED)
         self.ball_body = BALL
@@ -122,8 +124,8 @@ class Mind:
         velocity, std = found
         if attempt.touch is None and np.linalg.norm(velocity - choice.incoming) < MISSED_M_S:
             return None
-        if self._learner.observe(choice, self._ball.mass, velocity, std, self._contact(choice)):
-            self._chooser.law = self._contact.law = self._learner.law
+        if self._learner.observe(choice, self._ball.mass, velocity, max(std, LEAST_STD), choice.beside):
+            self._chooser.law = self._learner.law
             self.keep()
         return Outcome(hit, choice.ball, velocity, self._landing(hit, choice.ball, velocity))
 

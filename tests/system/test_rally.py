@@ -1,0 +1,28 @@
+"""A short rally through the running services, on the stepped clock, three times slower than the wall clock."""
+
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from tools.rally.__main__ import Flags, play
+from tools.rally.play import Stroke
+from tools.rally.report import summary
+
+
+@pytest.mark.realtime
+def test_a_ball_is_returned_and_every_correction_is_said(tmp_path: Path):
+    strokes: list[Stroke] = []
+    play(Flags(balls=1, slow=3.0, seed=0, record=tmp_path / "rally.rrd"), Console(quiet=True), strokes)
+    (stroke,) = strokes
+    phases = [said.phase for said in stroke.said]
+    assert phases[:2] == ["seen", "planned"]
+    assert phases[-2:] == ["hit", "landed"]
+    assert stroke.corrections >= 1
+    assert stroke.score.returned
+    found = summary(strokes)
+    assert (found["balls"], found["hit"], found["returned"], found["violations"]) == (1, 1, 1, 0)
+    said = stroke.said[-1].landing
+    assert said is not None
+    assert stroke.score.distance is not None
+    assert abs(said.distance - stroke.score.distance) < 0.15, "the striker sees where its balls land"

@@ -1,0 +1,157 @@
+"""The striker without a bus: what it asks and says of a ball that flies as the mathematics has it."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from protocol import messages as m
+from protocol.errors import NoAnswer, Refusal
+from robot.description import load_robot
+from robot.striking.flight import Air, travel
+from robot.striking.launcher import Launcher
+from services.striker.core import Striker
+from services.striker.mind import Mind
+
+ROBOT = load_robot()
+ORDER = m.StrikeRequest(target=(4.5, 0.0, 0.0))
+
+
+class Recorded:
+    """What the striker asked and said; commands stand at home."""
+
+    def __init__(self) -> None:
+        self.goals: list[m.Goal] = []
+        self.said: list[m.Strike] = []
+        self.tick = 0
+
+    def ask(self, goal: m.Goal) -> None:
+        self.goals.append(goal)
+
+    def say(self, strike: m.Strike) -> None:
+        self.said.append(strike)
+
+    def command(self) -> m.Command:
+        home, rest = ROBOT.home.tolist(), [0.0] * 6
+        return m.Command(
+            run=1, tick=self.tick, source="", accelerations=rest, positions=home, velocities=rest, goal_id=None
+        )
+
+
+@pytest.fixture(scope="module")
+def mind(tmp_path_factory: pytest.TempPathFactory) -> Mind:
+    return Mind(ROBOT, tmp_path_factory.mktemp("striker") / "arm.json", logging.getLogger("striker"))
+
+
+@pytest.fixture
+def outside() -> Recorded:
+    return Recorded()
+
+
+@pytest.fixture
+def striker(mind: Mind, outside: Recorded) -> Striker:
+    mind.estimator.reset()
+    return Striker(ROBOT, mind, outside, [("forehand", 1.0)], logging.getLogger("striker"))
+
+
+def accepted(goal: m.Goal) -> m.GoalReply:
+    """A reply that takes the goal; its report is not read."""
+    return m.GoalReply(
+        goal_id=goal.goal_id or "", start_time=0.1, duration=0.5, total_duration=0.8, report=None  # type: ignore[arg-type]
+    )
+
+
+def fly(striker: Striker, outside: Recorded, seconds: float, begin: float = 0.0) -> None:
+    """Show a volley for some time, 100 sights a second."""
+    launch = Launcher(ROBOT, 4, "volley").next()
+    assert ROBOT.ball is not None
+    ball, air = striker._mind._ball, Air(ROBOT.ball.drag)
+    start, speed = np.array([launch.position]), np.array([launch.velocity])
+    for index in range(round(seconds * 100)):
+        time = begin + 0.01 * index
+        place, velocity = travel(ball, air, start, speed, np.array([time - begin]))
+        outside.tick = round(1000 * time)
+        striker.see(m.BallState(time=time, position=place[0].tolist(), velocity=velocity[0].tolist()))
+        striker.decide()
+
+
+def begun(striker: Striker, outside: Recorded) -> m.Goal:
+    """Order strikes, let the arm be at home, show a ball, and return the goal for it."""
+    striker.order(ORDER)
+    striker.decide()
+    striker.answered(outside.goals.pop().goal_id or "", accepted(m.Goal(primitive="")))
+    fly(striker, outside, 0.12)
+    return outside.goals[0]
+
+
+def test_a_ball_that_comes_is_hit_by_a_goal(striker: Striker, outside: Recorded):
+    goal = begun(striker, outside)
+    assert goal.revises is None
+    assert goal.arrival_time is not None
+    assert goal.arrival_time > 0.2
+    assert [said.phase for said in outside.said] == ["seen"]
+    striker.answered(goal.goal_id or "", accepted(goal))
+    assert outside.said[-1].phase == "planned"
+    assert outside.said[-1].racket is not None
+
+
+def test_new_sights_correct_the_goal_that_is_played(striker: Striker, outside: Recorded):
+    goal = begun(striker, outside)
+    striker.answered(goal.goal_id or "", accepted(goal))
+    fly(striker, outside, 0.2)
+    assert outside.goals[-1].revises == goal.goal_id
+
+
+def test_without_an_order_nothing_moves(striker: Striker, outside: Recorded):
+    fly(striker, outside, 0.3)
+    assert not outside.goals
+    assert not outside.said
+
+
+def test_a_planner_that_is_gone_is_said_once(striker: Striker, outside: Recorded):
+    goal = begun(striker, outside)
+    striker.answered(goal.goal_id or "", NoAnswer("planner", "volley/arm/goal"))
+    assert outside.said[-1].phase == "refused"
+    assert "planner is not running" in outside.said[-1].reason
+
+
+def test_a_target_behind_the_arm_is_refused_in_a_sentence(striker: Striker, outside: Recorded):
+    striker.order(m.StrikeRequest(target=(-90.0, 0.0, 0.0)))
+    striker.decide()
+    striker.answered(outside.goals.pop().goal_id or "", accepted(m.Goal(primitive="")))
+    fly(striker, outside, 0.12)
+    assert not outside.goals
+    assert outside.said[-1].phase == "refused"
+    assert outside.said[-1].reason
+
+
+def test_a_ball_on_its_tee_is_left_alone(striker: Striker, outside: Recorded):
+    striker.order(ORDER)
+    for index in range(40):
+        striker.see(m.BallState(time=0.01 * index, position=[0.24, -0.91, 1.14], velocity=[0.0, 0.0, 0.0]))
+        striker.decide()
+    assert not outside.said
+
+
+@pytest.mark.parametrize(
+    ("fields", "field"),
+    [
+        ({"target": (1e9, 0.0, 0.0)}, "target"),
+        ({"flight_time": 0.0}, "flight_time"),
+        ({"revise_hz": -1.0}, "revise_hz"),
+        ({"until_s": 7.0}, "until_s"),
+        ({"primitives": []}, "primitives"),
+        ({"count": 0}, "count"),
+    ],
+)
+def test_an_order_out_of_range_is_refused_with_its_field(striker: Striker, fields: dict, field: str):
+    with pytest.raises(Refusal) as refused:
+        striker.order(m.StrikeRequest(**({"target": (4.5, 0.0, 0.0)} | fields)))
+    assert refused.value.detail["field"] == field
+
+
+def test_what_cannot_be_read_is_said(tmp_path: Path):
+    (tmp_path / "arm.json").write_text("{")
+    with pytest.raises(ValueError, match="delete it to learn again"):
+        Mind(ROBOT, tmp_path / "arm.json", logging.getLogger("striker"))
