@@ -110,7 +110,7 @@ CONTACT = Publication("contact", "robot", m.Contact, "two bodies touch, or have 
 BALL = Publication("ball", "robot", m.BallState, "the ball, as a camera sees it", rate_hz=100.0, max_age_s=0.5)
 SCENE = Publication("scene", "robot", m.Scene, "what moves beside the arm and the ball", rate_hz=50.0, max_age_s=0.5)
 DISTURBANCE = Publication("disturbance", "robot", m.Disturbance, "the disturbances that act now")
-STRIKES = Publication("strike", "striker", m.Strike, "what the striker decides and sees", recorded=False)
+STRIKES = Publication("strike", "striker", m.Strike, "what the striker decides and sees")
 
 QUERIES: tuple[Query, ...] = (
     GOAL,

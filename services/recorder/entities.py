@@ -9,7 +9,7 @@ from protocol.topics import Publication
 
 Event = Literal[
     "", "a ball", "a plan", "a correction", "a goal", "a result", "a hit", "a refusal", "a contact", "a disturbance",
-    "a push", "known truth", "something missing",
+    "a push", "a strike", "a returned ball", "known truth", "something missing",
 ]  # fmt: skip
 """What must occur for an entity to be in a trace; empty: every trace of a sim and a controller has it."""
 
@@ -49,6 +49,7 @@ class Entity:
 STATE, COMMAND, STATUS = (topics.STATE,), (topics.COMMAND,), (topics.STATUS,)
 PLAN, ENDED, REFUSED = (topics.PLAN,), (topics.ENDED,), (topics.REFUSED,)
 BALL, CONTACT, DISTURBANCE, SCENE = (topics.BALL,), (topics.CONTACT,), (topics.DISTURBANCE,), (topics.SCENE,)
+STRIKES = (topics.STRIKES,)
 GOAL = (*PLAN, *ENDED, *REFUSED)
 OWN: tuple[Publication, ...] = ()
 
@@ -183,6 +184,32 @@ CONTACTS = Entity("/contacts", SCALARS, CONTACT, "impulse of each contact", "N·
 PLANNED_PATH = Entity("/world/plan/path", LINES, PLAN, "the tool's planned path", "m", "a plan")
 DEMONSTRATED_PATH = Entity("/world/plan/demonstration", LINES, PLAN, "the tool's demonstrated path", "m", "a plan")
 PLANNED_HIT = Entity("/world/plan/hit", POINTS, PLAN, "where the tool is at the hit", "m", "a plan")
+
+# --- strikes ----------------------------------------------------------------------------------------------
+
+STRIKE_EVENT = Entity("/events/strike", EVENT, STRIKES, "the striker decides or sees something", needs="a strike")
+STRIKE_LANE = Entity("/lanes/strike", LANE, STRIKES, "phase of the ball that the striker follows", needs="a strike")
+PREDICTED_PATH = Entity("/world/strike/prediction", LINES, STRIKES, "where the ball will fly", "m", "a strike")
+PREDICTED_BALL = Entity(
+    "/world/strike/expected", "Ellipsoids3D", STRIKES, "the ball at the touch, two standard deviations", "m", "a strike"
+)
+CHOSEN_HIT = Entity(
+    "/world/strike/racket", ARROWS, STRIKES, "the racket's velocity at the touch, 0.1 s of it", "m", "a strike"
+)
+PREDICTION_SPREAD = Entity(
+    "/strikes/spread", SCALARS, STRIKES, "standard deviation of x, y, z of the ball at the touch", "m", "a strike"
+)
+REVISIONS = Entity("/strikes/revisions", SCALARS, STRIKES, "corrections taken for this ball", needs="a strike")
+EXPECTED_ERROR = Entity(
+    "/strikes/expected_error", SCALARS, STRIKES, "expected distance of the landing from the target", "m", "a strike"
+)
+OUTGOING = Entity(
+    "/world/strike/outgoing", ARROWS, STRIKES, "velocity of the ball after the hit, 0.1 s of it", "m", "a returned ball"
+)
+LANDING = Entity("/world/strike/landing", POINTS, STRIKES, "where the ball came down", "m", "a returned ball")
+LANDING_DISTANCE = Entity(
+    "/strikes/distance", SCALARS, STRIKES, "of the landing from the target", "m", "a returned ball"
+)
 PUSH_ARROW = Entity(
     "/world/BODY/push", ARROWS, DISTURBANCE, "how the push on the body's joint moves the tool", "m", "a push"
 )
@@ -224,6 +251,19 @@ SECTIONS: dict[str, tuple[Entity, ...]] = {
         BALL_POSITION,
         BALL_VELOCITY,
         CONTACTS,
+    ),
+    "Strikes": (
+        STRIKE_EVENT,
+        STRIKE_LANE,
+        PREDICTED_PATH,
+        PREDICTED_BALL,
+        PREDICTION_SPREAD,
+        CHOSEN_HIT,
+        REVISIONS,
+        EXPECTED_ERROR,
+        OUTGOING,
+        LANDING,
+        LANDING_DISTANCE,
     ),
 }
 """The table, in the order of the page."""

@@ -16,6 +16,7 @@ from services.recorder.events import BallWriter, ContactWriter, RefusalWriter, R
 from services.recorder.plans import PlanWriter
 from services.recorder.pushes import DisturbanceWriter
 from services.recorder.streams import CommandWriter, StateWriter
+from services.recorder.strikes import StrikeWriter
 from services.recorder.surroundings import SurroundingsWriter
 from services.recorder.validation import Receiver, Source
 from services.recorder.writer import TraceWriter
@@ -39,6 +40,7 @@ def topic_writers(context: Context) -> dict[Publication, TopicWriter]:
         topics.ENDED: ResultWriter(context, plans.end),
         topics.CONTACT: ContactWriter(context),
         topics.BALL: BallWriter(context),
+        topics.STRIKES: StrikeWriter(context),
         topics.SCENE: SurroundingsWriter(context),
         topics.DISTURBANCE: DisturbanceWriter(context),
     }

@@ -174,6 +174,19 @@ def _check_scene(scene: m.Scene, _: int) -> None:
             raise bad_message("joints", f"joints: {name} is at {coordinates}; at most {MAX_IN_SPACE:g} can be shown")
 
 
+def _check_strike(strike: m.Strike, _: int) -> None:
+    _check_range("time", strike.time, MAX_TIME_S)
+    _check_range("revisions", strike.revisions, MAX_TICK)
+    shown = {"prediction": strike.prediction, "racket": strike.racket, "hit": strike.hit, "landing": strike.landing}
+    for name, part in shown.items():
+        for field in ("position", "velocity"):
+            vector = getattr(part, field, None)
+            if vector is not None:
+                _check_in_space(f"{name}.{field}", list(vector))
+    for place in strike.prediction.path if strike.prediction else ():
+        _check_in_space("prediction.path", list(place))
+
+
 def _check_contact(contact: m.Contact, _: int) -> None:
     _check_range("time", contact.time, MAX_TIME_S)
     if contact.ball_velocity is not None:
@@ -226,4 +239,5 @@ CHECKS: dict[type, Callable[[Any, int], None]] = {
     m.BallState: _check_ball,
     m.Scene: _check_scene,
     m.Contact: _check_contact,
+    m.Strike: _check_strike,
 }

@@ -13,8 +13,8 @@ from client import connect
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 README = (EXAMPLES / "README.md").read_text()
-ELSEWHERE = {"stand_in_driver", "record_wave"}
-"""Tested with the contract tests of a robot side, and by the commands of docs/robots.md."""
+ELSEWHERE = {"stand_in_driver", "record_wave", "rally"}
+"""Tested with the contract tests of a robot side, by the commands of docs/robots.md, and in test_rally."""
 PRINTED = {
     "strike": [
         "at all times: True",

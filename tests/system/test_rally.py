@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import pytest
+from harness import SERVICES, running
 from rich.console import Console
 
+from examples import rally
 from tools.rally.__main__ import Flags, play
 from tools.rally.play import Stroke
 from tools.rally.report import summary
@@ -26,3 +28,13 @@ def test_a_ball_is_returned_and_every_correction_is_said(tmp_path: Path):
     assert said is not None
     assert stroke.score.distance is not None
     assert abs(said.distance - stroke.score.distance) < 0.15, "the striker sees where its balls land"
+
+
+@pytest.mark.realtime
+def test_the_example_says_what_became_of_its_ball(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    flags = {"learned": tmp_path / "learned.json"}
+    with running(tmp_path, names=(*SERVICES, "striker"), clock="paced", **flags) as stack:
+        rally.main(stack.endpoint)
+    lines = capsys.readouterr().out.splitlines()
+    assert "ball 1 seen" in lines[0]
+    assert any("ball 1 landed" in line or "ball 1 missed" in line for line in lines)

@@ -1,16 +1,16 @@
 """`volley rally`: throw balls at the arm, which returns them; report, and leave a trace."""
 
 import contextlib
+import json
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-import msgspec
 import tyro
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -188,21 +188,25 @@ def scratch_robot(flags: Flags) -> Iterator[tuple[Path, Path]]:
             yield original, learned
             return
         description = read_description(original)
-        description.model = str(original.parent / description.model)
+        wrong: dict[tuple[str, str], object] = {("", "model"): json.dumps(str(original.parent / description.model))}
         if description.ball:
-            description.ball.drag *= 1 + flags.drag_error
+            wrong["ball", "drag"] = description.ball.drag * (1 + flags.drag_error)
         if description.court:
-            description.court.restitution *= 1 + flags.restitution_error
+            wrong["court", "restitution"] = description.court.restitution * (1 + flags.restitution_error)
         believed = Path(folder) / original.name
-        believed.write_bytes(msgspec.toml.encode(_without_null(msgspec.to_builtins(description))))
+        believed.write_text(changed(original.read_text(), wrong))
         yield believed, learned
 
 
-def _without_null(value: object) -> object:
-    """Return nested tables without what is null, which TOML has not."""
-    if isinstance(value, dict):
-        return {key: _without_null(entry) for key, entry in value.items() if entry is not None}
-    return value
+def changed(toml: str, values: Mapping[tuple[str, str], object]) -> str:
+    """Return a TOML text with other values, by table and key; the rest stays as it is."""
+    lines, section = [], ""
+    for line in toml.splitlines():
+        if line.startswith("["):
+            section = line[1:].partition("]")[0]
+        key = (section, line.partition("=")[0].strip())
+        lines.append(f"{key[1]} = {values[key]}" if key in values else line)
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":

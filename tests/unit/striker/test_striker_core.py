@@ -2,6 +2,7 @@
 
 import logging
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,7 +59,11 @@ def striker(mind: Mind, outside: Recorded) -> Striker:
 def accepted(goal: m.Goal) -> m.GoalReply:
     """A reply that takes the goal; its report is not read."""
     return m.GoalReply(
-        goal_id=goal.goal_id or "", start_time=0.1, duration=0.5, total_duration=0.8, report=None  # type: ignore[arg-type]
+        goal_id=goal.goal_id or "",
+        start_time=0.1,
+        duration=0.5,
+        total_duration=0.8,
+        report=None,  # type: ignore[arg-type]
     )
 
 
@@ -145,9 +150,10 @@ def test_a_ball_on_its_tee_is_left_alone(striker: Striker, outside: Recorded):
         ({"count": 0}, "count"),
     ],
 )
-def test_an_order_out_of_range_is_refused_with_its_field(striker: Striker, fields: dict, field: str):
+def test_an_order_out_of_range_is_refused_with_its_field(striker: Striker, fields: dict[str, Any], field: str):
     with pytest.raises(Refusal) as refused:
-        striker.order(m.StrikeRequest(**({"target": (4.5, 0.0, 0.0)} | fields)))
+        given: dict[str, Any] = {"target": (4.5, 0.0, 0.0), **fields}
+        striker.order(m.StrikeRequest(**given))
     assert refused.value.detail["field"] == field
 
 

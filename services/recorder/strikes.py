@@ -1,0 +1,75 @@
+"""What the striker decides: the predicted ball, the chosen hit, each correction, the ball that leaves, its landing."""
+
+import numpy as np
+import rerun as rr
+
+from protocol import messages as m
+from services.recorder import entities
+from services.recorder.context import Context
+from services.recorder.validation import Received
+from services.recorder.writer import Rows
+
+PREDICTED, CHOSEN, LEFT = (120, 190, 235), (245, 158, 66), (190, 230, 80)
+SHOWN_S = 0.1
+"""Velocities are drawn as the way of this time."""
+SIGMAS = 2.0
+
+
+class StrikeWriter:
+    """Writes each decision at its own time on the robot's clock."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        trace = context.trace
+        trace.static(entities.PREDICTED_PATH.path, rr.LineStrips3D.from_fields(colors=PREDICTED, radii=0.005))
+        trace.static(entities.PREDICTED_BALL.path, rr.Ellipsoids3D.from_fields(colors=PREDICTED))
+        trace.static(entities.CHOSEN_HIT.path, rr.Arrows3D.from_fields(colors=CHOSEN, radii=0.01))
+        trace.static(entities.OUTGOING.path, rr.Arrows3D.from_fields(colors=LEFT, radii=0.008))
+        trace.static(entities.LANDING.path, rr.Points3D.from_fields(colors=LEFT, radii=0.05, labels=["landed"]))
+
+    def write(self, received: list[Received[m.Strike]]) -> None:
+        """Write every decision."""
+        for one in received:
+            strike = one.message
+            row = self._context.row(self._context.runs.tick_at(strike.time), one.wall_ns)
+            self._write_event(row, strike)
+            self._context.trace.scalars(entities.REVISIONS.path, row, [strike.revisions])
+            if strike.prediction is not None:
+                self._write_prediction(row, strike.prediction)
+            if strike.racket is not None:
+                self._write_racket(row, strike.racket)
+            if strike.hit is not None and strike.hit.velocity is not None:
+                self._write_arrow(entities.OUTGOING.path, row, strike.hit.position, strike.hit.velocity)
+            if strike.landing is not None:
+                place = np.array([strike.landing.position])
+                self._context.trace.send(entities.LANDING.path, row, rr.Points3D.columns(positions=place))
+                self._context.trace.scalars(entities.LANDING_DISTANCE.path, row, [strike.landing.distance])
+
+    def _write_event(self, row: Rows, strike: m.Strike) -> None:
+        self._context.trace.states(entities.STRIKE_LANE.path, row, [f"{strike.ball} {strike.phase}"])
+        if strike.phase == "revised":
+            return  # up to fifty a second
+        reason = f": {strike.reason}" if strike.reason else ""
+        landed = f", {strike.landing.distance:.2f} m from the target" if strike.landing else ""
+        level = "WARN" if strike.phase in ("refused", "missed") else "INFO"
+        self._context.event(entities.STRIKE_EVENT, row, f"ball {strike.ball} {strike.phase}{landed}{reason}", level)
+
+    def _write_prediction(self, row: Rows, prediction: m.BallPrediction) -> None:
+        trace = self._context.trace
+        trace.scalars(entities.PREDICTION_SPREAD.path, row, np.array([prediction.spread]))
+        spread = SIGMAS * np.array([prediction.spread])
+        ball = rr.Ellipsoids3D.columns(centers=np.array([prediction.position]), half_sizes=spread)
+        trace.send(entities.PREDICTED_BALL.path, row, ball)
+        if len(prediction.path) > 1:
+            path = rr.LineStrips3D.columns(strips=[np.array(prediction.path)])
+            trace.send(entities.PREDICTED_PATH.path, row, path)
+
+    def _write_racket(self, row: Rows, racket: m.RacketAim) -> None:
+        self._context.trace.scalars(entities.EXPECTED_ERROR.path, row, [racket.error])
+        self._write_arrow(entities.CHOSEN_HIT.path, row, racket.position, racket.velocity)
+
+    def _write_arrow(
+        self, path: str, row: Rows, place: tuple[float, float, float], velocity: tuple[float, float, float]
+    ) -> None:
+        arrow = rr.Arrows3D.columns(origins=np.array([place]), vectors=SHOWN_S * np.array([velocity]))
+        self._context.trace.send(path, row, arrow)
