@@ -32,8 +32,7 @@ def test_a_ball_is_returned_and_every_correction_is_said(tmp_path: Path):
 
 @pytest.mark.realtime
 def test_the_example_says_what_became_of_its_ball(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    flags = {"learned": tmp_path / "learned.json"}
-    with running(tmp_path, names=(*SERVICES, "striker"), clock="paced", **flags) as stack:
+    with running(tmp_path, names=(*SERVICES, "striker"), clock="paced", learned=tmp_path / "learned.json") as stack:
         rally.main(stack.endpoint)
     lines = capsys.readouterr().out.splitlines()
     assert "ball 1 seen" in lines[0]
