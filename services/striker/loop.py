@@ -26,7 +26,7 @@ LENGTH = 256
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class Published:
     """A body that was published on `topic`."""
 
     topic: topics.Publication[Any]
@@ -98,7 +98,7 @@ class Loop:
         """Serve requests and strike until `stopping` is set; the motion under way ends by itself, at rest."""
         puts = PutWatch(self._bus, self._log)
         for topic in LISTENED:
-            self._bus.listen(topic, lambda body, topic=topic: self._inbox.offer(Heard(topic, body)))
+            self._bus.listen(topic, lambda body, topic=topic: self._inbox.offer(Published(topic, body)))
         self._bus.serve(topics.STRIKE, self._inbox)
         self._bus.serve(topics.STRIKE_STOP, self._inbox)
         self._bus.announce("striker")
@@ -118,21 +118,21 @@ class Loop:
             self._log.exception("the striker met an error of its own; it gives up this ball")
             self._striker.give_up("the striker met an error of its own; its log says which")
 
-    def receive(self, item: Heard | Answered | PendingQuery) -> None:
+    def receive(self, item: Published | Answered | PendingQuery) -> None:
         """Hand one item on."""
         match item:
-            case Heard():
-                self._hear(item)
+            case Published():
+                self._read(item)
             case Answered():
                 self._answer(item)
             case PendingQuery():
                 self._serve(item)
 
-    def _hear(self, heard: Heard) -> None:
+    def _read(self, published: Published) -> None:
         try:
-            message = decode(heard.body, heard.topic.message)
+            message = decode(published.body, published.topic.message)
         except Refusal as refusal:
-            self._malformed.warn(f"a malformed message on {heard.topic.key} was left out: {refusal}", refusal.code)
+            self._malformed.warn(f"a malformed message on {published.topic.key} was left out: {refusal}", refusal.code)
             return
         match message:
             case m.BallState():

@@ -67,9 +67,9 @@ class Player:
         self._bodies = config.bodies
         self._launcher = launcher
         self._target = target
-        self._heard: SimpleQueue[tuple[Publication[Any], bytes, int]] = SimpleQueue()
+        self._received: SimpleQueue[tuple[Publication[Any], bytes, int]] = SimpleQueue()
         for topic in TOPICS:
-            bus.listen(topic, lambda body, topic=topic: self._heard.put((topic, body, time.time_ns())))
+            bus.listen(topic, lambda body, topic=topic: self._received.put((topic, body, time.time_ns())))
 
     def play(self) -> Stroke:
         """Wait until the arm rests, throw a ball, and follow it until it has landed.
@@ -112,7 +112,7 @@ class Player:
     def _take(self) -> tuple[Any, int]:
         """Return the next message. Raises NoAnswer where none comes."""
         try:
-            topic, body, wall_ns = self._heard.get(timeout=STALLED_S)
+            topic, body, wall_ns = self._received.get(timeout=STALLED_S)
         except Empty:
             raise NoAnswer("sim", self._bus.key(topics.BALL.key), "no ball was seen for 5 s") from None
         return decode(body, topic.message), wall_ns
@@ -120,7 +120,7 @@ class Player:
     def _drain(self) -> None:
         with contextlib.suppress(Empty):
             while True:
-                self._heard.get_nowait()
+                self._received.get_nowait()
 
     def _wait_for_rest(self) -> None:
         """Return once the arm has rested for a moment, at the latest after `REST_S`."""
