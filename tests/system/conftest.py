@@ -7,13 +7,15 @@ kills, silences or replaces a process, or needs a planner without a past, starts
 from collections.abc import Iterator
 
 import pytest
-from harness import Stack, running
+from harness import SERVICES, Stack, running
 
 
 @pytest.fixture(scope="module")
-def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
-    """Sim, planner and controller on the stepped clock, for all tests of a module."""
-    with running(tmp_path_factory.mktemp("services")) as stack:
+def services(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
+    """Sim, planner and controller on the stepped clock, for all tests of a module, and what its `ALSO` names."""
+    folder = tmp_path_factory.mktemp("services")
+    names = (*SERVICES, *getattr(request.module, "ALSO", ()))
+    with running(folder, names=names, learned=folder / "learned.json") as stack:
         yield stack
 
 

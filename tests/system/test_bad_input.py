@@ -8,7 +8,7 @@ from typing import Any
 import msgpack
 import pytest
 import zenoh
-from harness import SERVICES, Stack, running, wait_for
+from harness import Stack, wait_for
 from msgspec.structs import replace
 
 from protocol import messages as m
@@ -20,15 +20,8 @@ ROBOT = load_robot()
 HOME = ROBOT.home.tolist()
 JOINTS = ROBOT.joint_count
 HUGE = 1.7e308
+ALSO = ("striker",)
 QUERIES = pytest.mark.parametrize("topic", topics.QUERIES, ids=lambda topic: topic.key)
-
-
-@pytest.fixture(scope="module")
-def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
-    """Every service that answers a request, on the stepped clock."""
-    folder = tmp_path_factory.mktemp("services")
-    with running(folder, names=(*SERVICES, "striker"), learned=folder / "learned.json") as stack:
-        yield stack
 
 
 @pytest.fixture(scope="module")
