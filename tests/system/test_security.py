@@ -35,7 +35,6 @@ LOG = logging.getLogger("test")
 HOME = ROBOT.home.tolist()
 BY_NAME = {role.name: role for role in ROLES}
 EVERYBODY = pytest.mark.parametrize("who", [*BY_NAME, *STRANGERS])
-OWNERS = ("robot", "planner", "controller", "striker")
 TOKENS = ("client/shell", *(f"{name}{claim}" for name in (*SERVICES, "recorder") for claim in ("", "/2a")))
 
 
