@@ -51,7 +51,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """nearest: None where nothing was measured. hit: the first that is below its floor. complete: up to the end."""
+    """nearest: None where nothing was measured in time. hit: the first that is below its floor. complete: up to the end."""
 
     nearest: Seen | None = None
     hit: Seen | None = None
@@ -223,7 +223,7 @@ class _Search:
         if hit is None and complete:
             hit = self._refine()
         found = None if self._nearest is None else self._seen(*self._nearest)
-        if math.isinf(self._best):
+        if complete and math.isinf(self._best):
             found = self._survey.nearest()
         return Approach(found, None if hit is None else self._seen(*hit), complete)
 

@@ -11,13 +11,13 @@ from robot.striking.choice import Choice
 from robot.striking.contact import ContactLaw, derivatives, outgoing
 from robot.striking.flight import Air, Ball, travel
 
-PRIOR_STD = np.array([0.1, 0.05, 0.05, 0.05, 0.05])
+PRIOR_STD = np.array([0.1, 0.05, 0.15, 0.15, 0.15])
 """Of restitution, friction, and the three of the bias (m/s), before the first hit."""
 
 DRIFT_STD = np.array([0.003, 0.002, 0.003, 0.003, 0.003])
 """How much they change from hit to hit."""
 
-NOISE = 0.05
+NOISE = 0.02
 """Standard deviation of an outgoing velocity that no law explains, as a part of the change of velocity."""
 
 OUTLIER = 5.0

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from motion.errors import MotionError
+from robot.description import load_robot
 from robot.motion_check import Collides, MotionCheck
 from robot.torque_check import TorqueExceeded
 from tests.unit.robot.small_arm import small_arm, straight
@@ -89,3 +90,11 @@ def test_without_time_the_nearest_future_is_checked(check: MotionCheck):
     late = straight([1.57, 3.0, 0.0], [1.57, 3.1, 0.0], 20.0)
     with pytest.raises(Collides):
         check.check(late, 20.0, deadline=time.perf_counter() + 0.05)
+
+
+def test_without_any_time_no_distance_is_said():
+    """The floor is a plane, which no sphere holds: its distance is not known before it is measured."""
+    robot = load_robot()
+    motion = straight(robot.home.tolist(), (robot.home + 0.3).tolist())
+    found = MotionCheck(robot).check(motion, 1.0, deadline=time.perf_counter() - 1.0)
+    assert (found.scope, found.nearest) == ("part", None)
