@@ -51,7 +51,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """nearest: None where nothing was measured in time. hit: the first that is below its floor. complete: up to the end."""
+    """nearest: None where nothing was measured in time. hit: the first below its floor. complete: up to the end."""
 
     nearest: Seen | None = None
     hit: Seen | None = None
