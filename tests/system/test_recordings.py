@@ -55,7 +55,8 @@ def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFix
         return times[np.abs(values - place).max(axis=1) < 1e-4]
 
     assert eventually(lambda: len(near(ends)) > 50)
-    begin, end = near(begins)[-1] - 0.1, near(ends)[0] + 0.04
+    there = near(begins)  # on a busy machine for less than 0.1 s of the robot's time
+    begin, end = max(there[0], there[-1] - 0.1), near(ends)[0] + 0.04
     part = ("--trace", str(trace), "--begin", f"{begin:.3f}", "--end", f"{end:.3f}")
     assert volley("teach", "again", *part, "--json") == 0
     learned = msgspec.json.decode(capsys.readouterr().out, type=m.Learned)
