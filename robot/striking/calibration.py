@@ -40,9 +40,8 @@ def calibrate(arm: Arm, reachability: Reachability, contact: SimulatedContact, h
         touch = contact.hit(choice, float(rng.uniform()))
         if touch is None:
             continue
-        case = choice.mobility[None], choice.incoming[None], choice.racket_velocity[None], choice.racket_normal[None]
-        rows.append(derivatives(plain, arm.ball.mass, *case)[0, :, :2])
-        beside.append(touch.velocity - outgoing(plain, arm.ball.mass, *case)[0])
+        rows.append(derivatives(plain, arm.ball.mass, *choice.contact)[0, :, :2])
+        beside.append(touch.velocity - outgoing(plain, arm.ball.mass, *choice.contact)[0])
         durations.append(touch.duration)
         cases.append(choice)
     if len(rows) < 10:

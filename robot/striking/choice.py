@@ -56,3 +56,8 @@ class Choice:
     mobility: np.ndarray
     error: float
     use: float
+
+    @property
+    def contact(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """What `contact.outgoing` and `derivatives` take, of one ball: mobility, incoming, racket and normal."""
+        return self.mobility[None], self.incoming[None], self.racket_velocity[None], self.racket_normal[None]

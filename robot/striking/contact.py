@@ -32,6 +32,12 @@ def frame(normals: np.ndarray) -> np.ndarray:
     return np.stack([normals, across, np.cross(normals, across)], axis=2)
 
 
+def parted(vectors: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parts of vectors (n, 3) along the normals (n, 3) and across them."""
+    along = np.sum(vectors * normals, axis=1, keepdims=True) * normals
+    return along, vectors - along
+
+
 def outgoing(
     law: ContactLaw,
     ball_mass: float,
@@ -41,9 +47,8 @@ def outgoing(
     normals: np.ndarray,
 ) -> np.ndarray:
     """Return the velocities (n, 3) of balls after the hit: incoming, racket, normals (n, 3), mobility (n, 3, 3)."""
-    w = incoming - racket
-    along = np.sum(w * normals, axis=1, keepdims=True) * normals
-    change = -(1 + law.restitution) * along - (1 - law.friction) * (w - along)
+    along, across = parted(incoming - racket, normals)
+    change = -(1 + law.restitution) * along - (1 - law.friction) * across
     impulse = np.linalg.solve(mobility, change[:, :, None])[:, :, 0]
     return incoming + impulse / ball_mass + (frame(normals) @ law.bias)
 
@@ -57,9 +62,8 @@ def derivatives(
     normals: np.ndarray,
 ) -> np.ndarray:
     """Return the derivatives of the outgoing velocities by restitution, friction and bias, (n, 3, 5)."""
-    w = incoming - racket
-    along = np.sum(w * normals, axis=1, keepdims=True) * normals
-    sides = np.stack([-along, w - along], axis=2)
+    along, across = parted(incoming - racket, normals)
+    sides = np.stack([-along, across], axis=2)
     return np.concatenate([np.linalg.solve(mobility, sides) / ball_mass, frame(normals)], axis=2)
 
 
@@ -80,8 +84,7 @@ def better_normal(
     """Return normals (n, 3) with which a racket that moves along them alone gives the wanted velocities (n, 3)."""
     for _ in range(ROUNDS):
         change = ball_mass * (mobility @ (wanted - frame(normals) @ law.bias - incoming)[:, :, None])[:, :, 0]
-        along = np.sum(incoming * normals, axis=1, keepdims=True) * normals
-        change = change + (1 - law.friction) * (incoming - along)
+        change = change + (1 - law.friction) * parted(incoming, normals)[1]
         normals = change / np.linalg.norm(change, axis=1, keepdims=True)
     return normals
 
@@ -96,5 +99,5 @@ def racket_velocity(
 ) -> np.ndarray:
     """Return the velocities (n, 3) of a racket of these normals that give the wanted outgoing velocities exactly."""
     change = ball_mass * (mobility @ (wanted - frame(normals) @ law.bias - incoming)[:, :, None])[:, :, 0]
-    along = np.sum(change * normals, axis=1, keepdims=True) * normals
-    return incoming + along / (1 + law.restitution) + (change - along) / max(1 - law.friction, 0.02)
+    along, across = parted(change, normals)
+    return incoming + along / (1 + law.restitution) + across / max(1 - law.friction, 0.02)

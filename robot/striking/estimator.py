@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from robot.striking.flight import Ball, Court
+from robot.striking.flight import GRAVITY, Ball, Court
 from robot.striking.path import Path, predict
 from robot.striking.transition import DRAG, POSITION, RESTITUTION, SIZE, VELOCITY, WIND, Transition
 
@@ -156,7 +156,7 @@ class Estimator:
                 self._first = time, position
                 return "new ball"
             mean[VELOCITY] = (position - first) / gap
-            mean[5] -= 9.81 * gap / 2
+            mean[5] -= GRAVITY * gap / 2
             covariance[VELOCITY, VELOCITY] = np.eye(3) * (2 * variance / gap**2 + (0.5 * gap) ** 2)
             covariance[POSITION, VELOCITY] = covariance[VELOCITY, POSITION] = np.eye(3) * variance / gap
         mean[POSITION], mean[DRAG] = position, self.ball.drag

@@ -12,9 +12,9 @@ import numpy as np
 from robot.court import BallConfig, CourtConfig
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
+from robot.striking.flight import GRAVITY
 
 Kind = Literal["bounce", "volley", "any"]
-GRAVITY = np.array([0.0, 0.0, -9.81])
 STEP_S = 0.001
 POSTURES = 400
 """Postures of the striking volume."""
@@ -100,8 +100,8 @@ class Launcher:
         arrival, horizontal = self._arrival()
         after = random.uniform(*AFTER_BOUNCE_S)
         floor = court.height + self._ball.radius
-        rise = (arrival[2] - floor) / after + 9.81 * after / 2
-        velocity = horizontal + np.array([0.0, 0.0, rise - 9.81 * after])
+        rise = (arrival[2] - floor) / after + GRAVITY * after / 2
+        velocity = horizontal + np.array([0.0, 0.0, rise - GRAVITY * after])
         path = self._back(arrival, velocity, 2 * after)
         down = np.flatnonzero(path[:, 2] <= floor)
         if not len(down):
@@ -129,10 +129,11 @@ class Launcher:
 
     def _back(self, position: np.ndarray, velocity: np.ndarray, duration: float) -> np.ndarray:
         """Follow a flight without spin back in time; returns positions and velocities (N, 6), the newest first."""
+        fall = np.array([0.0, 0.0, -GRAVITY])
         path = [np.concatenate([position, velocity])]
         for _ in range(round(duration / STEP_S)):
             position = position - velocity * STEP_S
-            velocity = velocity - (GRAVITY - self._ball.drag * np.linalg.norm(velocity) * velocity) * STEP_S
+            velocity = velocity - (fall - self._ball.drag * np.linalg.norm(velocity) * velocity) * STEP_S
             path.append(np.concatenate([position, velocity]))
         return np.array(path)
 

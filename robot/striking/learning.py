@@ -51,9 +51,8 @@ class Learner:
         std: of each of its components, m/s. beside: (3,), m/s, what a simulated contact adds to the law.
         """
         law = self.law
-        state = choice.mobility[None], choice.incoming[None], choice.racket_velocity[None], choice.racket_normal[None]
-        missed = left - outgoing(law, ball_mass, *state)[0] - (0.0 if beside is None else beside)
-        slope = derivatives(law, ball_mass, *state)[0]
+        missed = left - outgoing(law, ball_mass, *choice.contact)[0] - (0.0 if beside is None else beside)
+        slope = derivatives(law, ball_mass, *choice.contact)[0]
         prior = self.covariance + np.diag(DRIFT_STD**2)
         unexplained = std**2 + (NOISE * float(np.linalg.norm(choice.outgoing - choice.incoming))) ** 2
         inner = slope @ prior @ slope.T + unexplained * np.eye(3)

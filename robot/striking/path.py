@@ -26,11 +26,6 @@ class Path:
     bounces: np.ndarray
     air: Air
 
-    @property
-    def spreads(self) -> np.ndarray:
-        """Standard deviations of the positions, (n, 3), m."""
-        return np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2)[:, :3])
-
     def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and velocities (m, 3) at times (m,) inside the path, by cubic interpolation."""
         k = self._before(times)

@@ -7,6 +7,7 @@ import numpy as np
 
 from protocol.messages import BallState, Contact
 from robot.court import BALL, CourtConfig
+from robot.striking.flight import GRAVITY
 
 Place = tuple[float, float, float]
 MAX_GAP_S = 0.1
@@ -74,5 +75,5 @@ def _place(sights: Sequence[BallState], time: float) -> Place | None:
     if seen.velocity is None:
         x, y, z = seen.position
         return x, y, z
-    x, y, z = (np.array(seen.position) + gap * np.array(seen.velocity) + [0.0, 0.0, -9.81 * gap**2 / 2]).tolist()
+    x, y, z = (np.array(seen.position) + gap * np.array(seen.velocity) + [0.0, 0.0, -GRAVITY * gap**2 / 2]).tolist()
     return x, y, z

@@ -60,8 +60,7 @@ class SimulatedContact:
         """
         step = self._model.opt.timestep
         law = self.law
-        state = choice.mobility[None], choice.incoming[None], choice.racket_velocity[None], choice.racket_normal[None]
-        expected = outgoing(law, self._mass, *state)[0]
+        expected = outgoing(law, self._mass, *choice.contact)[0]
         from_here = choice.ball + (choice.incoming - expected) * law.duration / 2
         found = []
         for phase in self.phases or ((choice.time / step) % 1.0,):

@@ -27,12 +27,11 @@ class Outcome:
 
 @dataclass(slots=True, eq=False)
 class Asked:
-    """A goal that was sent and is not answered: the hit that it is for, whether it corrects, the sight behind it."""
+    """A goal that was sent and is not answered: the hit that it is for, and the motion that it corrects."""
 
     goal_id: str
     choice: Choice
     revises: str | None
-    sight: float
 
 
 @dataclass(slots=True, eq=False)
@@ -49,7 +48,6 @@ class Attempt:
         asked: The goal on its way.
         rest_time: When the motion that is played ends, robot time.
         revisions: Corrections that were taken.
-        refusals: Corrections that were refused.
         again: When a hit is looked for once more, where none was found.
         decided: Time of the newest sight that was decided on.
         sights: Times and positions of the ball after the planned touch.
@@ -66,7 +64,6 @@ class Attempt:
     asked: Asked | None = None
     rest_time: float = 0.0
     revisions: int = 0
-    refusals: int = 0
     again: float = -np.inf
     decided: float = -np.inf
     sights: list[tuple[float, np.ndarray]] = field(default_factory=list)

@@ -148,8 +148,7 @@ class Striker:
         if sight == "rejected":
             self._rejected.warn("a ball was seen where the one that is followed cannot be; it was left out")
         elif sight in ("started", "new ball") and attempt and attempt.stage in ("seen", "swinging"):
-            self._say(attempt, "missed", "another ball was seen" if sight == "new ball" else "the ball was lost")
-            attempt.stage = "over"
+            self._miss(attempt, "another ball was seen" if sight == "new ball" else "the ball was lost")
         if sight != "rejected":
             self._seen = ball.time
 
@@ -166,8 +165,7 @@ class Striker:
         """Take in how a motion ended."""
         attempt = self._attempt
         if attempt and result.goal_id == attempt.goal_id and result.outcome == "aborted":
-            self._say(attempt, "missed", f"the swing was aborted: {result.reason}")
-            attempt.stage = "over"
+            self._miss(attempt, f"the swing was aborted: {result.reason}")
 
     def note(self, status: m.Status) -> None:
         """Take in the controller's status: the time, and whether it is in fault."""
@@ -232,8 +230,7 @@ class Striker:
         if self._order is None or estimate is None or attempt.asked is not None:
             return
         if self._mind.estimator.age(self._now) > LOST_S:
-            self._say(attempt, "missed", f"the ball was not seen for {LOST_S} s")
-            attempt.stage = "over"
+            self._miss(attempt, f"the ball was not seen for {LOST_S} s")
             return
         if estimate.time <= attempt.decided or self._now < attempt.again:
             return
@@ -258,7 +255,7 @@ class Striker:
         self._ask(attempt, choice, None)
 
     def _ask(self, attempt: Attempt, choice: Choice, revises: str | None) -> None:
-        attempt.asked = Asked(next(self._goals), choice, revises, attempt.decided)
+        attempt.asked = Asked(next(self._goals), choice, revises)
         self._away = True
         goal = goal_message(attempt.asked, attempt.primitive, self._mind.follow_through, self._method)
         self._outside.ask(goal)
@@ -281,15 +278,12 @@ class Striker:
 
     def _refused(self, attempt: Attempt, asked: Asked, reason: Refusal | NoAnswer) -> None:
         """A hit was refused: try the next one. A correction was: the arm plays what it has."""
-        if asked.revises is not None:
-            attempt.refusals += 1
         self._say(attempt, "refused", str(reason))
         if asked.revises is None:
             if isinstance(reason, Refusal) and reason.code not in ("fault", "busy", "not_holder", "unavailable"):
                 self._ask_next(attempt)
         elif isinstance(reason, Refusal) and reason.code in ("superseded", "unknown_goal"):
-            self._say(attempt, "missed", f"the swing was replaced: {reason}")
-            attempt.stage = "over"
+            self._miss(attempt, f"the swing was replaced: {reason}")
 
     def _follow(self, attempt: Attempt) -> None:
         """Correct the hit, until shortly before the touch."""
@@ -309,7 +303,6 @@ class Striker:
         try:
             better = self._mind.correct(begin, order, choice)
         except NoHit as reason:
-            attempt.refusals += 1
             self._say(attempt, "refused", str(reason))
             return
         self._ask(attempt, better, attempt.goal_id)
@@ -388,6 +381,11 @@ class Striker:
         self._stillness.reset()
         self._attempt, self._returning, self._begin = None, None, None
         self._now, self._seen, self._next = 0.0, -math.inf, -math.inf
+
+    def _miss(self, attempt: Attempt, reason: str) -> None:
+        """The ball is over without a hit; publish why."""
+        self._say(attempt, "missed", reason)
+        attempt.stage = "over"
 
     def _say(self, attempt: Attempt, phase: m.StrikePhase, reason: str = "", outcome: Outcome | None = None) -> None:
         """Publish a decision; the same reason is not repeated."""

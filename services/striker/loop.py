@@ -72,13 +72,6 @@ class BusLink:
         except Refusal:
             return None
 
-    def describe(self) -> m.Description | None:
-        """Return the arm's description, None where the arm is silent."""
-        try:
-            return self._bus.ask(topics.DESCRIPTION, m.Empty(), timeout=1.0)
-        except (NoAnswer, Refusal):
-            return None
-
     def say(self, strike: m.Strike) -> None:
         """Publish a decision."""
         self._said.put(strike)

@@ -14,7 +14,7 @@ from robot.striking.choice import Choice, State
 from robot.striking.chooser import Chooser, Options
 from robot.striking.contact import ContactLaw
 from robot.striking.estimator import Belief, Estimate, Estimator
-from robot.striking.flight import Air, Ball, Court, Net, Surface, time_to_fall, travel
+from robot.striking.flight import GRAVITY, Air, Ball, Court, Net, Surface, time_to_fall, travel
 from robot.striking.learning import Learner, LearningError, left_with, read, write
 from robot.striking.reachability import Reachability
 from robot.striking.simulated_contact import SimulatedContact
@@ -74,11 +74,11 @@ class Mind:
             known = read(learned, config.name)
         except LearningError as error:
             raise CannotStrike(str(error)) from None
-        nothing = SimulatedContact(config, BALL, ContactLaw(0.0, 0.0), arm.offset)
-        calibrated = calibrate(arm, table, nothing).law
+        contact = SimulatedContact(config, BALL, ContactLaw(0.0, 0.0), arm.offset)
+        calibrated = calibrate(arm, table, contact).law
         self._learner = known or Learner.of(calibrated)
         # What the simulated contact adds is counted from the calibrated law, so that what is learned adds to it.
-        contact = SimulatedContact(config, BALL, calibrated, arm.offset)
+        contact.law = calibrated
         self._chooser = Chooser(arm, table, self._court, self._learner.law, OPTIONS, contact)
         self._centre = arm.chain.pose(config.home[None])[0][0]
         self.estimator = Estimator(self._ball, self._court, BELIEVED)
@@ -139,7 +139,7 @@ class Mind:
     def _landing(self, hit: float, place: np.ndarray, velocity: np.ndarray) -> tuple[float, np.ndarray] | None:
         """Return when and where a ball that leaves `place` (3,) comes down; None where it never does."""
         height, air = self._court.surface.height + self._ball.radius, Air(self._ball.drag)
-        time = float(time_to_fall(place[2] - height, velocity[2], np.array(-9.81), self._ball.step))
+        time = float(time_to_fall(place[2] - height, velocity[2], np.array(-GRAVITY), self._ball.step))
         for _ in range(3):  # Newton's method on the height
             if not 0 < time < 10:
                 return None

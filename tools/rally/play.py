@@ -2,7 +2,6 @@
 
 import contextlib
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import Any
@@ -145,6 +144,3 @@ def _latencies(stroke: Stroke, seen: dict[float, int]) -> list[float]:
 def percentile(values: list[float], share: float) -> float | None:
     """Return a percentile, None of nothing."""
     return float(np.percentile(values, 100 * share)) if values else None
-
-
-Progress = Callable[[int, Stroke], None]
