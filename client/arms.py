@@ -11,7 +11,11 @@ from protocol.topics import MessageT, Publication
 
 
 class Arm(Requests[GoalHandle, MotionHandle], Blocks):
-    """A robot on the bus, made by `connect`. Its methods block, and may be called from several threads."""
+    """A robot on the bus, made by `connect`. Its methods block, and may be called from several threads.
+
+    Every method raises `Refusal` where the request is refused, with a `code`, a sentence and a `detail`, and `NoAnswer`
+    where nobody answers. A refused request changes nothing.
+    """
 
     def __init__(self, link: Link) -> None:
         super().__init__(link, GoalHandle, MotionHandle)

@@ -96,3 +96,15 @@ def tool(
     }
     place: Any = tuple(map(float, position))
     return m.ToolGoal(position=place, **given)
+
+
+def triple(name: str, vector: Vector) -> tuple[float, float, float]:
+    """Return a vector in space as a message has it.
+
+    Raises:
+        ValueError: it has not three numbers.
+    """
+    values = [float(value) for value in vector]
+    if len(values) != 3:
+        raise ValueError(f"{name} has {len(values)} numbers; a vector in space has 3")
+    return values[0], values[1], values[2]

@@ -13,13 +13,13 @@ from client.fields import GoalFields, Vector
 from client.handles import Correcting, Following
 from client.link import Link
 from client.results import Results
+from client.simulation import SimulationRequests
+from client.striking import StrikingRequests
 from client.trajectories import executable
 from client.waiting import Twofold
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus
 from protocol.codec import matrix_bytes
-from protocol.topics import Query, ReplyT, RequestT
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,33 +28,19 @@ GoalT = TypeVar("GoalT", bound=Correcting)
 MotionT = TypeVar("MotionT", bound=Following)
 
 
-class Requests(Generic[GoalT, MotionT]):
-    """What can be asked of a robot: what `Arm` and `AsyncArm` have in common.
-
-    Every method raises `Refusal` where the request is refused, with a `code`, a sentence and a `detail`, and `NoAnswer`
-    where nobody answers. A refused request changes nothing.
-    """
+class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
+    """What can be asked of a robot: what `Arm` and `AsyncArm` have in common."""
 
     def __init__(self, link: Link, goal: type[GoalT], motion: type[MotionT]) -> None:
-        self._link = link
+        super().__init__(link)
         self._results = Results(link)
         self._goal_handle = goal
         self._motion_handle = motion
 
     @property
-    def bus(self) -> Bus:
-        """The bus underneath: its session, and who is alive on it."""
-        return self._link.bus
-
-    @property
     def holds_lease(self) -> bool:
         """Whether this connection is in the block of a `lease`."""
         return self._link.leased
-
-    @Twofold
-    async def ask(self, topic: Query[RequestT, ReplyT], request: RequestT) -> ReplyT:
-        """Send any request of `protocol.topics` and return its reply; the other methods are built on this one."""
-        return await self._link.ask(topic, request)
 
     # --- motions --------------------------------------------------------------------------------------
 
@@ -158,49 +144,6 @@ class Requests(Generic[GoalT, MotionT]):
             link.leased = False
             token.undeclare()
 
-    # --- strikes ------------------------------------------------------------------------------------------
-
-    @Twofold
-    async def strike(
-        self,
-        target: Vector,
-        *,
-        flight_time: float | None = None,
-        count: int | None = None,
-        primitives: Sequence[str] | None = None,
-        revise_hz: float = 50.0,
-        until_s: float = 0.05,
-    ) -> m.Striking:
-        """Let the striker return every ball that comes within reach; `stream(topics.STRIKES)` says what it does.
-
-        A further call replaces the one before; for a ball on its way it moves the target.
-
-        Args:
-            target: Where the balls shall land, (3,), m, in the world frame.
-            flight_time: From the touch to the landing, s; by default the striker chooses it.
-            count: Balls to strike at; by default without end.
-            primitives: Those that may be imitated; by default any of the library.
-            revise_hz: Corrections a second while the arm swings; 0: none.
-            until_s: Time before the touch after which nothing is corrected, s.
-
-        Raises:
-            ValueError: the target has not three numbers.
-        """
-        request = m.StrikeRequest(
-            target=_triple("target", target),
-            flight_time=flight_time,
-            count=count,
-            primitives=None if primitives is None else list(primitives),
-            revise_hz=revise_hz,
-            until_s=until_s,
-        )
-        return await self._link.ask(topics.STRIKE, request)
-
-    @Twofold
-    async def stop_striking(self) -> m.Striking:
-        """Strike at no further ball; a motion under way is played to its end."""
-        return await self._link.ask(topics.STRIKE_STOP, m.Empty())
-
     # --- primitives -----------------------------------------------------------------------------------
 
     @Twofold
@@ -286,80 +229,6 @@ class Requests(Generic[GoalT, MotionT]):
         """
         return await self._link.ask(topics.REFERENCE, m.ReferenceRequest(lead=lead))
 
-    # --- the simulated arm ----------------------------------------------------------------------------
-
-    @Twofold
-    async def step(self, ticks: int = 1) -> m.Stepped:
-        """Advance the stepped clock.
-
-        Args:
-            ticks: 1 to 10000.
-        """
-        return await self._link.ask(topics.SIM_STEP, m.Step(ticks=ticks))
-
-    @Twofold
-    async def reset_sim(
-        self, positions: Vector | None = None, ball: m.Ball | None = None, seed: int = 0
-    ) -> m.ResetDone:
-        """Begin a new run of the simulated arm: at rest, the clock at 0.
-
-        Args:
-            positions: Where the arm begins, rad a joint; by default home.
-            ball: Where the ball begins; by default on its tee.
-            seed: Of the sensor noise; names the run where the clock is stepped.
-        """
-        return await self._link.ask(topics.SIM_RESET, m.Reset(positions=_listed(positions), ball=ball, seed=seed))
-
-    @Twofold
-    async def throw(self, position: Vector, velocity: Vector, spin: Vector | None = None) -> m.Thrown:
-        """Put the simulated ball in flight, in the run that goes on.
-
-        Args:
-            position: (3,), m, in the world frame.
-            velocity: (3,), m/s.
-            spin: Angular velocity (3,), rad/s; by default none.
-
-        Raises:
-            ValueError: a vector has not three numbers.
-        """
-        turning = None if spin is None else _triple("spin", spin)
-        throw = m.Throw(position=_triple("position", position), velocity=_triple("velocity", velocity), spin=turning)
-        return await self._link.ask(topics.SIM_BALL, throw)
-
-    @Twofold
-    async def disturb(
-        self,
-        kind: Literal["acceleration", "torque", "sensor_noise", "ball_noise", "loss"],
-        *,
-        values: Vector | None = None,
-        start_time: float | None = None,
-        duration: float | None = None,
-        position_std: float | None = None,
-        velocity_std: float | None = None,
-        stream: Literal["state", "command"] | None = None,
-        latency_s: float | None = None,
-        drop_rate: float | None = None,
-    ) -> m.Disturbed:
-        """Push the simulated arm, blur its sensors or the sight of the ball, or lose messages.
-
-        Args:
-            kind: A push by `acceleration` or `torque` needs values and duration; `sensor_noise` both standard
-                deviations; `ball_noise` the first, the latency and the drop rate; `loss` stream and duration.
-            values: On each joint, rad/s² or N·m.
-            start_time: When a push begins, s on the robot's clock; by default now.
-            duration: Of a push or a loss, s.
-            position_std: Standard deviation of measured positions, rad; of the ball's, m.
-            velocity_std: Standard deviation of measured velocities, rad/s.
-            stream: Whose messages are lost.
-            latency_s: From a sight of the ball to its message, s.
-            drop_rate: Part of the sights of the ball that are lost, 0 to 1.
-        """
-        push = {"values": _listed(values), "start_time": start_time, "duration": duration}
-        noise = {"position_std": position_std, "velocity_std": velocity_std}
-        noise |= {"latency_s": latency_s, "drop_rate": drop_rate}
-        request: dict[str, Any] = {"kind": kind, **push, **noise, "stream": stream}
-        return await self._link.ask(topics.SIM_DISTURB, m.Disturb(**request))
-
     async def _send(self, primitive: str, fields: GoalFields) -> GoalT:
         """Send a goal to be played and return its handle."""
         goal = self._message(primitive, fields)
@@ -371,14 +240,3 @@ class Requests(Generic[GoalT, MotionT]):
         whose: dict[str, Any] = {"client_id": self._link.client_id, "lease": self._link.leased and not plan_only}
         given: dict[str, Any] = dict(fields)
         return m.Goal(primitive=primitive, plan_only=plan_only, **whose, **given)
-
-
-def _listed(values: Vector | None) -> list[float] | None:
-    return None if values is None else list(values)
-
-
-def _triple(name: str, vector: Vector) -> tuple[float, float, float]:
-    values = [float(value) for value in vector]
-    if len(values) != 3:
-        raise ValueError(f"{name} has {len(values)} numbers; a vector in space has 3")
-    return values[0], values[1], values[2]

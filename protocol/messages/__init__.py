@@ -5,30 +5,7 @@ the order of `joint_names`. Matrices and arrays are `bytes`: little-endian float
 fields of requests are refused; publications and replies may gain fields, so readers ignore unknown ones.
 """
 
-from protocol.messages.arm import (
-    ActiveDisturbance,
-    Ball,
-    BallState,
-    BallTruth,
-    Contact,
-    Description,
-    Disturb,
-    Disturbance,
-    Disturbed,
-    Guided,
-    Held,
-    Hold,
-    Recovered,
-    Reset,
-    ResetDone,
-    RobotLimits,
-    Scene,
-    State,
-    Step,
-    Stepped,
-    Throw,
-    Thrown,
-)
+from protocol.messages.arm import Description, Guided, Held, Hold, Recovered, RobotLimits, State
 from protocol.messages.base import (
     MAX_JOINTS,
     Clearance,
@@ -83,6 +60,20 @@ from protocol.messages.goals import (
 )
 from protocol.messages.primitives import Forget, Forgotten, Learn, Learned, PrimitiveEntry, Primitives, SavitzkyGolay
 from protocol.messages.reports import ActiveLimit, Deviation, Distance, Extremes, FinalError, Margin, Report
+from protocol.messages.scene import BallState, BallTruth, Contact, Scene
+from protocol.messages.simulation import (
+    ActiveDisturbance,
+    Ball,
+    Disturb,
+    Disturbance,
+    Disturbed,
+    Reset,
+    ResetDone,
+    Step,
+    Stepped,
+    Throw,
+    Thrown,
+)
 from protocol.messages.strikes import (
     BallHit,
     BallPrediction,

@@ -3,25 +3,16 @@
 import time
 from collections.abc import Sequence
 from functools import singledispatch
-from itertools import pairwise
 
 from msgspec import Struct
 from rich.console import Group, RenderableType
 from rich.text import Text
 
 from protocol import messages as m
-from tools.shell.tables import cell, joint_table, sentence, table
+from tools.shell import show_goal
+from tools.shell.tables import UNITS, cell, joint_table, sentence, table
 
-OUTCOME_STYLES = {
-    "succeeded": "green",
-    "missed": "red",
-    "running": "cyan",
-    "preempted": "yellow",
-    "canceled": "yellow",
-    "aborted": "red",
-}
 MODE_STYLES = {"holding": "green", "tracking": "cyan", "stopping": "yellow", "fault": "bold red"}
-UNITS = {"positions": "rad", "velocities": "rad/s", "accelerations": "rad/s²", "jerks": "rad/s³"}
 
 
 @singledispatch
@@ -31,110 +22,8 @@ def show(reply: Struct, names: Sequence[str]) -> RenderableType:
     return sentence(*(f"{name} {value}" for name, value in fields))
 
 
-@show.register
-def _(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
-    report = reply.report
-    head = sentence(
-        f"goal {reply.goal_id}",
-        f"plays alternative {reply.alternative}" if reply.alternative else "",
-        f"goes on at phase {report.phase:.3f} of the demonstration" if report.phase else "",
-        f"starts at {reply.start_time:.3f} s",
-        f"hits at {reply.start_time + reply.duration:.3f} s ({reply.duration:.3f} s later)",
-        f"rests at {reply.start_time + reply.total_duration:.3f} s",
-    )
-    solved = sentence(
-        f"planned in {report.solve_ms:.1f} ms",
-        f"{report.rounds} rounds, {report.rows} rows",
-        f"{report.basis_count} functions a joint" if report.basis_count else "",
-        "inside all limits at all times" if report.certified else "limits are NOT certified between samples",
-    )
-    quantities = [(f"{name} [{unit}]", getattr(report.extremes, name)) for name, unit in UNITS.items()]
-    joints = [("imitation rms [rad/s²]", report.imitation_rms), *quantities]
-    if report.torque_use is not None:
-        joints.append(("torque [of limit]", report.torque_use))
-    margins = [(f"{name} [{unit}]", getattr(report.margin, name)) for name, unit in UNITS.items()]
-    tables = [
-        joint_table(names, joints, "extremes, the stop included"),
-        joint_table(names, margins, "distance to limits, the stop included"),
-    ]
-    if reply.positions:
-        ends = [("position [rad]", reply.positions), ("velocity [rad/s]", reply.velocities)]
-        tables.insert(
-            0,
-            joint_table(
-                names,
-                [*ends, *_deviations(report.deviation)],
-                "at the goal; deviation from the demonstration, and the part that the limits cause",
-            ),
-        )
-    active = [f"{a.quantity} of {a.joint} at {a.time_from_start:.3f} s" for a in report.active]
-    free = "no limit shapes the motion up to the hit"
-    shaped = sentence(f"shaped by the limits on {', '.join(active)}" if active else free)
-    return Group(head, solved, *tables, shaped, sentence(_space(report)))
-
-
-def _space(report: m.Report) -> str:
-    """What was found of collisions and torques."""
-    if report.checked == "none":
-        return "NOT checked for collisions and torques"
-    part = "checked only in PART for collisions and torques, as time ran out; " if report.checked == "part" else ""
-    near = report.clearance
-    if near is None:
-        return part + "no distance was measured"
-    nearest = f"{near.body} comes nearest to {near.other}: {cell(near.distance)} m at {near.time_from_start:.3f} s"
-    return part + nearest
-
-
-def _deviations(deviation: m.Deviation | None) -> list[tuple[str, Sequence[object]]]:
-    """Columns of how far the plan is from the demonstration, and how much of that the limits do."""
-    if deviation is None:
-        return []
-    kinds = ("deviation", deviation.from_demonstration), ("by limits", deviation.by_limits)
-    return [(f"{kind} {name} [rad]", getattr(distance, name)) for kind, distance in kinds for name in ("rms", "max")]
-
-
-@show.register
-def _(reply: m.Result, names: Sequence[str]) -> RenderableType:
-    head = sentence(f"goal {reply.goal_id}", reply.outcome, reply.reason)
-    head.highlight_words([reply.outcome], OUTCOME_STYLES[reply.outcome])
-    lines: list[RenderableType] = [head]
-    if reply.hit:
-        columns = [
-            ("position error [rad]", reply.hit.position_error),
-            ("velocity error [rad/s]", reply.hit.velocity_error),
-        ]
-        if reply.hit.truth_error:
-            columns.append(("true position error [rad]", reply.hit.truth_error.positions))
-            columns.append(("true velocity error [rad/s]", reply.hit.truth_error.velocities))
-        lines.append(joint_table(names, columns, f"at the hit, {reply.hit.time:.3f} s"))
-    elif reply.outcome != "running":
-        lines.append(sentence("the hit was not reached"))
-    touch = reply.first_contact
-    lines.append(
-        sentence(
-            f"largest tracking error {cell(reply.peak_tracking_error)} rad",
-            f"torques clipped for {reply.saturated_ticks} ticks" if reply.saturated_ticks else "",
-            f"{touch.body} touched {touch.other} at {touch.time:.3f} s" if touch else "",
-            _recoil(reply.recoil) if reply.recoil else "",
-        )
-    )
-    if stages := _stages(reply.stamps):
-        lines.append(sentence(stages))
-    return Group(*lines)
-
-
-def _recoil(recoil: m.Recoil) -> str:
-    """How far the hit threw the arm off, and when it was back."""
-    back = f"{recoil.back_time:.3f} s" if recoil.back_time is not None else "not yet"
-    peak = f"recoil {cell(recoil.peak_error)} rad at {recoil.peak_time:.3f} s"
-    return f"{peak}, within {recoil.tolerance:g} rad again: {back}"
-
-
-def _stages(stamps: m.Stamps) -> str:
-    """How long each stage took, of those that were reached."""
-    reached = [(name, getattr(stamps, name)) for name in stamps.__struct_fields__ if getattr(stamps, name) is not None]
-    steps = [f"{name.replace('_', ' ')} {(at - before) / 1e6:.1f} ms" for (_, before), (name, at) in pairwise(reached)]
-    return f"after the request: {', then '.join(steps)}" if steps and stamps.requested is not None else ""
+show.register(show_goal.goal_reply)
+show.register(show_goal.result)
 
 
 @show.register

@@ -6,6 +6,8 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+UNITS = {"positions": "rad", "velocities": "rad/s", "accelerations": "rad/s²", "jerks": "rad/s³"}
+
 
 def joint_table(names: Sequence[str], columns: Sequence[tuple[str, Sequence[object]]], title: str = "") -> Table:
     """Return a table with one row a joint; cells as `cell` makes them."""

@@ -1,0 +1,23 @@
+"""What every group of requests is built on."""
+
+from client.link import Link
+from client.waiting import Twofold
+from protocol.bus.bus import Bus
+from protocol.topics import Query, ReplyT, RequestT
+
+
+class Asking:
+    """A connection to a robot, over which any request can be sent."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+
+    @property
+    def bus(self) -> Bus:
+        """The bus underneath: its session, and who is alive on it."""
+        return self._link.bus
+
+    @Twofold
+    async def ask(self, topic: Query[RequestT, ReplyT], request: RequestT) -> ReplyT:
+        """Send any request of `protocol.topics` and return its reply; the other methods are built on this one."""
+        return await self._link.ask(topic, request)

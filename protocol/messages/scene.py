@@ -1,0 +1,67 @@
+"""What is around the arm: contacts, the ball, further joints."""
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from protocol.messages.base import Message, Number, Vector
+
+MAX_SCENE_JOINTS = 1024
+"""Joints beside the arm's; more can be simulated, but not published."""
+
+
+class Contact(Message, kw_only=True):
+    """Two bodies touch, or have parted.
+
+    Each contact is published twice, unless its impulse stays below 0.01 N·s: when it reaches that, and at its end.
+
+    Attributes:
+        time: of the first touch
+        bodies: names of the bodies
+        impulse: so far, N·s
+        ball_velocity: after the contact, null before its end and for a contact without the ball
+        ended: the bodies have parted
+    """
+
+    time: Number
+    bodies: list[str]
+    impulse: Number
+    ball_velocity: Vector | None
+    ended: bool = True
+
+
+class BallTruth(Struct, kw_only=True):
+    """Where a simulated ball is: m, m/s, and its spin, an angular velocity in rad/s."""
+
+    position: Vector
+    velocity: Vector
+    spin: Vector
+
+
+class BallState(Message, kw_only=True):
+    """The ball in the world frame, as a camera sees it: m, m/s.
+
+    Attributes:
+        time: of the sight, on the robot's clock; the message comes later by the latency
+        position: with noise where there is some
+        velocity: null where there is noise, and for a camera
+        truth: null on a real robot
+    """
+
+    time: Number
+    position: Vector
+    velocity: Vector | None = None
+    truth: BallTruth | None = None
+
+
+class Scene(Message, kw_only=True):
+    """The joints of the robot's model that are neither the arm's nor the ball's: grippers, loose objects, other arms.
+
+    Attributes:
+        time: on the robot's clock
+        joints: coordinates by joint: an angle or a distance (rad, m); a quaternion of a joint with three axes; position
+            and quaternion of a body that moves freely. Quaternions have w first
+    """
+
+    time: Number
+    joints: Annotated[dict[str, Annotated[Vector, Meta(max_length=7)]], Meta(max_length=MAX_SCENE_JOINTS)]
