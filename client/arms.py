@@ -6,7 +6,7 @@ from client.handles import AsyncGoalHandle, AsyncMotionHandle, GoalHandle, Motio
 from client.link import Link
 from client.requests import Requests
 from client.streams import LENGTH, AsyncStream, Stream
-from client.waiting import Awaits, Blocks
+from client.twofold import Awaits, Blocks
 from protocol.topics import MessageT, Publication
 
 

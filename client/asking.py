@@ -1,7 +1,7 @@
 """What every group of requests is built on."""
 
 from client.link import Link
-from client.waiting import Twofold
+from client.twofold import Twofold
 from protocol.bus.bus import Bus
 from protocol.topics import Query, ReplyT, RequestT
 

@@ -11,7 +11,7 @@ import zenoh
 
 from client.arms import Arm, AsyncArm
 from client.link import Link
-from client.waiting import AwaitedMailbox, BlockingMailbox, Mailbox
+from client.mailboxes import AwaitedMailbox, BlockingMailbox, Mailbox
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import DEFAULT_ENDPOINT, NO_ROUTER, open_session
 

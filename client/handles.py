@@ -6,7 +6,7 @@ from typing import Any, Self, Unpack
 from client.fields import GoalFields
 from client.link import Link
 from client.results import Results
-from client.waiting import Awaits, Blocks, Twofold
+from client.twofold import Awaits, Blocks, Twofold
 from protocol import messages as m
 from protocol.topics import CANCEL, RESULT
 

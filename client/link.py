@@ -5,7 +5,7 @@ from typing import Any
 
 import zenoh
 
-from client.waiting import Mailbox
+from client.mailboxes import Mailbox
 from protocol.bus.bus import Bus
 from protocol.errors import NoAnswer
 from protocol.topics import Publication, Query, ReplyT, RequestT

@@ -16,7 +16,7 @@ from client.results import Results
 from client.simulation import SimulationRequests
 from client.striking import StrikingRequests
 from client.trajectories import executable
-from client.waiting import Twofold
+from client.twofold import Twofold
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import matrix_bytes

@@ -1,13 +1,15 @@
 """How goals ended, as the controller publishes it."""
 
 import contextlib
+import math
 import threading
+import time
 from collections import OrderedDict, defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from client.link import Link
-from client.waiting import Deadline, Mailbox
+from client.mailboxes import Mailbox
 from protocol import messages as m
 from protocol.codec import decode
 from protocol.errors import Refusal
@@ -26,7 +28,7 @@ class Results:
         self._link = link
         self._lock = threading.Lock()
         self._ended: OrderedDict[str, m.Result] = OrderedDict()
-        self._waiting: defaultdict[str, list[Mailbox[m.Result]]] = defaultdict(list)
+        self._mailboxes: defaultdict[str, list[Mailbox[m.Result]]] = defaultdict(list)
         self._listens = False
 
     def expect(self, goal_id: str | None) -> None:
@@ -46,15 +48,15 @@ class Results:
             Refusal: `unknown_goal`, where the controller knows nothing of it.
             NoAnswer: nothing was published, and the controller does not answer.
         """
-        deadline = Deadline(timeout)
+        end = math.inf if timeout is None else time.monotonic() + timeout
         with self._mailbox(goal_id) as box:
             while True:
                 with contextlib.suppress(TimeoutError):
-                    return await box.take(deadline.remaining(ASK_EVERY_S))
+                    return await box.take(max(0.0, min(ASK_EVERY_S, end - time.monotonic())))
                 result = await self._link.ask(RESULT, m.ResultRequest(goal_id=goal_id))
                 if result.outcome != "running":
                     return result
-                if deadline.has_passed():
+                if time.monotonic() >= end:
                     raise TimeoutError(f"goal {goal_id} still runs after {timeout:g} s")
 
     @contextmanager
@@ -62,16 +64,16 @@ class Results:
         """Return a mailbox for the result of a goal, which may be there already."""
         box: Mailbox[m.Result] = self._link.mailbox(1)
         with self._lock:
-            self._waiting[goal_id].append(box)
+            self._mailboxes[goal_id].append(box)
             if goal_id in self._ended:
                 box.put(self._ended[goal_id])
         try:
             yield box
         finally:
             with self._lock:
-                self._waiting[goal_id].remove(box)
-                if not self._waiting[goal_id]:
-                    del self._waiting[goal_id]
+                self._mailboxes[goal_id].remove(box)
+                if not self._mailboxes[goal_id]:
+                    del self._mailboxes[goal_id]
 
     def _hear(self, body: bytes) -> None:
         """Take in a publication, in a thread of Zenoh's."""
@@ -81,5 +83,5 @@ class Results:
                 self._ended[result.goal_id] = result
                 if len(self._ended) > KEPT:
                     self._ended.popitem(last=False)
-                for box in self._waiting.get(result.goal_id, ()):
+                for box in self._mailboxes.get(result.goal_id, ()):
                     box.put(result)

@@ -4,7 +4,8 @@ from collections.abc import AsyncIterator, Iterator
 from typing import Generic, Self
 
 from client.link import Link
-from client.waiting import Awaits, Blocks, Mailbox, Twofold
+from client.mailboxes import Mailbox
+from client.twofold import Awaits, Blocks, Twofold
 from protocol.codec import decode
 from protocol.topics import MessageT, Publication
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from client.asking import Asking
 from client.fields import Vector, triple
-from client.waiting import Twofold
+from client.twofold import Twofold
 from protocol import messages as m
 from protocol import topics
 

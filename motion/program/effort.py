@@ -1,4 +1,4 @@
-"""How much work a plan may take: counted, not timed, so that the same request has the same answer on every machine."""
+"""The work that a plan may take: counted, not timed, so that a request has the same answer on every machine."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ PROGRAM = 60.0
 """Cost of a small program, the rest of its round included, µs on the machine of benchmarks/README.md."""
 
 CUBE = 8e-4
-"""… and of each cubed row, µs."""
+"""Cost of a program beside that, by the cube of its rows, µs."""
 
 LOOK = 30.0
 """Cost of one joint of a problem that needs no program, µs."""
@@ -17,7 +17,7 @@ STOP = 1_000.0
 """Cost of the search for final accelerations, µs."""
 
 DOUBT = 0.04
-"""Cost of a row and unknown of a program that is solved in doubt, µs."""
+"""Cost by rows times unknowns of a program that is solved once more in full, since its reduced form failed, µs."""
 
 
 @dataclass(slots=True)

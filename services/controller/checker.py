@@ -8,7 +8,7 @@ from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
 from protocol.topics import QUEUE_LENGTH
 from robot.description import RobotConfig
-from services.common.puts import PutWatch
+from services.common.stray_puts import StrayPuts
 from services.controller.checks import Checked, check_trajectory
 
 POLL_S = 0.2
@@ -22,11 +22,11 @@ class TrajectoryChecker:
         requests: Where the bus puts the requests.
     """
 
-    def __init__(self, config: RobotConfig, puts: PutWatch, wake: Callable[[], object]) -> None:
+    def __init__(self, config: RobotConfig, stray_puts: StrayPuts, wake: Callable[[], object]) -> None:
         """Prepare; `wake` is called once a checked trajectory can be taken."""
         self.requests: Inbox[PendingQuery] = Inbox()
         self._config = config
-        self._puts = puts
+        self._stray_puts = stray_puts
         self._checked: Inbox[tuple[PendingQuery, Checked]] = Inbox(wake=wake)
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="checker", daemon=True)
@@ -47,7 +47,7 @@ class TrajectoryChecker:
     def _run(self) -> None:
         while not self._closed.is_set():
             query = self.requests.take(POLL_S)
-            self._puts.look()
+            self._stray_puts.warn()
             if query is not None:
                 try:
                     self._check(query)

@@ -15,7 +15,7 @@ from protocol.codec import decode
 from protocol.errors import Refusal
 from robot.description import RobotConfig
 from services.common.logs import ThrottledLog
-from services.common.puts import PutWatch
+from services.common.stray_puts import StrayPuts
 from services.controller.checker import TrajectoryChecker
 from services.controller.core import Controller
 from services.controller.handshake import ArmHandshake, Departed
@@ -47,7 +47,7 @@ class ControllerLoop:
         self._watchdog = SilenceWatchdog(config.tick, clock)
         self._handshake = ArmHandshake(bus, config, log, clock)
         self._leases = ClientLeases(self._core, log)
-        self._checker = TrajectoryChecker(config, PutWatch(bus, log), wake=self._states.wake)
+        self._checker = TrajectoryChecker(config, StrayPuts(bus, log), wake=self._states.wake)
         self._requests = Requests(self._core, self._leases, self._checker, wake=self._states.wake)
         self._publications = Publications(bus, self._core, log, clock)
         self._contacts: deque[bytes] = deque(maxlen=WAITING_CONTACTS)

@@ -17,7 +17,7 @@ from services.common.logs import start_logging
 from services.common.robot_config import load_configured
 from services.common.single_instance import SingleInstance
 from services.planner.core import Planner
-from services.planner.lead import Lead
+from services.planner.lead_time import LeadTime
 from services.planner.learning import learn_from_csv
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
@@ -49,7 +49,7 @@ def main() -> None:
         learn_shipped(library, config, log)
         if flags.own.library is None:
             take_over(library, LIBRARIES, robot, log)
-    lead = Lead(config.tick, flags.own.lead)
+    lead = LeadTime(config.tick, flags.own.lead)
 
     def serve(bus: Bus) -> None:
         realtime.become_polite()

@@ -19,7 +19,7 @@ from services.planner.corrections import Corrections
 from services.planner.goal_checks import check_goal
 from services.planner.goals import Origin, origin_of
 from services.planner.idempotency import ReplyCache
-from services.planner.lead import Lead
+from services.planner.lead_time import LeadTime
 from services.planner.library import Library, Written
 from services.planner.messages import executed_message, goal_reply, plan_message, refused_message, sampled_message
 from services.planner.refusals import not_executed
@@ -34,7 +34,7 @@ HANDOVER_S = 0.004
 class Planner:
     """Answers the planner's requests, one at a time; asks the controller where to begin and to play the result."""
 
-    def __init__(self, bus: Bus, config: RobotConfig, library: Library, lead: Lead, log: logging.Logger) -> None:
+    def __init__(self, bus: Bus, config: RobotConfig, library: Library, lead: LeadTime, log: logging.Logger) -> None:
         self._bus = bus
         self._config = config
         self._library = library

@@ -77,7 +77,7 @@ def ends(goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Orig
         )
         duration = request.duration
         if end.arrival_time is not None:
-            duration = _until(end.arrival_time, goal, config, origin)
+            duration = _duration_until(end.arrival_time, goal, config, origin)
         elif end.duration is not None:
             duration = _whole_ticks(end.duration, config)
         found.append(End(boundary, duration))
@@ -141,9 +141,9 @@ def duration_of(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin:
         Refusal: `invalid_goal` or `late`, naming the field.
     """
     if goal.arrival_time is not None:
-        return _until(goal.arrival_time, goal, config, origin)
+        return _duration_until(goal.arrival_time, goal, config, origin)
     if goal.duration is None and origin.correction is not None:
-        return _until(origin.correction.hit_time, goal, config, origin)
+        return _duration_until(origin.correction.hit_time, goal, config, origin)
     wanted = goal.duration if goal.duration is not None else primitive.duration
     if wanted > MAX_PLAN_S:
         sentence = f"the demonstration takes {wanted:.3f} s; give a duration of at most {MAX_PLAN_S} s"
@@ -155,7 +155,7 @@ def _whole_ticks(duration: float, config: RobotConfig) -> float:
     return math.ceil(duration * config.rate_hz - ROUNDING) / config.rate_hz
 
 
-def _until(arrival_time: float, goal: m.Goal, config: RobotConfig, origin: Origin) -> float:
+def _duration_until(arrival_time: float, goal: m.Goal, config: RobotConfig, origin: Origin) -> float:
     """From the origin to a time on the robot's clock, to the nearest tick."""
     left = arrival_time - origin.time
     if left > MAX_PLAN_S + config.tick / 2:

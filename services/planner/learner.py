@@ -13,11 +13,11 @@ from protocol import messages as m
 from protocol.bus.bus import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
-from services.planner.background import Background
 from services.planner.learning import learned_message
 from services.planner.library import Library, Written
 from services.planner.worker import OWN_ERROR
 from services.planner.worker_link import Worker
+from services.planner.worker_thread import WorkerThread
 
 
 class Head(msgspec.Struct):
@@ -55,8 +55,8 @@ class Learner:
         self._worker = worker
         self._keep = keep
         self._log = log
-        self._background = Background(worker, inbox, log)
-        self._background.submit(self._prepare)
+        self._worker_thread = WorkerThread(worker, inbox, log)
+        self._worker_thread.submit(self._prepare)
 
     def submit(self, asking: PendingQuery, head: Head, body: memoryview) -> None:
         """Learn and answer when those before are done.
@@ -64,16 +64,16 @@ class Learner:
         Raises:
             Refusal: `busy` where too many wait.
         """
-        self._background.submit(lambda: self._answer(_Request(asking, head, body)))
+        self._worker_thread.submit(lambda: self._answer(_Request(asking, head, body)))
 
     def close(self) -> None:
         """End the worker and forget what waits."""
-        self._background.close()
+        self._worker_thread.close()
 
     def _prepare(self) -> None:
         for entry in list(self._library):
             with suppress(Refusal):  # it was forgotten meanwhile
-                if not self._background.closing:
+                if not self._worker_thread.closing:
                     prepare(self._library.get(entry.name))
 
     def _answer(self, request: _Request) -> None:
@@ -95,7 +95,7 @@ class Learner:
         prepare(lesson.primitive)
         written = self._library.write(name, lesson.primitive)
         try:
-            self._background.in_loop(lambda: self._keep(written, request.head.replace))
+            self._worker_thread.in_loop(lambda: self._keep(written, request.head.replace))
         except Refusal:
             written.temporary.unlink(missing_ok=True)
             raise

@@ -20,16 +20,16 @@ from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
-from services.common.puts import PutWatch
-from services.planner.background import Background, Errand
+from services.common.stray_puts import StrayPuts
 from services.planner.core import Planner
-from services.planner.lead import Lead
+from services.planner.lead_time import LeadTime
 from services.planner.learner import Head, Learner
 from services.planner.library import Library
 from services.planner.solving import Steps
 from services.planner.watch import ControllerWatch
 from services.planner.worker import OWN_ERROR, Task
 from services.planner.worker_link import Worker
+from services.planner.worker_thread import LoopCall, WorkerThread
 
 UNREAD_LEARN = replace(topics.LEARN, request=msgspec.Raw)
 """`learn` with its body left as bytes: the worker reads it."""
@@ -55,24 +55,24 @@ class Loop:
     """
 
     def __init__(
-        self, bus: Bus, planner: Planner, library: Library, config: RobotConfig, lead: Lead, log: logging.Logger
+        self, bus: Bus, planner: Planner, library: Library, config: RobotConfig, lead: LeadTime, log: logging.Logger
     ) -> None:
         self._bus = bus
         self._planner = planner
         self._library = library
         self._lead = lead
         self._log = log
-        self.inbox: Inbox[Any] = Inbox()  # of requests, and of the learner's errands
+        self.inbox: Inbox[Any] = Inbox()  # of requests, and calls of the worker threads
         worker = Worker("learn", config.limits, config.joint_names, log)
         self._learner = Learner(library, worker, planner.keep, self.inbox, log)
         self._plan_worker = Worker("plan", config.limits, config.joint_names, log)
-        self._planning = Background(self._plan_worker, self.inbox, log)
+        self._planning = WorkerThread(self._plan_worker, self.inbox, log)
         self._repeated: dict[str, list[PendingQuery]] = {}
 
     def serve(self, stopping: threading.Event) -> None:
         """Answer requests one at a time until `stopping` is set."""
         arm_appeared = threading.Event()
-        watch, puts = ControllerWatch(self._bus, self._log), PutWatch(self._bus, self._log)
+        watch, stray_puts = ControllerWatch(self._bus, self._log), StrayPuts(self._bus, self._log)
         for query in topics.QUERIES:
             if query.owner == "planner":
                 self._bus.serve(UNREAD_LEARN if query is topics.LEARN else query, self.inbox)
@@ -83,7 +83,7 @@ class Loop:
         while not stopping.is_set():
             item = self.inbox.take(0.1)
             watch.look(time.monotonic())
-            puts.look()
+            stray_puts.warn()
             if arm_appeared.is_set():
                 arm_appeared.clear()
                 if (stepped := is_stepped(self._bus)) is None:
@@ -95,9 +95,9 @@ class Loop:
             gc.collect(1 if item is not None else 2)
         self.close()
 
-    def do(self, item: PendingQuery | Errand | None) -> None:
+    def do(self, item: PendingQuery | LoopCall | None) -> None:
         """Do what came, if anything did."""
-        if isinstance(item, Errand):
+        if isinstance(item, LoopCall):
             item.run()
         elif item is not None:
             self.answer(item)

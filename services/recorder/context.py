@@ -7,10 +7,10 @@ import numpy as np
 
 from protocol import messages as m
 from robot.description import RobotConfig
-from services.recorder.arrivals import Arrivals
 from services.recorder.entities import RUN_EVENT, RUNS, Entity
 from services.recorder.runs import Runs
 from services.recorder.scene import Scene
+from services.recorder.state_times import StateTimes
 from services.recorder.validation import Received
 from services.recorder.writer import Rows, TraceWriter
 
@@ -31,7 +31,7 @@ class Context:
 
     Attributes:
         runs: Where the messages of each run are in the trace.
-        arrivals: When the states of the last two batches came.
+        state_times: When the states of the last two batches came.
         measured: Positions (J,) by trace tick, of this batch and the last 2000 ticks, rad.
         pose: The newest measured positions (J,), rad.
     """
@@ -43,7 +43,7 @@ class Context:
         self.rate_hz = config.rate_hz
         self.scene = Scene(config)
         self.runs = Runs(config.rate_hz)
-        self.arrivals = Arrivals()
+        self.state_times = StateTimes()
         self.measured: dict[int, list[float]] = {}
         self.pose = config.home
 
@@ -57,7 +57,7 @@ class Context:
 
     def row_at(self, wall_ns: int) -> Rows:
         """Return one row at the tick that was the arm's newest at a wall time."""
-        return self.row(self.arrivals.tick_at(wall_ns), wall_ns)
+        return self.row(self.state_times.tick_at(wall_ns), wall_ns)
 
     def event(self, entity: Entity, row: Rows, sentence: str, level: str = "INFO") -> None:
         """Write a sentence among the events."""

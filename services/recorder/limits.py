@@ -33,7 +33,7 @@ class LimitsInForce:
     def write_until(self, newest: int) -> None:
         """Write the robot's own where none are in force yet, and those in force if a second has passed."""
         if self._limits is None:
-            oldest = self._context.arrivals.oldest
+            oldest = self._context.state_times.oldest
             self.change(newest if oldest is None else oldest, None)
         elif newest - self._tick >= REPEAT_S * self._context.rate_hz:
             self._write(newest, self._limits)

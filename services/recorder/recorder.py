@@ -67,7 +67,7 @@ class Recorder:
             self.write_batch()
         self.write_batch()
         if sum(self._counts.values()):
-            counts = ", ".join(f"{count} {_words(entity)}" for entity, count in self._counts.items())
+            counts = ", ".join(f"{count} {_label(entity)}" for entity, count in self._counts.items())
             self._log.warning("not in the trace: %s", counts)
 
     @property
@@ -81,17 +81,17 @@ class Recorder:
         self._context.scene.expect([(one.message.time, one.message.joints) for one in batch[topics.SCENE]])
         for topic, writer in self._writers.items():
             writer.write(batch[topic])
-        self._count(entities.STATES_MISSING, self._context.runs.missing_states)
-        self._count(entities.COMMANDS_MISSING, self._context.runs.missing_commands)
-        self._count(entities.MALFORMED, self._receiver.malformed)
+        self._write_count(entities.STATES_MISSING, self._context.runs.missing_states)
+        self._write_count(entities.COMMANDS_MISSING, self._context.runs.missing_commands)
+        self._write_count(entities.MALFORMED, self._receiver.malformed)
 
-    def _count(self, entity: Entity, number: int) -> None:
-        """Write a count of what is not in the trace where it has changed, and log it the first time."""
+    def _write_count(self, entity: Entity, number: int) -> None:
+        """Write how many messages the trace lacks if the number has changed, and log it the first time."""
         before = self._counts.get(entity)
         if number == before:
             return
         self._counts[entity] = number
-        what, row = _words(entity), self._context.row_at(time.time_ns())
+        what, row = _label(entity), self._context.row_at(time.time_ns())
         self._context.trace.scalars(entity.path, row, [number])
         if number:
             sentence = f"{number - (before or 0)} more {what}, {number} in all"
@@ -105,6 +105,6 @@ class Recorder:
             self._log.warning("%s", sentence, extra={"code": code})
 
 
-def _words(entity: Entity) -> str:
-    """Return what an entity counts: `states missing`."""
+def _label(entity: Entity) -> str:
+    """Return the end of an entity's path as words, such as `states missing`."""
     return entity.path.rpartition("/")[2].replace("_", " ")

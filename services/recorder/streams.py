@@ -32,7 +32,7 @@ class StateWriter:
             return
         context, trace = self._context, self._context.trace
         ticks = [context.place_state(one) for one in received]
-        context.arrivals.add_batch([one.wall_ns for one in received], ticks)
+        context.state_times.add_batch([one.wall_ns for one in received], ticks)
         states = [one.message for one in received]
         context.measured.update((tick, state.positions) for tick, state in zip(ticks, states, strict=True))
         context.pose = np.array(states[-1].positions)

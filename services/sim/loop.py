@@ -10,9 +10,9 @@ from protocol.codec import bad_message
 from protocol.errors import Refusal
 from robot.description import RobotConfig
 from services.common.other_robots import OtherRobots
+from services.common.robot_side.controller_presence import HANG_S
 from services.common.robot_side.deferred import DeferredReply
 from services.common.robot_side.loop import RobotLoop
-from services.common.robot_side.partner import HANG_S
 from services.sim.arm import SimulatedArm
 from services.sim.disturbances import Loss
 

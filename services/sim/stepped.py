@@ -4,7 +4,7 @@ import threading
 import time
 
 from services.common.robot_side.clocks import IDLE_S
-from services.common.robot_side.partner import HANG_S
+from services.common.robot_side.controller_presence import HANG_S
 from services.sim.loop import SimLoop
 
 

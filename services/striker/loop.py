@@ -14,7 +14,7 @@ from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from services.common.logs import ThrottledLog
-from services.common.puts import PutWatch
+from services.common.stray_puts import StrayPuts
 from services.striker.core import Striker
 
 GOAL_TIMEOUT_S = 1.0
@@ -89,7 +89,7 @@ class Loop:
 
     def serve(self, stopping: threading.Event) -> None:
         """Serve requests and strike until `stopping` is set; the motion under way ends by itself, at rest."""
-        puts = PutWatch(self._bus, self._log)
+        stray_puts = StrayPuts(self._bus, self._log)
         for topic in LISTENED:
             self._bus.listen(topic, lambda body, topic=topic: self._inbox.offer(Published(topic, body)))
         self._bus.serve(topics.STRIKE, self._inbox)
@@ -101,7 +101,7 @@ class Loop:
                 self.receive(item)
                 item = self._inbox.take()
             self._decide()
-            puts.look()
+            stray_puts.warn()
 
     def _decide(self) -> None:
         """Decide; an unexpected error costs one ball, and the motion under way ends at rest."""

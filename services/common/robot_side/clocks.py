@@ -4,9 +4,9 @@ import threading
 
 from services.common.logs import ThrottledLog
 from services.common.realtime import Deadlines
+from services.common.robot_side.controller_presence import HANG_S
 from services.common.robot_side.loop import RobotLoop
 from services.common.robot_side.pace import Pace
-from services.common.robot_side.partner import HANG_S
 
 IDLE_S = 0.02
 """How long a loop that waits goes without a look around."""

@@ -13,12 +13,12 @@ from protocol.codec import decode
 from protocol.errors import Refusal
 from robot.description import RobotConfig
 from services.common.logs import ThrottledLog
-from services.common.puts import PutWatch
 from services.common.robot_side.backend import Backend
+from services.common.robot_side.controller_presence import ControllerPresence
 from services.common.robot_side.deferred import DeferredReply
 from services.common.robot_side.drive import NEVER, Drive
 from services.common.robot_side.messages import description, state_message
-from services.common.robot_side.partner import Partner
+from services.common.stray_puts import StrayPuts
 
 AT_REST = 0.05
 """Speed (rad/s) below which the arm counts as resting."""
@@ -49,7 +49,7 @@ class RobotLoop:
         self.drive = Drive(config)
         self.commands = Stream()
         self.requests: Inbox[PendingQuery] = Inbox(wake=self.commands.wake if clock == "paced" else None)
-        self.controller = Partner(wake=self.commands.wake)
+        self.controller = ControllerPresence(wake=self.commands.wake)
         self.deferred: DeferredReply | None = None
         self.handlers: dict[str, Callable[[PendingQuery], None]] = {
             topics.STATE_QUERY.key: self._tell_state,
@@ -59,7 +59,7 @@ class RobotLoop:
             topics.GUIDE.key: self._guide,
         }
         self._bus = bus
-        self._puts = PutWatch(bus, log)
+        self._stray_puts = StrayPuts(bus, log)
         self._refusals = ThrottledLog(log)
         self._applied: deque[int] = deque(maxlen=backend.abilities.delay_ticks + 1)
         self._state = self.publisher(topics.STATE)
@@ -123,7 +123,7 @@ class RobotLoop:
         """Answer a request, after waiting up to `wait_s` s for one, and the deferred one if it can be answered."""
         asking = self.requests.take(wait_s)
         if asking is None:
-            self._puts.look()
+            self._stray_puts.warn()
         else:
             try:
                 self.handlers[asking.topic.key](asking)

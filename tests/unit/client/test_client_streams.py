@@ -6,7 +6,8 @@ import threading
 import pytest
 
 from client import AsyncStream, Refusal, StreamEnded, connect, connect_async, samples, topics
-from client.waiting import AwaitedMailbox, BlockingMailbox, run
+from client.mailboxes import AwaitedMailbox, BlockingMailbox
+from client.twofold import run
 from protocol import messages as m
 from tests.golden.examples import EXAMPLES, SAMPLES, TRAJECTORY
 from tests.waiting import eventually

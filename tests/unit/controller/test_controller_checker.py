@@ -10,7 +10,7 @@ from msgspec import structs
 from protocol import topics
 from protocol.errors import Refusal
 from protocol.topics import QUEUE_LENGTH
-from services.common.puts import PutWatch
+from services.common.stray_puts import StrayPuts
 from services.controller.checker import TrajectoryChecker
 from tests.unit.controller.stand_ins import CONFIG, FakeBus, Request, staying
 from tests.waiting import eventually
@@ -21,7 +21,7 @@ class Desk:
 
     def __init__(self) -> None:
         self.bus, self.woken = FakeBus(), threading.Event()
-        puts = PutWatch(self.bus, logging.getLogger("controller"))  # type: ignore[arg-type]
+        puts = StrayPuts(self.bus, logging.getLogger("controller"))  # type: ignore[arg-type]
         self.checker = TrajectoryChecker(CONFIG, puts, self.woken.set)
 
     def send(self, body: object) -> Request:

@@ -8,7 +8,7 @@ import pytest
 
 from protocol import messages as m
 from protocol import topics
-from services.common.puts import PutWatch
+from services.common.stray_puts import StrayPuts
 from services.controller.checker import TrajectoryChecker
 from services.controller.core import Controller
 from services.controller.leases import ClientLeases
@@ -24,7 +24,7 @@ class Desk:
         self.core.answer(state(0), 0)
         self.woken = threading.Event()
         self.checked = threading.Event()
-        puts = PutWatch(self.bus, logging.getLogger("controller"))  # type: ignore[arg-type]
+        puts = StrayPuts(self.bus, logging.getLogger("controller"))  # type: ignore[arg-type]
         self.checker = TrajectoryChecker(CONFIG, puts, self.checked.set)
         leases = ClientLeases(self.core, logging.getLogger("controller"))
         self.requests = Requests(self.core, leases, self.checker, self.woken.set)

@@ -11,7 +11,7 @@ from protocol.bus.queues import Inbox
 from protocol.bus.sessions import open_session
 from robot.description import load_robot
 from services.common.cli import free_endpoint
-from services.planner.core import Lead, Planner
+from services.planner.core import LeadTime, Planner
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 from tests.waiting import eventually
@@ -25,7 +25,7 @@ STEPPED = m.Description(joint_names=[], home=[], limits=LIMITS, rate_hz=1000.0, 
 
 def test_a_greeting_that_is_not_answered_is_repeated(tmp_path: Path):
     """As beside other work, where an answer may take longer than the planner waits."""
-    endpoint, stopping, lead = free_endpoint(), threading.Event(), Lead(ROBOT.tick)
+    endpoint, stopping, lead = free_endpoint(), threading.Event(), LeadTime(ROBOT.tick)
     with Bus(open_session(listen=[endpoint])) as arm, Bus(open_session([endpoint])) as bus:
         library = Library(tmp_path, ARM, LOG)
         loop = Loop(bus, Planner(bus, ROBOT, library, lead, LOG), library, ROBOT, lead, LOG)

@@ -12,10 +12,10 @@ import pytest
 from protocol import messages as m
 from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
-from services.planner.background import Errand
 from services.planner.learner import Head, Learner
 from services.planner.library import Arm, Library, Written
 from services.planner.worker import Lesson, learned
+from services.planner.worker_thread import LoopCall
 from tests.unit.planner.test_planner_worker import LIMITS, NAMES, body
 
 LOG = logging.getLogger("planner")
@@ -81,13 +81,13 @@ class Desk:
         return question
 
     def serve(self, question: Question) -> Any:
-        """Let the next be learned, run errands until `question` has its answer, and return that."""
+        """Let the next be learned, run calls until `question` has its answer, and return that."""
         self.worker.may.release()
         while not question.answered.is_set():
-            errand = self.inbox.take(0.01)
-            if errand is not None:
-                assert isinstance(errand, Errand)
-                errand.run()
+            call = self.inbox.take(0.01)
+            if call is not None:
+                assert isinstance(call, LoopCall)
+                call.run()
         return question.answer
 
 

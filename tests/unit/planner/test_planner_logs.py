@@ -18,7 +18,7 @@ from protocol.errors import Refusal
 from robot.description import load_robot
 from services.planner.__main__ import learn_shipped
 from services.planner.core import Planner
-from services.planner.lead import Lead
+from services.planner.lead_time import LeadTime
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 
@@ -86,8 +86,8 @@ class Desk:
         self.bus = FakeBus()
         library = Library(folder / "library", ARM, LOG)
         learn_shipped(library, ROBOT, LOG)
-        planner = Planner(self.bus, ROBOT, library, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]
-        self.loop = Loop(self.bus, planner, library, ROBOT, Lead(ROBOT.tick), LOG)  # type: ignore[arg-type]
+        planner = Planner(self.bus, ROBOT, library, LeadTime(ROBOT.tick), LOG)  # type: ignore[arg-type]
+        self.loop = Loop(self.bus, planner, library, ROBOT, LeadTime(ROBOT.tick), LOG)  # type: ignore[arg-type]
         caplog.set_level(logging.INFO)
         self._caplog = caplog
 

@@ -16,7 +16,7 @@ from protocol.bus.sessions import open_session
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
 from robot.description import load_robot
-from services.planner.core import Lead, Planner
+from services.planner.core import LeadTime, Planner
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 from tests.unit.planner.test_planner_learner import HeldWorker
@@ -38,7 +38,7 @@ def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNa
     worker, stopping = HeldWorker(), threading.Event()
     monkeypatch.setattr("services.planner.loop.Worker", lambda *_: worker)
     with Bus(open_session(listen=[endpoint])) as bus, Bus(open_session(connect=[endpoint])) as client:
-        library, lead = Library(tmp_path, ARM, LOG), Lead(ROBOT.tick)
+        library, lead = Library(tmp_path, ARM, LOG), LeadTime(ROBOT.tick)
         loop = Loop(bus, Planner(bus, ROBOT, library, lead, LOG), library, ROBOT, lead, LOG)
         thread = threading.Thread(target=loop.serve, args=(stopping,))
         thread.start()

@@ -17,7 +17,7 @@ from protocol.errors import NoAnswer, Refusal
 from robot.description import load_robot
 from robot.shipped import DEMONSTRATIONS
 from services.planner.core import Planner
-from services.planner.lead import Lead
+from services.planner.lead_time import LeadTime
 from services.planner.learning import learn_from_csv
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
@@ -124,7 +124,7 @@ def answered(library: Library, bus: FakeBus) -> list[Any]:
             return not turns
 
     turns = [None] * (len(bus._requests) + 1)
-    lead = Lead(ROBOT.tick)
+    lead = LeadTime(ROBOT.tick)
     planner = Planner(bus, ROBOT, library, lead, LOG)  # type: ignore[arg-type]
     Loop(bus, planner, library, ROBOT, lead, LOG).serve(Stopping())  # type: ignore[arg-type]
     return bus.events

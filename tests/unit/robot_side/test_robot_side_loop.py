@@ -18,8 +18,8 @@ from protocol.errors import Refusal
 from robot.description import load_robot
 from services.common.robot_side.backend import Abilities, Observation, Setpoint
 from services.common.robot_side.clocks import keep_time
+from services.common.robot_side.controller_presence import HANG_S, ControllerPresence
 from services.common.robot_side.loop import RobotLoop
-from services.common.robot_side.partner import HANG_S, Partner
 
 ROBOT = load_robot()
 HOME, STILL = ROBOT.home.tolist(), [0.0] * ROBOT.joint_count
@@ -195,8 +195,8 @@ def test_a_command_whose_reference_has_another_length_leads_nobody(field: str):
 
 def test_a_controller_is_waited_for_while_it_lives_and_answers(monkeypatch: pytest.MonkeyPatch):
     now, woken = [100.0], []
-    monkeypatch.setattr("services.common.robot_side.partner.time.monotonic", lambda: now[0])
-    controller = Partner(wake=lambda: woken.append(True))
+    monkeypatch.setattr("services.common.robot_side.controller_presence.time.monotonic", lambda: now[0])
+    controller = ControllerPresence(wake=lambda: woken.append(True))
     assert not controller.is_awaited
     controller.see("", True)
     assert (controller.is_awaited, woken) == (True, [True])

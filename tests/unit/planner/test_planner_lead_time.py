@@ -2,11 +2,11 @@
 
 import pytest
 
-from services.planner.lead import Lead
+from services.planner.lead_time import LeadTime
 
 
 def test_it_follows_what_planning_takes():
-    lead = Lead(0.001)
+    lead = LeadTime(0.001)
     unknown = lead.seconds()
     for _ in range(50):
         lead.note(0.004)
@@ -19,7 +19,7 @@ def test_it_follows_what_planning_takes():
 
 def test_one_quick_plan_is_not_believed():
     """The first goals after a start run into cold caches and a busy bus: 9 ms once do not make a lead."""
-    lead = Lead(0.001)
+    lead = LeadTime(0.001)
     unknown = lead.seconds()
     assert unknown >= 0.025
     for _ in range(8):
@@ -31,7 +31,7 @@ def test_one_quick_plan_is_not_believed():
 
 
 def test_one_slow_plan_counts_only_after_a_late_one():
-    lead = Lead(0.001)
+    lead = LeadTime(0.001)
     for seconds in [0.1, *[0.004] * 49]:
         lead.note(seconds)
     assert lead.seconds() == pytest.approx(0.006)
@@ -39,14 +39,14 @@ def test_one_slow_plan_counts_only_after_a_late_one():
 
 
 def test_the_second_try_has_twice_what_the_first_took():
-    lead = Lead(0.001)
+    lead = LeadTime(0.001)
     for seconds in [0.004] * 50 + [0.2]:
         lead.note(seconds)
     assert lead.seconds(again=True) == pytest.approx(0.002 + 0.4)
 
 
 def test_fixed_and_stepped_leads_do_not_adapt():
-    for lead, expected in ((Lead(0.001, 0.03), 0.03), (Lead(0.001), 0.02)):
+    for lead, expected in ((LeadTime(0.001, 0.03), 0.03), (LeadTime(0.001), 0.02)):
         lead.stepped = expected == 0.02
         lead.note(1.0)
         assert lead.seconds() == lead.seconds(again=True) == expected

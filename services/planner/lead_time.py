@@ -8,7 +8,7 @@ UNKNOWN_GAUSSIAN_S = 0.3
 UNKNOWN_TOOL_S = 0.06
 
 
-class Lead:
+class LeadTime:
     """The lead of the next plan: the 90th percentile of recent planning times of its kind plus two ticks.
 
     The two bus hops (about 2 ms) are included though they need no lead, so few of the remaining tenth are late. A late

@@ -1,11 +1,11 @@
-"""Which tick of the trace was the newest at a wall time: for messages that have no time of the arm."""
+"""The trace tick at a wall time, for messages that carry no time of the robot's clock."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
 
 
-class Arrivals:
-    """When the states of the last two batches came; what happened among the last of one may be in the next."""
+class StateTimes:
+    """Receipt times of the states of the last two batches: an event at the end of one may arrive with the next."""
 
     def __init__(self) -> None:
         self._before: tuple[list[int], list[int]] = ([], [])

@@ -6,14 +6,14 @@ from protocol.bus.bus import Bus
 from services.common.logs import ThrottledLog
 
 
-class PutWatch:
+class StrayPuts:
     """Warns of requests that were `put`, which nobody answers, instead of asked."""
 
     def __init__(self, bus: Bus, log: logging.Logger) -> None:
         self._bus = bus
         self._log = ThrottledLog(log)
 
-    def look(self) -> None:
+    def warn(self) -> None:
         """Warn of what came since the last call."""
         for key in self._bus.take_puts():
             self._log.warn(f"something was put on {key} and did nothing; send a request as a query: get, not put")

@@ -4,6 +4,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future, wait
 from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
@@ -21,44 +22,40 @@ LOOK_S = 0.05
 ResultT = TypeVar("ResultT")
 
 
-class Errand(Generic[ResultT]):
+class LoopCall(Generic[ResultT]):
     """Work that a thread has done in the planner's loop, which alone changes its state."""
 
     def __init__(self, work: Callable[[], ResultT]) -> None:
         self._work = work
-        self._done = threading.Event()
-        self._results: list[ResultT] = []
-        self._error: Exception | None = None
+        self._future: Future[ResultT] = Future()
 
     def run(self) -> None:
         """Do the work, in the loop."""
         try:
-            self._results.append(self._work())
+            self._future.set_result(self._work())
         except Exception as error:
-            self._error = error
-        self._done.set()
+            self._future.set_exception(error)
 
     def wait(self, given_up: Callable[[], bool]) -> ResultT:
         """Wait until it is done; return what it returned, or raise what it raised.
 
-        Raises: Refusal: `unavailable` where it was `given_up`, since the planner ends.
+        Raises:
+            Refusal: `unavailable` where it was `given_up`, since the planner ends.
         """
-        while not self._done.wait(LOOK_S):
+        while not wait([self._future], LOOK_S).done:
             if given_up():
                 raise Refusal("unavailable", "the planner ends; nothing changed", service="planner")
-        if self._error is not None:
-            raise self._error
-        return self._results[0]
+        return self._future.result()
 
 
-class Background:
+class WorkerThread:
     """A thread that does what is submitted, in turn, with a `worker` process of its own."""
 
     def __init__(self, worker: Worker, inbox: Inbox[Any], log: logging.Logger) -> None:
         self._worker = worker
         self._inbox = inbox
         self._log = log
-        self._waiting: SimpleQueue[Callable[[], object] | None] = SimpleQueue()
+        self._queue: SimpleQueue[Callable[[], object] | None] = SimpleQueue()
         self.closing = False
         # The kernel ends the worker with the thread that started it: so it is this one.
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -70,10 +67,10 @@ class Background:
         Raises:
             Refusal: `busy` where too much waits.
         """
-        if self._waiting.qsize() >= QUEUE_LENGTH:
+        if self._queue.qsize() >= QUEUE_LENGTH:
             sentence = f"{QUEUE_LENGTH} requests wait for the {self._worker.role} process; send this one later"
             raise Refusal("busy", sentence, goal_id=None)
-        self._waiting.put(work)
+        self._queue.put(work)
 
     def in_loop(self, work: Callable[[], ResultT]) -> ResultT:
         """Have `work` done by the planner's loop, wait for it, and return its result.
@@ -81,20 +78,20 @@ class Background:
         Raises:
             Refusal: `unavailable` where the planner ends; and whatever the work raises.
         """
-        errand = Errand(work)
-        while not self._inbox.offer(errand) and not self.closing:
+        call = LoopCall(work)
+        while not self._inbox.offer(call) and not self.closing:
             time.sleep(0.01)
-        return errand.wait(lambda: self.closing)
+        return call.wait(lambda: self.closing)
 
     def close(self) -> None:
         """End the process and forget what waits."""
         self.closing = True
-        self._waiting.put(None)
+        self._queue.put(None)
         self._worker.kill()
         self._thread.join(CLOSING_S)
 
     def _run(self) -> None:
-        while (work := self._waiting.get()) is not None and not self.closing:
+        while (work := self._queue.get()) is not None and not self.closing:
             try:
                 work()
             except Exception:  # such as a session that is closed: the next one must be answered all the same

@@ -1,4 +1,4 @@
-"""The other end of the loop: whether there is a controller to wait for."""
+"""Whether a controller answers states, so that the paced and the stepped clock wait for it."""
 
 import time
 from collections.abc import Callable
@@ -7,11 +7,11 @@ HANG_S = 2.0
 """A controller that takes longer to answer a tick is no longer waited for."""
 
 
-class Partner:
-    """Whether there is a controller to wait for: from its liveliness token on until that is lost.
+class ControllerPresence:
+    """Whether there is a controller to wait for: its liveliness token is there, and it does not hang.
 
-    One that hangs is not waited for either, until its next command. `wake` is called, in Zenoh's thread, once the token
-    appears or is lost.
+    A controller hangs from its first overdue answer until its next command. `wake` is called, in Zenoh's thread, when
+    the token appears or is lost.
     """
 
     def __init__(self, wake: Callable[[], None]) -> None:

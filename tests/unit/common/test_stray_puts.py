@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from services.common.puts import PutWatch
+from services.common.stray_puts import StrayPuts
 
 
 class FakeBus:
@@ -22,9 +22,9 @@ class FakeBus:
 def test_a_goal_that_was_put_is_logged(caplog: pytest.LogCaptureFixture):
     """By its key, and what to do instead."""
     bus = FakeBus()
-    watch = PutWatch(bus, logging.getLogger("planner"))  # type: ignore[arg-type]
-    watch.look()
+    watch = StrayPuts(bus, logging.getLogger("planner"))  # type: ignore[arg-type]
+    watch.warn()
     assert not caplog.records
     bus.puts.append("volley/arm/goal")
-    watch.look()
+    watch.warn()
     assert "something was put on volley/arm/goal and did nothing; send a request as a query" in caplog.text

@@ -1,0 +1,56 @@
+"""Methods in two forms: of a connection that blocks, and of one that is awaited.
+
+Every method of the library is written once, as a coroutine that waits for nothing but mailboxes. On a blocking
+connection a mailbox blocks the thread, so the coroutine ends without having been suspended; on an asynchronous one it
+suspends the coroutine.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Coroutine
+from types import MethodType
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Blocks:
+    """Base of the classes whose `Twofold` methods block."""
+
+
+class Awaits:
+    """Base of the classes whose `Twofold` methods are awaited."""
+
+
+class Twofold(Generic[P, R]):
+    """A method that is written as a coroutine: awaited on `Awaits`, and run to its end on `Blocks`."""
+
+    def __init__(self, body: Callable[Concatenate[Any, P], Coroutine[Any, Any, R]]) -> None:
+        @functools.wraps(body)
+        def blocking(self: object, *args: P.args, **kwargs: P.kwargs) -> R:
+            return run(body(self, *args, **kwargs))
+
+        self._awaited, self._blocking = body, blocking
+        self.__doc__ = body.__doc__
+
+    @overload
+    def __get__(self, instance: Blocks, owner: type | None = None) -> Callable[P, R]: ...
+    @overload
+    def __get__(self, instance: Awaits, owner: type | None = None) -> Callable[P, Coroutine[Any, Any, R]]: ...
+    @overload
+    def __get__(self, instance: object, owner: type | None = None) -> Callable[..., Any]: ...
+    def __get__(self, instance: object, owner: type | None = None) -> Callable[..., Any]:
+        method = self._awaited if issubclass(owner or type(instance), Awaits) else self._blocking
+        return method if instance is None else MethodType(method, instance)
+
+
+def run(coroutine: Coroutine[Any, Any, R]) -> R:
+    """Return what a coroutine returns that waits for blocking mailboxes alone."""
+    try:
+        coroutine.send(None)
+    except StopIteration as ended:
+        return ended.value
+    coroutine.close()
+    raise RuntimeError("a blocking method waited for an event loop")
