@@ -1,17 +1,19 @@
 """Plays balls of the environment: sees, chooses, plans, tracks, corrects, learns."""
 
 import time as clock
-from dataclasses import dataclass, field, replace
 from pathlib import Path as Folder
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from benchmarks.table_tennis.motions import Method, Motion, make_motion, violations
-from benchmarks.table_tennis.scene import BALL, CONTROL_S, GEARS, OFFSET, RACKET, court, environment, robot
-from motion.demonstration import Demonstration
-from motion.primitive import Primitive, learn
+from benchmarks.table_tennis.balls import Ball
+from benchmarks.table_tennis.checks import ArmCheck, violations
+from benchmarks.table_tennis.demonstrations import learned, quintic
+from benchmarks.table_tennis.motions import make_motion
+from benchmarks.table_tennis.played import Motion
+from benchmarks.table_tennis.scene import BALL, CONTROL_S, FIRST_S, GEARS, OFFSET, RACKET, court, environment, robot
+from benchmarks.table_tennis.variants import SERIES, Variant
 from robot.model import joint_ids
 from robot.motion_check import Collides, MotionCheck
 from robot.striking.arm import Arm
@@ -26,10 +28,8 @@ from robot.striking.path import Path
 from robot.striking.reachability import Reachability
 from robot.striking.simulated_contact import SimulatedContact
 
-FIRST_S = 0.1
-"""The first choice is made then, …"""
 LATENCY_S = 0.008
-"""… and a new motion begins so long after the sight it is made from."""
+"""A new motion begins so long after the sight that it is made from."""
 CANDIDATES = 24
 """Hits that are planned one after the other until one is inside the limits and touches nothing."""
 UNTIL_S = 0.05
@@ -38,55 +38,20 @@ OMEGA, DAMPING = 40.0, 1.4
 """Of the tracking: ω², and 1.4 ω."""
 
 
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """Conditions.
+class Player:
+    """Plays balls of one variant. What becomes of a ball depends on its seed alone, and not on those before it.
 
-    environment: fancy_gym's class. noise: m, of each sight. table, racket: the parts by which the restitutions believed
-    are wrong, the sign by chance. corrected: after the first choice. learns: from outgoing balls. scale: of the limits.
-    period: s between corrections, or attempts to choose. earliest: s, when the hit should be at the soonest. wind: it
-    blows, and velocities are seen. simulated: hits are chosen with a simulated contact. options: of the chooser.
+    Where the racket is learned it depends on those of its series before it, which are played first if they were not.
     """
 
-    name: str
-    environment: str = "TableTennisEnv"
-    method: Method = "qp"
-    noise: float = 0.0
-    table: float = 0.0
-    racket: float = 0.0
-    corrected: bool = True
-    learns: bool = False
-    scale: float = 1.0
-    period: float = 0.032
-    earliest: float = 0.0
-    wind: bool = False
-    simulated: bool = True
-    options: dict[str, Any] = field(default_factory=dict)
+    def __init__(self, variant: Variant, folder: Folder, demonstration: Folder | None = None) -> None:
+        """Prepare. folder: for the robot's description and its table of postures. demonstration: a CSV file.
 
-
-@dataclass(slots=True)
-class Ball:
-    """What became of one: planned at all, judged by the environment, error (m), and how it was played."""
-
-    planned: bool = False
-    hit: bool = False
-    returned: bool = False
-    success: bool = False
-    error: float = np.nan
-    violations: int = 0
-    corrections: int = 0
-    refused: int = 0
-    first_ms: float = np.nan
-    correction_ms: list[float] = field(default_factory=list, repr=False)
-    note: str = ""
-
-
-class Player:
-    """Plays one variant. seed: of the noise, and of which way beliefs are wrong."""
-
-    def __init__(self, variant: Variant, folder: Folder, seed: int) -> None:
+        Raises:
+            NotInstalled: fancy_gym or gymnasium is missing.
+            ValueError: the demonstration cannot be used.
+        """
         self.variant = variant
-        self._rng = np.random.default_rng(seed)
         self._env: Any = environment(variant.environment)
         self._config = config = robot(folder, variant.scale)
         self._limits = config.limits
@@ -97,17 +62,9 @@ class Player:
         exact = not variant.noise and not variant.racket
         self._contact = SimulatedContact(config, "target_ball", law, self._arm.offset, *(((),) if exact else ()))
         self._law = law
-        wrong = self._sign() * variant.racket
-        believed = ContactLaw(law.restitution * (1 + wrong), law.friction, law.duration)
-        self.learner = Learner.of(believed)
-        self._chooser = Chooser(
-            self._arm,
-            self._table,
-            court(),
-            believed,
-            Options(**variant.options),
-            self._contact if variant.simulated else None,
-        )
+        self.learner, self._played = Learner.of(law), -1
+        simulate = self._contact if variant.simulated else None
+        self._chooser = Chooser(self._arm, self._table, court(), law, Options(**variant.options), simulate)
         self._check = MotionCheck(config)
         self._model = self._env.unwrapped.model
         self._data = mujoco.MjData(self._model)
@@ -115,12 +72,31 @@ class Player:
         self._dofs = self._model.jnt_dofadr[joints]
         self._damping = self._model.dof_damping[self._dofs]
         self._full = np.zeros((self._model.nv, self._model.nv))
-        self.primitive = self._demonstration()
+        self._arm_check = ArmCheck(self._env, config.limits)
+        self.primitive = learned(demonstration) if demonstration else quintic(self._arm, self._table, law, config.home)
 
     def play(self, seed: int) -> Ball:
         """Play the ball of a seed."""
+        first = seed - seed % SERIES
+        learns = self.variant.learns
+        if not (learns and first <= self._played < seed):
+            self._believe(first)
+        for earlier in range(self._played + 1, seed) if learns else ():
+            self._play(earlier)
+        return self._play(seed)
+
+    def _believe(self, first: int) -> None:
+        """Begin the series of a seed: the racket's restitution is believed wrong."""
+        wrong = _sign(np.random.default_rng((first, 1))) * self.variant.racket
+        law = self._law
+        self.learner = Learner.of(ContactLaw(law.restitution * (1 + wrong), law.friction, law.duration))
+        self._played = first - 1
+
+    def _play(self, seed: int) -> Ball:
+        self._played = seed
+        rng = np.random.default_rng(seed)
         variant, env = self.variant, self._env
-        believed = court(1 + self._sign() * variant.table)
+        believed = court(1 + _sign(rng) * variant.table)
         wind = (1.0, 1.0, 0.0) if variant.wind else (0.0, 0.0, 0.0)
         belief = Belief(
             max(variant.noise, 1e-6),
@@ -137,12 +113,13 @@ class Player:
         planned_at = -np.inf
         after: list[tuple[float, np.ndarray]] = []
         observation, _ = env.reset(seed=seed)
+        self._arm_check.begin()
         now, done, info = 0.0, False, {}
         target = np.zeros(3)
         while not done:
             target = np.append(observation[-2:], believed.surface.height)
             place = observation[14:17] + np.array([0.0, 0.0, OFFSET])
-            seen = place + variant.noise * self._rng.normal(size=3)
+            seen = place + variant.noise * rng.normal(size=3)
             # Only to know which sights are of the outgoing ball.
             if env.unwrapped._hit_ball:
                 after.append((now, seen))
@@ -161,9 +138,6 @@ class Player:
         if choice is not None and variant.learns and result.hit:
             self._learn(choice, after)
         return result
-
-    def _sign(self) -> int:
-        return 1 if self._rng.uniform() < 0.5 else -1
 
     def _decide(
         self,
@@ -192,7 +166,7 @@ class Player:
             result.note = error.reason
             result.refused += 1
             return None
-        spent = 1e3 * (clock.thread_time() - began)
+        spent = round(1e3 * (clock.thread_time() - began), 2)
         if last is None:
             result.first_ms = spent
         else:
@@ -261,6 +235,7 @@ class Player:
         if result.returned:
             result.error = float(info["land_dist_error"])
         result.violations = violations(self._limits, motions, now) if motions else 0
+        result.arm_violations, result.arm_acceleration, result.off_plan = self._arm_check.judge(motions)
 
     def _learn(self, choice: Choice, after: list[tuple[float, np.ndarray]]) -> None:
         used = [(time, place) for time, place in after if time > choice.time + 0.012]
@@ -270,18 +245,6 @@ class Player:
         velocity, std = found
         self.learner.observe(choice, BALL.mass, velocity, max(std, 0.02), choice.beside)
 
-    def _demonstration(self) -> Primitive:
-        """Return a strike at a ball in the middle, as a quintic: what a person would show."""
-        estimator = Estimator(BALL, court(), Belief(1e-6, restitution_std=1e-4))
-        for time in (0.0, 0.008):
-            flown = np.array([2.5, 0.0, 0.5]) * time - [0, 0, 9.81 * time * (time + BALL.step) / 2]
-            estimator.observe(time, np.array([-0.6, 0.0, 1.85]) + flown)
-        home = self._config.home
-        start = State(FIRST_S, home, 0 * home, 0 * home)
-        chooser = Chooser(self._arm, self._table, court(), self._law, replace(Options(), use=2.0))
-        choice = chooser.choose(estimator.path(1.5), start, np.array([-0.6, 0.0, 0.77]))[0]
-        times = np.linspace(0, choice.goal_time - FIRST_S, 200)
-        s = (times / times[-1])[:, None]
-        way, arrival = choice.positions - home, choice.velocities * times[-1]
-        positions = home + s**3 * (way * (10 - 15 * s + 6 * s**2) + arrival * (-4 + 7 * s - 3 * s**2))
-        return learn(Demonstration(times, positions))
+
+def _sign(rng: np.random.Generator) -> int:
+    return 1 if rng.uniform() < 0.5 else -1

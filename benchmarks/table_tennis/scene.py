@@ -20,6 +20,8 @@ CONTROL_S = 0.008
 """The environment holds torques for four steps of 2 ms."""
 OFFSET = 0.1
 """The ball's body stands so much (m) above its slides, whose values the environment observes."""
+FIRST_S = 0.1
+"""The first choice is made then."""
 GEARS = np.array([150.0, 125.0, 40.0, 60.0, 5.0, 5.0, 2.0])
 TABLE, NET_TOP, NET_HALF_WIDTH = 0.77, 0.9225, 0.915
 BALL = Ball(mass=0.1, radius=0.025, step=0.002)

@@ -1,8 +1,9 @@
 import pytest
 
-from benchmarks.table_tennis.__main__ import VARIANTS, wilson
+from benchmarks.table_tennis.balls import append, read, wilson
 from benchmarks.table_tennis.player import Player
 from benchmarks.table_tennis.scene import NotInstalled, environment
+from benchmarks.table_tennis.variants import VARIANTS
 
 
 def test_wilsons_interval():
@@ -15,9 +16,18 @@ def test_a_ball_of_fancy_gym_is_returned(name: str, tmp_path):
         environment().close()
     except NotInstalled as missing:
         pytest.skip(str(missing))
-    player = Player(VARIANTS[name], tmp_path, 0)
-    ball = player.play(500_000)
+    ball = Player(VARIANTS[name], tmp_path).play(500_000)
     assert ball.hit
     assert ball.returned
     assert ball.success
     assert not ball.violations
+    assert not ball.arm_violations
+    append(tmp_path / "balls.jsonl", name, 500_000, ball)
+    assert read(tmp_path / "balls.jsonl", name) == {500_000: ball}
+
+
+def test_a_line_that_is_no_ball_is_named(tmp_path):
+    path = tmp_path / "balls.jsonl"
+    path.write_text("{}\n")
+    with pytest.raises(ValueError, match="line 1 is no ball"):
+        read(path, "calm")

@@ -1,0 +1,141 @@
+"""What became of the balls: one line of JSON each, so that a long run can be cut into parts, and figures of many."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from math import sqrt
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.table_tennis.variants import SERIES
+
+Z = 1.959964
+"""Of a two-sided 95 % interval."""
+LEARNED = 20
+"""Balls of a series after which the racket counts as learned."""
+
+
+@dataclass(slots=True)
+class Ball:
+    """One ball: planned at all, judged by the environment, error (m), and how it was played.
+
+    violations: of the plan's limits, at 10 kHz. arm_violations: physics steps before the hit at which the arm itself
+    was outside its range or faster than its velocity limits. arm_acceleration: largest part of an acceleration limit
+    that the arm used before the hit, a tick's mean. off_plan: rad, the largest distance from the plan before the hit.
+    refused: choices and corrections for which there was no hit or no plan; note: why, of the last. first_ms,
+    correction_ms: processor time of the choice.
+    """
+
+    planned: bool = False
+    hit: bool = False
+    returned: bool = False
+    success: bool = False
+    error: float | None = None
+    violations: int = 0
+    arm_violations: int = 0
+    arm_acceleration: float = 0.0
+    off_plan: float = 0.0
+    corrections: int = 0
+    refused: int = 0
+    first_ms: float | None = None
+    correction_ms: list[float] = field(default_factory=list, repr=False)
+    note: str = ""
+
+
+def append(path: Path, variant: str, seed: int, ball: Ball) -> None:
+    """Append a ball to a file."""
+    with path.open("a") as file:
+        file.write(json.dumps({"variant": variant, "seed": seed} | asdict(ball)) + "\n")
+
+
+def read(path: Path, variant: str) -> dict[int, Ball]:
+    """Return the balls of a variant by seed; none where there is no such file.
+
+    Raises:
+        ValueError: a line is no ball; the sentence names it.
+    """
+    found: dict[int, Ball] = {}
+    lines = path.read_text().splitlines() if path.exists() else []
+    for number, line in enumerate(lines, 1):
+        try:
+            entry = json.loads(line)
+            name, seed = entry.pop("variant"), int(entry.pop("seed"))
+            ball = Ball(**entry)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"{path}: line {number} is no ball ({error}); remove it, or name another file") from error
+        if name == variant:
+            found[seed] = ball
+    return found
+
+
+def wilson(successes: int, count: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a rate."""
+    if not count:
+        return 0.0, 1.0
+    rate, z = successes / count, Z * Z / count
+    middle, half = rate + z / 2, Z * sqrt(rate * (1 - rate) / count + z / (4 * count))
+    return (middle - half) / (1 + z), (middle + half) / (1 + z)
+
+
+COLUMNS = (
+    "variant",
+    "balls",
+    "planned",
+    "hit",
+    "returned",
+    "success (95 % interval)",
+    "median error",
+    "violations: plan; arm",
+    "acceleration",
+    "corrections, refused",
+    "first choice p50, p99",
+    "correction p50, p99",
+)
+HEADING = f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}"
+
+
+def row(name: str, balls: Sequence[Ball]) -> str:
+    """Return the figures of balls as a row of the table under `HEADING`."""
+    count = len(balls)
+    rates = [f"{share(sum(getattr(ball, name) for ball in balls), count)}" for name in ("planned", "hit", "returned")]
+    success = sum(ball.success for ball in balls)
+    low, high = wilson(success, count)
+    errors = [ball.error for ball in balls if ball.error is not None]
+    firsts = [ball.first_ms for ball in balls if ball.first_ms is not None]
+    later = [ms for ball in balls for ms in ball.correction_ms]
+    cells = [
+        name,
+        str(count),
+        *rates,
+        f"{share(success, count)} ({100 * low:.1f}–{100 * high:.1f})",
+        f"{100 * np.median(errors):.1f} cm" if errors else "",
+        f"{sum(ball.violations for ball in balls)}; {sum(ball.arm_violations for ball in balls)}",
+        f"{max(ball.arm_acceleration for ball in balls):.2f}",
+        f"{_mean([ball.corrections for ball in balls])}, {_mean([ball.refused for ball in balls])}",
+        _times(firsts),
+        _times(later),
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def rows(name: str, balls: dict[int, Ball], learns: bool) -> list[str]:
+    """Return the row of a variant, and where it learns one more of the balls after the first of each series."""
+    found = [row(name, list(balls.values()))]
+    later = [ball for seed, ball in balls.items() if seed % SERIES >= LEARNED]
+    if learns and later:
+        found.append(row(f"{name}, after {LEARNED} balls", later))
+    return found
+
+
+def share(number: int, count: int) -> str:
+    """Return a part in percent."""
+    return f"{100 * number / count:.1f} %"
+
+
+def _mean(values: list[int]) -> str:
+    return f"{np.mean(values):.1f}"
+
+
+def _times(values: list[float]) -> str:
+    return "{:.0f}, {:.0f} ms".format(*np.percentile(values, [50, 99])) if values else ""

@@ -1,0 +1,49 @@
+"""What the arm imitates: a quintic, or a strike that a person recorded on such an arm."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.table_tennis.scene import BALL, FIRST_S, GEARS, court
+from motion.demonstration import Demonstration
+from motion.primitive import Primitive, learn
+from robot.striking.arm import Arm
+from robot.striking.choice import State
+from robot.striking.chooser import Chooser, Options
+from robot.striking.contact import ContactLaw
+from robot.striking.estimator import Belief, Estimator
+from robot.striking.reachability import Reachability
+
+
+def learned(path: Path) -> Primitive:
+    """Return the strike that is recorded in a CSV file: a line of names, then time (s) and seven positions (rad).
+
+    Raises:
+        ValueError: the file cannot be read, or is no recording of seven joints; the sentence says why.
+    """
+    try:
+        table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path}: {error}; give a CSV file with a line of names, then numbers") from error
+    if table.shape[1] != len(GEARS) + 1:
+        raise ValueError(
+            f"{path}: has {table.shape[1]} columns; it needs {len(GEARS) + 1}, time and {len(GEARS)} joints"
+        )
+    return learn(Demonstration(table[:, 0] - table[0, 0], table[:, 1:]))
+
+
+def quintic(arm: Arm, table: Reachability, law: ContactLaw, home: np.ndarray) -> Primitive:
+    """Return a strike at a ball in the middle, as a quintic from rest at `home` (7,)."""
+    estimator = Estimator(BALL, court(), Belief(1e-6, restitution_std=1e-4))
+    for time in (0.0, 0.008):
+        flown = np.array([2.5, 0.0, 0.5]) * time - [0, 0, 9.81 * time * (time + BALL.step) / 2]
+        estimator.observe(time, np.array([-0.6, 0.0, 1.85]) + flown)
+    start = State(FIRST_S, home, 0 * home, 0 * home)
+    chooser = Chooser(arm, table, court(), law, replace(Options(), use=2.0))
+    choice = chooser.choose(estimator.path(1.5), start, np.array([-0.6, 0.0, 0.77]))[0]
+    times = np.linspace(0, choice.goal_time - FIRST_S, 200)
+    s = (times / times[-1])[:, None]
+    way, arrival = choice.positions - home, choice.velocities * times[-1]
+    positions = home + s**3 * (way * (10 - 15 * s + 6 * s**2) + arrival * (-4 + 7 * s - 3 * s**2))
+    return learn(Demonstration(times, positions))
