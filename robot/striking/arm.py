@@ -1,6 +1,6 @@
 """The arm as something that holds a racket: where it can be, and how it gives way."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import mujoco
@@ -15,10 +15,38 @@ DAMPING = 1e-3
 """Of the descent, in units of its rows, m and rad."""
 LONGEST = 0.4
 """Longest step of a descent on one joint, rad."""
-MET_POSITION, MET_NORMAL = 1e-4, 1e-3
-"""m and rad, within which a descent has arrived."""
 TURNING = 0.02
 """Weight of turning the normal during the strike, s², beside joint velocities as parts of their limits."""
+
+
+class Rows:
+    """A dataclass of arrays with the same first axis."""
+
+    def __len__(self) -> int:
+        return len(getattr(self, fields(self)[0].name))  # pyright: ignore[reportArgumentType]
+
+    def take(self, rows: np.ndarray):  # noqa: ANN201 - the subclass
+        """Return the same with some of the rows."""
+        return type(self)(*(getattr(self, field.name)[rows] for field in fields(self)))  # pyright: ignore[reportArgumentType]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Postures(Rows):
+    """Postures, values (n, J), rad, with the racket at positions (n, 3), m, its z axes `normals` (n, 3).
+
+    moves, turns: derivatives of both by the joints, (n, 3, J).
+    """
+
+    values: np.ndarray
+    positions: np.ndarray
+    normals: np.ndarray
+    moves: np.ndarray
+    turns: np.ndarray
+
+    def are_within(self, positions: np.ndarray, normals: np.ndarray, metres: float, radians: float) -> np.ndarray:
+        """Return which (n,) have the racket so near to positions and normals (n, 3)."""
+        apart = (np.linalg.norm(a - b, axis=1) for a, b in ((self.positions, positions), (self.normals, normals)))
+        return (next(apart) < metres) & (next(apart) < radians)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +90,13 @@ class Arm:
         """Distance of the ball's centre from the racket's middle when they touch, m."""
         return self.ball.radius + self.racket.thickness
 
-    def descend(
-        self, positions: np.ndarray, normals: np.ndarray, seeds: np.ndarray, rounds: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return postures (n, J) near seeds (n, J) with the racket at positions and normals (n, 3), inside the ranges.
+    def descend(self, positions: np.ndarray, normals: np.ndarray, seeds: np.ndarray, rounds: int) -> "Postures":
+        """Return postures near seeds (n, J) with the racket at positions and normals (n, 3), inside the ranges.
 
-        Also which of them (n,) are exact. Damped Gauss–Newton, a joint at its range held there.
+        Damped Gauss–Newton, a joint at its range held there. Whether a posture is exact its caller must see.
         """
-        q, (low, high) = seeds.copy(), self.limits.positions.T
-        q = np.clip(q, low, high)
+        low, high = self.limits.positions.T
+        q = np.clip(seeds, low, high)
         for _ in range(rounds):
             position, normal, moves, turns = self.chain.jacobians(q)
             error = np.concatenate([positions - position, normals - normal], axis=1)
@@ -83,19 +109,21 @@ class Arm:
                 step[some] = _least(rows[some], error[some])
             step *= np.minimum(1.0, LONGEST / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-9))
             q = np.clip(q + step, low, high)
-        position, normal = self.chain.pose(q)
-        apart = np.linalg.norm(position - positions, axis=1), np.linalg.norm(normal - normals, axis=1)
-        return q, (apart[0] < MET_POSITION) & (apart[1] < MET_NORMAL)
+        return self.postures(q)
 
-    def mobility(self, postures: np.ndarray) -> np.ndarray:
+    def postures(self, values: np.ndarray) -> "Postures":
+        """Return what the racket does in postures (n, J)."""
+        return Postures(values, *self.chain.jacobians(values))
+
+    def mobility(self, postures: "Postures") -> np.ndarray:
         """Return C = J M⁻¹ Jᵀ + I/m_b (n, 3, 3), 1/kg: how racket and ball part for a unit of impulse between them."""
-        moves = self.chain.jacobians(postures)[2]
-        masses = np.array([self._mass(posture) for posture in postures]).reshape(-1, *[postures.shape[1]] * 2)
+        values, moves = postures.values, postures.moves
+        masses = np.array([self._mass(posture) for posture in values]).reshape(-1, *[values.shape[1]] * 2)
         return moves @ np.linalg.solve(masses, moves.transpose(0, 2, 1)) + np.eye(3) / self.ball.mass
 
-    def velocities(self, postures: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    def velocities(self, postures: "Postures", wanted: np.ndarray) -> np.ndarray:
         """Return joint velocities (n, J) that move the racket with `wanted` (n, 3), m/s, and turn it little."""
-        _, _, moves, turns = self.chain.jacobians(postures)
+        moves, turns = postures.moves, postures.turns
         speeds = np.where(np.isfinite(self.limits.velocities), self.limits.velocities, 10.0)
         weights = np.diag(speeds**-2.0) + TURNING * turns.transpose(0, 2, 1) @ turns
         eased = np.linalg.solve(weights, moves.transpose(0, 2, 1))

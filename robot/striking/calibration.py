@@ -61,7 +61,8 @@ def calibrate(arm: Arm, reachability: Reachability, contact: SimulatedContact, h
 
 
 def _hit(arm: Arm, posture: np.ndarray, rng: np.random.Generator) -> Choice:
-    position, axis = (value[0] for value in arm.chain.pose(posture[None]))
+    here = arm.postures(posture[None])
+    position, axis = here.positions[0], here.normals[0]
     side = -1 if arm.racket.two_sided and rng.uniform() < 0.5 else 1
     normal = side * axis
     closing = rng.uniform(*CLOSING)
@@ -69,11 +70,11 @@ def _hit(arm: Arm, posture: np.ndarray, rng: np.random.Generator) -> Choice:
     across -= across @ normal * normal
     across *= rng.uniform(0, SLANT) * closing / np.linalg.norm(across)
     racket = rng.uniform(0.1, 0.6) * closing * normal
-    speeds = arm.velocities(posture[None], racket[None])[0]
-    racket = arm.chain.jacobians(posture[None])[2][0] @ speeds
+    speeds = arm.velocities(here, racket[None])[0]
+    racket = here.moves[0] @ speeds
     incoming = racket - closing * normal + across
     place, zero = position + arm.offset * normal, np.zeros(3)
-    mobility = arm.mobility(posture[None])[0]
+    mobility = arm.mobility(here)[0]
     return Choice(
         *(0.0, 0.0, posture, speeds, 1.0, zero, place, incoming, zero, zero),
         *(position, normal, racket, side, mobility, 0.0, 0.0),

@@ -7,6 +7,8 @@ from robot.description import RobotConfig
 from robot.model import joint_ids
 from robot.tree import joints_of, path_to_world
 
+AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
+"""The axes after and before each of the three."""
 SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
@@ -22,7 +24,9 @@ class Chain:
         site = model.site(config.tool.site).id
         ids = joint_ids(model, config.joint_names)
         pose = config.pose_at_home
-        self._steps: list[tuple[np.ndarray, np.ndarray, int, bool]] = []
+        steps: list[np.ndarray] = []
+        joints_found: list[int] = []
+        sliding: list[bool] = []
         turn, offset = np.eye(3), np.zeros(3)
         for body in reversed(path_to_world(model, int(model.site_bodyid[site]))):
             offset = offset + turn @ model.body_pos[body]
@@ -34,7 +38,9 @@ class Chain:
                 place = np.zeros(3) if slides else anchor
                 start = model.qpos0[model.jnt_qposadr[joint]]
                 if joint in ids:
-                    self._steps.append((turn @ onto, offset + turn @ place, ids.index(joint), slides))
+                    steps.append(_transform(turn @ onto, offset + turn @ place))
+                    joints_found.append(ids.index(joint))
+                    sliding.append(slides)
                     turn, offset = onto.T, -onto.T @ place
                     if start:  # The model's frames are drawn at this value.
                         back = np.eye(3) if slides else _about_z(-start)
@@ -45,57 +51,59 @@ class Chain:
                     rotation = np.eye(3) if slides else onto @ _about_z(value) @ onto.T
                     offset = offset + turn @ (value * axis if slides else place - rotation @ place)
                     turn = turn @ rotation
-        self._last = turn @ _matrix(model.site_quat[site]), offset + turn @ model.site_pos[site]
+        self._steps, self._joints = np.array(steps), np.array(joints_found, dtype=int)
+        self._slides = np.array(sliding)
+        self._last = _transform(turn @ _matrix(model.site_quat[site]), offset + turn @ model.site_pos[site])
 
     def pose(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the tool's positions and z axes, (n, 3) each, in postures (n, J)."""
-        position, _, turns = self._forward(postures)
-        return position, turns[:, :, 2]
+        tool = self._frames(postures)[1]
+        return tool[:, :3, 3], tool[:, :3, 2]
 
     def anchors(self, postures: np.ndarray) -> np.ndarray:
         """Return points on the joints' axes in postures (n, J), from the base on, (n, joints, 3)."""
-        return np.stack([anchor for _, anchor, _, _ in self._forward(postures)[1]], axis=1)
+        return self._frames(postures)[0][:, :, :3, 3]
 
     def jacobians(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return positions, z axes (n, 3), and their derivatives by the joints, (n, 3, J) each."""
-        position, joints, turns = self._forward(postures)
-        normal = turns[:, :, 2]
+        frames, tool = self._frames(postures)
+        position, normal = tool[:, :3, 3], tool[:, :3, 2]
+        axes, anchors = frames[:, :, :3, 2], frames[:, :, :3, 3]
+        arms = np.stack([position[:, None] - anchors, np.broadcast_to(normal[:, None], anchors.shape)])
+        found = _cross(axes, arms)
+        if self._slides.any():
+            found[0, :, self._slides] = axes[:, self._slides].transpose(1, 0, 2)
+            found[1, :, self._slides] = 0.0
         moves, turned = np.zeros((2, *normal.shape, postures.shape[1]))
-        for axis, anchor, joint, slides in joints:
-            if slides:
-                moves[:, :, joint] = axis
-                continue
-            moves[:, :, joint] = _cross(axis, position - anchor)
-            turned[:, :, joint] = _cross(axis, normal)
+        moves[:, :, self._joints], turned[:, :, self._joints] = found.transpose(0, 1, 3, 2)
         return position, normal, moves, turned
 
-    def _forward(
-        self, postures: np.ndarray
-    ) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray, int, bool]], np.ndarray]:
-        count = len(postures)
-        turns, position = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3))
-        joints = []
-        for turn, offset, joint, slides in self._steps:
-            position = position + turns @ offset
-            turns = (turns.reshape(-1, 3) @ turn).reshape(count, 3, 3)
-            axis = turns[:, :, 2]
-            joints.append((axis, position, joint, slides))
-            value = postures[:, joint, None]
-            if slides:
-                position = position + axis * value
-                continue
-            cos, sin = np.cos(value), np.sin(value)
-            x, y = turns[:, :, 0], turns[:, :, 1]
-            turns = np.stack([x * cos + y * sin, y * cos - x * sin, axis], axis=2)
-        turn, offset = self._last
-        return position + turns @ offset, joints, (turns.reshape(-1, 3) @ turn).reshape(count, 3, 3)
+    def _frames(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the frames of the joints (n, joints, 4, 4), their z axes the joints', and of the tool (n, 4, 4)."""
+        values = postures[:, self._joints]
+        angles = np.where(self._slides, 0.0, values)
+        cos, sin = np.cos(angles)[..., None], np.sin(angles)[..., None]
+        x, y = self._steps[:, :, 0], self._steps[:, :, 1]
+        frames = np.empty((*values.shape, 4, 4))
+        frames[...] = self._steps
+        frames[..., 0] = x * cos + y * sin
+        frames[..., 1] = y * cos - x * sin
+        if self._slides.any():
+            frames[..., 3] += self._steps[:, :, 2] * np.where(self._slides, values, 0.0)[..., None]
+        for k in range(1, frames.shape[1]):
+            frames[:, k] = frames[:, k - 1] @ frames[:, k]
+        return frames, frames[:, -1] @ self._last
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a × b of vectors (n, 3); numpy's own takes four times as long."""
-    ax, ay, az = a[:, 0], a[:, 1], a[:, 2]
-    bx, by, bz = b[:, 0], b[:, 1], b[:, 2]
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+    """Return a × b of vectors (…, 3); numpy's own takes four times as long."""
+    return a[..., AFTER] * b[..., BEFORE] - a[..., BEFORE] * b[..., AFTER]
+
+
+def _transform(turn: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    found = np.eye(4)
+    found[:3, :3], found[:3, 3] = turn, offset
+    return found
 
 
 def _matrix(quaternion: np.ndarray) -> np.ndarray:

@@ -15,6 +15,8 @@ from robot.striking.path import Path
 from robot.striking.quintic import quintic_use
 from robot.striking.reachability import Reachability
 
+BLOCKED_STEP_S = 0.02
+"""Between places of the ball that are compared with the arm's base."""
 ContactModel = Callable[[Choice], np.ndarray]
 """Simulates a hit: returns by how much (3,), m/s, the outgoing velocity differs from the contact law's."""
 
@@ -157,13 +159,11 @@ class Chooser:
         ball, net = self._arm.ball, self._court.net
         positions, incoming = path.at(times)
         goal = target + np.array([0.0, 0.0, ball.radius])
-        wanted, arrivals = aim(ball, path.air, positions, goal, flights)
         # During the contact the ball moves with the mean of both velocities.
-        leaves = positions + (incoming - wanted) * self.law.duration / 2
-        wanted, arrivals = aim(ball, path.air, leaves, goal, flights)
+        wanted, leaves, arrivals = aim(ball, path.air, positions, goal, flights, incoming, self.law.duration)
         clears = arrivals[:, 2] < 0
         if net is not None:
-            clears &= above_net(ball, path.air, net, positions, wanted, flights) >= self._court.clearance
+            clears &= above_net(ball, path.air, net, leaves, wanted, flights) >= self._court.clearance
         if not clears.any():
             raise NoHit("target", "no flight from the ball's path to the target comes down on it and clears the net")
         nothing = np.zeros((len(times), 0))
@@ -175,9 +175,11 @@ class Chooser:
 
     def _blocked(self, path: Path) -> float:
         """Return when (s) the ball comes near to the arm's base; inf if it does not."""
-        away = np.linalg.norm(path.positions[:, None] - self._arm.fixed, axis=2).min(axis=1, initial=np.inf)
+        times = np.arange(path.times[0], path.times[-1], BLOCKED_STEP_S)
+        places, _ = path.at(times)
+        away = np.linalg.norm(places[:, None] - self._arm.fixed, axis=2).min(axis=1, initial=np.inf)
         near = np.flatnonzero(away < self._options.keep_off)
-        return float(path.times[near[0]]) if len(near) else np.inf
+        return float(times[near[0]]) if len(near) else np.inf
 
     def _seeded(self, shots: Shots, start: State) -> Shots:
         """Return the shots with postures to search from, those nearest to one of the table. Raises NoHit."""
@@ -199,7 +201,7 @@ class Chooser:
 
     def _best(self, shots: Shots, start: State, target: np.ndarray, count: int, last: Choice | None) -> list[Choice]:
         options = self._options
-        hits = solve(self._arm, self.law, shots)
+        hits = solve(self._arm, self.law, shots, None if last is None else last.mobility)
         if not len(hits):
             raise NoHit("out of reach", "no posture has the racket where the ball comes by, turned to the target")
         use = self._use(hits, shots, start)

@@ -11,11 +11,11 @@ import numpy as np
 GRAVITY = 9.81
 """m/s²."""
 
-STEP_S = 0.01
-"""Longest step of an integration; the acceleration is that of its middle."""
-
-AIM_STEPS, AIM_ROUNDS = 12, 4
+AIM_STEPS, AIM_ROUNDS = 2, 3
 """Steps of a flight to a target, and rounds of Newton's method, where drag or spin bend it."""
+CROSSING_ROUNDS = 4
+"""Of Newton's method for where a flight crosses the net."""
+FALL = np.array([0.0, 0.0, -GRAVITY])
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,35 +78,40 @@ class Air:
 
 def acceleration(ball: Ball, air: Air, velocities: np.ndarray) -> np.ndarray:
     """Return the accelerations (…, 3), m/s², at velocities (…, 3)."""
-    found = air.wind - [0.0, 0.0, GRAVITY]
+    found = air.wind + FALL
     if air.drag:
-        found = found - air.drag * np.linalg.norm(velocities, axis=-1, keepdims=True) * velocities
+        speeds = np.sqrt(np.einsum("...i,...i", velocities, velocities))
+        found = found - (air.drag * speeds)[..., None] * velocities
     if ball.magnus and air.spin.any():
         found = found + ball.magnus * np.cross(air.spin, velocities)
     return found
 
 
-def middle_acceleration(ball: Ball, air: Air, velocities: np.ndarray, times: np.ndarray | float) -> np.ndarray:
-    """Return the acceleration in the middle of a step of `times`, (…, 3)."""
-    found = acceleration(ball, air, velocities)
-    return acceleration(ball, air, velocities + found * np.asarray(times)[..., None] / 2) if air.bends(ball) else found
-
-
 def fly(
     ball: Ball, air: Air, positions: np.ndarray, velocities: np.ndarray, times: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and velocities (…, 3) after one step of `times` (…), without bounces."""
-    a = middle_acceleration(ball, air, velocities, times)
+    """Return positions and velocities (…, 3) after `times` (…), without bounces, by one step of Runge and Kutta.
+
+    Exact where nothing depends on the velocity.
+    """
     t = np.asarray(times)[..., None]
-    return positions + velocities * t + a * (t * (t + ball.step) / 2), velocities + a * t
+    first = acceleration(ball, air, velocities)
+    if not air.bends(ball):
+        return positions + velocities * t + first * (t * (t + ball.step) / 2), velocities + first * t
+    second = acceleration(ball, air, velocities + first * (t / 2))
+    third = acceleration(ball, air, velocities + second * (t / 2))
+    fourth = acceleration(ball, air, velocities + third * t)
+    middle = second + third
+    gained = (first + 2 * middle + fourth) * (t / 6)
+    moved = velocities * t + (first + middle) * (t * t / 6) + gained * (ball.step / 2)
+    return positions + moved, velocities + gained
 
 
 def travel(
     ball: Ball, air: Air, positions: np.ndarray, velocities: np.ndarray, times: np.ndarray, steps: int = AIM_STEPS
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what `fly` does, for long times (…), in several steps where the flight is bent."""
-    if not air.bends(ball):
-        return fly(ball, air, positions, velocities, times)
+    steps = steps if air.bends(ball) else 1
     for _ in range(steps):
         positions, velocities = fly(ball, air, positions, velocities, times / steps)
     return positions, velocities
@@ -123,18 +128,30 @@ def time_to_fall(heights: np.ndarray, speeds: np.ndarray, accelerations: np.ndar
 
 
 def aim(
-    ball: Ball, air: Air, positions: np.ndarray, target: np.ndarray, times: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the velocities (n, 3) with which balls at (n, 3) must leave to be at the target (3,) after times (n,).
+    ball: Ball,
+    air: Air,
+    positions: np.ndarray,
+    target: np.ndarray,
+    times: np.ndarray,
+    incoming: np.ndarray | float = 0.0,
+    contact: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the velocities (n, 3) with which balls must leave to be at the target (3,) after times (n,).
 
-    Also those with which they arrive.
+    Also where they leave, and the velocities with which they arrive. They leave from positions (n, 3), moved by the
+    mean of the velocities before, `incoming` (n, 3), and after a contact that lasts `contact` (s).
     """
-    t = times[:, None]
-    velocities = (target - positions) / t - (air.wind - [0.0, 0.0, GRAVITY]) * ((t + ball.step) / 2)
-    for _ in range(AIM_ROUNDS if air.bends(ball) else 0):
-        reached, _ = travel(ball, air, positions, velocities, times)
-        velocities = velocities + (target - reached) / t
-    return velocities, travel(ball, air, positions, velocities, times)[1]
+    t, half = times[:, None], contact / 2
+    leaves = positions + incoming * half
+    velocities = ((target - leaves) / t - (air.wind + FALL) * ((t + ball.step) / 2)) / (1 - half / t)
+    if not air.bends(ball):
+        return velocities, leaves - velocities * half, velocities + (air.wind + FALL) * t
+    arrivals = velocities
+    for _ in range(AIM_ROUNDS):
+        reached, arrivals = travel(ball, air, leaves - velocities * half, velocities, times)
+        change = (target - reached) / (t - half)
+        velocities, arrivals = velocities + change, arrivals + change
+    return velocities, leaves - velocities * half, arrivals
 
 
 def landing_gradient(velocities: np.ndarray, arrivals: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -150,19 +167,43 @@ def above_net(
 ) -> np.ndarray:
     """Return how far (n,), m, the ball's lower edge passes above the net; inf where it does not cross it in `times`."""
     normal = net.normal / np.linalg.norm(net.normal)
-    before = (positions[:, :2] - net.top[:2]) @ normal
-    after = (travel(ball, air, positions, velocities, times)[0][:, :2] - net.top[:2]) @ normal
-    low, high = np.zeros(len(times)), times.astype(float)
-    crosses = before * after < 0
-    crossing = np.where(crosses, times * before / np.where(crosses, before - after, 1.0), times)
-    for _ in range(6 if air.bends(ball) else 2):
-        place, _ = travel(ball, air, positions, velocities, crossing)
-        now = (place[:, :2] - net.top[:2]) @ normal
-        same = now * before > 0
-        low, high = np.where(same, crossing, low), np.where(same, high, crossing)
-        speed = (after - before) / times
-        with np.errstate(divide="ignore", invalid="ignore"):
-            crossing = np.clip(np.where(crosses, crossing - now / speed, times), low, high)
-    place, _ = travel(ball, air, positions, velocities, crossing)
-    beside = np.abs((place[:, :2] - net.top[:2]) @ [-normal[1], normal[0]]) > net.half_width + ball.radius
-    return np.where(crosses & ~beside, place[:, 2] - ball.radius - net.top[2], np.inf)
+    steps = AIM_STEPS if air.bends(ball) else 1
+    width = times[:, None] / steps
+    states = [(positions, velocities)]
+    for _ in range(steps):
+        states.append(fly(ball, air, *states[-1], times / steps))
+    # Across the net, along it, and up, between the steps.
+    axes = np.array([[*normal, 0.0], [-normal[1], normal[0], 0.0], [0.0, 0.0, 1.0]]).T
+    places = np.stack([(place - net.top) @ axes for place, _ in states])
+    sides = places[:, :, 0] > 0
+    crosses = sides[:-1] != sides[1:]
+    rows, step = np.arange(len(times)), crosses.argmax(axis=0)
+    moves = np.stack([speed @ axes * width for _, speed in states])
+    cubic = Cubic(places[step, rows], places[step + 1, rows], moves[step, rows], moves[step + 1, rows])
+    before, after = places[step, rows, 0], places[step + 1, rows, 0]
+    found = crosses.any(axis=0)
+    u = np.where(found, before / np.where(found, before - after, 1.0), 0.0)
+    for _ in range(CROSSING_ROUNDS):
+        now, slope = cubic.at(u)[:, 0], cubic.slope(u)[:, 0]
+        u = np.clip(u - now / np.where(np.abs(slope) > 1e-9, slope, 1.0), 0.0, 1.0)
+    _, along, up = cubic.at(u).T
+    return np.where(found & (np.abs(along) <= net.half_width + ball.radius), up - ball.radius, np.inf)
+
+
+class Cubic:
+    """Cubics (n, 3) between places (n, 3) whose derivatives by u, from 0 to 1, are moves (n, 3) at the ends."""
+
+    def __init__(self, first: np.ndarray, last: np.ndarray, move: np.ndarray, last_move: np.ndarray) -> None:
+        self.place, self.move, way = first, move, last - first
+        self.second = 3 * way - 2 * move - last_move
+        self.third = move + last_move - 2 * way
+
+    def at(self, u: np.ndarray) -> np.ndarray:
+        """Return the places (n, 3) at u (n,)."""
+        u = u[:, None]
+        return self.place + u * (self.move + u * (self.second + u * self.third))
+
+    def slope(self, u: np.ndarray) -> np.ndarray:
+        """Return the derivatives (n, 3) at u (n,)."""
+        u = u[:, None]
+        return self.move + u * (2 * self.second + 3 * u * self.third)

@@ -1,27 +1,18 @@
 """From wanted outgoing balls to postures and joint velocities of the arm, many at once."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
-from robot.striking.arm import Arm
+from robot.striking.arm import Arm, Rows
 from robot.striking.contact import ContactLaw, better_normal, first_normal, racket_velocity
 
 FIRST_ROUNDS, LAST_ROUNDS = 5, 4
 """Of the descent: to the normal of a heavy racket, then to that which the mobility asks for."""
-NEARLY = 0.05
+NEARLY = 0.05, 0.05
 """m and rad (of the unit normal); what the first descent leaves farther away is given up."""
-
-
-class Rows:
-    """A dataclass of arrays with the same first axis."""
-
-    def __len__(self) -> int:
-        return len(getattr(self, fields(self)[0].name))  # pyright: ignore[reportArgumentType]
-
-    def take(self, rows: np.ndarray):  # noqa: ANN201 - the subclass
-        """Return the same with some of the rows."""
-        return type(self)(*(getattr(self, field.name)[rows] for field in fields(self)))  # pyright: ignore[reportArgumentType]
+MET = 1e-4, 1e-3
+"""m and rad, within which a descent has arrived."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,26 +53,30 @@ class Hits(Rows):
     mobility: np.ndarray
 
 
-def solve(arm: Arm, law: ContactLaw, shots: Shots) -> Hits:
-    """Return the hits that were found; of the others nothing."""
-    mass, wanted, incoming = arm.ball.mass, shots.wanted, shots.incoming
-    rows = np.arange(len(shots))
-    normals = first_normal(incoming, wanted)
-    places = shots.positions - arm.offset * normals
-    postures, _ = arm.descend(places, shots.sides[:, None] * normals, shots.seeds, FIRST_ROUNDS)
-    position, normal = arm.chain.pose(postures)
-    near = np.linalg.norm(position - places, axis=1) < NEARLY
-    near &= np.linalg.norm(normal - shots.sides[:, None] * normals, axis=1) < NEARLY
-    rows = rows[near]
-    mobility = arm.mobility(postures[near])
-    normals = better_normal(law, mass, mobility, incoming[rows], wanted[rows], normals[near])
-    velocities = racket_velocity(law, mass, mobility, incoming[rows], wanted[rows], normals)
+def solve(arm: Arm, law: ContactLaw, shots: Shots, mobility: np.ndarray | None = None) -> Hits:
+    """Return the hits that were found; of the others nothing.
+
+    mobility: (3, 3), 1/kg, of a hit like these, in whose posture the search begins; None: not known.
+    """
+    mass = arm.ball.mass
+    normals = first_normal(shots.incoming, shots.wanted)
+    rows, seeds = np.arange(len(shots)), shots.seeds
+    if mobility is None:
+        places, faces = shots.positions - arm.offset * normals, shots.sides[:, None] * normals
+        first = arm.descend(places, faces, seeds, FIRST_ROUNDS)
+        rows = np.flatnonzero(first.are_within(places, faces, *NEARLY))
+        first, normals = first.take(rows), normals[rows]
+        seeds, mobilities = first.values, arm.mobility(first)
+    else:
+        mobilities = np.broadcast_to(mobility, (len(shots), 3, 3))
+    incoming, wanted, sides = shots.incoming[rows], shots.wanted[rows], shots.sides[rows, None]
+    normals = better_normal(law, mass, mobilities, incoming, wanted, normals)
+    velocities = racket_velocity(law, mass, mobilities, incoming, wanted, normals)
     places = shots.positions[rows] - arm.offset * normals + velocities * law.duration / 2
-    sides = shots.sides[rows, None]
-    postures, met = arm.descend(places, sides * normals, postures[near], LAST_ROUNDS)
-    rows, postures, places, sides = rows[met], postures[met], places[met], sides[met]
-    normals = sides * arm.chain.pose(postures)[1]
-    mobility = arm.mobility(postures)
-    velocities = racket_velocity(law, mass, mobility, incoming[rows], wanted[rows], normals)
-    speeds = arm.velocities(postures, velocities)
-    return Hits(rows, postures, speeds, places, normals, velocities, mobility)
+    found = arm.descend(places, sides * normals, seeds, LAST_ROUNDS)
+    met = np.flatnonzero(found.are_within(places, sides * normals, *MET))
+    found, rows = found.take(met), rows[met]
+    normals, mobilities = sides[met] * found.normals, arm.mobility(found)
+    velocities = racket_velocity(law, mass, mobilities, incoming[met], wanted[met], normals)
+    speeds = arm.velocities(found, velocities)
+    return Hits(rows, found.values, speeds, places[met], normals, velocities, mobilities)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot.striking.flight import STEP_S, Air
-from robot.striking.transition import POSITION, VELOCITY, Transition
+from robot.striking.flight import Air, Cubic
+from robot.striking.transition import POSITION, STEP_S, VELOCITY, Transition
 
 LOW = 0.3
 """A ball that leaves a bounce more slowly than this, m/s, is taken to roll."""
@@ -28,24 +28,19 @@ class Path:
 
     def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and velocities (m, 3) at times (m,) inside the path, by cubic interpolation."""
-        k = self._before(times)
-        width = np.maximum(self.times[k + 1] - self.times[k], 1e-12)[:, None]
-        u = np.clip((times - self.times[k])[:, None] / width, 0.0, 1.0)
-        p, q, v, w = (
-            self.positions[k],
-            self.positions[k + 1],
-            self.velocities[k] * width,
-            self.velocities[k + 1] * width,
-        )
-        bounded = (self.bounces[k] == self.bounces[k + 1])[:, None]
-        a, b = 3 * (q - p) - 2 * v - w, 2 * (p - q) + v + w
-        positions = np.where(bounded, p + u * (v + u * (a + u * b)), p + u * (q - p))
-        velocities = np.where(bounded, (v + u * (2 * a + 3 * u * b)) / width, self.velocities[k])
+        k, u, width = self._within(times)
+        p, q = self.positions[k], self.positions[k + 1]
+        cubic = Cubic(p, q, self.velocities[k] * width, self.velocities[k + 1] * width)
+        flies = (self.bounces[k] == self.bounces[k + 1])[:, None]
+        positions = np.where(flies, cubic.at(u), p + u[:, None] * (q - p))
+        velocities = np.where(flies, cubic.slope(u) / width, self.velocities[k])
         return positions, velocities
 
     def covariance(self, times: np.ndarray) -> np.ndarray:
-        """Return the covariances (m, 6, 6) at the nearest times of the path before `times` (m,)."""
-        return self.covariances[self._before(times)]
+        """Return the covariances (m, 6, 6) at times (m,) inside the path, by linear interpolation."""
+        k, u, _ = self._within(times)
+        u = u[:, None, None]
+        return self.covariances[k] * (1 - u) + self.covariances[k + 1] * u
 
     def bounced(self, times: np.ndarray) -> np.ndarray:
         """Return the number of bounces made until times (m,); a half one within a contact."""
@@ -58,6 +53,12 @@ class Path:
         ends = np.flatnonzero(np.diff(self.bounces)) + 1
         last = np.searchsorted(ends, k, side="right") - 1
         return np.where(last >= 0, times - self.times[ends[last]], np.inf) if len(ends) else np.full(len(times), np.inf)
+
+    def _within(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the steps (m,) in which times (m,) lie, where in them, 0 to 1, (m,), and how long they are, (m, 1)."""
+        k = self._before(times)
+        width = np.maximum(self.times[k + 1] - self.times[k], 1e-12)
+        return k, np.clip((times - self.times[k]) / width, 0.0, 1.0), width[:, None]
 
     def _before(self, times: np.ndarray) -> np.ndarray:
         return np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)

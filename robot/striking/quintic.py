@@ -8,7 +8,7 @@ SAMPLES = 20
 
 
 def _basis() -> np.ndarray:
-    """Return the Hermite quintics and their derivatives at the samples, (4 derivatives, samples, 4 of the 6).
+    """Return the Hermite quintics and their derivatives at the samples, (4 derivatives, 1, 4 of the 6, samples).
 
     Those of the start's velocity and acceleration, of the way, and of the final velocity, in normalised time.
     """
@@ -20,10 +20,11 @@ def _basis() -> np.ndarray:
         [0, 0, 0, -4, 7, -3],
     ]
     polynomials = [np.polynomial.Polynomial(c) for c in coefficients]
-    return np.array([[p.deriv(n)(s) if n else p(s) for p in polynomials] for n in range(4)]).transpose(0, 2, 1)
+    return np.array([[p.deriv(n)(s) if n else p(s) for p in polynomials] for n in range(4)])[:, None]
 
 
 _BASIS = _basis()
+_ORDERS = np.arange(1, 4)[:, None, None]
 
 
 def quintic_use(
@@ -40,13 +41,11 @@ def quintic_use(
     """
     q, v, a = start
     t = durations[:, None]
-    ends = np.stack([t * v, t * t * a, positions - q, t * velocities], axis=1)
-    scale = np.stack([limits.velocities, limits.accelerations, limits.jerks])
-    use = np.zeros(len(t))
-    for n in (1, 2, 3):
-        values = np.abs(np.tensordot(ends, _BASIS[n], axes=(1, 1))).max(axis=2)
-        use = np.maximum(use, (values / (t**n * scale[n - 1])).max(axis=1))
-    way = q[:, None] + np.tensordot(ends, _BASIS[0], axes=(1, 1))
+    ends = np.stack([t * v, t * t * a, positions - q, t * velocities], axis=2)
+    curves = ends @ _BASIS  # (4 derivatives, n, J, samples)
+    scales = np.stack([limits.velocities, limits.accelerations, limits.jerks])[:, None] * t ** _ORDERS
+    use = (np.abs(curves[1:]).max(axis=3) / scales).max(axis=(0, 2))
+    way = q[:, None] + curves[0]
     speed = np.abs(velocities)
     stop = np.sign(velocities) * speed * (speed / limits.accelerations + limits.accelerations / limits.jerks) / 2
     way = np.concatenate([way, (positions + stop)[:, :, None]], axis=2)

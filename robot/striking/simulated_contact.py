@@ -49,7 +49,8 @@ class SimulatedContact:
         self._origin = np.zeros(3) if free else model.body_pos[body].copy()
         self._ball_qpos = slice(int(model.jnt_qposadr[first]), int(model.jnt_qposadr[first]) + 3)
         self._ball_dofs = slice(int(model.jnt_dofadr[first]), int(model.jnt_dofadr[first]) + 3)
-        self._geoms = range(int(model.body_geomadr[body]), int(model.body_geomadr[body] + model.body_geomnum[body]))
+        first_geom, geoms = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+        self._geoms = frozenset(range(first_geom, first_geom + geoms))
         self._mass = float(model.body_mass[body])
         self._offset = offset
 
@@ -93,10 +94,7 @@ class SimulatedContact:
         return None
 
     def _touching(self) -> bool:
-        return any(
-            contact.geom1 in self._geoms or contact.geom2 in self._geoms
-            for contact in self._data.contact[: self._data.ncon]
-        )
+        return not self._geoms.isdisjoint(self._data.contact.geom.ravel().tolist())
 
     def _touch(self, after: float) -> Touch:
         """Return the ball of now led back by `after` (s)."""

@@ -7,11 +7,20 @@ of the bounce, f⁻ and f⁺ the motion before and after it, n the vertical.
 
 import numpy as np
 
-from robot.striking.flight import STEP_S, Air, Ball, Surface, acceleration, middle_acceleration, time_to_fall
+from robot.striking.flight import Air, Ball, Surface, acceleration, fly, time_to_fall
 
+STEP_S = 0.1
+"""Longest step of a belief."""
 SIZE = 11
 POSITION, VELOCITY, WIND = slice(0, 3), slice(3, 6), slice(6, 9)
 DRAG, RESTITUTION = 9, 10
+DIAGONAL = np.arange(3), np.arange(3)
+MOVES, BLOWS, DRIFTS, SPEEDS = (
+    (np.arange(row, row + 3), np.arange(column, column + 3)) for row, column in ((0, 3), (0, 6), (3, 6), (3, 3))
+)
+"""Diagonals of a transition: of positions by velocities, positions and velocities by the wind, velocities."""
+MOST = 100.0
+"""m/s²; no ball falls faster."""
 TANGENTIAL_SPREAD = 0.02
 """Standard deviation of the horizontal velocity that a bounce keeps, as a part."""
 
@@ -37,33 +46,44 @@ class Transition:
 
     def time_to_bounce(self, mean: np.ndarray, within: float) -> float | None:
         """Return the time (s) to the next bounce if it is at most `within`, a step."""
-        a = middle_acceleration(self._ball, self.air(mean), mean[VELOCITY], within)[2]
-        found = float(time_to_fall(mean[2] - self._floor, mean[5], a, self._ball.step))
-        return found if found <= within and (mean[2] > self._floor or mean[5] < 0) else None
+        height, speed = float(mean[2]) - self._floor, float(mean[5])
+        # Nothing but gravity, and what speeds a ball up downwards, lets it fall so fast.
+        if height > 0 and height + within * (speed - MOST * within / 2) > 0:
+            return None
+        air, found = self.air(mean), within
+        for _ in range(2):
+            middle = mean[VELOCITY] + acceleration(self._ball, air, mean[VELOCITY]) * (found / 2)
+            a = float(acceleration(self._ball, air, middle)[2])
+            found = float(time_to_fall(height, speed, a, self._ball.step))
+            if not (found <= within and (height > 0 or speed < 0)):
+                return None
+        return found
 
     def fly(self, mean: np.ndarray, covariance: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and covariance after one step of `time` (s) without a bounce."""
         if time <= 0:
             return mean, covariance
-        ball, air, v = self._ball, self.air(mean), mean[VELOCITY]
-        a = middle_acceleration(ball, air, v, time)
+        ball, air, moved = self._ball, self.air(mean), mean.copy()
+        moved[POSITION], moved[VELOCITY] = fly(ball, air, mean[POSITION], mean[VELOCITY], time)
         near = time * (time + ball.step) / 2
-        moved = mean.copy()
-        moved[POSITION] += v * time + a * near
-        moved[VELOCITY] += a * time
-        slope, speed = np.zeros((3, 3)), float(np.sqrt(v @ v))
+        change = np.eye(SIZE)
+        change[MOVES] = time
+        change[BLOWS], change[DRIFTS] = near, time
+        v = (mean[VELOCITY] + moved[VELOCITY]) / 2
+        speed = float(np.sqrt(v @ v))
         if air.drag and speed:
-            slope -= air.drag * (speed * np.eye(3) + np.outer(v, v) / speed)
+            slope = (air.drag / speed) * v[:, None] * v
+            slope[DIAGONAL] += air.drag * speed
+            change[POSITION, VELOCITY] -= near * slope
+            change[VELOCITY, VELOCITY] -= time * slope
         if ball.magnus and self.spin.any():
             x, y, z = ball.magnus * self.spin
-            slope += np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        change = np.eye(SIZE)
-        change[POSITION, VELOCITY] = time * np.eye(3) + near * slope
-        change[VELOCITY, VELOCITY] += time * slope
-        change[POSITION, WIND], change[VELOCITY, WIND] = near * np.eye(3), time * np.eye(3)
+            slope = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+            change[POSITION, VELOCITY] += near * slope
+            change[VELOCITY, VELOCITY] += time * slope
         change[POSITION, DRAG], change[VELOCITY, DRAG] = -near * speed * v, -time * speed * v
         covariance = change @ covariance @ change.T
-        covariance[range(3, 6), range(3, 6)] += self._unmodelled * time
+        covariance[SPEEDS] += self._unmodelled * time
         return moved, covariance
 
     def bounce(self, mean: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

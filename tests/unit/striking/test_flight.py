@@ -40,16 +40,18 @@ def test_coarse_steps_follow_the_fine_integration_of_drag_and_spin(air: Air):
 def test_an_aimed_ball_lands_on_its_target(air: Air):
     ball, starts = Ball(0.1, 0.025, step=STEP), np.array([[1.5, 0.2, 1.2], [1.2, -0.4, 1.6]])
     times, target = np.array([0.5, 0.7]), np.array([-0.5, 0.3, 0.795])
-    velocities, arrivals = aim(ball, air, starts, target, times)
-    reached, speeds = travel(ball, air, starts, velocities, times)
-    assert reached == pytest.approx(np.tile(target, (2, 1)), abs=1e-4)
-    assert arrivals == pytest.approx(speeds, abs=1e-9)
+    incoming, contact = np.array([[3.0, 0.0, -1.0], [4.0, 1.0, 0.5]]), 0.006
+    velocities, leaves, arrivals = aim(ball, air, starts, target, times, incoming, contact)
+    assert leaves == pytest.approx(starts + (incoming - velocities) * contact / 2)
+    reached, speeds = travel(ball, air, leaves, velocities, times, steps=20)
+    assert reached == pytest.approx(np.tile(target, (2, 1)), abs=1e-3)
+    assert arrivals == pytest.approx(speeds, abs=5e-3)
 
 
 def test_the_landing_gradient_is_that_of_the_flight():
     ball, air, start = Ball(0.1, 0.025), Air(), np.array([[1.5, 0.2, 1.2]])
     time = np.array([0.6])
-    velocity, arrival = aim(ball, air, start, np.array([-0.5, 0.3, 0.8]), time)
+    velocity, _, arrival = aim(ball, air, start, np.array([-0.5, 0.3, 0.8]), time)
     slope = landing_gradient(velocity, arrival, time)[0]
     for k in range(3):
         pushed = velocity[0] + 1e-5 * np.eye(3)[k]

@@ -78,7 +78,7 @@ def test_kinematics_of_many_postures_are_mujocos(config):
 
 def test_the_racket_velocity_for_an_outgoing_ball_is_the_inverse_of_the_law(arm, table):
     rng, law = np.random.default_rng(0), ContactLaw(0.8, 0.85, bias=np.array([0.1, -0.05, 0.02]))
-    mobility = arm.mobility(table.postures[:30])
+    mobility = arm.mobility(arm.postures(table.postures[:30]))
     incoming, wanted = rng.normal(size=(2, 30, 3)) + np.array([[[-5, 0, 0]], [[4, 0, 2]]])
     normals = (wanted - incoming) / np.linalg.norm(wanted - incoming, axis=1, keepdims=True)
     normals = better_normal(law, BALL.mass, mobility, incoming, wanted, normals)
@@ -95,7 +95,7 @@ def test_simulated_hits_of_the_shipped_arm_follow_the_law_with_recoil(arm, calib
     assert calibration.rms < 0.25
     # What a heavy racket would do is far off: the arm's own mass is a few times the ball's.
     n = np.array([[1.0, 0.0, 0.0]])
-    mass = 1 / (n[0] @ arm.mobility(arm.config.home[None])[0] @ n[0] - 1 / BALL.mass)
+    mass = 1 / (n[0] @ arm.mobility(arm.postures(arm.config.home[None]))[0] @ n[0] - 1 / BALL.mass)
     assert 0.1 < mass < 1.0
 
 
