@@ -96,11 +96,10 @@ class Arm:
         Damped Gauss–Newton, a joint at its range held there. Whether a posture is exact its caller must see.
         """
         low, high = self.limits.positions.T
-        q = np.clip(seeds, low, high)
+        q, wanted = np.clip(seeds, low, high), np.concatenate([positions, normals], axis=1)
         for _ in range(rounds):
-            position, normal, moves, turns = self.chain.jacobians(q)
-            error = np.concatenate([positions - position, normals - normal], axis=1)
-            rows = np.concatenate([moves, turns], axis=1)
+            position, normal, rows = self.chain.jacobians(q)
+            error = wanted - np.concatenate([position, normal], axis=1)
             step = _least(rows, error)
             blocked = ((q <= low) & (step < 0)) | ((q >= high) & (step > 0))
             if blocked.any():
@@ -113,7 +112,8 @@ class Arm:
 
     def postures(self, values: np.ndarray) -> "Postures":
         """Return what the racket does in postures (n, J)."""
-        return Postures(values, *self.chain.jacobians(values))
+        position, normal, by_joints = self.chain.jacobians(values)
+        return Postures(values, position, normal, by_joints[:, :3], by_joints[:, 3:])
 
     def mobility(self, postures: "Postures") -> np.ndarray:
         """Return C = J M⁻¹ Jᵀ + I/m_b (n, 3, 3), 1/kg: how racket and ball part for a unit of impulse between them."""

@@ -64,8 +64,8 @@ class Chain:
         """Return points on the joints' axes in postures (n, J), from the base on, (n, joints, 3)."""
         return self._frames(postures)[0][:, :, :3, 3]
 
-    def jacobians(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return positions, z axes (n, 3), and their derivatives by the joints, (n, 3, J) each."""
+    def jacobians(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return positions, z axes (n, 3), and the derivatives of both by the joints, (n, 6, J)."""
         frames, tool = self._frames(postures)
         position, normal = tool[:, :3, 3], tool[:, :3, 2]
         axes, anchors = frames[:, :, :3, 2], frames[:, :, :3, 3]
@@ -74,9 +74,9 @@ class Chain:
         if self._slides.any():
             found[0, :, self._slides] = axes[:, self._slides].transpose(1, 0, 2)
             found[1, :, self._slides] = 0.0
-        moves, turned = np.zeros((2, *normal.shape, postures.shape[1]))
-        moves[:, :, self._joints], turned[:, :, self._joints] = found.transpose(0, 1, 3, 2)
-        return position, normal, moves, turned
+        by_joints = np.zeros((len(position), 6, postures.shape[1]))
+        by_joints[:, :3, self._joints], by_joints[:, 3:, self._joints] = found.transpose(0, 1, 3, 2)
+        return position, normal, by_joints
 
     def _frames(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the frames of the joints (n, joints, 4, 4), their z axes the joints', and of the tool (n, 4, 4)."""

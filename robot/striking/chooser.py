@@ -17,6 +17,8 @@ from robot.striking.reachability import Reachability
 
 BLOCKED_STEP_S = 0.02
 """Between places of the ball that are compared with the arm's base."""
+ALIKE = 0.03, 0.15
+"""rad on any joint and m/s of the ball, by which hits may differ of which one is simulated."""
 ContactModel = Callable[[Choice], np.ndarray]
 """Simulates a hit: returns by how much (3,), m/s, the outgoing velocity differs from the contact law's."""
 
@@ -71,6 +73,7 @@ class Chooser:
     ) -> None:
         self.law = law
         self.simulate = simulate
+        self._simulated: tuple[Choice, np.ndarray] | None = None
         self._arm = arm
         self._reachability = reachability
         self._court = court
@@ -223,8 +226,14 @@ class Chooser:
         if self.simulate is not None and last is None:
             choices[0] = self.refined(choices[0], start)
         elif self.simulate is not None:
-            choices = [replace(choices[0], beside=self.simulate(choices[0])), *choices[1:]]
+            choices[0] = replace(choices[0], beside=self._beside(choices[0], self.simulate))
         return choices
+
+    def _beside(self, choice: Choice, simulate: ContactModel) -> np.ndarray:
+        """Return what the contact model says of a hit, or of the last one that it was asked for, if that was alike."""
+        if self._simulated is None or not _are_alike(choice, self._simulated[0]):
+            self._simulated = choice, simulate(choice)
+        return self._simulated[1]
 
     def _doubt(self, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
         """Return what it costs (n,), m, that a hit will be corrected: early ones, and those that leave little room.
@@ -265,3 +274,10 @@ class Chooser:
             error,
             use,
         )
+
+
+def _are_alike(choice: Choice, other: Choice) -> bool:
+    """Return whether two hits are so near to each other that a contact does the same."""
+    turned = np.abs(choice.positions - other.positions).max()
+    faster = np.abs(np.stack([choice.incoming - other.incoming, choice.outgoing - other.outgoing])).max()
+    return bool(turned < ALIKE[0] and faster < ALIKE[1] and choice.side == other.side)

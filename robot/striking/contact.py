@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-ROUNDS = 4
+ROUNDS = 2
+"""For a normal; what they leave, a tangential velocity of the racket makes up for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +30,9 @@ def frame(normals: np.ndarray) -> np.ndarray:
     across = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], axis=1)
     length = np.linalg.norm(across, axis=1, keepdims=True)
     across = np.where(length > 1e-6, across / np.maximum(length, 1e-9), [0.0, 1.0, 0.0])
-    return np.stack([normals, across, np.cross(normals, across)], axis=2)
+    (x, y, z), (i, j, _) = normals.T, across.T
+    upwards = np.stack([-z * j, z * i, x * j - y * i], axis=1)
+    return np.stack([normals, across, upwards], axis=2)
 
 
 def parted(vectors: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

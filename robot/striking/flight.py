@@ -11,11 +11,10 @@ import numpy as np
 GRAVITY = 9.81
 """m/s²."""
 
-AIM_STEPS, AIM_ROUNDS = 2, 3
+AIM_STEPS, AIM_ROUNDS = 2, 2
 """Steps of a flight to a target, and rounds of Newton's method, where drag or spin bend it."""
 CROSSING_ROUNDS = 4
 """Of Newton's method for where a flight crosses the net."""
-FALL = np.array([0.0, 0.0, -GRAVITY])
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,24 +64,33 @@ class Court:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Air:
-    """What acts on the ball besides gravity: acceleration `wind` (3,), m/s², drag (1/m), spin (3,), rad/s."""
+    """What acts on the ball besides gravity: acceleration `wind` (3,), m/s², drag (1/m), spin (3,), rad/s.
+
+    constant: (3,), m/s², what does not depend on the velocity. spins: whether there is spin.
+    """
 
     drag: float = 0.0
     wind: np.ndarray = field(default_factory=lambda: np.zeros(3))
     spin: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    constant: np.ndarray = field(init=False)
+    spins: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "constant", self.wind - [0.0, 0.0, GRAVITY])
+        object.__setattr__(self, "spins", bool(self.spin.any()))
 
     def bends(self, ball: Ball) -> bool:
         """Return whether the acceleration depends on the velocity."""
-        return bool(self.drag or (ball.magnus and self.spin.any()))
+        return bool(self.drag or (ball.magnus and self.spins))
 
 
 def acceleration(ball: Ball, air: Air, velocities: np.ndarray) -> np.ndarray:
     """Return the accelerations (…, 3), m/s², at velocities (…, 3)."""
-    found = air.wind + FALL
+    found = air.constant
     if air.drag:
         speeds = np.sqrt(np.einsum("...i,...i", velocities, velocities))
         found = found - (air.drag * speeds)[..., None] * velocities
-    if ball.magnus and air.spin.any():
+    if ball.magnus and air.spins:
         found = found + ball.magnus * np.cross(air.spin, velocities)
     return found
 
@@ -143,13 +151,15 @@ def aim(
     """
     t, half = times[:, None], contact / 2
     leaves = positions + incoming * half
-    velocities = ((target - leaves) / t - (air.wind + FALL) * ((t + ball.step) / 2)) / (1 - half / t)
+    velocities = ((target - leaves) / t - air.constant * ((t + ball.step) / 2)) / (1 - half / t)
     if not air.bends(ball):
-        return velocities, leaves - velocities * half, velocities + (air.wind + FALL) * t
+        return velocities, leaves - velocities * half, velocities + air.constant * t
     arrivals = velocities
     for _ in range(AIM_ROUNDS):
         reached, arrivals = travel(ball, air, leaves - velocities * half, velocities, times)
-        change = (target - reached) / (t - half)
+        # How places follow velocities, as if the drag were linear.
+        slowed = 1.5 * air.drag * np.sqrt(np.einsum("ni,ni->n", velocities, velocities))[:, None] * t + 1e-9
+        change = (target - reached) / (-np.expm1(-slowed) / slowed * t - half)
         velocities, arrivals = velocities + change, arrivals + change
     return velocities, leaves - velocities * half, arrivals
 

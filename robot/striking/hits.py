@@ -7,12 +7,12 @@ import numpy as np
 from robot.striking.arm import Arm, Rows
 from robot.striking.contact import ContactLaw, better_normal, first_normal, racket_velocity
 
-FIRST_ROUNDS, LAST_ROUNDS = 5, 4
+FIRST_ROUNDS, LAST_ROUNDS = 5, 3
 """Of the descent: to the normal of a heavy racket, then to that which the mobility asks for."""
 NEARLY = 0.05, 0.05
 """m and rad (of the unit normal); what the first descent leaves farther away is given up."""
-MET = 1e-4, 1e-3
-"""m and rad, within which a descent has arrived."""
+MET = 1e-3, 5e-3
+"""m and rad, within which a descent has arrived; the racket's velocity makes up for what is left of the normal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,4 +79,4 @@ def solve(arm: Arm, law: ContactLaw, shots: Shots, mobility: np.ndarray | None =
     normals, mobilities = sides[met] * found.normals, arm.mobility(found)
     velocities = racket_velocity(law, mass, mobilities, incoming[met], wanted[met], normals)
     speeds = arm.velocities(found, velocities)
-    return Hits(rows, found.values, speeds, places[met], normals, velocities, mobilities)
+    return Hits(rows, found.values, speeds, found.positions, normals, velocities, mobilities)

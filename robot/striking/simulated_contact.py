@@ -74,8 +74,7 @@ class SimulatedContact:
         """Simulate a hit whose touch is `phase` of a step after the first step begins; None where nothing is met."""
         model, data, step = self._model, self._data, self._model.opt.timestep
         before = phase * step
-        mujoco.mj_resetData(model, data)
-        data.qpos[:] = self._pose
+        data.qpos[:], data.qvel[:], data.qacc_warmstart[:] = self._pose, 0.0, 0.0
         back = choice.goal_time - choice.time + before
         data.qpos[self._qpos] = choice.positions - back * choice.velocities
         data.qvel[self._dofs] = choice.velocities
