@@ -55,7 +55,7 @@ class SimulationRequests(Asking):
     @Twofold
     async def disturb(
         self,
-        kind: Literal["acceleration", "torque", "sensor_noise", "ball_noise", "loss"],
+        kind: Literal["acceleration", "torque", "sensor_noise", "ball_noise", "wind", "loss"],
         *,
         values: Vector | None = None,
         start_time: float | None = None,
@@ -66,12 +66,13 @@ class SimulationRequests(Asking):
         latency_s: float | None = None,
         drop_rate: float | None = None,
     ) -> m.Disturbed:
-        """Push the simulated arm, blur its sensors or the sight of the ball, or lose messages.
+        """Push the simulated arm, blur its sensors or the sight of the ball, let wind blow, or lose messages.
 
         Args:
             kind: A push by `acceleration` or `torque` needs values and duration; `sensor_noise` both standard
-                deviations; `ball_noise` the first, the latency and the drop rate; `loss` stream and duration.
-            values: On each joint, rad/s² or N·m.
+                deviations; `ball_noise` the first, the latency and the drop rate; `wind` values; `loss` stream and
+                duration.
+            values: On each joint, rad/s² or N·m; of the wind along the axes of the world, m/s.
             start_time: When a push begins, s on the robot's clock; by default now.
             duration: Of a push or a loss, s.
             position_std: Standard deviation of measured positions, rad; of the ball's, m.

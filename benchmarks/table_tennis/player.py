@@ -181,7 +181,7 @@ class Player:
                 motions.append(motion)
                 result.planned = True
                 result.corrections += last is not None
-                return choice
+                return choice if last is None else self._chooser.rehearsed(choice)
         result.refused += 1
         result.note = "plan"
         return None

@@ -74,11 +74,12 @@ class ResetDone(Message, kw_only=True):
 
 
 class Disturb(Request, kw_only=True):
-    """Disturb the arm: push it, add noise to its sensors or to the sight of the ball, or drop messages.
+    """Disturb the arm: push it, add noise to its sensors or to the sight of the ball, blow the ball away, drop messages.
 
     Attributes:
         kind: of the disturbance; fields that belong to another kind stay null
-        values: of `acceleration` (rad/s²) or `torque` (N·m) on each joint
+        values: of `acceleration` (rad/s²) or `torque` (N·m) on each joint; of `wind`: velocity of the air (m/s) along
+            the three axes of the world, until it is set again
         start_time: of `acceleration` or `torque`, null: now
         duration: of `acceleration`, `torque` or `loss`
         position_std: of `sensor_noise`: standard deviation of measured positions, rad, until it is set again; of
@@ -89,7 +90,7 @@ class Disturb(Request, kw_only=True):
         drop_rate: of `ball_noise`: part of the sights that are lost, 0 to 1, until it is set again
     """
 
-    kind: Literal["acceleration", "torque", "sensor_noise", "loss", "ball_noise"]
+    kind: Literal["acceleration", "torque", "sensor_noise", "loss", "ball_noise", "wind"]
     values: Vector | None = None
     start_time: Number | None = None
     duration: Number | None = None
@@ -111,7 +112,7 @@ class ActiveDisturbance(Struct, kw_only=True):
 
     Attributes:
         kind: as in the request
-        values: on each joint
+        values: on each joint; of `wind` along the axes of the world
         position_std: rad, of `ball_noise` m
         velocity_std: rad/s
         stream: the messages that are lost

@@ -69,7 +69,8 @@ class Chain:
         frames, tool = self._frames(postures)
         position, normal = tool[:, :3, 3], tool[:, :3, 2]
         axes, anchors = frames[:, :, :3, 2], frames[:, :, :3, 3]
-        arms = np.stack([position[:, None] - anchors, np.broadcast_to(normal[:, None], anchors.shape)])
+        arms = np.empty((2, *anchors.shape))
+        arms[0], arms[1] = position[:, None] - anchors, normal[:, None]
         found = _cross(axes, arms)
         if self._slides.any():
             found[0, :, self._slides] = axes[:, self._slides].transpose(1, 0, 2)

@@ -33,7 +33,9 @@ class Options:
     a correction tries, s. shift_cost: m of landing error that a second of the first is worth. effort_cost: the same of
     all of the limits. rounds: of a simulated contact. settled: s after a bounce, until when young_cost counts, m of
     landing error for a m of the ball's spread; use_cost: the same for all of the limits. keep_off: m; no hit after the
-    ball came so near to the arm's base.
+    ball came so near to the arm's base. room: rad to the ends of the joints' ranges that a m of the ball's spread asks
+    for; edge_cost: m of landing error for a m of the spread where there is none. elsewhere: s before the touch, until
+    when a correction that finds nothing near chooses again.
     """
 
     time_step: float = 0.025
@@ -54,6 +56,9 @@ class Options:
     young_cost: float = 3.0
     use_cost: float = 1.0
     keep_off: float = 0.25
+    room: float = 4.0
+    edge_cost: float = 2.0
+    elsewhere: float = 0.25
 
 
 class Chooser:
@@ -112,14 +117,23 @@ class Chooser:
         return self._best(self._seeded(shots, start), start, target, count, None)
 
     def correct(self, path: Path, start: State, target: np.ndarray, last: Choice, count: int = 4) -> list[Choice]:
-        """Return hits near `last` as `choose` does, for a ball that is known better now.
+        """Return hits near `last` as `choose` does, for a ball that is known better now; any hit where none is near.
 
         start: where the corrected motion begins. Hits that a quintic cannot reach inside the limits come last, the
-        easiest first: the planner may find a motion.
+        easiest first: the planner may find a motion. Hand the one that is played to `rehearsed`.
 
         Raises:
             NoHit: there is none.
         """
+        try:
+            return self._best(self._near(path, start, target, last), start, target, count, last)
+        except NoHit:
+            if last.time - start.time < self._options.elsewhere:
+                raise
+        return self.choose(path, start, target, count=count)
+
+    def _near(self, path: Path, start: State, target: np.ndarray, last: Choice) -> Shots:
+        """Return the shots near to the last hit. Raises NoHit where there is none."""
         options = self._options
         times = last.time + np.array(options.time_shifts)
         times = times[(times > start.time) & (times > path.times[0]) & (times < path.times[-1])]
@@ -130,8 +144,7 @@ class Chooser:
         shots = self._shots(path, np.repeat(times, len(flights)), np.tile(flights, len(times)), target)
         seeds = np.broadcast_to(last.positions, (len(shots), len(last.positions)))
         sides = np.full(len(shots), last.side)
-        shots = replace(shots, wanted=shots.wanted - last.beside, sides=sides, seeds=seeds)
-        return self._best(shots, start, target, count, last)
+        return replace(shots, wanted=shots.wanted - last.beside, sides=sides, seeds=seeds)
 
     def refined(self, choice: Choice, start: State) -> Choice:
         """Return the choice with the law asked for what the simulated contact turns into the wanted velocity.
@@ -156,6 +169,17 @@ class Chooser:
                 break
             best = self._choice(hits, asked, 0, choice.target, choice.error, use, beside)
         return best
+
+    def rehearsed(self, choice: Choice) -> Choice:
+        """Return the choice with what the simulated contact says of it, for its next correction and for learning.
+
+        `correct` leaves this to do while the planner plans. Of hits that are alike one is simulated.
+        """
+        if self.simulate is None:
+            return choice
+        if self._simulated is None or not _are_alike(choice, self._simulated[0]):
+            self._simulated = choice, self.simulate(choice)
+        return replace(choice, beside=self._simulated[1])
 
     def _shots(self, path: Path, times: np.ndarray, flights: np.ndarray, target: np.ndarray) -> Shots:
         """Return all shots to the target that clear the net. Raises NoHit where none does."""
@@ -223,27 +247,23 @@ class Chooser:
         choices = [
             self._choice(hits, shots, int(row), target, float(error[row]), float(use[row]), beside) for row in order
         ]
-        if self.simulate is not None and last is None:
+        if last is None:
             choices[0] = self.refined(choices[0], start)
-        elif self.simulate is not None:
-            choices[0] = replace(choices[0], beside=self._beside(choices[0], self.simulate))
         return choices
 
-    def _beside(self, choice: Choice, simulate: ContactModel) -> np.ndarray:
-        """Return what the contact model says of a hit, or of the last one that it was asked for, if that was alike."""
-        if self._simulated is None or not _are_alike(choice, self._simulated[0]):
-            self._simulated = choice, simulate(choice)
-        return self._simulated[1]
-
     def _doubt(self, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
-        """Return what it costs (n,), m, that a hit will be corrected: early ones, and those that leave little room.
+        """Return what it costs (n,), m, that a hit will be corrected: early ones, those that leave little of the limits,
+        and those near to the end of a joint's range.
 
         In proportion to how uncertain the ball's place is then.
         """
         options = self._options
         spread = np.sqrt(np.trace(shots.covariances[hits.shots, :3, :3], axis1=1, axis2=2))
         young = np.clip(1 - shots.ages[hits.shots] / options.settled, 0, 1)
-        return spread * (options.young_cost * young + options.use_cost * use)
+        low, high = self._arm.limits.positions.T
+        room = np.minimum(hits.postures - low, high - hits.postures).min(axis=1)
+        edge = np.clip(1 - room / (options.room * spread), 0, 1)
+        return spread * (options.young_cost * young + options.use_cost * use + options.edge_cost * edge)
 
     def _use(self, hits: Hits, shots: Shots, start: State) -> np.ndarray:
         begin = start.positions, start.velocities, start.accelerations

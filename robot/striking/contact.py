@@ -27,17 +27,21 @@ class ContactLaw:
 
 def frame(normals: np.ndarray) -> np.ndarray:
     """Return matrices (n, 3, 3) whose columns are the normal, the horizontal and the upward direction across it."""
-    across = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], axis=1)
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    across = np.where(length > 1e-6, across / np.maximum(length, 1e-9), [0.0, 1.0, 0.0])
-    (x, y, z), (i, j, _) = normals.T, across.T
-    upwards = np.stack([-z * j, z * i, x * j - y * i], axis=1)
-    return np.stack([normals, across, upwards], axis=2)
+    x, y, z = normals.T
+    level = np.sqrt(x * x + y * y)
+    slanted = level > 1e-6
+    level = np.maximum(level, 1e-9)
+    i, j = np.where(slanted, -y / level, 0.0), np.where(slanted, x / level, 1.0)
+    found = np.empty((len(normals), 3, 3))
+    found[:, :, 0] = normals
+    found[:, 0, 1], found[:, 1, 1], found[:, 2, 1] = i, j, 0.0
+    found[:, 0, 2], found[:, 1, 2], found[:, 2, 2] = -z * j, z * i, x * j - y * i
+    return found
 
 
 def parted(vectors: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the parts of vectors (n, 3) along the normals (n, 3) and across them."""
-    along = np.sum(vectors * normals, axis=1, keepdims=True) * normals
+    along = np.vecdot(vectors, normals)[:, None] * normals
     return along, vectors - along
 
 

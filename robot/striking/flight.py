@@ -88,7 +88,7 @@ def acceleration(ball: Ball, air: Air, velocities: np.ndarray) -> np.ndarray:
     """Return the accelerations (…, 3), m/s², at velocities (…, 3)."""
     found = air.constant
     if air.drag:
-        speeds = np.sqrt(np.einsum("...i,...i", velocities, velocities))
+        speeds = np.sqrt(np.vecdot(velocities, velocities))
         found = found - (air.drag * speeds)[..., None] * velocities
     if ball.magnus and air.spins:
         found = found + ball.magnus * np.cross(air.spin, velocities)
@@ -158,7 +158,7 @@ def aim(
     for _ in range(AIM_ROUNDS):
         reached, arrivals = travel(ball, air, leaves - velocities * half, velocities, times)
         # How places follow velocities, as if the drag were linear.
-        slowed = 1.5 * air.drag * np.sqrt(np.einsum("ni,ni->n", velocities, velocities))[:, None] * t + 1e-9
+        slowed = 1.5 * air.drag * np.sqrt(np.vecdot(velocities, velocities))[:, None] * t + 1e-9
         change = (target - reached) / (-np.expm1(-slowed) / slowed * t - half)
         velocities, arrivals = velocities + change, arrivals + change
     return velocities, leaves - velocities * half, arrivals
@@ -195,7 +195,7 @@ def above_net(
     u = np.where(found, before / np.where(found, before - after, 1.0), 0.0)
     for _ in range(CROSSING_ROUNDS):
         now, slope = cubic.at(u)[:, 0], cubic.slope(u)[:, 0]
-        u = np.clip(u - now / np.where(np.abs(slope) > 1e-9, slope, 1.0), 0.0, 1.0)
+        u = np.minimum(np.maximum(u - now / np.where(np.abs(slope) > 1e-9, slope, 1.0), 0.0), 1.0)
     _, along, up = cubic.at(u).T
     return np.where(found & (np.abs(along) <= net.half_width + ball.radius), up - ball.radius, np.inf)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robot.striking.arm import Arm
-from robot.striking.contact import ContactLaw, derivatives
+from robot.striking.contact import ContactLaw
 from robot.striking.flight import landing_gradient
 from robot.striking.hits import Hits, Shots
 
@@ -16,10 +16,10 @@ def landing_error(law: ContactLaw, arm: Arm, hits: Hits, shots: Shots) -> np.nda
     rows = hits.shots
     incoming, wanted, n = shots.incoming[rows], shots.wanted[rows], hits.normals
     mass = arm.ball.mass
-    by_restitution = derivatives(law, mass, hits.mobility, incoming, hits.velocities, n)[:, :, 0]
     change = np.linalg.norm(wanted - incoming, axis=1)
     tilt = (np.eye(3) - n[:, :, None] * n[:, None, :]) * (NORMAL_STD * change)[:, None, None]
     pushed = np.linalg.solve(hits.mobility, n[:, :, None])[:, :, 0] * (1 + law.restitution) / mass
+    by_restitution = pushed * (np.vecdot(hits.velocities - incoming, n) / (1 + law.restitution))[:, None]
     passed = np.eye(3) - pushed[:, :, None] * n[:, None, :]
     spread = tilt @ tilt + (RESTITUTION_STD**2 * by_restitution[:, :, None]) * by_restitution[:, None, :]
     spread = spread + RACKET_STD**2 * pushed[:, :, None] * pushed[:, None, :]

@@ -9,13 +9,16 @@ from typing import Literal
 
 import numpy as np
 
-from robot.court import BallConfig, CourtConfig
+from robot.court import CourtConfig
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
-from robot.striking.flight import GRAVITY
+from robot.striking.flight import GRAVITY, Air, Ball, travel
 
 Kind = Literal["bounce", "volley", "any"]
 STEP_S = 0.001
+"""Between the places of a flight that are looked at."""
+STEPS = 8
+"""Of the integration of a flight."""
 POSTURES = 400
 """Postures of the striking volume."""
 FACING = 0.5
@@ -66,7 +69,8 @@ class Launcher:
         """
         if config.ball is None or config.court is None or config.court.net is None:
             raise NoThrow(f"{config.name} has no ball, or no court with a net; give it [ball] and [court] with a net")
-        self._ball: BallConfig = config.ball
+        ball, step = config.ball, float(config.model.opt.timestep)
+        self._flight = Ball(ball.mass, ball.radius, ball.drag, ball.magnus, step)
         self._court: CourtConfig = config.court
         self._random = np.random.default_rng(seed)
         self._kind = kind
@@ -99,7 +103,7 @@ class Launcher:
         random, court = self._random, self._court
         arrival, horizontal = self._arrival()
         after = random.uniform(*AFTER_BOUNCE_S)
-        floor = court.height + self._ball.radius
+        floor = court.height + self._flight.radius
         rise = (arrival[2] - floor) / after + GRAVITY * after / 2
         velocity = horizontal + np.array([0.0, 0.0, rise - GRAVITY * after])
         path = self._back(arrival, velocity, 2 * after)
@@ -129,13 +133,9 @@ class Launcher:
 
     def _back(self, position: np.ndarray, velocity: np.ndarray, duration: float) -> np.ndarray:
         """Follow a flight without spin back in time; returns positions and velocities (N, 6), the newest first."""
-        fall = np.array([0.0, 0.0, -GRAVITY])
-        path = [np.concatenate([position, velocity])]
-        for _ in range(round(duration / STEP_S)):
-            position = position - velocity * STEP_S
-            velocity = velocity - (fall - self._ball.drag * np.linalg.norm(velocity) * velocity) * STEP_S
-            path.append(np.concatenate([position, velocity]))
-        return np.array(path)
+        times = -STEP_S * np.arange(round(duration / STEP_S) + 1)
+        there = (np.tile(vector, (len(times), 1)) for vector in (position, velocity))
+        return np.hstack(travel(self._flight, Air(self._flight.drag), *there, times, STEPS))
 
     def _launch(self, path: np.ndarray, arrival: np.ndarray, time: float, bounces: int) -> Launch | None:
         """Return the throw at the end of `path`, None where it is not over the net or from a place out of bounds."""
@@ -143,12 +143,12 @@ class Launcher:
         assert net is not None
         beyond = (path[:, :3] - net.top) @ self._forwards
         crossing = np.flatnonzero(beyond > 0)
-        floor = self._court.height + self._ball.radius
+        floor = self._court.height + self._flight.radius
         if not len(crossing) or beyond[0] > 0 or path[:, 2].min() < floor - 0.01:
             return None
         x, y = path[crossing[0], :2] - net.top[:2]
         across = abs(self._forwards[0] * y - self._forwards[1] * x)
-        over = path[crossing[0], 2] - net.top[2] - self._ball.radius
+        over = path[crossing[0], 2] - net.top[2] - self._flight.radius
         if over < OVER_NET or across > net.half_width or not THROW_HEIGHTS[0] <= path[-1, 2] <= THROW_HEIGHTS[1]:
             return None
         position, velocity = tuple(path[-1, :3].tolist()), tuple(path[-1, 3:].tolist())

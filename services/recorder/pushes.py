@@ -13,6 +13,12 @@ COLOUR = (220, 38, 127)
 ARROW_M = (0.15, 0.45)
 """Length of a push's arrow: of the smallest push, and what one at the joint's limit adds."""
 RADIUS_M = 0.012
+KINDS = {
+    "acceleration": ("acceleration push", " rad/s²"),
+    "torque": ("torque push", " N·m"),
+    "wind": ("wind", " m/s"),
+}
+"""Disturbances with values: how events name them, and their units."""
 
 
 class DisturbanceWriter:
@@ -79,5 +85,5 @@ def _describe(active: m.ActiveDisturbance) -> str:
         return f"loss of {active.stream}"
     if active.values is None:
         return active.kind
-    unit = {"acceleration": " rad/s²", "torque": " N·m"}.get(active.kind, "")
-    return f"{active.kind} push [{', '.join(f'{value:g}' for value in active.values)}]{unit}"
+    what, unit = KINDS[active.kind]
+    return f"{what} [{', '.join(f'{value:g}' for value in active.values)}]{unit}"

@@ -73,6 +73,8 @@ class SimulatedArm(Backend):
         """Tick 0 where the arm stands, undisturbed; the ball goes on."""
         self._disturbances.clear()
         self._camera.clear()
+        if self._ball is not None:
+            self._ball.calm()
         self._contact_log.clear()
         self._guidance: Guidance | None = None
         self._tick = 0
@@ -150,6 +152,9 @@ class SimulatedArm(Backend):
             self._refuse_without_ball("kind")
             self._camera.disturb(request)
             return now
+        if kind == "wind":
+            self._refuse_without_ball("kind").blow(request)
+            return now
         for field in ("values", "duration"):
             if getattr(request, field) is None:
                 raise Refusal("bad_message", f"{field} is missing; kind {kind!r} needs it", field=field)
@@ -163,7 +168,8 @@ class SimulatedArm(Backend):
 
     def disturbances(self) -> list[ActiveDisturbance]:
         """What acts on the arm in the coming tick."""
-        return self._disturbances.describe(self._tick) + self._camera.describe()
+        wind = self._ball.describe() if self._ball else []
+        return self._disturbances.describe(self._tick) + self._camera.describe() + wind
 
     def contacts(self) -> list[Contact]:
         """The contacts that began or ended in the tick before."""

@@ -1,10 +1,10 @@
-"""The simulated ball: how it is put in flight, what the air does to it, where it is."""
+"""The simulated ball: how it is put in flight, what the air and its wind do to it, where it is."""
 
 import mujoco
 import numpy as np
 
 from protocol.codec import bad_message
-from protocol.messages import Ball, BallTruth, Throw
+from protocol.messages import ActiveDisturbance, Ball, BallTruth, Disturb, Throw
 from robot.court import BALL, BallConfig
 from robot.model import owner_name
 from services.sim.model import Scene
@@ -15,6 +15,10 @@ REACH = 100.0
 """A ball is placed within this distance (m) of the origin on each axis, at this speed (m/s) at most."""
 MAX_SPIN = 1000.0
 """rad/s about each axis; a tennis ball reaches 500."""
+STRONGEST = 50.0
+"""m/s along each axis, of wind; a hurricane blows with 33."""
+OTHERS = "start_time", "duration", "position_std", "velocity_std", "stream", "latency_s", "drop_rate"
+"""Fields of a disturbance that wind does not have."""
 Axes = tuple[float, float, float]
 
 
@@ -27,6 +31,7 @@ class SimulatedBall:
         self._body = scene.ball
         self._drag, self._magnus = config.drag * config.mass, config.magnus * config.mass
         self._trial: mujoco.MjData | None = None
+        self.calm()
 
     def put(self, ball: Ball) -> None:
         """Place the ball without spin; one at rest gets the tee under it."""
@@ -48,6 +53,30 @@ class SimulatedBall:
         self._place(throw.position, throw.velocity, spin)
         self._move_tee(TEE_STORE)
 
+    def blow(self, request: Disturb) -> None:
+        """Let the air move with the request's `values` until the next one.
+
+        Raises:
+            Refusal: `bad_message`, naming the field.
+        """
+        alien = [name for name in OTHERS if getattr(request, name) is not None]
+        if alien:
+            raise bad_message(alien[0], f"{alien[0]} belongs to another kind; leave it null in 'wind'")
+        values = request.values or []
+        if len(values) != 3 or not all(abs(value) <= STRONGEST for value in values):
+            sentence = f"values is {values}; of 'wind' it must be three numbers within {STRONGEST:g} m/s of 0"
+            raise bad_message("values", sentence)
+        x, y, z = values
+        self._wind = x, y, z
+
+    def calm(self) -> None:
+        """Let the air rest."""
+        self._wind: Axes = (0.0, 0.0, 0.0)
+
+    def describe(self) -> list[ActiveDisturbance]:
+        """Return the wind as published."""
+        return [ActiveDisturbance(kind="wind", values=list(self._wind))] if any(self._wind) else []
+
     def state(self) -> BallTruth:
         """Return position, velocity and spin in the world frame."""
         data, ball = self._scene.data, self._body
@@ -55,9 +84,9 @@ class SimulatedBall:
         return BallTruth(position=position.tolist(), velocity=velocity.tolist(), spin=self._spin().tolist())
 
     def act(self) -> None:
-        """Apply the air's force for the coming physics step: −drag·|v|·v + magnus·ω × v, for each kg."""
+        """Apply the air's force for the coming physics step: −drag·|v|·v + magnus·ω × v, for each kg, v in the air."""
         data, dof = self._scene.data, self._body.dof
-        x, y, z = data.qvel[dof : dof + 3].tolist()
+        x, y, z = (speed - air for speed, air in zip(data.qvel[dof : dof + 3].tolist(), self._wind, strict=True))
         brake = -self._drag * (x * x + y * y + z * z) ** 0.5
         force = (brake * x, brake * y, brake * z)
         if self._magnus and data.qvel[dof + 3 : dof + 6].any():

@@ -273,6 +273,7 @@ class Striker:
         attempt.rest_time = reply.start_time + reply.total_duration
         attempt.reason = ""
         if asked.revises is not None:
+            attempt.choice = self._mind.rehearsed(asked.choice)
             attempt.revisions += 1
         self._say(attempt, "planned" if asked.revises is None else "revised")
 

@@ -105,6 +105,10 @@ class Mind:
         path = self.estimator.path(last.time + 0.1)
         return self._chooser.correct(path, begin, order.target, last)[0]
 
+    def rehearsed(self, choice: Choice) -> Choice:
+        """Return a correction that is played, its contact simulated for the next one; there is time for that now."""
+        return self._chooser.rehearsed(choice)
+
     def judge(self, attempt: Attempt) -> Outcome | None:
         """Return how the ball left the hit, and learn from it; None where it was not hit."""
         choice = attempt.choice

@@ -346,6 +346,7 @@ ARM: dict[str, Struct] = {
         kind="acceleration", values=[100.0, 0.0, 0.0, 0.0, 0.0, 0.0], start_time=4.5, duration=0.2
     ),
     "Disturb-noise": m.Disturb(kind="sensor_noise", position_std=0.001, velocity_std=0.01),
+    "Disturb-wind": m.Disturb(kind="wind", values=[0.0, 2.0, 0.0]),
     "Disturb-ball": m.Disturb(kind="ball_noise", position_std=0.005, latency_s=0.01, drop_rate=0.0625),
     "Throw": m.Throw(position=(4.0, 0.25, 1.0), velocity=(-6.5, 0.0, 2.5), spin=(0.0, 12.5, 0.0)),
     "Thrown": m.Thrown(time=4.5),

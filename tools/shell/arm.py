@@ -10,13 +10,14 @@ from tools.shell import joints
 from tools.shell.flags import Number, Seconds, Words
 from tools.shell.shell import Shared, UsageError, reach
 
-DisturbanceKind = Literal["acceleration", "torque", "sensor_noise", "ball_noise", "loss"]
-Kind = Literal["acceleration", "torque", "noise", "ball-noise", "loss"]
+DisturbanceKind = Literal["acceleration", "torque", "sensor_noise", "ball_noise", "wind", "loss"]
+Kind = Literal["acceleration", "torque", "noise", "ball-noise", "wind", "loss"]
 KINDS: Mapping[Kind, DisturbanceKind] = {
     "acceleration": "acceleration",
     "torque": "torque",
     "noise": "sensor_noise",
     "ball-noise": "ball_noise",
+    "wind": "wind",
     "loss": "loss",
 }
 """The contract's word for each."""
@@ -101,13 +102,13 @@ def disturb(
     drop_rate: Number = None,
     shell: Shared,
 ) -> None:
-    """Disturb the arm: push it, blur its sensors or the sight of the ball, or lose messages.
+    """Disturb the arm: push it, blur its sensors or the sight of the ball, let wind blow, or lose messages.
 
     Args:
         kind: A push by acceleration or torque (--values, --duration, --at), sensor noise (--position-std,
-            --velocity-std), a worse sight of the ball (--position-std, --latency, --drop-rate), or loss of messages
-            (--stream, --duration).
-        values: Of the push on each joint, rad/s² or N·m.
+            --velocity-std), a worse sight of the ball (--position-std, --latency, --drop-rate), wind (--values), or
+            loss of messages (--stream, --duration).
+        values: Of the push on each joint, rad/s² or N·m; of the wind along x, y and z, m/s.
         at: When the push begins, s on the robot's clock; by default now.
         duration: Of the push or the loss, s.
         position_std: Standard deviation of measured positions, rad, or of the ball's, m, until it is set again.
@@ -148,6 +149,7 @@ def check_flags(kind: Kind, given: set[str]) -> None:
         "torque": {"--values", "--duration"},
         "noise": {"--position-std", "--velocity-std"},
         "ball-noise": {"--position-std"},
+        "wind": {"--values"},
         "loss": {"--stream", "--duration"},
     }[kind]
     optional = {"acceleration": {"--at"}, "torque": {"--at"}, "ball-noise": {"--latency", "--drop-rate"}}.get(

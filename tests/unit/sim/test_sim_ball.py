@@ -120,3 +120,24 @@ def test_without_a_ball_there_is_nothing_to_blur():
         arm.disturb(Disturb(kind="ball_noise", position_std=0.01))
     with pytest.raises(Refusal, match="this robot's scene has no ball"):
         arm.throw(THROW)
+
+
+def test_wind_carries_the_ball_away_until_the_next_run():
+    arm = SimulatedArm(ROBOT)
+    assert arm.config.ball is not None
+    arm.disturb(Disturb(kind="wind", values=[0.0, 20.0, 0.0]))
+    assert [active.values for active in arm.disturbances()] == [[0.0, 20.0, 0.0]]
+    arm.throw(Throw(position=THROW.position, velocity=THROW.velocity))
+    x, y, z = THROW.velocity
+    fly(arm, 1)
+    truth = arm.ball() or pytest.fail("there is a ball")
+    air = np.array([x, y - 20.0, z])
+    gained = -arm.config.ball.drag * np.linalg.norm(air) * air * 1e-3
+    assert truth.velocity[1] - y == pytest.approx(gained[1], rel=1e-3)
+    arm.begin_run()
+    assert arm.disturbances() == []
+    for wrong in ([1.0], [0.0, 0.0, 99.0], None):
+        with pytest.raises(Refusal, match="three numbers within 50 m/s"):
+            arm.disturb(Disturb(kind="wind", values=wrong))
+    with pytest.raises(Refusal, match="duration belongs to another kind"):
+        arm.disturb(Disturb(kind="wind", values=[0.0, 1.0, 0.0], duration=1.0))

@@ -156,6 +156,7 @@ def _disturbances(joints: int) -> list[Body]:
         {"kind": "acceleration", "start_time": 0.1, **push},
         {"kind": "torque", **push},
         {"kind": "sensor_noise", "position_std": 1e-4, "velocity_std": 1e-3},
+        {"kind": "wind", "values": [0.0, 2.0, 0.0]},
         {"kind": "ball_noise", "position_std": 5e-3, "latency_s": 0.01, "drop_rate": 0.1},
         {"kind": "loss", "stream": "state", "duration": 0.01},
     ]
