@@ -60,5 +60,5 @@ class Flags:
 
 if __name__ == "__main__":
     flags = tyro.cli(Flags)
-    build = lambda bus, config, log: RobotLoop(bus, config, StandIn(config), flags.clock, log)  # noqa: E731
+    build = lambda bus, config, log: [RobotLoop(bus, config, StandIn(config), flags.clock, log)]  # noqa: E731
     raise SystemExit(run_robot("stand-in", flags.common, flags.clock, build))

@@ -55,7 +55,7 @@ def score(
     net = any(net_name in names and (landed is None or time <= landed) for time, names in after)
     if landed is None:
         return Score(True, hits[-1], net)
-    place = _place(sights, landed)
+    place = place_at(sights, landed)
     if place is None:
         return Score(True, hits[-1], net, None, landed)
     inside = all(low <= place[axis] <= high for axis, (low, high) in enumerate(court.region))
@@ -64,7 +64,7 @@ def score(
     )
 
 
-def _place(sights: Sequence[BallState], time: float) -> Place | None:
+def place_at(sights: Sequence[BallState], time: float) -> Place | None:
     """Return where the ball was at `time`, carried on from the newest sight before it; None where that is too old."""
     before = [sight for sight in sights if time - MAX_GAP_S <= sight.time <= time]
     if not before:

@@ -4,7 +4,7 @@ import contextlib
 import logging
 import socket
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import IntEnum
 from hashlib import sha256
 
@@ -44,6 +44,7 @@ class SingleInstance:
         log: logging.Logger,
         *,
         hosts: bool = False,
+        beside: Sequence[str] = (),
         timeouts: SessionTimeouts = SERVICE,
     ) -> None:
         """Prepare.
@@ -54,6 +55,7 @@ class SingleInstance:
             robot: Name of the robot, where the options have none.
             log: Receives the reason where it ends before its time.
             hosts: Whether it hosts the bus where the options name no endpoint to join.
+            beside: Names of further robots of the bus whose place it takes too.
             timeouts: When the other end of its session takes it for lost.
         """
         self._service = service
@@ -61,6 +63,7 @@ class SingleInstance:
         self._robot = options.robot or robot
         self._log = log
         self._hosts = hosts
+        self._beside = beside
         self._timeouts = timeouts
 
     def run(self, serve: Callable[[Bus], object], stopping: threading.Event) -> Outcome:
@@ -80,16 +83,18 @@ class SingleInstance:
 
     def _serve(self, bus: Bus, serve: Callable[[Bus], object], stopping: threading.Event) -> Outcome:
         displaced = threading.Event()
+        places = [bus, *(Bus(bus.session, robot) for robot in self._beside)]
 
         def look_for_rival() -> None:
-            if self._is_displaced(bus, stopping):
+            if any(self._is_displaced(place, stopping) for place in places):
                 displaced.set()
                 stopping.set()
 
         bus.on_return(look_for_rival)
         try:
-            if bus.is_alive(self._service) or not bus.claim(self._service):
-                return self._taken()
+            for place in places:
+                if place.is_alive(self._service) or not place.claim(self._service):
+                    return self._taken(robot=place.robot)
         except NoAnswer as silence:
             self._log.error("%s; start again", silence)
             return Outcome.FAILED
@@ -117,8 +122,8 @@ class SingleInstance:
             self._log.error("cannot open the bus: %s", error)
         return Outcome.FAILED
 
-    def _taken(self, consequence: str = "") -> Outcome:
-        self._log.error("another %s serves robot %s on this bus%s", self._service, self._robot, consequence)
+    def _taken(self, consequence: str = "", robot: str = "") -> Outcome:
+        self._log.error("another %s serves robot %s on this bus%s", self._service, robot or self._robot, consequence)
         return Outcome.TAKEN
 
     def _is_displaced(self, bus: Bus, stopping: threading.Event) -> bool:

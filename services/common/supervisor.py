@@ -65,6 +65,8 @@ def _command_line(
         value, flag = flags.get(name), f"--{name.replace('_', '-')}"
         if value is True:
             line.append(flag)
+        elif isinstance(value, tuple):
+            line += [flag, *map(str, value)] if value else []
         elif value is not None and value is not False:
             line += [flag, str(value)]
     return line

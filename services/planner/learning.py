@@ -96,12 +96,14 @@ def learned_message(name: str, primitive: Primitive, warnings: Sequence[str] = (
 def learn_from_csv(path: Path, joint_names: tuple[str, ...]) -> Primitive | None:
     """Return the primitive recorded in `path` (header: time, then joint names), or None for another arm's.
 
+    An arm that was attached to a scene has its joints under a prefix, which the header need not have.
+
     Raises:
         InvalidMotion: the recording is unusable.
     """
     with path.open() as file:
         header = file.readline().strip().split(",")
-        if header != ["time", *joint_names]:
+        if header not in (["time", *joint_names], ["time", *(name.rpartition("/")[2] for name in joint_names)]):
             return None
         table = np.loadtxt(file, delimiter=",", ndmin=2)
     return learn(Demonstration(table[:, 0], table[:, 1:]))

@@ -1,20 +1,28 @@
 """`python -m services.sim`: the simulated arm, which hosts the bus unless --connect is given."""
 
+import logging
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from services.common.cli import Common, Options, SimFlags
+from protocol.bus.bus import Bus
+from robot.description import RobotConfig, load_robot
+from robot.schema import RobotError
+from services.common.cli import MISUSED, Common, Options, SimFlags
 from services.common.robot_side.clocks import keep_time
 from services.common.robot_side.process import run_robot
 from services.sim.loop import SimLoop
 from services.sim.stepped import run_stepped
+from services.sim.world import World
 
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Simulate the arm and host the bus."""
+    """Simulate the arm, or several arms of one model, and host the bus."""
 
     common: Common = field(default_factory=Options)
     own: Annotated[SimFlags, tyro.conf.arg(name="")] = field(default_factory=SimFlags)
@@ -28,14 +36,34 @@ def main() -> None:
     """
     flags = tyro.cli(Flags)
     clock, seed = flags.own.clock, flags.own.seed
-    outcome = run_robot(
-        "sim",
-        flags.common,
-        clock,
-        lambda bus, config, log: SimLoop(bus, config, clock, seed, log),
-        run_stepped if clock == "stepped" else keep_time,
-    )
-    raise SystemExit(outcome)
+    beside = load_beside(flags.own.also)
+
+    def build(bus: Bus, config: RobotConfig, log: logging.Logger) -> list[SimLoop]:
+        configs = [config, *beside]
+        buses = [bus, *(Bus(bus.session, other.name) for other in beside)]
+        try:
+            world = World(configs)
+        except RobotError as error:
+            log.error("%s", error)
+            raise SystemExit(MISUSED) from None
+        return [SimLoop(own, arm, clock, seed, log, world) for own, arm in zip(buses, configs, strict=True)]
+
+    keep = run_stepped if clock == "stepped" else keep_time
+    names = [config.name for config in beside]
+    raise SystemExit(run_robot("sim", flags.common, clock, build, keep, names))
+
+
+def load_beside(paths: Sequence[Path]) -> list[RobotConfig]:
+    """Return the further robots of a simulation.
+
+    Raises:
+        SystemExit: one cannot be read.
+    """
+    try:
+        return [load_robot(path) for path in paths]
+    except RobotError as error:
+        print(f"sim: --also: {error}", file=sys.stderr)
+        raise SystemExit(MISUSED) from None
 
 
 if __name__ == "__main__":

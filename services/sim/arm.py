@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 
-import mujoco
 import numpy as np
 
 from protocol.errors import Refusal
@@ -21,7 +20,8 @@ from services.sim.guiding import Guidance
 from services.sim.held import HeldJoints
 from services.sim.inverse_dynamics import InverseDynamics
 from services.sim.led import LedJoints
-from services.sim.model import Scene, build_scene
+from services.sim.model import Scene, arm_in
+from services.sim.world import World
 
 
 class Diverged(RobotFailed):
@@ -29,14 +29,19 @@ class Diverged(RobotFailed):
 
 
 class SimulatedArm(Backend):
-    """A torque-driven arm in MuJoCo. The same seed and the same calls give the same bits."""
+    """A torque-driven arm in MuJoCo. The same seed and the same calls give the same bits.
+
+    In a world of several arms a tick passes once each of them has been given its step.
+    """
 
     abilities = Abilities(modes=("torque", "teach"))
 
-    def __init__(self, config: RobotConfig, seed: int = 0) -> None:
+    def __init__(self, config: RobotConfig, seed: int = 0, world: World | None = None) -> None:
+        """`world`: where it stands; by default one of its own."""
         self.config = config
-        self._scene: Scene = build_scene(config)
-        self._held = HeldJoints(config, self._scene)
+        self._world = world = world or World([config])
+        self._scene: Scene = arm_in(world.scene, config)
+        self._held = HeldJoints(config, self._scene, {k: v for k, v in config.held.items() if k not in world.joints})
         self._controlled = np.concatenate([self._scene.dofs, self._held.dofs])
         self._dynamics = InverseDynamics(self._scene, self._controlled)
         self._torque_limits = np.concatenate([config.torques, self._held.limits])
@@ -44,8 +49,10 @@ class SimulatedArm(Backend):
         self._surroundings = Surroundings(config, self._scene.model)
         self._led = LedJoints(self._scene)
         self._disturbances = Disturbances(config)
-        self._ball = SimulatedBall(config.ball, self._scene) if config.ball else None
+        self._ball = world.ball
         self._camera = Camera(config.rate_hz, config.ball.every if config.ball else 1)
+        self._setpoint: Setpoint | None = None
+        world.join(self, self._scene.qpos, self._scene.dofs)
         self.reset(seed=seed)
 
     def reset(self, positions: list[float] | None = None, ball: Ball | None = None, seed: int = 0) -> None:
@@ -60,7 +67,7 @@ class SimulatedArm(Backend):
         pose = self.config.home if positions is None else self._checked_pose(positions)
         self._check_ball(ball)
         scene = self._scene
-        mujoco.mj_resetData(scene.model, scene.data)
+        self._world.reset(self)
         scene.data.qpos[scene.qpos] = pose
         self._held.reset()
         if ball is not None and self._ball is not None:
@@ -86,21 +93,34 @@ class SimulatedArm(Backend):
     def step(self, setpoint: Setpoint) -> None:
         """One tick with the setpoint's accelerations: torque by inverse dynamics, held for the tick.
 
+        Where other arms share the world, the tick passes with the last one's step.
+
         An arm that is guided ignores the setpoint: the hand and the motors together move it as `Guidance` says.
 
         Raises ValueError, before anything moves, where they are not J finite numbers, and Diverged.
         """
-        scene = self._scene
-        model, data = scene.model, scene.data
+        if not math.isfinite(setpoint.accelerations.sum()):
+            raise ValueError(f"accelerations: {setpoint.accelerations} cannot be turned into torques; must be finite")
+        self._setpoint = setpoint
+        self._world.step()
+
+    def is_set(self) -> bool:
+        """Return whether it has its setpoint for the coming tick."""
+        return self._setpoint is not None
+
+    def place_led(self) -> None:
+        """Put the joints of robots that another process moves where their states have them."""
         self._led.place()
-        mujoco.mj_step1(model, data)
-        pushes, accelerations = self._pushes(), setpoint.accelerations
+
+    def drive(self) -> None:
+        """Turn the setpoint into torques, by inverse dynamics, and apply them."""
+        assert self._setpoint is not None
+        scene, data = self._scene, self._scene.data
+        pushes, accelerations = self._pushes(), self._setpoint.accelerations
         if self._guidance:
             pushed = self._dynamics.free(pushes)
             accelerations = self._guidance.accelerations(data.qpos[scene.qpos], data.qvel[scene.dofs], pushed)
         demanded = self._dynamics.torques(np.concatenate([accelerations, self._held.accelerations()]))
-        if not math.isfinite(demanded.sum()):
-            raise ValueError(f"accelerations: {accelerations} cannot be turned into torques; they must be finite")
         limits, joints = self._torque_limits, self.config.joint_count
         if self._guidance:
             demanded[:joints] -= pushes
@@ -110,13 +130,21 @@ class SimulatedArm(Backend):
         data.qfrc_applied[self._controlled] = demanded if self._guidance else torques
         data.qfrc_applied[scene.dofs] += pushes
         self._contacts = []
-        for substep in range(scene.substeps):
-            if substep:
-                mujoco.mj_step1(model, data)
-            self._advance(self._observation.time + substep * model.opt.timestep)
+
+    def take_contacts(self, substep: int) -> None:
+        """Take in the contacts of a physics step, the `substep`-th of the tick."""
+        self._contacts += self._contact_log.update(self._observation.time + substep * self._scene.model.opt.timestep)
+
+    def finish(self) -> None:
+        """Measure, and count the tick.
+
+        Raises:
+            Diverged: the state is not finite.
+        """
+        self._setpoint = None
         self._tick += 1
         self._observation = self._measure()
-        if not math.isfinite(data.qvel[scene.dofs].sum()):
+        if not math.isfinite(self._scene.data.qvel[self._scene.dofs].sum()):
             raise Diverged(f"the physics diverged at {self._observation.time:.3f} s; ask for weaker pushes")
 
     def check(self) -> list[Finding]:
@@ -202,21 +230,6 @@ class SimulatedArm(Backend):
     def surroundings(self) -> dict[str, list[float]]:
         """Coordinates of the joints that are neither the arm's nor the ball's, by name."""
         return self._surroundings.read(self._scene.data)
-
-    def _advance(self, start_time: float) -> None:
-        """Finish the physics step that begins at `start_time`, s.
-
-        MuJoCo moves positions with the velocities after the step, which leads an acceleration held over the
-        step by h/2·a·h; with the mean of the velocities before and after, the arm's positions are exact.
-        """
-        scene = self._scene
-        data = scene.data
-        before = data.qvel[scene.dofs]
-        if self._ball is not None:
-            self._ball.act()
-        mujoco.mj_step2(scene.model, data)
-        data.qpos[scene.qpos] -= scene.model.opt.timestep / 2 * (data.qvel[scene.dofs] - before)
-        self._contacts += self._contact_log.update(start_time)
 
     def _pushes(self) -> np.ndarray:
         """Generalised forces (J,), N·m, of the pushes that act now."""

@@ -33,8 +33,10 @@ class HeldJoints:
         targets: The value that each is led to, rad or m.
     """
 
-    def __init__(self, config: RobotConfig, scene: Scene) -> None:
-        ids = joint_ids(scene.model, tuple(config.held), "held")
+    def __init__(self, config: RobotConfig, scene: Scene, held: Mapping[str, float]) -> None:
+        """`held`: the value at which each begins, rad or m."""
+        self._begin = dict(held)
+        ids = joint_ids(scene.model, tuple(held), "held")
         self.dofs = scene.model.jnt_dofadr[ids].astype(np.intp)
         self.limits = np.array([torque_limit(scene.model, joint) for joint in ids])
         self._ranges = model_ranges(scene.model, ids)
@@ -44,8 +46,8 @@ class HeldJoints:
         self.reset()
 
     def reset(self) -> None:
-        """Put the joints at the values of the robot config, at rest."""
-        self.targets = dict(self._config.held)
+        """Put the joints where they begin, at rest."""
+        self.targets = dict(self._begin)
         values = np.array(list(self.targets.values()))[None]
         self._data.qpos[self._qpos] = values[0]
         self._place_followers()

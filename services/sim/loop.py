@@ -15,6 +15,7 @@ from services.common.robot_side.deferred import DeferredReply
 from services.common.robot_side.loop import RobotLoop
 from services.sim.arm import SimulatedArm
 from services.sim.disturbances import Loss
+from services.sim.world import World
 
 MAX_STEPS = 10_000
 SURROUNDINGS_HZ = 50
@@ -23,8 +24,12 @@ SURROUNDINGS_HZ = 50
 class SimLoop(RobotLoop):
     """Adds steps, resets, disturbances, lost messages, contacts and the ball."""
 
-    def __init__(self, bus: Bus, config: RobotConfig, clock: m.Clock, seed: int, log: logging.Logger) -> None:
-        self._arm = SimulatedArm(config, seed)
+    def __init__(
+        self, bus: Bus, config: RobotConfig, clock: m.Clock, seed: int, log: logging.Logger, world: World | None = None
+    ) -> None:
+        """`world`: where the arm stands, beside others that this process moves; by default one of its own."""
+        world = world or World([config])
+        self._arm = SimulatedArm(config, seed, world)
         self._loss = Loss(config.rate_hz)
         self._acting: list[m.ActiveDisturbance] = []
         self._surroundings_every = max(1, round(config.rate_hz / SURROUNDINGS_HZ))
@@ -35,7 +40,8 @@ class SimLoop(RobotLoop):
         self._contact = self.publisher(topics.CONTACT)
         self._surroundings = self.publisher(topics.SCENE)
         self._disturbance = self.publisher(topics.DISTURBANCE)
-        self._others = OtherRobots(bus, config.others)
+        led = {name: joints for name, joints in config.others.items() if world.joints.isdisjoint(joints)}
+        self._others = OtherRobots(bus, led)
         self._warn(log)
         self.handlers |= {
             topics.SIM_STEP.key: self._step_later,
@@ -71,6 +77,11 @@ class SimLoop(RobotLoop):
         if acting != self._acting:
             self._acting = acting
             self._disturbance.put(m.Disturbance(time=now.time, active=acting))
+
+    @property
+    def left(self) -> int:
+        """In stepped time, how many ticks that were asked for are left."""
+        return self.target - self._arm.observe().tick
 
     def begin_run(self, run: int | None = None) -> None:
         """Begin a run without lost messages; in stepped time its name does not depend on the time of day."""

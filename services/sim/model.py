@@ -1,7 +1,7 @@
 """The MuJoCo model the simulation runs: where the arm, the ball and the tee lie in its arrays."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -60,6 +60,17 @@ def build_scene(config: RobotConfig) -> Scene:
         substeps=substeps,
         ball=_find_ball(model) if config.ball else None,
         tee=_find_tee(model),
+    )
+
+
+def arm_in(scene: Scene, config: RobotConfig) -> Scene:
+    """The same scene, as another robot that stands in it has it: with the addresses of that robot's joints."""
+    ids = joint_ids(scene.model, config.joint_names)
+    # numpy picks by intp several times as fast as by MuJoCo's int32.
+    return replace(
+        scene,
+        qpos=scene.model.jnt_qposadr[ids].astype(np.intp),
+        dofs=scene.model.jnt_dofadr[ids].astype(np.intp),
     )
 
 

@@ -27,6 +27,7 @@ from services.common import realtime
 from services.common.cell import running_cell
 from services.common.cli import MISUSED, Common, Options
 from services.common.supervisor import NotReady
+from tools.rally import partners
 from tools.rally.play import Player, Stroke
 from tools.rally.report import json_line, sentence, table
 
@@ -53,6 +54,9 @@ class Flags:
         learned: File of what the striker has learned; by default a new one, thrown away at the end.
         record: The trace to write.
         live: Serve a viewer on loopback meanwhile.
+        partners: 1: balls are thrown at one arm; 2: two arms rally with each other.
+        rallies: Of two arms, how many.
+        strokes: Of two arms, after which a rally ends.
         json: Print one line of JSON in place of the table.
         verbose: Show what the services log.
     """
@@ -72,6 +76,9 @@ class Flags:
     learned: Path | None = None
     record: Path = Path("volley-rally.rrd")
     live: bool = False
+    partners: Literal[1, 2] = 1
+    rallies: int = 20
+    strokes: int = 60
     json: bool = False
     verbose: bool = False
 
@@ -81,9 +88,8 @@ def main() -> int:
     flags = tyro.cli(Flags)
     console = Console(stderr=flags.json)
     realtime.end_like_ctrl_c()
-    strokes: list[Stroke] = []
     try:
-        play(flags, console, strokes)
+        return play_partners(flags, console) if flags.partners == 2 else play_thrown(flags, console)
     except (ValueError, NoThrow) as error:
         console.print(f"volley: {error}", highlight=False, soft_wrap=True)
         return MISUSED
@@ -93,6 +99,12 @@ def main() -> int:
     except KeyboardInterrupt:
         console.print("interrupted")
         return 130
+
+
+def play_thrown(flags: Flags, console: Console) -> int:
+    """Play thrown balls and report; returns 0 where every motion was played inside its limits, 1 otherwise."""
+    strokes: list[Stroke] = []
+    play(flags, console, strokes)
     if flags.json:
         print(json_line(strokes))
     else:
@@ -103,6 +115,44 @@ def main() -> int:
     for fault in faults:
         console.print(f"[bold red]{fault}[/bold red]", soft_wrap=True)
     return 1 if faults else 0
+
+
+def play_partners(flags: Flags, console: Console) -> int:
+    """Let two arms rally and report; returns 0 where every motion was played inside its limits, 1 otherwise."""
+    played: list[partners.Rally] = []
+    rally_with(flags, console, played)
+    if flags.json:
+        print(partners.json_line(played))
+    else:
+        console.print(partners.table(played))
+        console.print(partners.sentence(played), soft_wrap=True, highlight=False)
+        console.print(f"trace: {flags.record.resolve()}", soft_wrap=True, highlight=False)
+    faults = [fault for rally in played for fault in rally.violations]
+    for fault in faults:
+        console.print(f"[bold red]{fault}[/bold red]", soft_wrap=True)
+    return 1 if faults else 0
+
+
+def rally_with(flags: Flags, console: Console, played: list[partners.Rally]) -> None:
+    """Start both arms on a bus of their own, play, end everything; the rallies are appended as they are played."""
+    for name, value in (("slow", flags.slow), ("rallies", flags.rallies), ("strokes", flags.strokes)):
+        if not value >= 1:
+            raise ValueError(f"--{name} is {value}; it must be 1 or more")
+    if flags.drag_error or flags.restitution_error:
+        raise ValueError("--drag-error and --restitution-error are for thrown balls; leave them out with --partners 2")
+    values: dict[str, object] = {"record": flags.record, "live": flags.live, "seed": flags.seed}
+    values["method"] = "dmp" if flags.method == "dmp" else "qp"
+    if flags.slow != 1.0:
+        values["clock"] = "stepped"
+    configs = partners.load_partners()
+    with (
+        partners.two_cells(flags.common, values, flags.learned, not flags.verbose) as cells,
+        slow_motion(cells[0].bus, flags.slow),
+    ):
+        buses = dict(zip(configs, (cell.bus for cell in cells), strict=True))
+        court = partners.Court(buses, configs, flags.seed, flags.strokes)
+        court.begin(noise_of(flags), flags.revise_hz if flags.method == "qp" else 0.0)
+        partners.play_rallies(court, flags.rallies, list(configs), console, played)
 
 
 def play(flags: Flags, console: Console, strokes: list[Stroke]) -> None:
@@ -136,11 +186,18 @@ def play(flags: Flags, console: Console, strokes: list[Stroke]) -> None:
 
 def begin(bus: Bus, flags: Flags) -> None:
     """Blur the camera, and ask the striker to strike."""
-    if flags.noise or flags.latency:
-        noise = m.Disturb(kind="ball_noise", position_std=flags.noise, latency_s=flags.latency, drop_rate=0.0)
+    noise = noise_of(flags)
+    if noise is not None:
         bus.ask(topics.SIM_DISTURB, noise)
     revise_hz = flags.revise_hz if flags.method == "qp" else 0.0
     bus.ask(topics.STRIKE, m.StrikeRequest(target=flags.target, revise_hz=revise_hz))
+
+
+def noise_of(flags: Flags) -> m.Disturb | None:
+    """Return what blurs a camera; None where it sees exactly."""
+    if not flags.noise and not flags.latency:
+        return None
+    return m.Disturb(kind="ball_noise", position_std=flags.noise, latency_s=flags.latency, drop_rate=0.0)
 
 
 def show(player: Player, flags: Flags, console: Console, strokes: list[Stroke]) -> None:

@@ -1,6 +1,7 @@
 """When a tick passes: by the wall clock, in lock-step at its pace, or when the robot says so."""
 
 import threading
+from collections.abc import Sequence
 
 from services.common.logs import ThrottledLog
 from services.common.realtime import Deadlines
@@ -14,14 +15,26 @@ HEAD_START_NS = 300_000
 """Time for a step, which takes 0.1 to 0.2 ms, and for a late wake-up."""
 
 
-def keep_time(loop: RobotLoop, stopping: threading.Event) -> None:
-    """Let time pass on the loop's clock, `realtime` or `paced`, until `stopping` is set."""
-    if loop.backend.abilities.own_clock:
-        _follow_robot(loop, stopping)
-    elif loop.clock == "paced":
-        _run_paced(loop, stopping)
+def keep_time(loops: Sequence[RobotLoop], stopping: threading.Event) -> None:
+    """Let time pass on the loops' clock, `realtime` or `paced`, until `stopping` is set.
+
+    Several loops drive arms of one simulation, whose tick is over once each has stepped.
+    """
+    first = loops[0]
+    if first.backend.abilities.own_clock:
+        _follow_robot(first, stopping)
+    elif first.clock == "paced":
+        _run_paced(loops, stopping)
     else:
-        _run_realtime(loop, stopping)
+        _run_realtime(loops, stopping)
+
+
+def step_all(loops: Sequence[RobotLoop]) -> None:
+    """Let a tick pass for every arm; then say what it brought."""
+    for loop in loops:
+        loop.step()
+    for loop in loops:
+        loop.publish()
 
 
 def _follow_robot(loop: RobotLoop, stopping: threading.Event) -> None:
@@ -33,44 +46,50 @@ def _follow_robot(loop: RobotLoop, stopping: threading.Event) -> None:
         loop.attend()
 
 
-def _run_realtime(loop: RobotLoop, stopping: threading.Event) -> None:
-    """At each deadline take the newest command, step, publish.
+def _run_realtime(loops: Sequence[RobotLoop], stopping: threading.Event) -> None:
+    """At each deadline take the newest commands, step, publish.
 
-    A step whose command is there is taken a little ahead, so that the state comes out at the deadline and the
+    A step whose commands are there is taken a little ahead, so that the states come out at the deadline and the
     controller has the whole tick for its answer.
     """
-    deadlines = Deadlines(round(1e9 / loop.config.rate_hz))
-    stalled = ThrottledLog(loop.log)
+    deadlines = Deadlines(round(1e9 / loops[0].config.rate_hz))
+    stalled = ThrottledLog(loops[0].log)
     while not stopping.is_set():
         stalls = deadlines.stalls
         deadlines.near(HEAD_START_NS)
-        loop.receive_all()
-        ahead = loop.drive.answered_tick == loop.backend.observe().tick
+        for loop in loops:
+            loop.receive_all()
+        ahead = all(loop.is_answered(loop.backend.observe().tick) for loop in loops)
         if ahead:
-            loop.step()
+            for loop in loops:
+                loop.step()
         deadlines.wait()
         if deadlines.stalls > stalls:
             stalled.warn(f"the machine stalled; robot time lags by {deadlines.lag_ns * 1e-9:.3f} s in all")
         if not ahead:
-            loop.receive_all()
-            loop.step()
-        loop.publish()
-        loop.attend()
-
-
-def _run_paced(loop: RobotLoop, stopping: threading.Event) -> None:
-    """Step once the present tick's time is over and, where there is a controller, it has answered."""
-    pace = Pace(loop.config.rate_hz, loop.log)
-    while not stopping.is_set():
-        tick = loop.backend.observe().tick
-        if loop.is_answered(tick) or not loop.controller.is_awaited:
-            pace.wait()
-            loop.receive_all()
-            loop.step()
+            for loop in loops:
+                loop.receive_all()
+                loop.step()
+        for loop in loops:
             loop.publish()
-        elif (taken := loop.commands.take(IDLE_S)) is not None:
-            loop.receive(taken)
-        elif loop.controller.starts_to_hang():
-            loop.log.warning("the controller has not answered tick %d for %g s; time goes on", tick, HANG_S)
+            loop.attend()
+
+
+def _run_paced(loops: Sequence[RobotLoop], stopping: threading.Event) -> None:
+    """Step once the present tick's time is over and each controller that there is has answered."""
+    pace = Pace(loops[0].config.rate_hz, loops[0].log)
+    while not stopping.is_set():
+        late = next((loop for loop in loops if loop.must_wait()), None)
+        if late is None:
+            pace.wait()
+            for loop in loops:
+                loop.receive_all()
+            step_all(loops)
+        elif (taken := late.commands.take(IDLE_S)) is not None:
+            late.receive(taken)
+        elif late.controller.starts_to_hang():
+            tick = late.backend.observe().tick
+            late.log.warning("the controller has not answered tick %d for %g s; time goes on", tick, HANG_S)
             pace.restart()
-        loop.attend()
+        for loop in loops:
+            loop.attend()

@@ -138,6 +138,10 @@ class RobotLoop:
         """Return whether the controller has answered `tick`, or cannot have seen it."""
         return self.drive.answered_tick >= tick or self.loses("state", tick)
 
+    def must_wait(self) -> bool:
+        """Return whether the present tick must last until the controller has answered it."""
+        return self.controller.is_awaited and not self.is_answered(self.backend.observe().tick)
+
     def loses(self, stream: str, tick: int) -> bool:
         """Return whether the message of `tick` on `stream` is lost on purpose."""
         return False

@@ -1,7 +1,7 @@
 """The process around a robot's loop."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from protocol.bus.bus import Bus
 from protocol.messages import Clock
@@ -19,13 +19,21 @@ from services.common.single_instance import Outcome, SingleInstance
 PRIORITY = 40
 """Of SCHED_FIFO; the controller's is higher, so that what floods the bus delays a step rather than an answer."""
 
-Build = Callable[[Bus, RobotConfig, logging.Logger], RobotLoop]
+Build = Callable[[Bus, RobotConfig, logging.Logger], Sequence[RobotLoop]]
 
 
-def run_robot(name: str, options: Options, clock: Clock, build: Build, keep: Callable = keep_time) -> Outcome:
+def run_robot(
+    name: str,
+    options: Options,
+    clock: Clock,
+    build: Build,
+    keep: Callable = keep_time,
+    beside: Sequence[str] = (),
+) -> Outcome:
     """Be the robot side of the bus, which this process hosts unless --connect is given, until SIGTERM or Ctrl-C.
 
-    name: in the log. build: makes the loop, once the place on the bus is taken. keep: lets its time pass.
+    name: in the log. build: makes the loops, one a robot, once their places on the bus are taken. keep: lets their time
+    pass. beside: names of further robots whose robot side this is.
     """
     log = start_logging(name, options.log)
     stopping = realtime.stop_on_signals()
@@ -34,19 +42,21 @@ def run_robot(name: str, options: Options, clock: Clock, build: Build, keep: Cal
     _ask_for_real_time(loops, clock, log)
 
     def serve(bus: Bus) -> None:
-        loop = build(bus, config, log)
+        arms = build(bus, config, log)
         realtime.keep_to(others)  # what `open` starts: threads that take requests
-        loop.open()
+        for arm in arms:
+            arm.open()
         realtime.keep_to(loops)
-        log.info("robot %s, %s clock", bus.robot, clock)
+        log.info("robot %s, %s clock", " and ".join([bus.robot, *beside]), clock)
         realtime.freeze_garbage()
         try:
-            keep(loop, stopping)
+            keep(arms, stopping)
         finally:
-            loop.backend.close()
+            for arm in arms:
+                arm.backend.close()
 
     try:
-        return SingleInstance(ROBOT_SIDE, options, config.name, log, hosts=True).run(serve, stopping)
+        return SingleInstance(ROBOT_SIDE, options, config.name, log, hosts=True, beside=beside).run(serve, stopping)
     except RobotFailed as failed:
         log.error("%s", failed)
         return Outcome.FAILED

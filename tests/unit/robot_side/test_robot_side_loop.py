@@ -237,7 +237,7 @@ def test_a_robot_that_is_the_clock_sets_the_pace():
     loop = loop_of(Clock(ended))
     published: list[int] = []
     loop.publish = lambda: published.append(loop.state_message().tick)  # type: ignore[method-assign]
-    keep_time(loop, ended)
+    keep_time([loop], ended)
     assert published == [1, 3, 4]
 
 

@@ -1,0 +1,65 @@
+"""How two arms that face each other play the ball: where it shall bounce, and how it is served."""
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from protocol.messages import Throw
+from robot.description import RobotConfig
+from robot.kinematics import Kinematics
+from robot.striking.flight import GRAVITY, Air, Ball, aim
+
+SERVE = 0.55, 0.25
+"""Where a serve begins: its part of the way from the net to the server's racket, and m above that."""
+SPREAD_M = 0.08
+"""Standard deviation of the places where serves bounce, on each axis."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Exchange:
+    """A stroke that the partner likes: the ball bounces at `target` (3,), m, after `flight_time` s.
+
+    It then rises just to the height of the partner's racket at home, and is there when it has risen.
+    """
+
+    target: np.ndarray
+    flight_time: float
+
+
+def home_of(config: RobotConfig) -> np.ndarray:
+    """Return where the racket waits (3,), m."""
+    return Kinematics(config).tool_pose(config.home)[0]
+
+
+def exchange(striker: RobotConfig, partner: RobotConfig) -> Exchange:
+    """Return the strokes that `striker` plays to `partner`, from where its racket waits; drag is left out."""
+    court, ball = partner.court, partner.ball
+    assert court is not None
+    assert ball is not None
+    begin, end = home_of(striker), home_of(partner)
+    floor = court.height + ball.radius
+    rises = sqrt(2 * GRAVITY * (end[2] - floor))
+    falls = rises / court.restitution
+    flight_time = (falls + sqrt(max(falls**2 - 2 * GRAVITY * (begin[2] - floor), 0.0))) / GRAVITY
+    after = court.friction * rises / GRAVITY
+    target = end - (end - begin) * after / (flight_time + after)
+    return Exchange(np.array([*target[:2], court.height]), flight_time)
+
+
+def serve(server: RobotConfig, play: Exchange, random: np.random.Generator) -> Throw:
+    """Return a throw from the server's half that bounces near to where its strokes shall."""
+    ball, court = server.ball, server.court
+    assert ball is not None
+    assert court is not None
+    assert court.net is not None
+    part, above = SERVE
+    top = np.array(court.net.top)
+    begin = top + part * (home_of(server) - top)
+    begin[2] = home_of(server)[2] + above
+    place = play.target + np.array([*random.normal(0, SPREAD_M, 2), ball.radius])
+    flown = Ball(ball.mass, ball.radius, ball.drag, ball.magnus, 1 / 1000)
+    velocity = aim(flown, Air(ball.drag), begin[None], place, np.array([play.flight_time]))[0][0]
+    x, y, z = begin.tolist()
+    u, v, w = velocity.tolist()
+    return Throw(position=(x, y, z), velocity=(u, v, w))
