@@ -74,7 +74,7 @@ class ResetDone(Message, kw_only=True):
 
 
 class Disturb(Request, kw_only=True):
-    """Disturb the arm: push it, add noise to its sensors or to the sight of the ball, blow the ball away, drop messages.
+    """Disturb the simulation: push the arm, add noise to its sensors or to the camera, let wind blow, drop messages.
 
     Attributes:
         kind: of the disturbance; fields that belong to another kind stay null

@@ -252,10 +252,10 @@ class Chooser:
         return choices
 
     def _doubt(self, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
-        """Return what it costs (n,), m, that a hit will be corrected: early ones, those that leave little of the limits,
-        and those near to the end of a joint's range.
+        """Return what it costs (n,), m, that a hit will be corrected.
 
-        In proportion to how uncertain the ball's place is then.
+        Early hits, hits that leave little of the limits and hits near to the end of a joint's range cost more, all in
+        proportion to how uncertain the ball's place is then.
         """
         options = self._options
         spread = np.sqrt(np.trace(shots.covariances[hits.shots, :3, :3], axis1=1, axis2=2))

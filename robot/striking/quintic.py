@@ -43,7 +43,7 @@ def quintic_use(
     t = durations[:, None]
     ends = np.stack([t * v, t * t * a, positions - q, t * velocities], axis=2)
     curves = ends @ _BASIS  # (4 derivatives, n, J, samples)
-    scales = np.stack([limits.velocities, limits.accelerations, limits.jerks])[:, None] * t ** _ORDERS
+    scales = np.stack([limits.velocities, limits.accelerations, limits.jerks])[:, None] * t**_ORDERS
     use = (np.abs(curves[1:]).max(axis=3) / scales).max(axis=(0, 2))
     way = q[:, None] + curves[0]
     speed = np.abs(velocities)
