@@ -1,8 +1,8 @@
 """`python -m benchmarks.striking`: balls thrown at the shipped arm, returned without bus and wall clock.
 
-The mathematics of striking as the striker uses it (`services.striker.mind`), motions by `motion.plan`,
-checked in space as the planner does, played by the simulated arm with the controller's tracking law. What a sight leads
-to begins a fixed time after it, so only the processor times depend on the machine.
+The mathematics of striking as the striker uses it (`services.striker.mind`), motions by `motion.plan`, checked in space
+as the planner does, played by the simulated arm with the controller's tracking law. What a sight leads to begins a
+fixed time after it, so only the processor times depend on the machine.
 """
 
 import gc
@@ -243,7 +243,7 @@ def summary(rally: Rally, played: list[tuple[Stroke, Score]]) -> dict[str, objec
     """Return the figures of a rally."""
     scores = [found for _, found in played]
     away = np.array([np.inf if found.distance is None else found.distance for found in scores])
-    return {
+    found: dict[str, object] = {
         "balls": len(scores),
         "hit": sum(found.hit for found in scores),
         "returned": sum(found.returned for found in scores),
@@ -253,9 +253,10 @@ def summary(rally: Rally, played: list[tuple[Stroke, Score]]) -> dict[str, objec
         "corrections": round(sum(stroke.attempt.revisions for stroke, _ in played) / len(played), 1),
         "refused": round(sum(stroke.refused for stroke, _ in played) / len(played), 1),
         "violations": sum(rally.violations(stroke) for stroke, _ in played),
-    } | {
-        leg: {name: round(ms, 2) for name, ms in milliseconds(values).items()} for leg, values in rally.seconds.items()
     }
+    for leg, values in rally.seconds.items():
+        found[leg] = {name: round(ms, 2) for name, ms in milliseconds(values).items()}
+    return found
 
 
 def main() -> int:

@@ -254,7 +254,7 @@ class Chooser:
     def _doubt(self, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
         """Return what it costs (n,), m, that a hit will be corrected.
 
-        Early hits, hits that leave little of the limits and hits near to the end of a joint's range cost more, all in
+        For early hits, for those that leave little of the limits, and for those near to the end of a joint's range; in
         proportion to how uncertain the ball's place is then.
         """
         options = self._options

@@ -125,7 +125,9 @@ def travel(
     return positions, velocities
 
 
-def time_to_fall(heights: np.ndarray, speeds: np.ndarray, accelerations: np.ndarray, step: float) -> np.ndarray:
+def time_to_fall(
+    heights: np.ndarray | float, speeds: np.ndarray | float, accelerations: np.ndarray | float, step: float
+) -> np.ndarray:
     """Return the times (…), s, in which a ball that is `heights` above the surface meets it; NaN where it does not.
 
     speeds, accelerations: vertical, upwards. A ball that is below the surface meets it at once if it sinks.

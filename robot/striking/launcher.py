@@ -134,8 +134,8 @@ class Launcher:
     def _back(self, position: np.ndarray, velocity: np.ndarray, duration: float) -> np.ndarray:
         """Follow a flight without spin back in time; returns positions and velocities (N, 6), the newest first."""
         times = -STEP_S * np.arange(round(duration / STEP_S) + 1)
-        there = (np.tile(vector, (len(times), 1)) for vector in (position, velocity))
-        return np.hstack(travel(self._flight, Air(self._flight.drag), *there, times, STEPS))
+        positions, velocities = (np.tile(vector, (len(times), 1)) for vector in (position, velocity))
+        return np.hstack(travel(self._flight, Air(self._flight.drag), positions, velocities, times, STEPS))
 
     def _launch(self, path: np.ndarray, arrival: np.ndarray, time: float, bounces: int) -> Launch | None:
         """Return the throw at the end of `path`, None where it is not over the net or from a place out of bounds."""

@@ -85,5 +85,5 @@ def _describe(active: m.ActiveDisturbance) -> str:
         return f"loss of {active.stream}"
     if active.values is None:
         return active.kind
-    what, unit = KINDS[active.kind]
+    what, unit = KINDS.get(active.kind, (active.kind, ""))
     return f"{what} [{', '.join(f'{value:g}' for value in active.values)}]{unit}"
