@@ -12,6 +12,8 @@ from robot.striking.flight import GRAVITY, Air, Ball, aim
 
 SERVE = 0.55, 0.25
 """Where a serve begins: its part of the way from the net to the server's racket, and m above that."""
+AWAY_M = 0.2
+"""From the net and from its end, where the ball lies between rallies."""
 SPREAD_M = 0.08
 """Standard deviation of the places where serves bounce, on each axis."""
 
@@ -45,6 +47,17 @@ def exchange(striker: RobotConfig, partner: RobotConfig) -> Exchange:
     after = court.friction * rises / GRAVITY
     target = end - (end - begin) * after / (flight_time + after)
     return Exchange(np.array([*target[:2], court.height]), flight_time)
+
+
+def away(config: RobotConfig) -> Throw:
+    """Return a throw that lays the ball on the floor beside the end of the net, where nobody plays it."""
+    ball, court = config.ball, config.court
+    assert ball is not None
+    assert court is not None
+    assert court.net is not None
+    normal = np.array(court.net.normal)
+    x, y = np.array(court.net.top[:2]) + AWAY_M * normal + (court.net.half_width - AWAY_M) * normal[::-1] * [1, -1]
+    return Throw(position=(float(x), float(y), court.height + ball.radius + 1e-3), velocity=(0.0, 0.0, 0.0))
 
 
 def serve(server: RobotConfig, play: Exchange, random: np.random.Generator) -> Throw:

@@ -28,7 +28,7 @@ from robot.description import RobotConfig, load_robot
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from services.common.cell import RunningCell, running_cell
 from services.common.cli import Options, free_endpoint
-from tools.rally.exchange import exchange, serve
+from tools.rally.exchange import away, exchange, serve
 from tools.rally.referee import Referee
 
 ROBOTS = tuple(DEFAULT_ROBOT_CONFIG.with_name(name) for name in ("near.toml", "far.toml"))
@@ -87,6 +87,7 @@ class Court:
             Refusal: the ball cannot be served.
             NoAnswer: the sim is silent.
         """
+        self._buses[self._first].ask(topics.SIM_BALL, away(self._configs[self._first]))
         self._wait_for_rest()
         receiver = next(name for name in self._configs if name != server)
         rally, reasons = Rally(server), dict.fromkeys(self._buses, "")
