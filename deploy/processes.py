@@ -23,7 +23,7 @@ class Process:
 
 
 PROCESSES = (
-    Process("sim", "services.sim", hosts_bus=True, flags=("clock", "seed", "also")),
+    Process("sim", "services.sim", hosts_bus=True, flags=("clock", "seed", "pace", "also")),
     Process("recorder", "services.recorder", flags=("record", "unindexed", "live", "live_port")),
     Process("planner", "services.planner", flags=("library", "lead")),
     Process("striker", "services.striker", flags=("learned", "method"), optional=True),

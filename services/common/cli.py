@@ -146,11 +146,13 @@ class SimFlags:
         clock: paced follows the wall clock but waits for the controller, so that a slow machine only slows robot time;
             realtime waits for nobody, as a real arm; stepped advances on `sim/step` requests only.
         seed: Seed of the sensor noise; in stepped time it also names the first run.
+        pace: With the clock paced, robot time over wall time at most: 0.25 gives each process four times as long.
         also: TOML files of further robots that stand in the same model: one simulation moves them all, with one ball.
     """
 
     clock: Clock = "paced"
     seed: int = 0
+    pace: float = 1.0
     also: tuple[Path, ...] = ()
 
 

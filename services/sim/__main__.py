@@ -4,6 +4,7 @@ import logging
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -37,6 +38,9 @@ def main() -> None:
     flags = tyro.cli(Flags)
     clock, seed = flags.own.clock, flags.own.seed
     beside = load_beside(flags.own.also)
+    if not 0 < flags.own.pace <= 1:
+        print(f"sim: --pace is {flags.own.pace:g}; it must be more than 0 and at most 1", file=sys.stderr)
+        raise SystemExit(MISUSED)
 
     def build(bus: Bus, config: RobotConfig, log: logging.Logger) -> list[SimLoop]:
         configs = [config, *beside]
@@ -48,7 +52,7 @@ def main() -> None:
             raise SystemExit(MISUSED) from None
         return [SimLoop(own, arm, clock, seed, log, world) for own, arm in zip(buses, configs, strict=True)]
 
-    keep = run_stepped if clock == "stepped" else keep_time
+    keep = run_stepped if clock == "stepped" else partial(keep_time, pace=flags.own.pace)
     names = [config.name for config in beside]
     raise SystemExit(run_robot("sim", flags.common, clock, build, keep, names))
 

@@ -142,13 +142,9 @@ def rally_with(flags: Flags, console: Console, played: list[partners.Rally]) -> 
         raise ValueError("--drag-error and --restitution-error are for thrown balls; leave them out with --partners 2")
     values: dict[str, object] = {"record": flags.record, "live": flags.live, "seed": flags.seed}
     values["method"] = "dmp" if flags.method == "dmp" else "qp"
-    if flags.slow != 1.0:
-        values["clock"] = "stepped"
+    values["pace"] = 1 / flags.slow
     configs = partners.load_partners()
-    with (
-        partners.two_cells(flags.common, values, flags.learned, not flags.verbose) as cells,
-        slow_motion(cells[0].bus, flags.slow),
-    ):
+    with partners.two_cells(flags.common, values, flags.learned, not flags.verbose) as cells:
         buses = dict(zip(configs, (cell.bus for cell in cells), strict=True))
         court = partners.Court(buses, configs, flags.seed, flags.strokes)
         court.begin(noise_of(flags), flags.revise_hz if flags.method == "qp" else 0.0)

@@ -15,16 +15,17 @@ HEAD_START_NS = 300_000
 """Time for a step, which takes 0.1 to 0.2 ms, and for a late wake-up."""
 
 
-def keep_time(loops: Sequence[RobotLoop], stopping: threading.Event) -> None:
+def keep_time(loops: Sequence[RobotLoop], stopping: threading.Event, pace: float = 1.0) -> None:
     """Let time pass on the loops' clock, `realtime` or `paced`, until `stopping` is set.
 
-    Several loops drive arms of one simulation, whose tick is over once each has stepped.
+    Several loops drive arms of one simulation, whose tick is over once each has stepped. `pace`: robot time over wall
+    time at most, on the clock `paced`.
     """
     first = loops[0]
     if first.backend.abilities.own_clock:
         _follow_robot(first, stopping)
     elif first.clock == "paced":
-        _run_paced(loops, stopping)
+        _run_paced(loops, stopping, pace)
     else:
         _run_realtime(loops, stopping)
 
@@ -75,9 +76,9 @@ def _run_realtime(loops: Sequence[RobotLoop], stopping: threading.Event) -> None
             loop.attend()
 
 
-def _run_paced(loops: Sequence[RobotLoop], stopping: threading.Event) -> None:
+def _run_paced(loops: Sequence[RobotLoop], stopping: threading.Event, most: float) -> None:
     """Step once the present tick's time is over and each controller that there is has answered."""
-    pace = Pace(loops[0].config.rate_hz, loops[0].log)
+    pace = Pace(loops[0].config.rate_hz * most, loops[0].log)
     while not stopping.is_set():
         late = next((loop for loop in loops if loop.must_wait()), None)
         if late is None:

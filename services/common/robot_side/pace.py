@@ -14,6 +14,7 @@ class Pace:
     """Lets a tick begin no sooner than the wall clock says, and warns where robot time falls behind it."""
 
     def __init__(self, rate_hz: float, log: logging.Logger) -> None:
+        """`rate_hz`: ticks a second of wall time."""
         self._deadlines = Deadlines(round(1e9 / rate_hz))
         self._log = log
         self.restart()
@@ -30,5 +31,5 @@ class Pace:
         if passed >= REPORT_S:
             ratio = self._ticks * self._deadlines.period_ns * 1e-9 / passed
             if ratio < SLOW:
-                self._log.warning("robot time runs at %.2f of the wall clock: this machine is slow", ratio)
+                self._log.warning("robot time runs at %.2f of its pace: this machine is slow", ratio)
             self.restart()

@@ -20,7 +20,7 @@ def test_a_slow_machine_is_told_of_once_in_five_seconds(
     while now[0] < 1.5 * REPORT_S:
         now[0] += tick_s
         paced.wait()
-    expected = [f"robot time runs at {ratio} of the wall clock: this machine is slow" for ratio in said]
+    expected = [f"robot time runs at {ratio} of its pace: this machine is slow" for ratio in said]
     assert [record.getMessage() for record in caplog.records] == expected
 
 
