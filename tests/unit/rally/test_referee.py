@@ -83,7 +83,7 @@ def test_a_stroke_rises_to_the_partners_racket(striker: str, partner: str):
     assert np.sign(play.target[0]) == np.sign(end[0])
     court = config.court
     floor = play.target + np.array([0.0, 0.0, ball.radius])
-    _, arrives = aim(ball, Air(), begin[None], floor, np.array([play.flight_time]))
+    _, _, arrives = aim(ball, Air(), begin[None], floor, np.array([play.flight_time]))
     leaves = arrives * [court.friction, court.friction, -court.restitution]
     there, _ = travel(ball, Air(), floor[None], leaves, leaves[:, 2] / GRAVITY)
     assert there[0] == pytest.approx(end, abs=0.02)
