@@ -3,8 +3,10 @@
 import contextlib
 import json
 import tempfile
+import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -176,11 +178,22 @@ def two_cells(
         folder.mkdir(parents=True, exist_ok=True)
         hosting = replace(options, robot_config=near, listen=() if options.connect else endpoint)
         joining = replace(options, robot_config=far, listen=(), connect=endpoint)
-        values = {**flags, "also": (far,), "learned": folder / "near.json"}
-        cells = [stack.enter_context(running_cell(hosting, values, names, quiet=quiet))]
         others = [name for name in names if name not in ("sim", "recorder")]
-        values = {**flags, "learned": folder / "far.json"}
-        cells.append(stack.enter_context(running_cell(joining, values, others, quiet=quiet)))
+        given_up = threading.Event()
+        starting = [
+            running_cell(options, {**flags, **more}, names, quiet=quiet, give_up=given_up.is_set)
+            for options, more, names in (
+                (hosting, {"also": (far,), "learned": folder / "near.json"}, names),
+                (joining, {"learned": folder / "far.json"}, others),
+            )
+        ]
+        ending = [stack.enter_context(contextlib.ExitStack()) for _ in starting]  # the second one first, on its bus
+        with ThreadPoolExecutor() as pool:  # the second cell waits for the first one's bus
+            try:
+                cells: list[RunningCell] = list(pool.map(contextlib.ExitStack.enter_context, ending, starting))
+            except BaseException:
+                given_up.set()
+                raise
         yield cells
 
 

@@ -4,6 +4,7 @@ import contextlib
 import logging
 import socket
 import threading
+from collections.abc import Sequence
 
 import pytest
 
@@ -21,12 +22,12 @@ LOG = logging.getLogger("test")
 class Service:
     """An instance at work in a thread, which announces itself and serves until it is stopped."""
 
-    def __init__(self, name: str, options: Options, hosts: bool = False) -> None:
+    def __init__(self, name: str, options: Options, hosts: bool = False, beside: Sequence[str] = ()) -> None:
         self.stopping = threading.Event()
         self.outcome: Outcome | None = None
         self.robot = ""
         self._name = name
-        self._instance = SingleInstance(name, options, "arm", LOG, hosts=hosts)
+        self._instance = SingleInstance(name, options, "arm", LOG, hosts=hosts, beside=beside)
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
@@ -95,6 +96,18 @@ def test_a_place_that_is_taken_is_left_alone(router: str, hosts: bool, caplog: p
         assert "another sim serves robot arm on this bus" in caplog.text
         with Service("planner", joining) as planner, Service("sim", Options("left", connect=(router,))) as left:
             assert (planner.robot, left.robot) == ("arm", "left")
+
+
+def test_one_instance_takes_the_places_of_several_robots(router: str, caplog: pytest.LogCaptureFixture):
+    """And ends where one of them is taken."""
+    left = Options("left", connect=(router,))
+    with Service("sim", Options(listen=(router,)), hosts=True, beside=("left",)) as both:
+        assert outcome_of("sim", left) is Outcome.TAKEN
+        assert "another sim serves robot left on this bus" in caplog.text
+        caplog.clear()
+        right = SingleInstance("sim", Options("right", connect=(router,)), "arm", LOG, beside=("left",))
+        assert right.run(lambda _: pytest.fail(), both.stopping) is Outcome.TAKEN
+        assert "another sim serves robot left on this bus" in caplog.text
 
 
 def test_arms_of_one_machine_are_hosted_side_by_side(router: str):

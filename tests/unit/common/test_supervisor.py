@@ -79,6 +79,8 @@ def test_every_command_line_is_understood(process: Process):
     values = {
         "clock": "stepped",
         "seed": 1,
+        "pace": 0.5,
+        "also": ("x.toml", "y.toml"),
         "library": "x",
         "lead": 0.1,
         "record": "x.rrd",
