@@ -118,9 +118,17 @@ def play_thrown(flags: Flags, console: Console) -> int:
 
 
 def play_partners(flags: Flags, console: Console) -> int:
-    """Let two arms rally and report; returns 0 where every motion was played inside its limits, 1 otherwise."""
+    """Let two arms rally and report; returns 0 where every motion was played inside its limits, 1 otherwise.
+
+    An interruption is reported with what was played until then, and returns 130.
+    """
     played: list[partners.Rally] = []
-    rally_with(flags, console, played)
+    status = 0
+    try:
+        rally_with(flags, console, played)
+    except KeyboardInterrupt:
+        console.print("interrupted")
+        status = 130
     if flags.json:
         print(partners.json_line(played))
     else:
@@ -130,7 +138,7 @@ def play_partners(flags: Flags, console: Console) -> int:
     faults = [fault for rally in played for fault in rally.violations]
     for fault in faults:
         console.print(f"[bold red]{fault}[/bold red]", soft_wrap=True)
-    return 1 if faults else 0
+    return status or (1 if faults else 0)
 
 
 def rally_with(flags: Flags, console: Console, played: list[partners.Rally]) -> None:
