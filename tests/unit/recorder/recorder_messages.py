@@ -1,9 +1,10 @@
 """Publications for the recorder's tests, of an arm with six joints."""
 
 from collections import deque
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from msgspec.structs import replace
 
 from protocol import messages as m
 from protocol.codec import matrix_bytes
@@ -21,6 +22,7 @@ from protocol.topics import (
     STRIKES,
     Publication,
 )
+from tests.golden.examples import EXAMPLES
 
 RUN = 1_790_000_000_123_456_789
 JOINTS = [f"joint_{index}" for index in range(1, 7)]
@@ -136,6 +138,8 @@ def push(time: float, **values: list[float]) -> m.Disturbance:
     return m.Disturbance(time=time, active=active)
 
 
+PLANNED, LANDED = (cast(m.Strike, EXAMPLES[name]) for name in ("Strike", "Strike-landed"))
+
 MESSAGES: dict[Publication, m.Message] = {
     STATE: state(3),
     COMMAND: command(3, goal_id="g1"),
@@ -145,31 +149,7 @@ MESSAGES: dict[Publication, m.Message] = {
     ENDED: result(),
     CONTACT: m.Contact(time=0.002, bodies=["racket", "ball"], impulse=0.42, ball_velocity=[6.0, 0.0, 1.5]),
     SCENE: m.Scene(time=0.003, joints={"finger": [0.02]}),
-    STRIKES: m.Strike(
-        ball=3,
-        phase="landed",
-        time=0.003,
-        prediction=m.BallPrediction(
-            time=0.5,
-            position=(0.25, -0.75, 1.1),
-            velocity=(-5.5, 0.0, 0.5),
-            spread=(0.06, 0.03, 0.06),
-            path=[(4.0, 0.25, 1.0), (0.25, -0.75, 1.1)],
-        ),
-        racket=m.RacketAim(
-            time=0.5,
-            position=(0.25, -0.75, 1.1),
-            normal=(1.0, 0.0, 0.0),
-            velocity=(2.5, 0.0, 0.25),
-            outgoing=(4.5, 0.5, 2.0),
-            landing=(3.0, 0.5, 0.0),
-            error=0.125,
-        ),
-        goal_id="ball-3",
-        revisions=2,
-        hit=m.BallHit(time=0.5, position=(0.25, -0.75, 1.1), velocity=(4.5, 0.5, 2.0)),
-        landing=m.Landing(time=0.003, position=(3.1, 0.5, 0.0), distance=0.125),
-    ),
+    STRIKES: replace(PLANNED, phase="landed", time=0.003, hit=LANDED.hit, landing=LANDED.landing),
     BALL: m.BallState(time=0.003, position=[0.4, -0.7, 0.9], velocity=[0.0, 0.0, 0.0]),
     DISTURBANCE: push(0.003, acceleration=[100.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
 }
