@@ -38,7 +38,7 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
         raise _invalid("follow_through", "follow_through is for tail 'stop'; an arm that coasts has no end of it")
     _check_tolerance(goal)
     _check_method(goal)
-    __check_pose(goal)
+    _check_tool(goal)
     _check_alternatives(goal, config.joint_count)
 
 
@@ -104,7 +104,7 @@ def _check_method(goal: m.Goal) -> None:
         raise _invalid(field, f"{field} is for method 'qp', and this goal asks for {goal.method!r}; leave one out")
 
 
-def __check_pose(goal: m.Goal) -> None:
+def _check_tool(goal: m.Goal) -> None:
     """Refuse what says a second time, or contradicts, where the tool is."""
     if goal.tool is not None:
         _check_pose(goal.tool, "tool")

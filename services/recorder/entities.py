@@ -46,6 +46,32 @@ class Entity:
         return path
 
 
+SECTIONS: dict[str, list[Entity]] = {}
+"""The table, in the order of the page."""
+
+
+class Section:
+    """A section of the table; each entity that it makes is added to it."""
+
+    def __init__(self, title: str) -> None:
+        self._entities: list[Entity] = []
+        SECTIONS[title] = self._entities
+
+    def __call__(
+        self,
+        path: str,
+        archetype: str,
+        source: tuple[Publication, ...],
+        shows: str,
+        unit: str = "",
+        needs: Event = "",
+        static: bool = False,
+    ) -> Entity:
+        """Return a new entity of this section."""
+        self._entities.append(Entity(path, archetype, source, shows, unit, needs, static))
+        return self._entities[-1]
+
+
 STATE, COMMAND, STATUS = (topics.STATE,), (topics.COMMAND,), (topics.STATUS,)
 PLAN, ENDED, REFUSED = (topics.PLAN,), (topics.ENDED,), (topics.REFUSED,)
 BALL, CONTACT, DISTURBANCE, SCENE = (topics.BALL,), (topics.CONTACT,), (topics.DISTURBANCE,), (topics.SCENE,)
@@ -56,23 +82,23 @@ OWN: tuple[Publication, ...] = ()
 SCALARS, LANE, EVENT, VALUES = "Scalars", "StateChange", "TextLog", "AnyValues"
 POSE, LINES, POINTS, ARROWS, SHAPES = "Transform3D", "LineStrips3D", "Points3D", "Arrows3D", "Boxes3D, Mesh3D, …"
 
-# --- joints -----------------------------------------------------------------------------------------------
+section = Section("Joints")
 
-MEASURED_POSITION = Entity("/joints/JOINT/position/measured", SCALARS, STATE, "measured position", "rad")
-MEASURED_VELOCITY = Entity("/joints/JOINT/velocity/measured", SCALARS, STATE, "measured velocity", "rad/s")
-REFERENCE_POSITION = Entity("/joints/JOINT/position/reference", SCALARS, COMMAND, "reference position", "rad")
-REFERENCE_VELOCITY = Entity("/joints/JOINT/velocity/reference", SCALARS, COMMAND, "reference velocity", "rad/s")
-COMMANDED = Entity("/joints/JOINT/acceleration/commanded", SCALARS, COMMAND, "commanded acceleration", "rad/s²")
-ERROR = Entity("/joints/JOINT/error", SCALARS, (*STATE, *COMMAND), "measured less reference of the same tick", "rad")
+MEASURED_POSITION = section("/joints/JOINT/position/measured", SCALARS, STATE, "measured position", "rad")
+MEASURED_VELOCITY = section("/joints/JOINT/velocity/measured", SCALARS, STATE, "measured velocity", "rad/s")
+REFERENCE_POSITION = section("/joints/JOINT/position/reference", SCALARS, COMMAND, "reference position", "rad")
+REFERENCE_VELOCITY = section("/joints/JOINT/velocity/reference", SCALARS, COMMAND, "reference velocity", "rad/s")
+COMMANDED = section("/joints/JOINT/acceleration/commanded", SCALARS, COMMAND, "commanded acceleration", "rad/s²")
+ERROR = section("/joints/JOINT/error", SCALARS, (*STATE, *COMMAND), "measured less reference of the same tick", "rad")
 PLANNED = {
-    quantity: Entity(f"/joints/JOINT/{quantity}/planned", SCALARS, PLAN, f"planned {quantity}", unit, "a plan")
+    quantity: section(f"/joints/JOINT/{quantity}/planned", SCALARS, PLAN, f"planned {quantity}", unit, "a plan")
     for quantity, unit in (("position", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s²"))
 }
-DEMONSTRATED = Entity(
+DEMONSTRATED = section(
     "/joints/JOINT/position/demonstrated", SCALARS, PLAN, "the demonstration, warped to the duration", "rad", "a plan"
 )
-TARGET = Entity("/joints/JOINT/position/target", SCALARS, PLAN, "goal and waypoints", "rad", "a plan")
-CORRECTED = Entity(
+TARGET = section("/joints/JOINT/position/target", SCALARS, PLAN, "goal and waypoints", "rad", "a plan")
+CORRECTED = section(
     "/joints/JOINT/position/corrected",
     SCALARS,
     PLAN,
@@ -81,30 +107,30 @@ CORRECTED = Entity(
     "a correction",
 )
 LIMITS = {
-    quantity: Entity(
+    quantity: section(
         f"/joints/JOINT/{quantity}/limits", SCALARS, PLAN, "[lowest, highest] in force: the plan's or the robot's", unit
     )
     for quantity, unit in (("position", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s²"))
 }
 PUSHES = {
-    kind: Entity(
+    kind: section(
         f"/joints/JOINT/disturbance/{kind}", SCALARS, DISTURBANCE, "sum of the active pushes", unit, "a disturbance"
     )
     for kind, unit in (("acceleration", "rad/s²"), ("torque", "N·m"))
 }
 
-# --- the arm ----------------------------------------------------------------------------------------------
+section = Section("Arm")
 
-TORQUES = Entity("/arm/torques", SCALARS, STATE, "torque of each joint", "N·m")
-SATURATED = Entity("/arm/saturated", SCALARS, STATE, "whether each joint's torque is at its limit, 0 or 1")
-APPLIED_TICK = Entity("/arm/applied_tick", SCALARS, STATE, "tick of the command that was applied, as in the message")
-TRUE_POSITION = Entity("/arm/true_position", SCALARS, STATE, "positions without sensor noise", "rad", "known truth")
-TRUE_VELOCITY = Entity("/arm/true_velocity", SCALARS, STATE, "velocities without sensor noise", "rad/s", "known truth")
+TORQUES = section("/arm/torques", SCALARS, STATE, "torque of each joint", "N·m")
+SATURATED = section("/arm/saturated", SCALARS, STATE, "whether each joint's torque is at its limit, 0 or 1")
+APPLIED_TICK = section("/arm/applied_tick", SCALARS, STATE, "tick of the command that was applied, as in the message")
+TRUE_POSITION = section("/arm/true_position", SCALARS, STATE, "positions without sensor noise", "rad", "known truth")
+TRUE_VELOCITY = section("/arm/true_velocity", SCALARS, STATE, "velocities without sensor noise", "rad/s", "known truth")
 
-# --- goals ------------------------------------------------------------------------------------------------
+section = Section("Runs and goals")
 
-RUNS = Entity("/runs", VALUES, (*STATE, *COMMAND), "`run`, `tick_offset`, `time_offset` (s) of each run")
-PLANS = Entity(
+RUNS = section("/runs", VALUES, (*STATE, *COMMAND), "`run`, `tick_offset`, `time_offset` (s) of each run")
+PLANS = section(
     "/plans",
     VALUES,
     PLAN,
@@ -112,7 +138,7 @@ PLANS = Entity(
     "(m) and `torque_use` (the largest of all joints), NaN where they are not known",
     needs="a plan",
 )
-GOALS = Entity(
+GOALS = section(
     "/goals",
     VALUES,
     ENDED,
@@ -120,13 +146,13 @@ GOALS = Entity(
     "none); `requested`, `planned`, `accepted`, `first_command` (Unix ns, 0: never)",
     needs="a result",
 )
-HIT_POSITION_ERROR = Entity(
+HIT_POSITION_ERROR = section(
     "/goals/position_error", SCALARS, ENDED, "error of each joint at the hit, at its time", "rad", "a hit"
 )
-HIT_VELOCITY_ERROR = Entity(
+HIT_VELOCITY_ERROR = section(
     "/goals/velocity_error", SCALARS, ENDED, "error of each joint at the hit, at its time", "rad/s", "a hit"
 )
-REFUSALS = Entity(
+REFUSALS = section(
     "/goals/refused",
     VALUES,
     REFUSED,
@@ -134,138 +160,90 @@ REFUSALS = Entity(
     needs="a refusal",
 )
 
-# --- events and lanes -------------------------------------------------------------------------------------
+section = Section("Events")
 
-RUN_EVENT = Entity("/events/run", EVENT, (*STATE, *COMMAND), "a run begins")
-GOAL_EVENT = Entity("/events/goal", EVENT, GOAL, "a goal is planned, refused or ended", needs="a goal")
-CONTACT_EVENT = Entity("/events/contact", EVENT, CONTACT, "two bodies touch, or part", needs="a contact")
-CONTROLLER_EVENT = Entity("/events/controller", EVENT, (*STATUS, *STATE), "modes, faults, late ticks, an unready arm")
-DISTURBANCE_EVENT = Entity("/events/disturbance", EVENT, DISTURBANCE, "disturbances change", needs="a disturbance")
-RECORDER_EVENT = Entity("/events/recorder", EVENT, OWN, "what is missing in the trace", needs="something missing")
-MODE_LANE = Entity("/lanes/mode", LANE, STATUS, "the controller's mode")
-GOAL_LANE = Entity("/lanes/goal", LANE, COMMAND, "the goal that the reference serves", needs="a plan")
-CONDITION_LANE = Entity("/lanes/condition", LANE, STATE, "the arm's condition, empty while it is ready")
-DISTURBANCE_LANE = Entity("/lanes/disturbance", LANE, DISTURBANCE, "kinds that are active", needs="a disturbance")
+RUN_EVENT = section("/events/run", EVENT, (*STATE, *COMMAND), "a run begins")
+GOAL_EVENT = section("/events/goal", EVENT, GOAL, "a goal is planned, refused or ended", needs="a goal")
+CONTACT_EVENT = section("/events/contact", EVENT, CONTACT, "two bodies touch, or part", needs="a contact")
+CONTROLLER_EVENT = section("/events/controller", EVENT, (*STATUS, *STATE), "modes, faults, late ticks, an unready arm")
+DISTURBANCE_EVENT = section("/events/disturbance", EVENT, DISTURBANCE, "disturbances change", needs="a disturbance")
+RECORDER_EVENT = section("/events/recorder", EVENT, OWN, "what is missing in the trace", needs="something missing")
 
-# --- timing -----------------------------------------------------------------------------------------------
+section = Section("Lanes")
 
-LATE = Entity("/timing/late_us", SCALARS, STATUS, "p50, p99 and maximum from state to command", "µs")
+MODE_LANE = section("/lanes/mode", LANE, STATUS, "the controller's mode")
+GOAL_LANE = section("/lanes/goal", LANE, COMMAND, "the goal that the reference serves", needs="a plan")
+CONDITION_LANE = section("/lanes/condition", LANE, STATE, "the arm's condition, empty while it is ready")
+DISTURBANCE_LANE = section("/lanes/disturbance", LANE, DISTURBANCE, "kinds that are active", needs="a disturbance")
+
+section = Section("Timing")
+
+LATE = section("/timing/late_us", SCALARS, STATUS, "p50, p99 and maximum from state to command", "µs")
 LOOP = {
-    "on_time_ratio": Entity("/timing/on_time_ratio", SCALARS, STATUS, "share of ticks answered in time"),
-    "missed": Entity("/timing/missed", SCALARS, STATUS, "ticks without an answer in time, in all"),
-    "count": Entity("/timing/count", SCALARS, STATUS, "ticks in all"),
-    "refused": Entity("/timing/refused", SCALARS, STATUS, "malformed messages that the controller refused, in all"),
+    "on_time_ratio": section("/timing/on_time_ratio", SCALARS, STATUS, "share of ticks answered in time"),
+    "missed": section("/timing/missed", SCALARS, STATUS, "ticks without an answer in time, in all"),
+    "count": section("/timing/count", SCALARS, STATUS, "ticks in all"),
+    "refused": section("/timing/refused", SCALARS, STATUS, "malformed messages that the controller refused, in all"),
 }
-POSITION_ERROR = Entity(
+POSITION_ERROR = section(
     "/timing/error/position", SCALARS, STATUS, "tracking error of each joint as the controller has it", "rad"
 )
-VELOCITY_ERROR = Entity(
+VELOCITY_ERROR = section(
     "/timing/error/velocity", SCALARS, STATUS, "tracking error of each joint as the controller has it", "rad/s"
 )
-STATES_MISSING = Entity("/recorder/states_missing", SCALARS, OWN, "gaps among the states, ticks in all")
-COMMANDS_MISSING = Entity("/recorder/commands_missing", SCALARS, OWN, "gaps among the commands, ticks in all")
-MALFORMED = Entity("/recorder/messages_malformed", SCALARS, OWN, "messages that could not be read, in all")
 
-# --- the world --------------------------------------------------------------------------------------------
+section = Section("Recorder")
 
-WORLD = Entity("/world", "ViewCoordinates", OWN, "right-handed axes, z up", "m", static=True)
-WORLD_SHAPE = Entity("/world/PART", SHAPES, OWN, "geometry that belongs to no body", "m", static=True)
-SHAPE = Entity("/world/BODY/PART", SHAPES, OWN, "geometry of a body, in its frame", "m", static=True)
-FIXED_BODY = Entity("/world/BODY", POSE, OWN, "pose of a body that no joint moves", "m", static=True)
-BODY = Entity(
+STATES_MISSING = section("/recorder/states_missing", SCALARS, OWN, "gaps among the states, ticks in all")
+COMMANDS_MISSING = section("/recorder/commands_missing", SCALARS, OWN, "gaps among the commands, ticks in all")
+MALFORMED = section("/recorder/messages_malformed", SCALARS, OWN, "messages that could not be read, in all")
+
+section = Section("World")
+
+WORLD = section("/world", "ViewCoordinates", OWN, "right-handed axes, z up", "m", static=True)
+WORLD_SHAPE = section("/world/PART", SHAPES, OWN, "geometry that belongs to no body", "m", static=True)
+SHAPE = section("/world/BODY/PART", SHAPES, OWN, "geometry of a body, in its frame", "m", static=True)
+FIXED_BODY = section("/world/BODY", POSE, OWN, "pose of a body that no joint moves", "m", static=True)
+BODY = section(
     "/world/BODY", POSE, (*STATE, *SCENE), "pose of each body that a joint moves; 100 Hz, without the arm 50 Hz", "m"
 )
-TRAIL = Entity("/world/trail", LINES, STATE, "the last third of a second of the tool's path", "m")
-BALL_BODY = Entity("/world/ball", POSE, BALL, "the ball", "m", "a ball")
-TEE = Entity("/world/tee", POSE, BALL, "the tee below the place where the ball first rests", "m", "a ball")
-BALL_POSITION = Entity("/ball/position", SCALARS, BALL, "x, y, z of the ball", "m", "a ball")
-BALL_VELOCITY = Entity("/ball/velocity", SCALARS, BALL, "x, y, z of the ball's velocity", "m/s", "a ball")
-CONTACTS = Entity("/contacts", SCALARS, CONTACT, "impulse of each contact", "N·s", "a contact")
-PLANNED_PATH = Entity("/world/plan/path", LINES, PLAN, "the tool's planned path", "m", "a plan")
-DEMONSTRATED_PATH = Entity("/world/plan/demonstration", LINES, PLAN, "the tool's demonstrated path", "m", "a plan")
-PLANNED_HIT = Entity("/world/plan/hit", POINTS, PLAN, "where the tool is at the hit", "m", "a plan")
-
-# --- strikes ----------------------------------------------------------------------------------------------
-
-STRIKE_EVENT = Entity("/events/strike", EVENT, STRIKES, "the striker decides or sees something", needs="a strike")
-STRIKE_LANE = Entity("/lanes/strike", LANE, STRIKES, "phase of the ball that the striker follows", needs="a strike")
-PREDICTED_PATH = Entity("/world/strike/prediction", LINES, STRIKES, "where the ball will fly", "m", "a strike")
-PREDICTED_BALL = Entity(
-    "/world/strike/expected", "Ellipsoids3D", STRIKES, "the ball at the touch, two standard deviations", "m", "a strike"
-)
-CHOSEN_HIT = Entity(
-    "/world/strike/racket", ARROWS, STRIKES, "the racket's velocity at the touch, 0.1 s of it", "m", "a strike"
-)
-PREDICTION_SPREAD = Entity(
-    "/strikes/spread", SCALARS, STRIKES, "standard deviation of x, y, z of the ball at the touch", "m", "a strike"
-)
-REVISIONS = Entity("/strikes/revisions", SCALARS, STRIKES, "corrections taken for this ball", needs="a strike")
-EXPECTED_ERROR = Entity(
-    "/strikes/expected_error", SCALARS, STRIKES, "expected distance of the landing from the target", "m", "a strike"
-)
-OUTGOING = Entity(
-    "/world/strike/outgoing", ARROWS, STRIKES, "velocity of the ball after the hit, 0.1 s of it", "m", "a returned ball"
-)
-LANDING = Entity("/world/strike/landing", POINTS, STRIKES, "where the ball came down", "m", "a returned ball")
-LANDING_DISTANCE = Entity(
-    "/strikes/distance", SCALARS, STRIKES, "of the landing from the target", "m", "a returned ball"
-)
-PUSH_ARROW = Entity(
+PUSH_ARROW = section(
     "/world/BODY/push", ARROWS, DISTURBANCE, "how the push on the body's joint moves the tool", "m", "a push"
 )
+TRAIL = section("/world/trail", LINES, STATE, "the last third of a second of the tool's path", "m")
+PLANNED_PATH = section("/world/plan/path", LINES, PLAN, "the tool's planned path", "m", "a plan")
+DEMONSTRATED_PATH = section("/world/plan/demonstration", LINES, PLAN, "the tool's demonstrated path", "m", "a plan")
+PLANNED_HIT = section("/world/plan/hit", POINTS, PLAN, "where the tool is at the hit", "m", "a plan")
+BALL_BODY = section("/world/ball", POSE, BALL, "the ball", "m", "a ball")
+TEE = section("/world/tee", POSE, BALL, "the tee below the place where the ball first rests", "m", "a ball")
+BALL_POSITION = section("/ball/position", SCALARS, BALL, "x, y, z of the ball", "m", "a ball")
+BALL_VELOCITY = section("/ball/velocity", SCALARS, BALL, "x, y, z of the ball's velocity", "m/s", "a ball")
+CONTACTS = section("/contacts", SCALARS, CONTACT, "impulse of each contact", "N·s", "a contact")
 
-SECTIONS: dict[str, tuple[Entity, ...]] = {
-    "Joints": (
-        MEASURED_POSITION,
-        MEASURED_VELOCITY,
-        REFERENCE_POSITION,
-        REFERENCE_VELOCITY,
-        COMMANDED,
-        ERROR,
-        *PLANNED.values(),
-        DEMONSTRATED,
-        TARGET,
-        CORRECTED,
-        *LIMITS.values(),
-        *PUSHES.values(),
-    ),
-    "Arm": (TORQUES, SATURATED, APPLIED_TICK, TRUE_POSITION, TRUE_VELOCITY),
-    "Runs and goals": (RUNS, PLANS, GOALS, HIT_POSITION_ERROR, HIT_VELOCITY_ERROR, REFUSALS),
-    "Events": (RUN_EVENT, GOAL_EVENT, CONTACT_EVENT, CONTROLLER_EVENT, DISTURBANCE_EVENT, RECORDER_EVENT),
-    "Lanes": (MODE_LANE, GOAL_LANE, CONDITION_LANE, DISTURBANCE_LANE),
-    "Timing": (LATE, *LOOP.values(), POSITION_ERROR, VELOCITY_ERROR),
-    "Recorder": (STATES_MISSING, COMMANDS_MISSING, MALFORMED),
-    "World": (
-        WORLD,
-        WORLD_SHAPE,
-        SHAPE,
-        FIXED_BODY,
-        BODY,
-        PUSH_ARROW,
-        TRAIL,
-        PLANNED_PATH,
-        DEMONSTRATED_PATH,
-        PLANNED_HIT,
-        BALL_BODY,
-        TEE,
-        BALL_POSITION,
-        BALL_VELOCITY,
-        CONTACTS,
-    ),
-    "Strikes": (
-        STRIKE_EVENT,
-        STRIKE_LANE,
-        PREDICTED_PATH,
-        PREDICTED_BALL,
-        PREDICTION_SPREAD,
-        CHOSEN_HIT,
-        REVISIONS,
-        EXPECTED_ERROR,
-        OUTGOING,
-        LANDING,
-        LANDING_DISTANCE,
-    ),
-}
-"""The table, in the order of the page."""
+section = Section("Strikes")
+
+STRIKE_EVENT = section("/events/strike", EVENT, STRIKES, "the striker decides or sees something", needs="a strike")
+STRIKE_LANE = section("/lanes/strike", LANE, STRIKES, "phase of the ball that the striker follows", needs="a strike")
+PREDICTED_PATH = section("/world/strike/prediction", LINES, STRIKES, "where the ball will fly", "m", "a strike")
+PREDICTED_BALL = section(
+    "/world/strike/expected", "Ellipsoids3D", STRIKES, "the ball at the touch, two standard deviations", "m", "a strike"
+)
+PREDICTION_SPREAD = section(
+    "/strikes/spread", SCALARS, STRIKES, "standard deviation of x, y, z of the ball at the touch", "m", "a strike"
+)
+CHOSEN_HIT = section(
+    "/world/strike/racket", ARROWS, STRIKES, "the racket's velocity at the touch, 0.1 s of it", "m", "a strike"
+)
+REVISIONS = section("/strikes/revisions", SCALARS, STRIKES, "corrections taken for this ball", needs="a strike")
+EXPECTED_ERROR = section(
+    "/strikes/expected_error", SCALARS, STRIKES, "expected distance of the landing from the target", "m", "a strike"
+)
+OUTGOING = section(
+    "/world/strike/outgoing", ARROWS, STRIKES, "velocity of the ball after the hit, 0.1 s of it", "m", "a returned ball"
+)
+LANDING = section("/world/strike/landing", POINTS, STRIKES, "where the ball came down", "m", "a returned ball")
+LANDING_DISTANCE = section(
+    "/strikes/distance", SCALARS, STRIKES, "of the landing from the target", "m", "a returned ball"
+)
 
 ENTITIES: tuple[Entity, ...] = tuple(entity for entities in SECTIONS.values() for entity in entities)
