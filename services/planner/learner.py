@@ -13,9 +13,9 @@ from protocol import messages as m
 from protocol.bus.bus import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
+from services.common.refusing import refusing
 from services.planner.learning import learned_message
 from services.planner.library import Library, Written
-from services.planner.worker import OWN_ERROR
 from services.planner.worker_link import Worker
 from services.planner.worker_thread import WorkerThread
 
@@ -77,17 +77,8 @@ class Learner:
                     prepare(self._library.get(entry.name))
 
     def _answer(self, request: _Request) -> None:
-        try:
+        with refusing(request.asking, "planner", self._log):
             request.asking.reply(self._learn(request))
-            return
-        except Refusal as reason:
-            refusal = reason
-        except Exception:
-            self._log.exception("learn met an error of the planner", extra={"goal_id": None})
-            refusal = Refusal("unavailable", OWN_ERROR, service="planner")
-        request.asking.refuse(refusal)
-        fields = {"goal_id": None, "code": refusal.code}
-        self._log.info("learn refused as %s: %s", refusal.code, refusal, extra=fields)
 
     def _learn(self, request: _Request) -> m.Learned:
         lesson, name = self._worker.learn(request.body), request.head.name

@@ -5,8 +5,8 @@ import logging
 import threading
 import time
 import uuid
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, cast
@@ -20,6 +20,7 @@ from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
+from services.common.refusing import refusing
 from services.common.stray_puts import StrayPuts
 from services.planner.core import Planner
 from services.planner.lead_time import LeadTime
@@ -27,7 +28,7 @@ from services.planner.learner import Head, Learner
 from services.planner.library import Library
 from services.planner.solving import Steps
 from services.planner.watch import ControllerWatch
-from services.planner.worker import OWN_ERROR, Task
+from services.planner.worker import Task
 from services.planner.worker_link import Worker
 from services.planner.worker_thread import LoopCall, WorkerThread
 
@@ -104,7 +105,7 @@ class Loop:
 
     def answer(self, asking: PendingQuery) -> None:
         """Reply to a request, or refuse it."""
-        with self._refusing(asking, None, None):
+        with self._refusing(asking):
             match request := asking.decode():
                 case m.Goal() as goal:
                     self._begin(asking, goal)
@@ -120,26 +121,16 @@ class Loop:
         self._learner.close()
         self._planning.close()
 
-    @contextmanager
-    def _refusing(self, asking: PendingQuery, goal: m.Goal | None, goal_id: str | None) -> Iterator[None]:
-        """Answer what is raised with a refusal and say why in the log, and of a goal on the bus, under the goal's id.
+    def _refusing(
+        self, asking: PendingQuery, goal: m.Goal | None = None, goal_id: str | None = None
+    ) -> AbstractContextManager[None]:
+        """Refuse a request with what the block raises; of a goal the refusal is published under its id too."""
 
-        An unexpected error is refused too: it concerns one request, and the planner goes on for the others.
-        """
-        try:
-            yield
-            return
-        except Refusal as reason:
-            refusal = reason
-        except Exception:
-            self._log.exception("%s met an error of the planner", asking.topic.key, extra={"goal_id": goal_id})
-            detail = {"service": "planner"} | ({"goal_id": goal_id} if goal_id else {})
-            refusal = Refusal("unavailable", OWN_ERROR, **detail)
-        asking.refuse(refusal)
-        fields = {"goal_id": goal_id, "code": refusal.code}
-        self._log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
-        if asking.topic is topics.GOAL:
-            self._planner.publish_refused(goal, goal_id, refusal, asking.arrival_ns)
+        def publish(refusal: Refusal) -> None:
+            if asking.topic is topics.GOAL:
+                self._planner.publish_refused(goal, goal_id, refusal, asking.arrival_ns)
+
+        return refusing(asking, "planner", self._log, goal_id, publish)
 
     def _begin(self, asking: PendingQuery, goal: m.Goal) -> None:
         """Answer a goal at once, or begin to have it planned elsewhere."""

@@ -28,13 +28,13 @@ from protocol import messages as m
 from protocol.codec import decode
 from protocol.errors import Refusal
 from protocol.topics import LEARN
+from services.common.refusing import OWN_ERROR
 from services.planner.learning import demonstration_of, learn_demonstration, spread_of
 from services.planner.refusals import refusal_of
 
 NICENESS = 10
 """Added to the planner's own where the role is to learn: plans come first."""
 
-OWN_ERROR = "the planner met an error of its own; please report what its log says"
 
 PR_SET_PDEATHSIG = 1
 
@@ -85,7 +85,9 @@ def outcome(role: "Role", body: bytes, limits: Limits, names: Sequence[str]) -> 
     except Refusal as refusal:
         return Failure(refusal.code, refusal.message, refusal.detail)
     except Exception:
-        return Failure("unavailable", OWN_ERROR, {"service": "planner"}, traceback.format_exc())
+        return Failure(
+            "unavailable", OWN_ERROR.format(service="planner"), {"service": "planner"}, traceback.format_exc()
+        )
 
 
 def learned(body: bytes, limits: Limits, names: Sequence[str]) -> Lesson:

@@ -14,6 +14,7 @@ from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from services.common.logs import ThrottledLog
+from services.common.refusing import OWN_ERROR, refusing
 from services.common.stray_puts import StrayPuts
 from services.striker.core import Striker
 
@@ -42,7 +43,7 @@ class Answered:
 
 
 class BusLink:
-    """What the striker asks and says, over the bus. Implements `core.Outside`."""
+    """What the striker asks and says, over the bus. Implements `Outside`."""
 
     def __init__(self, bus: Bus, inbox: Inbox[Any]) -> None:
         self._bus = bus
@@ -109,7 +110,7 @@ class Loop:
             self._striker.decide()
         except Exception:
             self._log.exception("the striker met an error of its own; it gives up this ball")
-            self._striker.give_up("the striker met an error of its own; its log says which")
+            self._striker.give_up(OWN_ERROR.format(service="striker"))
 
     def receive(self, item: Published | Answered | PendingQuery) -> None:
         """Hand one item on."""
@@ -145,18 +146,10 @@ class Loop:
         self._striker.answered(answered.goal_id, reply)
 
     def _serve(self, asking: PendingQuery) -> None:
-        """Reply to a request; an unexpected error is refused too, and the striker goes on."""
-        try:
+        """Reply to a request, or refuse it."""
+        with refusing(asking, "striker", self._log):
             match request := asking.decode():
                 case m.StrikeRequest():
                     asking.reply(self._striker.order(request))
                 case _:
                     asking.reply(self._striker.stop())
-            return
-        except Refusal as reason:
-            refusal = reason
-        except Exception:
-            self._log.exception("%s met an error of the striker", asking.topic.key)
-            refusal = Refusal("unavailable", "the striker met an error of its own; its log says which")
-        asking.refuse(refusal)
-        self._log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra={"code": refusal.code})

@@ -16,9 +16,10 @@ READY_S = 0.7
 """How long that takes."""
 PATH_POINTS = 24
 CLIENT = "striker"
+Method = Literal["qp", "dmp"]
 
 
-def goal_message(asked: Asked, primitive: str, follow_through: float, method: Literal["qp", "dmp"] = "qp") -> m.Goal:
+def goal_message(asked: Asked, primitive: str, follow_through: float, method: Method) -> m.Goal:
     """Return the goal of a hit, or of its correction."""
     return m.Goal(
         primitive=primitive,

@@ -14,11 +14,12 @@ from robot.striking.choice import Choice, State
 from robot.striking.chooser import Chooser, Options
 from robot.striking.contact import ContactLaw
 from robot.striking.estimator import Belief, Estimate, Estimator
-from robot.striking.flight import GRAVITY, Air, Ball, Court, Net, Surface, time_to_fall, travel
-from robot.striking.learning import Learner, LearningError, left_with, read, write
+from robot.striking.flight import Ball, Court, Net, Surface
+from robot.striking.learning import Learner, LearningError, read
 from robot.striking.reachability import Reachability
 from robot.striking.simulated_contact import SimulatedContact
 from services.striker.attempt import Attempt, Outcome
+from services.striker.judging import Judge
 from services.striker.orders import Order
 
 HORIZON_S = 2.0
@@ -27,10 +28,6 @@ FOLLOW_THROUGH_S = 0.015
 """For which the racket keeps its velocity after the middle of the contact."""
 CLEARS_M = 0.15
 """m above the net for a ball that is returned."""
-LEAST_STD = 0.02
-"""m/s; a velocity after a hit is known no better than this."""
-MISSED_M_S = 1.0
-"""A ball whose velocity changed by less than this was not hit."""
 BELIEVED = Belief(position_std=0.004, velocity_std=0.02, restitution_std=0.06, drag_std=0.2)
 OPTIONS = Options(
     time_step=0.04,
@@ -65,10 +62,9 @@ class Mind:
             missing = [name for name in ("ball", "racket", "court") if getattr(config, name) is None]
             raise CannotStrike(f"robot {config.name} cannot strike: its TOML has no [{'], ['.join(missing)}]")
         step = float(config.model.opt.timestep)
-        self._ball = Ball(config.ball.mass, config.ball.radius, config.ball.drag, config.ball.magnus, step)
-        self._court = court_of(config.court)
-        self._robot, self._learned, self._log = config.name, learned, log
-        arm = Arm(config, Racket(config.racket.radius, config.racket.thickness), self._ball)
+        ball = Ball(config.ball.mass, config.ball.radius, config.ball.drag, config.ball.magnus, step)
+        court = court_of(config.court)
+        arm = Arm(config, Racket(config.racket.radius, config.racket.thickness), ball)
         table = Reachability.of(config, learned.parent)
         try:
             known = read(learned, config.name)
@@ -79,9 +75,10 @@ class Mind:
         self._learner = known or Learner.of(calibrated)
         # What the simulated contact adds is counted from the calibrated law, so that what is learned adds to it.
         contact.law = calibrated
-        self._chooser = Chooser(arm, table, self._court, self._learner.law, OPTIONS, contact)
+        self._chooser = Chooser(arm, table, court, self._learner.law, OPTIONS, contact)
+        self._judge = Judge(ball, court, self._learner, learned, config.name, log)
         self._centre = arm.chain.pose(config.home[None])[0][0]
-        self.estimator = Estimator(self._ball, self._court, BELIEVED)
+        self.estimator = Estimator(ball, court, BELIEVED)
         self.ball_body = BALL
         self.racket_body = owner_name(config.model, config.model.geom(config.racket.geom).id)
 
@@ -109,48 +106,15 @@ class Mind:
         """Return a correction that is played, its contact simulated for the next one; there is time for that now."""
         return self._chooser.rehearsed(choice)
 
+    def can_judge(self, attempt: Attempt, now: float) -> bool:
+        """Return whether enough was seen of a ball that has left the racket, or will not be any more."""
+        return self._judge.can(attempt, now)
+
     def judge(self, attempt: Attempt) -> Outcome | None:
         """Return how the ball left the hit, and learn from it; None where it was not hit."""
-        choice = attempt.choice
-        assert choice is not None
-        hit = attempt.touch.time if attempt.touch else choice.time
-        after = hit + self._learner.law.duration
-        sights = [(time, place) for time, place in attempt.sights if time > after]
-        found = left_with(
-            [time for time, _ in sights],
-            np.array([place for _, place in sights]),
-            hit,
-            self._ball,
-            Air(self._ball.drag),
-        )
-        if found is None:
-            return Outcome(hit, choice.ball, None, None) if attempt.touch else None
-        velocity, std = found
-        if attempt.touch is None and np.linalg.norm(velocity - choice.incoming) < MISSED_M_S:
-            return None
-        if self._learner.observe(choice, self._ball.mass, velocity, max(std, LEAST_STD), choice.beside):
-            self._chooser.law = self._learner.law
-            self.keep()
-        return Outcome(hit, choice.ball, velocity, self._landing(hit, choice.ball, velocity))
-
-    def keep(self) -> None:
-        """Write what was learned."""
-        try:
-            write(self._learned, self._robot, self._learner)
-        except OSError as error:
-            self._log.warning("what was learned is not kept: %s", error)
-
-    def _landing(self, hit: float, place: np.ndarray, velocity: np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Return when and where a ball that leaves `place` (3,) comes down; None where it never does."""
-        height, air = self._court.surface.height + self._ball.radius, Air(self._ball.drag)
-        time = float(time_to_fall(place[2] - height, velocity[2], np.array(-GRAVITY), self._ball.step))
-        for _ in range(3):  # Newton's method on the height
-            if not 0 < time < 10:
-                return None
-            there, speed = travel(self._ball, air, place[None], velocity[None], np.array([time]))
-            time -= float((there[0, 2] - height) / speed[0, 2])
-        there, _ = travel(self._ball, air, place[None], velocity[None], np.array([time]))
-        return hit + time, there[0]
+        outcome = self._judge.judge(attempt)
+        self._chooser.law = self._learner.law
+        return outcome
 
 
 def court_of(config: CourtConfig) -> Court:

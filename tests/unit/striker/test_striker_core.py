@@ -71,7 +71,7 @@ def fly(striker: Striker, outside: Recorded, seconds: float, begin: float = 0.0)
     """Show a volley for some time, 100 sights a second."""
     launch = Launcher(ROBOT, 4, "volley").next()
     assert ROBOT.ball is not None
-    ball, air = striker._mind._ball, Air(ROBOT.ball.drag)
+    ball, air = striker._mind.estimator.ball, Air(ROBOT.ball.drag)
     start, speed = np.array([launch.position]), np.array([launch.velocity])
     for index in range(round(seconds * 100)):
         time = begin + 0.01 * index

@@ -1,0 +1,74 @@
+"""What came of a hit, and what it teaches."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+
+from robot.striking.flight import GRAVITY, Air, Ball, Court, time_to_fall, travel
+from robot.striking.learning import Learner, left_with, write
+from services.striker.attempt import Attempt, Outcome
+
+OUTGOING_SIGHTS = 12
+"""Sights after the hit by which the outgoing ball is known."""
+GIVE_UP_S = 0.5
+"""After a planned touch; a ball that was not seen enough by then is not judged."""
+LEAST_STD = 0.02
+"""m/s; a velocity after a hit is known no better than this."""
+MISSED_M_S = 1.0
+"""A ball whose velocity changed by less than this was not hit."""
+LONGEST_FLIGHT_S = 10.0
+
+
+class Judge:
+    """Judges hits of a ball on a court and teaches `learner`, which is written to the file `learned` for `robot`."""
+
+    def __init__(
+        self, ball: Ball, court: Court, learner: Learner, learned: Path, robot: str, log: logging.Logger
+    ) -> None:
+        self._ball = ball
+        self._floor = court.surface.height + ball.radius
+        self._learner = learner
+        self._learned, self._robot, self._log = learned, robot, log
+
+    def can(self, attempt: Attempt, now: float) -> bool:
+        """Return whether enough was seen of a ball that has left the racket, or will not be any more."""
+        assert attempt.choice is not None
+        return len(attempt.sights) >= OUTGOING_SIGHTS or now > attempt.choice.time + GIVE_UP_S
+
+    def judge(self, attempt: Attempt) -> Outcome | None:
+        """Return how the ball left the hit, and learn from it; None where it was not hit."""
+        choice = attempt.choice
+        assert choice is not None
+        hit = attempt.touch.time if attempt.touch else choice.time
+        after = hit + self._learner.law.duration
+        sights = [(time, place) for time, place in attempt.sights if time > after]
+        times, places = [time for time, _ in sights], np.array([place for _, place in sights])
+        found = left_with(times, places, hit, self._ball, Air(self._ball.drag))
+        if found is None:
+            return Outcome(hit, choice.ball, None, None) if attempt.touch else None
+        velocity, std = found
+        if attempt.touch is None and np.linalg.norm(velocity - choice.incoming) < MISSED_M_S:
+            return None
+        if self._learner.observe(choice, self._ball.mass, velocity, max(std, LEAST_STD), choice.beside):
+            self.keep()
+        return Outcome(hit, choice.ball, velocity, self._landing(hit, choice.ball, velocity))
+
+    def keep(self) -> None:
+        """Write what was learned."""
+        try:
+            write(self._learned, self._robot, self._learner)
+        except OSError as error:
+            self._log.warning("what was learned is not kept: %s", error)
+
+    def _landing(self, hit: float, place: np.ndarray, velocity: np.ndarray) -> tuple[float, np.ndarray] | None:
+        """Return when and where a ball that leaves `place` (3,) comes down; None where it never does."""
+        air = Air(self._ball.drag)
+        time = float(time_to_fall(place[2] - self._floor, velocity[2], np.array(-GRAVITY), self._ball.step))
+        for _ in range(3):  # Newton's method on the height
+            if not 0 < time < LONGEST_FLIGHT_S:
+                return None
+            there, speed = travel(self._ball, air, place[None], velocity[None], np.array([time]))
+            time -= float((there[0, 2] - self._floor) / speed[0, 2])
+        there, _ = travel(self._ball, air, place[None], velocity[None], np.array([time]))
+        return hit + time, there[0]

@@ -1,0 +1,119 @@
+"""The hit of a ball: chosen, asked for, corrected."""
+
+from collections.abc import Callable, Iterator
+
+from protocol import messages as m
+from protocol.errors import NoAnswer, Refusal
+from robot.striking.choice import Choice, NoHit
+from robot.striking.estimator import Estimate
+from services.striker.attempt import Asked, Attempt
+from services.striker.clock import Clock
+from services.striker.messages import Method, goal_message
+from services.striker.mind import Mind
+from services.striker.orders import Order
+from services.striker.repertoire import Repertoire
+from services.striker.voice import Voice
+
+CHOICE_PERIOD_S = 0.05
+"""Between choices for a ball for which no hit was found."""
+LEAD_S = 0.05
+"""From now until a first motion begins, for the estimate of what the arm can do: choosing and planning. …"""
+CORRECTION_LEAD_S = 0.015
+"""… The same of a correction. Nothing waits for it: the planner chooses when a motion begins."""
+HOPELESS = ("fault", "busy", "not_holder", "unavailable")
+"""Refusals that meet every goal now."""
+REPLACED = ("superseded", "unknown_goal")
+"""Refusals of a correction whose motion is not played any more."""
+
+
+class Swing:
+    """Finds the hit of an attempt and has it played with `ask`; what comes of that goes to `answered`."""
+
+    def __init__(
+        self,
+        mind: Mind,
+        clock: Clock,
+        repertoire: Repertoire,
+        voice: Voice,
+        ask: Callable[[m.Goal], object],
+        names: Iterator[str],
+        method: Method,
+    ) -> None:
+        self._mind = mind
+        self._clock = clock
+        self._repertoire = repertoire
+        self._voice = voice
+        self._send = ask
+        self._names = names
+        self._method: Method = method
+
+    def choose(self, attempt: Attempt, order: Order, ball: Estimate) -> None:
+        """Choose a first hit of a ball and ask for it, if anything was seen since the last choice."""
+        now = self._clock.now
+        if attempt.asked is not None or ball.time <= attempt.decided or now < attempt.again:
+            return
+        begin = self._clock.start(LEAD_S)
+        if begin is None:
+            return
+        attempt.decided, attempt.again = ball.time, now + CHOICE_PERIOD_S
+        try:
+            choices = self._mind.choose(begin, order)
+        except NoHit as reason:
+            self._voice.say(attempt, "refused", now, str(reason))
+            return
+        attempt.further = iter(choices)
+        self._ask_next(attempt, order.primitives)
+
+    def correct(self, attempt: Attempt, order: Order, ball: Estimate) -> None:
+        """Correct the hit by the newest sight, at most once a period and until shortly before the touch."""
+        choice, now = attempt.choice, self._clock.now
+        assert choice is not None
+        if attempt.asked is not None or now > choice.time - order.until:
+            return
+        if ball.time < attempt.decided + max(order.period, 1e-3) - 1e-6:
+            return
+        begin = self._clock.start(CORRECTION_LEAD_S)
+        if begin is None:
+            return
+        attempt.decided = ball.time
+        try:
+            better = self._mind.correct(begin, order, choice)
+        except NoHit as reason:
+            self._voice.say(attempt, "refused", now, str(reason))
+            return
+        self._ask(attempt, better, attempt.goal_id)
+
+    def answered(self, attempt: Attempt, primitives: tuple[str, ...], reply: m.GoalReply | Refusal | NoAnswer) -> None:
+        """Take in what came of the goal that was asked for."""
+        asked, attempt.asked = attempt.asked, None
+        assert asked is not None
+        if isinstance(reply, m.GoalReply):
+            self._play(attempt, asked, reply)
+            return
+        now = self._clock.now
+        self._voice.say(attempt, "refused", now, str(reply))
+        code = reply.code if isinstance(reply, Refusal) else "unavailable"
+        if asked.revises is None:
+            if code not in HOPELESS:
+                self._ask_next(attempt, primitives)
+        elif code in REPLACED:
+            self._voice.miss(attempt, now, f"the swing was replaced: {reply}")
+
+    def _play(self, attempt: Attempt, asked: Asked, reply: m.GoalReply) -> None:
+        """A hit was accepted, or a correction of it."""
+        attempt.goal_id, attempt.choice, attempt.stage = reply.goal_id, asked.choice, "swinging"
+        attempt.rest_time = reply.start_time + reply.total_duration
+        attempt.reason = ""
+        attempt.revisions += asked.revises is not None
+        self._voice.say(attempt, "planned" if asked.revises is None else "revised", self._clock.now)
+
+    def _ask_next(self, attempt: Attempt, primitives: tuple[str, ...]) -> None:
+        """Ask for the next of the hits that were found."""
+        choice = next(attempt.further, None)
+        if choice is not None:
+            attempt.primitive = self._repertoire.nearest(choice.goal_time - self._clock.now, primitives)
+            self._ask(attempt, choice, None)
+
+    def _ask(self, attempt: Attempt, choice: Choice, revises: str | None) -> None:
+        attempt.asked = Asked(next(self._names), choice, revises)
+        self._send(goal_message(attempt.asked, attempt.primitive, self._mind.follow_through, self._method))

@@ -1,0 +1,46 @@
+"""What the striker publishes and logs of each ball."""
+
+import contextlib
+import logging
+from collections.abc import Callable
+
+from protocol import messages as m
+from robot.striking.estimator import Estimator, NoBall
+from services.striker.attempt import Attempt, Outcome
+from services.striker.messages import strike_message
+
+SHOWN_S = 1.0
+"""How far ahead a ball is shown for which there is no hit yet."""
+PREDICTED = ("seen", "planned", "revised", "refused")
+"""Phases in which the ball is still to come."""
+
+
+class Voice:
+    """Publishes decisions with `publish`, each with the ball's prediction, and logs all but corrections."""
+
+    def __init__(self, publish: Callable[[m.Strike], object], estimator: Estimator, log: logging.Logger) -> None:
+        self._publish = publish
+        self._estimator = estimator
+        self._log = log
+
+    def say(
+        self, attempt: Attempt, phase: m.StrikePhase, now: float, reason: str = "", outcome: Outcome | None = None
+    ) -> None:
+        """Publish a decision at `now` (s); the same reason is not repeated."""
+        if phase == "refused" and reason == attempt.reason:
+            return
+        attempt.reason = reason
+        level = logging.WARNING if phase in ("refused", "missed") else logging.INFO
+        if phase != "revised":
+            self._log.log(level, "ball %d %s%s", attempt.ball, phase, f": {reason}" if reason else "")
+        path = None
+        if phase in PREDICTED:
+            until = attempt.choice.time if attempt.choice else now + SHOWN_S
+            with contextlib.suppress(NoBall):
+                path = self._estimator.path(until)
+        self._publish(strike_message(attempt, phase, now, path, reason, outcome))
+
+    def miss(self, attempt: Attempt, now: float, reason: str) -> None:
+        """End an attempt without a hit, and publish why."""
+        self.say(attempt, "missed", now, reason)
+        attempt.stage, attempt.asked = "over", None
