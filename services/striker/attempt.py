@@ -50,6 +50,7 @@ class Attempt:
         revisions: Corrections that were taken.
         again: When a hit is looked for once more, where none was found.
         decided: Time of the newest sight that was decided on.
+        began: When that decision began, robot time.
         sights: Times and positions of the ball after the planned touch.
         touch: Contact of ball and racket, where the robot side says so.
         reason: The last sentence that was published.
@@ -66,6 +67,7 @@ class Attempt:
     revisions: int = 0
     again: float = -np.inf
     decided: float = -np.inf
+    began: float = 0.0
     sights: list[tuple[float, np.ndarray]] = field(default_factory=list)
     touch: m.Contact | None = None
     reason: str = ""

@@ -11,15 +11,16 @@ from services.striker.clock import Clock
 from services.striker.messages import Method, goal_message
 from services.striker.mind import Mind
 from services.striker.orders import Order
+from services.striker.recent_lead import RecentLead
 from services.striker.repertoire import Repertoire
 from services.striker.voice import Voice
 
 CHOICE_PERIOD_S = 0.05
 """Between choices for a ball for which no hit was found."""
-LEAD_S = 0.05
-"""From now until a first motion begins, for the estimate of what the arm can do: choosing and planning. …"""
-CORRECTION_LEAD_S = 0.015
-"""… The same of a correction. Nothing waits for it: the planner chooses when a motion begins."""
+LEAD_S, CORRECTION_LEAD_S = 0.08, 0.02
+"""From a decision until its motion begins, before anything was measured: of a first one, and of a correction."""
+SOONEST_S = 0.1
+"""A hit sooner than this is not asked for: choosing took too long."""
 HOPELESS = ("fault", "busy", "not_holder", "unavailable")
 """Refusals that meet every goal now."""
 REPLACED = ("superseded", "unknown_goal")
@@ -46,16 +47,17 @@ class Swing:
         self._send = ask
         self._names = names
         self._method: Method = method
+        self._lead = RecentLead(LEAD_S), RecentLead(CORRECTION_LEAD_S)
 
     def choose(self, attempt: Attempt, order: Order, ball: Estimate) -> None:
         """Choose a first hit of a ball and ask for it, if anything was seen since the last choice."""
         now = self._clock.now
         if attempt.asked is not None or ball.time <= attempt.decided or now < attempt.again:
             return
-        begin = self._clock.start(LEAD_S)
+        begin = self._clock.start(self._lead[0].seconds())
         if begin is None:
             return
-        attempt.decided, attempt.again = ball.time, now + CHOICE_PERIOD_S
+        attempt.decided, attempt.again, attempt.began = ball.time, now + CHOICE_PERIOD_S, now
         try:
             choices = self._mind.choose(begin, order)
         except NoHit as reason:
@@ -72,10 +74,10 @@ class Swing:
             return
         if ball.time < attempt.decided + max(order.period, 1e-3) - 1e-6:
             return
-        begin = self._clock.start(CORRECTION_LEAD_S)
+        begin = self._clock.start(self._lead[1].seconds())
         if begin is None:
             return
-        attempt.decided = ball.time
+        attempt.decided, attempt.began = ball.time, now
         try:
             better = self._mind.correct(begin, order, choice)
         except NoHit as reason:
@@ -105,11 +107,12 @@ class Swing:
         attempt.rest_time = reply.start_time + reply.total_duration
         attempt.reason = ""
         attempt.revisions += asked.revises is not None
+        self._lead[asked.revises is not None].note(reply.start_time - attempt.began)
         self._voice.say(attempt, "planned" if asked.revises is None else "revised", self._clock.now)
 
     def _ask_next(self, attempt: Attempt, primitives: tuple[str, ...]) -> None:
-        """Ask for the next of the hits that were found."""
-        choice = next(attempt.further, None)
+        """Ask for the next of the hits that were found and can still be met; without one, `choose` finds others."""
+        choice = next((c for c in attempt.further if c.goal_time > self._clock.now + SOONEST_S), None)
         if choice is not None:
             attempt.primitive = self._repertoire.nearest(choice.goal_time - self._clock.now, primitives)
             self._ask(attempt, choice, None)

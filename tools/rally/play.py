@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import Any
 
-import numpy as np
-
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
@@ -18,6 +16,7 @@ from robot.court import CourtConfig
 from robot.description import RobotConfig
 from robot.striking.launcher import Launch, Launcher
 from robot.striking.scoring import Score, score
+from tools.rally.latency import Latency, latencies
 
 AFTER_ARRIVAL_S = 2.0
 """A ball that has not landed so long (robot time) after its arrival is not waited for."""
@@ -31,15 +30,12 @@ TOPICS = (topics.BALL, topics.CONTACT, topics.STRIKES, topics.ENDED)
 
 @dataclass(slots=True, eq=False)
 class Stroke:
-    """One ball: how it was thrown, what the striker said of it, how its motions ended, its score.
-
-    latencies: s of wall time, from a sight's message to the first command of the motion that it changed.
-    """
+    """One ball: how it was thrown, what the striker said of it, how its motions ended, its score."""
 
     launch: Launch
     said: list[m.Strike] = field(default_factory=list)
     results: list[m.Result] = field(default_factory=list)
-    latencies: list[float] = field(default_factory=list)
+    latencies: list[Latency] = field(default_factory=list)
     score: Score = field(default_factory=Score)
 
     @property
@@ -105,7 +101,7 @@ class Player:
                 case _:
                     stroke.results.append(message)
         stroke.score = score(contacts, sights, self._court, self._bodies, self._target)
-        stroke.latencies = _latencies(stroke, seen)
+        stroke.latencies = latencies(stroke.said, stroke.results, seen)
         return stroke
 
     def _take(self) -> tuple[Any, int]:
@@ -128,19 +124,3 @@ class Player:
             time.sleep(0.05)
             with contextlib.suppress(Refusal, NoAnswer):
                 calm = calm + 1 if self._bus.ask(topics.STATUS_QUERY, m.Empty()).mode == "holding" else 0
-
-
-def _latencies(stroke: Stroke, seen: dict[float, int]) -> list[float]:
-    """Return the wall time (s) from each sight that changed the motion to the first command that shows it."""
-    sights = {s.goal_id: s.sight for s in stroke.said if s.phase in ("planned", "revised") and s.sight is not None}
-    found = []
-    for result in stroke.results:
-        began = seen.get(sights.get(result.goal_id) or -1.0)
-        if began is not None and result.stamps.first_command is not None:
-            found.append((result.stamps.first_command - began) / 1e9)
-    return found
-
-
-def percentile(values: list[float], share: float) -> float | None:
-    """Return a percentile, None of nothing."""
-    return float(np.percentile(values, 100 * share)) if values else None

@@ -7,16 +7,20 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from tools.rally.play import Stroke, percentile
+from tools.rally.latency import LEGS, percentiles
+from tools.rally.play import Stroke
 
 MISSED = "-"
 
 
 def summary(strokes: Sequence[Stroke]) -> dict[str, object]:
-    """Return the figures of a rally: counts, the median distance (m) of all that landed, latencies in ms."""
+    """Return the figures of a rally: counts, the median distance (m) of all that landed, latencies in ms.
+
+    Latencies are those of corrections and, apart from them, of the first motion for each ball.
+    """
     distances = [s.score.distance for s in strokes if s.score.returned and s.score.distance is not None]
-    latencies = [1e3 * value for stroke in strokes for value in stroke.latencies]
-    rounded = {name: percentile(latencies, share) for name, share in (("p50", 0.5), ("p99", 0.99))}
+    found = [latency for stroke in strokes for latency in stroke.latencies]
+    corrections = [latency for latency in found if not latency.is_first]
     return {
         "balls": len(strokes),
         "hit": sum(stroke.score.hit for stroke in strokes),
@@ -26,7 +30,9 @@ def summary(strokes: Sequence[Stroke]) -> dict[str, object]:
         "median_error_m": round(float(np.median(distances)), 4) if distances else None,
         "corrections": sum(stroke.corrections for stroke in strokes),
         "violations": sum(len(stroke.faults()) for stroke in strokes),
-        "sight_to_command_ms": {k: None if v is None else round(v, 1) for k, v in rounded.items()},
+        "sight_to_command_ms": percentiles([latency.total for latency in corrections]),
+        "first_sight_to_command_ms": percentiles([latency.total for latency in found if latency.is_first]),
+        "legs_ms": {leg: percentiles([x.legs[k] for x in corrections])["p50"] for k, leg in enumerate(LEGS)},
     }
 
 
@@ -42,7 +48,7 @@ def table(strokes: Sequence[Stroke]) -> Table:
         shown.add_column(heading, justify="right", no_wrap=True)
     shown.add_column("", overflow="fold")
     for number, stroke in enumerate(strokes, 1):
-        latency = percentile(stroke.latencies, 0.5)
+        latency = percentiles([x.total for x in stroke.latencies if not x.is_first])["p50"]
         score = stroke.score
         shown.add_row(
             str(number),
@@ -51,7 +57,7 @@ def table(strokes: Sequence[Stroke]) -> Table:
             _place(score.landed_at[:2]) if score.landed_at else MISSED,
             f"{100 * score.distance:.0f}" if score.distance is not None else MISSED,
             str(stroke.corrections),
-            f"{1e3 * latency:.0f}" if latency is not None else MISSED,
+            f"{latency:.0f}" if latency is not None else MISSED,
             "[green]in[/green]" if score.returned else "[red]net[/red]" if score.net else "[red]out[/red]",
             "" if score.returned else stroke.reason(),
         )
