@@ -6,6 +6,7 @@ STEPPED_LEAD_TICKS = 20
 UNKNOWN_PLANNING_S = 0.025
 UNKNOWN_GAUSSIAN_S = 0.3
 UNKNOWN_TOOL_S = 0.06
+UNKNOWN_CORRECTION_S = 0.015
 
 
 class LeadTime:
@@ -13,7 +14,8 @@ class LeadTime:
 
     The two bus hops (about 2 ms) are included though they need no lead, so few of the remaining tenth are late. A late
     plan moves nothing and is planned again with the lead of the slowest, at least twice its own time. Before anything
-    was measured, and for the first ten plans, 25 ms (300 ms for "gaussian", 60 ms for "tool") count as one that was.
+    was measured, and for the first ten plans, 25 ms (300 ms for "gaussian", 60 ms for "tool", 15 ms for "correction")
+    count as one that was.
     `fixed` (s) overrides. In stepped time nothing is late, and the lead is 20 ticks.
     """
 
@@ -25,6 +27,7 @@ class LeadTime:
         self._took: defaultdict[str, deque[float]] = defaultdict(lambda: deque([UNKNOWN_PLANNING_S], maxlen=50))
         self._took["gaussian"] = deque([UNKNOWN_GAUSSIAN_S], maxlen=50)
         self._took["tool"] = deque([UNKNOWN_TOOL_S], maxlen=50)
+        self._took["correction"] = deque([UNKNOWN_CORRECTION_S], maxlen=50)
 
     def seconds(self, again: bool = False, kind: str = "qp") -> float:
         """Return the lead of the next plan; `again` after one that came late."""

@@ -33,7 +33,9 @@ SLOWER = 1.05, 1.1, 1.2, 1.35, 1.6, 2.0, 3.0, 5.0
 
 
 def effort_of(goal: m.Goal) -> str:
-    """Return what goals must have in common to take about as long to plan: `tool`, or the method."""
+    """Return what goals must have in common to take about as long to plan: `tool`, `correction`, or the method."""
+    if goal.method == "qp" and goal.revises is not None:
+        return "correction"
     return "tool" if is_in_tool_space(goal) and goal.revises is None else goal.method
 
 

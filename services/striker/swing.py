@@ -17,7 +17,7 @@ from services.striker.voice import Voice
 
 CHOICE_PERIOD_S = 0.05
 """Between choices for a ball for which no hit was found."""
-LEAD_S, CORRECTION_LEAD_S = 0.08, 0.02
+LEAD_S, CORRECTION_LEAD_S = 0.05, 0.015
 """From a decision until its motion begins, before anything was measured: of a first one, and of a correction."""
 SOONEST_S = 0.1
 """A hit sooner than this is not asked for: choosing took too long."""
@@ -109,6 +109,8 @@ class Swing:
         attempt.revisions += asked.revises is not None
         self._lead[asked.revises is not None].note(reply.start_time - attempt.began)
         self._voice.say(attempt, "planned" if asked.revises is None else "revised", self._clock.now)
+        if asked.revises is not None:
+            attempt.choice = self._mind.rehearsed(asked.choice)
 
     def _ask_next(self, attempt: Attempt, primitives: tuple[str, ...]) -> None:
         """Ask for the next of the hits that were found and can still be met; without one, `choose` finds others."""
