@@ -11,10 +11,9 @@ from motion.errors import MotionError
 from motion.limits import Limits
 from motion.plan import plan
 from motion.primitive import Primitive
-from motion.program.ending import ending
+from motion.quintic_plan import plan_quintic
 from motion.request import Boundary, MotionRequest
 from motion.sampled import check_limits
-from motion.trajectory import COEFFICIENTS, Trajectory
 from robot.striking.choice import Choice, State
 
 Method = Literal["qp", "dmp", "quintic"]
@@ -32,7 +31,7 @@ def make_motion(
     goal = Boundary(choice.positions, choice.velocities, np.full(len(choice.positions), np.nan))
     try:
         if method == "quintic":
-            trajectory = _quintic(start, goal, duration, limits)
+            trajectory = plan_quintic(MotionRequest(start, goal, duration, limits, follow_through=AFTER_S))
         elif method == "dmp":
             made = plan_dmp(primitive, MotionRequest(start, goal, duration, limits), TICK_S)
             check_limits(made)
@@ -46,26 +45,3 @@ def make_motion(
     if method != "qp" and violations(limits, [motion], choice.goal_time + 0.2):
         return None
     return motion
-
-
-def _quintic(start: Boundary, goal: Boundary, duration: float, limits: Limits) -> Trajectory:
-    """Return the polynomial of degree 5 between two states, then a stop."""
-    t = duration
-    rows = np.array([[1, 1, 1], [3, 4, 5], [6, 12, 20]], dtype=float)
-    low = np.stack([start.positions, t * start.velocities, t * t * start.accelerations / 2])
-    value = np.stack(
-        [
-            goal.positions - low.sum(axis=0),
-            t * goal.velocities - low[1] - 2 * low[2],
-            -2 * low[2],
-        ]
-    )
-    found = np.concatenate([low, np.linalg.solve(rows, value)]) / t ** np.arange(COEFFICIENTS)[:, None]
-    moving = Trajectory(np.array([0.0, t]), found.T[None])
-    nothing = np.zeros(len(goal.positions))
-    request = MotionRequest(start, goal, t, limits, follow_through=AFTER_S)
-    end = ending(request, Boundary(goal.positions, goal.velocities, nothing))
-    stuck = end.stuck()
-    if stuck.size:
-        raise MotionError("the stop leaves the limits")
-    return moving.then(end.trajectory())

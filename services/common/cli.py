@@ -177,11 +177,12 @@ class StrikerFlags:
     Attributes:
         learned: File of what the striker has learned about racket and ball, kept from one start to the next; by default
             ~/.local/share/volley/striker/ROBOT.json.
-        method: How swings are planned; dmp is the movement primitive that Volley is compared with.
+        method: How swings are planned; dmp is the movement primitive that Volley is compared with, quintic one
+            polynomial without a demonstration, which the striker has executed without the planner.
     """
 
     learned: Path | None = None
-    method: Literal["qp", "dmp"] = "qp"
+    method: Literal["qp", "dmp", "quintic"] = "qp"
 
 
 @dataclass(frozen=True, slots=True)

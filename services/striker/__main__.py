@@ -22,6 +22,7 @@ from services.common.single_instance import SingleInstance
 from services.striker.core import Striker
 from services.striker.loop import LENGTH, BusLink, Loop
 from services.striker.mind import CannotStrike, Mind
+from services.striker.quintic import QuinticLink
 
 LEARNED = Path.home() / ".local" / "share" / "volley" / "striker"
 
@@ -52,7 +53,9 @@ def main() -> None:
         realtime.become_polite()
         inbox: Inbox[Any] = Inbox(LENGTH)
         library = ask_library(bus, config, stopping)
-        striker = Striker(config, mind, BusLink(bus, inbox), library, log, flags.own.method)
+        quintic = flags.own.method == "quintic"
+        link = QuinticLink(bus, inbox, config) if quintic else BusLink(bus, inbox)
+        striker = Striker(config, mind, link, library, log, "dmp" if flags.own.method == "dmp" else "qp")
         realtime.freeze_garbage()
         Loop(bus, inbox, striker, log).serve(stopping)
 

@@ -6,7 +6,6 @@ import uuid
 from collections.abc import Sequence
 
 from protocol import messages as m
-from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
 from services.striker.attempt import Attempt
 from services.striker.clock import Clock
@@ -15,7 +14,7 @@ from services.striker.homing import Homing
 from services.striker.messages import Method
 from services.striker.mind import Mind
 from services.striker.orders import Order, order_of
-from services.striker.outside import Outside
+from services.striker.outside import Outside, Reply
 from services.striker.repertoire import Repertoire
 from services.striker.swing import Swing
 from services.striker.voice import Voice
@@ -110,7 +109,7 @@ class Striker:
         """Take in the controller's status: whether it is in fault."""
         self._fault = status.fault
 
-    def answered(self, goal_id: str, reply: m.GoalReply | Refusal | NoAnswer) -> None:
+    def answered(self, goal_id: str, reply: Reply) -> None:
         """Take in what came of a goal; of a ball that is forgotten nothing more is done, its motion ends at rest."""
         attempt = self._attempt
         if self._homing.answered(goal_id, reply) or attempt is None:

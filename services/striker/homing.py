@@ -5,9 +5,9 @@ import math
 from collections.abc import Callable, Iterator
 
 from protocol import messages as m
-from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
 from services.striker.messages import READY_S, ready_goal
+from services.striker.outside import Reply, Taken
 from services.striker.repertoire import Repertoire
 
 RETRY_S = 1.0
@@ -39,12 +39,12 @@ class Homing:
         primitive = self._repertoire.home or self._repertoire.nearest(READY_S, primitives)
         self._send(ready_goal(self._goal_id, self._config, primitive))
 
-    def answered(self, goal_id: str, reply: m.GoalReply | Refusal | NoAnswer) -> bool:
+    def answered(self, goal_id: str, reply: Reply) -> bool:
         """Take in the answer to a goal; return whether it was a way home."""
         if goal_id != self._goal_id:
             return False
         self._goal_id = None
-        if isinstance(reply, m.GoalReply):
+        if isinstance(reply, Taken):
             self.away, self._next = False, -math.inf
         else:
             self._log.warning("cannot go to the ready pose: %s; tries again in %.0f s", reply, RETRY_S)

@@ -2,7 +2,9 @@
 
 import logging
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -17,6 +19,7 @@ from services.common.logs import ThrottledLog
 from services.common.refusing import OWN_ERROR, refusing
 from services.common.stray_puts import StrayPuts
 from services.striker.core import Striker
+from services.striker.outside import Reply, Taken
 
 GOAL_TIMEOUT_S = 1.0
 """A planner that is silent for longer is taken for dead; the arm then ends the motion that it has."""
@@ -36,10 +39,10 @@ class Published:
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """The planner's reply to a goal, None where there was none."""
+    """A goal was answered; `read` returns the motion that is played, or raises Refusal or NoAnswer."""
 
     goal_id: str
-    reply: zenoh.Reply | None
+    read: Callable[[], Taken]
 
 
 class BusLink:
@@ -59,9 +62,13 @@ class BusLink:
         def receive(reply: zenoh.Reply | None) -> None:
             if reply is not None or not answered:
                 answered.append(True)
-                self._inbox.offer(Answered(name, reply))
+                self._inbox.offer(Answered(name, partial(self._read, reply)))
 
         self._bus.send_to(topics.GOAL, goal, receive, GOAL_TIMEOUT_S)
+
+    def _read(self, reply: zenoh.Reply | None) -> Taken:
+        answer = self._bus.read(topics.GOAL, reply)
+        return Taken(answer.goal_id, answer.start_time, answer.start_time + answer.total_duration)
 
     def command(self) -> m.Command | None:
         """Return the newest command, None where none came since the last call."""
@@ -140,7 +147,7 @@ class Loop:
 
     def _answer(self, answered: Answered) -> None:
         try:
-            reply: m.GoalReply | Refusal | NoAnswer = self._bus.read(topics.GOAL, answered.reply)
+            reply: Reply = answered.read()
         except (Refusal, NoAnswer) as error:
             reply = error
         self._striker.answered(answered.goal_id, reply)

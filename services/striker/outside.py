@@ -1,8 +1,23 @@
 """What the striker needs from the world around it."""
 
+from dataclasses import dataclass
 from typing import Protocol
 
 from protocol import messages as m
+from protocol.errors import NoAnswer, Refusal
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """A goal that is played: from when, and until when, in robot time (s)."""
+
+    goal_id: str
+    start_time: float
+    rest_time: float
+
+
+Reply = Taken | Refusal | NoAnswer
+"""What comes of a goal."""
 
 
 class Outside(Protocol):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 
 from protocol import messages as m
-from protocol.errors import NoAnswer, Refusal
+from protocol.errors import Refusal
 from robot.striking.choice import Choice, NoHit
 from robot.striking.estimator import Estimate
 from services.striker.attempt import Asked, Attempt
@@ -11,6 +11,7 @@ from services.striker.clock import Clock
 from services.striker.messages import Method, goal_message
 from services.striker.mind import Mind
 from services.striker.orders import Order
+from services.striker.outside import Reply, Taken
 from services.striker.recent_lead import RecentLead
 from services.striker.repertoire import Repertoire
 from services.striker.voice import Voice
@@ -85,11 +86,11 @@ class Swing:
             return
         self._ask(attempt, better, attempt.goal_id)
 
-    def answered(self, attempt: Attempt, primitives: tuple[str, ...], reply: m.GoalReply | Refusal | NoAnswer) -> None:
+    def answered(self, attempt: Attempt, primitives: tuple[str, ...], reply: Reply) -> None:
         """Take in what came of the goal that was asked for."""
         asked, attempt.asked = attempt.asked, None
         assert asked is not None
-        if isinstance(reply, m.GoalReply):
+        if isinstance(reply, Taken):
             self._play(attempt, asked, reply)
             return
         now = self._clock.now
@@ -101,10 +102,10 @@ class Swing:
         elif code in REPLACED:
             self._voice.miss(attempt, now, f"the swing was replaced: {reply}")
 
-    def _play(self, attempt: Attempt, asked: Asked, reply: m.GoalReply) -> None:
+    def _play(self, attempt: Attempt, asked: Asked, reply: Taken) -> None:
         """A hit was accepted, or a correction of it."""
         attempt.goal_id, attempt.choice, attempt.stage = reply.goal_id, asked.choice, "swinging"
-        attempt.rest_time = reply.start_time + reply.total_duration
+        attempt.rest_time = reply.rest_time
         attempt.reason = ""
         attempt.revisions += asked.revises is not None
         self._lead[asked.revises is not None].note(reply.start_time - attempt.began)

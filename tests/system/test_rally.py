@@ -7,9 +7,10 @@ from harness import SERVICES, running
 from rich.console import Console
 
 from examples import rally
-from tools.rally.__main__ import Flags, play
+from tools.rally.flags import Flags
 from tools.rally.play import Stroke
 from tools.rally.report import summary
+from tools.rally.thrown import play
 
 
 @pytest.mark.realtime

@@ -1,6 +1,7 @@
 """Throws balls at a running cell and collects what becomes of each."""
 
 import contextlib
+import math
 import time
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
@@ -12,17 +13,21 @@ from protocol.bus.bus import Bus
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from protocol.topics import Publication
-from robot.court import CourtConfig
+from robot.court import BALL, CourtConfig
 from robot.description import RobotConfig
 from robot.striking.launcher import Launch, Launcher
 from robot.striking.scoring import Score, score
 from tools.rally.latency import Latency, latencies
+from tools.rally.limit_watch import Findings, LimitWatch
+from tools.rally.targets import Targets
 
 AFTER_ARRIVAL_S = 2.0
 """A ball that has not landed so long (robot time) after its arrival is not waited for."""
 AFTER_LANDING_S = 0.15
 REST_S = 4.0
 """How long (wall time) the arm may take to be ready for the next ball."""
+JUMPS_AT = 0.5
+"""Part of a ball's flight after which a target that moves jumps."""
 STALLED_S = 5.0
 """A sim that shows no ball for so long (wall time) is gone."""
 TOPICS = (topics.BALL, topics.CONTACT, topics.STRIKES, topics.ENDED)
@@ -37,6 +42,7 @@ class Stroke:
     results: list[m.Result] = field(default_factory=list)
     latencies: list[Latency] = field(default_factory=list)
     score: Score = field(default_factory=Score)
+    limits: Findings = field(default_factory=Findings)
 
     @property
     def corrections(self) -> int:
@@ -47,24 +53,37 @@ class Stroke:
         """Return the striker's last sentence about why it did not play, or empty."""
         return next((s.reason for s in reversed(self.said) if s.phase in ("refused", "missed") and s.reason), "")
 
+    def aborted(self) -> list[m.Result]:
+        """Return the motions that were not played to their end."""
+        return [result for result in self.results if result.outcome == "aborted"]
+
     def faults(self) -> list[str]:
-        """Return a sentence for each motion that was not played to its end."""
-        return [f"goal {r.goal_id} was aborted: {r.reason}" for r in self.results if r.outcome == "aborted"]
+        """Return a sentence for each motion that was not played to its end, and for limits that were passed."""
+        found = [f"goal {r.goal_id} was aborted: {r.reason}" for r in self.aborted()]
+        if self.limits.violations:
+            worst = self.limits.worst
+            found.append(f"limits were passed at {self.limits.violations} ticks; at {worst.time:.3f} s {worst}")
+        return found
 
 
 class Player:
     """Throws balls of `launcher` on the services that `bus` reaches."""
 
-    def __init__(self, bus: Bus, config: RobotConfig, launcher: Launcher, target: tuple[float, float, float]) -> None:
+    def __init__(self, bus: Bus, config: RobotConfig, launcher: Launcher, targets: Targets, revise_hz: float) -> None:
+        """`targets`: where the striker is asked to return them, corrected `revise_hz` times a second."""
         assert config.court is not None
         self._bus = bus
         self._court: CourtConfig = config.court
         self._bodies = config.bodies
         self._launcher = launcher
-        self._target = target
+        self._targets = targets
+        self._target = (0.0, 0.0, 0.0)
+        self._revise_hz = revise_hz
+        self._watch = LimitWatch(bus, config)
         self._received: SimpleQueue[tuple[Publication[Any], bytes, int]] = SimpleQueue()
         for topic in TOPICS:
             bus.listen(topic, lambda body, topic=topic: self._received.put((topic, body, time.time_ns())))
+        self._aim()
 
     def play(self) -> Stroke:
         """Wait until the arm rests, throw a ball, and follow it until it has landed.
@@ -74,7 +93,10 @@ class Player:
             NoAnswer: the sim is silent.
         """
         self._wait_for_rest()
+        self._watch.check()
         stroke = Stroke(self._launcher.next())
+        if self._targets.move:
+            self._aim()
         contacts: list[m.Contact] = []
         sights: list[m.BallState] = []
         seen: dict[float, int] = {}
@@ -84,8 +106,13 @@ class Player:
             topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin)
         ).time
         until, now = thrown + launch.flight_time + AFTER_ARRIVAL_S, thrown
+        jumps_at = thrown + launch.flight_time * JUMPS_AT if self._targets.move else math.inf
         while now < until:
             message, wall_ns = self._take()
+            self._watch.read()
+            if now > jumps_at:
+                self._aim()
+                jumps_at = math.inf
             match message:
                 case m.BallState():
                     now = max(now, message.time)
@@ -102,7 +129,15 @@ class Player:
                     stroke.results.append(message)
         stroke.score = score(contacts, sights, self._court, self._bodies, self._target)
         stroke.latencies = latencies(stroke.said, stroke.results, seen)
+        stroke.limits = self._watch.check(
+            [c.time for c in contacts if BALL in c.bodies and self._bodies & set(c.bodies)]
+        )
         return stroke
+
+    def _aim(self) -> None:
+        """Ask the striker to strike balls to the next target."""
+        self._target = self._targets.next()
+        self._bus.ask(topics.STRIKE, m.StrikeRequest(target=self._target, revise_hz=self._revise_hz))
 
     def _take(self) -> tuple[Any, int]:
         """Return the next message. Raises NoAnswer where none comes."""
@@ -122,5 +157,6 @@ class Player:
         deadline, calm = time.monotonic() + REST_S, 0
         while calm < 4 and time.monotonic() < deadline:
             time.sleep(0.05)
+            self._watch.read()
             with contextlib.suppress(Refusal, NoAnswer):
                 calm = calm + 1 if self._bus.ask(topics.STATUS_QUERY, m.Empty()).mode == "holding" else 0

@@ -29,7 +29,11 @@ def summary(strokes: Sequence[Stroke]) -> dict[str, object]:
         "within_20cm": sum(distance <= 0.2 for distance in distances),
         "median_error_m": round(float(np.median(distances)), 4) if distances else None,
         "corrections": sum(stroke.corrections for stroke in strokes),
-        "violations": sum(len(stroke.faults()) for stroke in strokes),
+        "aborted": sum(len(stroke.aborted()) for stroke in strokes),
+        "violations": sum(stroke.limits.violations for stroke in strokes),
+        "ticks_checked": sum(stroke.limits.ticks for stroke in strokes),
+        "ticks_unseen": sum(stroke.limits.unseen for stroke in strokes),
+        "recoil_peak": max((round(stroke.limits.recoil.share, 3) for stroke in strokes), default=0.0),
         "sight_to_command_ms": percentiles([latency.total for latency in corrections]),
         "first_sight_to_command_ms": percentiles([latency.total for latency in found if latency.is_first]),
         "legs_ms": {leg: percentiles([x.legs[k] for x in corrections])["p50"] for k, leg in enumerate(LEGS)},
@@ -44,7 +48,7 @@ def json_line(strokes: Sequence[Stroke]) -> str:
 def table(strokes: Sequence[Stroke]) -> Table:
     """Return one row for each ball."""
     shown = Table(title="The rally", box=SIMPLE_HEAD, padding=0)
-    for heading in ("ball", "arrives at\nm", "hit", "lands\nm", "off by\ncm", "corr.", "sight to\ncommand ms", "score"):
+    for heading in ("ball", "arrives at\nm", "lands\nm", "off\ncm", "corr.", "sight to\ncmd. ms", "closest limit", ""):
         shown.add_column(heading, justify="right", no_wrap=True)
     shown.add_column("", overflow="fold")
     for number, stroke in enumerate(strokes, 1):
@@ -53,15 +57,22 @@ def table(strokes: Sequence[Stroke]) -> Table:
         shown.add_row(
             str(number),
             _place(stroke.launch.arrival),
-            "yes" if score.hit else "no",
             _place(score.landed_at[:2]) if score.landed_at else MISSED,
             f"{100 * score.distance:.0f}" if score.distance is not None else MISSED,
             str(stroke.corrections),
             f"{latency:.0f}" if latency is not None else MISSED,
-            "[green]in[/green]" if score.returned else "[red]net[/red]" if score.net else "[red]out[/red]",
+            str(stroke.limits.closest) or MISSED,
+            "[green]in[/green]" if score.returned else f"[red]{_fault(stroke)}[/red]",
             "" if score.returned else stroke.reason(),
         )
     return shown
+
+
+def _fault(stroke: Stroke) -> str:
+    """Return in a word why a ball is not returned."""
+    if not stroke.score.hit:
+        return "missed"
+    return "net" if stroke.score.net else "out"
 
 
 def sentence(strokes: Sequence[Stroke]) -> str:
@@ -72,7 +83,8 @@ def sentence(strokes: Sequence[Stroke]) -> str:
     return (
         f"{found['hit']} of {found['balls']} balls hit, {found['returned']} returned, {found['within_30cm']} within "
         f"30 cm of the target, {found['within_20cm']} within 20 cm; {found['corrections']} corrections, from sight to "
-        f"command {latency['p50']} ms in the median, {latency['p99']} ms at the 99th percentile"
+        f"command {latency['p50']} ms in the median, {latency['p99']} ms at the 99th percentile; limits were passed at "
+        f"{found['violations']} of {found['ticks_checked']} ticks"
     )
 
 

@@ -14,6 +14,7 @@ from robot.striking.flight import Air, travel
 from robot.striking.launcher import Launcher
 from services.striker.core import Striker
 from services.striker.mind import Mind
+from services.striker.outside import Taken
 
 ROBOT = load_robot()
 ORDER = m.StrikeRequest(target=(4.5, 0.0, 0.0))
@@ -56,15 +57,9 @@ def striker(mind: Mind, outside: Recorded) -> Striker:
     return Striker(ROBOT, mind, outside, [("forehand", 1.0)], logging.getLogger("striker"))
 
 
-def accepted(goal: m.Goal) -> m.GoalReply:
-    """A reply that takes the goal; its report is not read."""
-    return m.GoalReply(
-        goal_id=goal.goal_id or "",
-        start_time=0.1,
-        duration=0.5,
-        total_duration=0.8,
-        report=None,  # type: ignore[arg-type]
-    )
+def accepted(goal: m.Goal) -> Taken:
+    """The goal is played."""
+    return Taken(goal.goal_id or "", 0.1, 0.9)
 
 
 def fly(striker: Striker, outside: Recorded, seconds: float, begin: float = 0.0) -> None:

@@ -1,0 +1,41 @@
+"""What the striker believes of robot and court, wrong where that is asked for."""
+
+import contextlib
+import json
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from robot.schema import read_description
+from tools.rally.flags import Flags
+
+
+@contextlib.contextmanager
+def scratch_robot(flags: Flags) -> Iterator[tuple[Path, Path]]:
+    """Yield the robot's TOML as the striker believes it, wrong where that is asked for, and a file to learn into."""
+    original = flags.common.robot_config.resolve()
+    with tempfile.TemporaryDirectory(prefix="volley-rally-") as folder:
+        learned = Path(folder) / "learned.json"
+        if not flags.drag_error and not flags.restitution_error:
+            yield original, learned
+            return
+        description = read_description(original)
+        wrong: dict[tuple[str, str], object] = {("", "model"): json.dumps(str(original.parent / description.model))}
+        if description.ball:
+            wrong["ball", "drag"] = description.ball.drag * (1 + flags.drag_error)
+        if description.court:
+            wrong["court", "restitution"] = description.court.restitution * (1 + flags.restitution_error)
+        believed = Path(folder) / original.name
+        believed.write_text(changed(original.read_text(), wrong))
+        yield believed, learned
+
+
+def changed(toml: str, values: Mapping[tuple[str, str], object]) -> str:
+    """Return a TOML text with other values, by table and key; the rest stays as it is."""
+    lines, section = [], ""
+    for line in toml.splitlines():
+        if line.startswith("["):
+            section = line[1:].partition("]")[0]
+        key = (section, line.partition("=")[0].strip())
+        lines.append(f"{key[1]} = {values[key]}" if key in values else line)
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,27 @@
+"""Where the balls shall land: one place, or a place that moves."""
+
+import numpy as np
+
+Place = tuple[float, float, float]
+
+
+class Targets:
+    """Places of a target that jumps within `wander` (m, along x and y) of `middle`; 0: it stays there."""
+
+    def __init__(self, middle: Place, wander: float, seed: int) -> None:
+        self._middle = middle
+        self._wander = wander
+        self._random = np.random.default_rng([seed, 1])
+
+    @property
+    def move(self) -> bool:
+        """Whether the target moves."""
+        return self._wander > 0
+
+    def next(self) -> Place:
+        """Return the next place."""
+        x, y, z = self._middle
+        if not self.move:
+            return self._middle
+        aside = self._wander * self._random.uniform(-1, 1, 2)
+        return x + float(aside[0]), y + float(aside[1]), z

@@ -1,0 +1,89 @@
+"""Balls that are thrown at one arm: everything is started, played, reported and ended."""
+
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from deploy.processes import PROCESSES
+from protocol import messages as m
+from protocol import topics
+from protocol.bus.bus import Bus
+from robot.description import RobotConfig, load_robot
+from robot.striking.launcher import Launcher
+from services.common.cell import running_cell
+from tools.rally.believed import scratch_robot
+from tools.rally.flags import Flags, noise_of
+from tools.rally.play import Player, Stroke
+from tools.rally.report import json_line, sentence, table
+from tools.rally.slow_motion import slow_motion
+from tools.rally.targets import Targets
+
+
+def play_thrown(flags: Flags, console: Console) -> int:
+    """Play thrown balls and report; returns 0 where every motion was played inside its limits, 1 otherwise."""
+    strokes: list[Stroke] = []
+    play(flags, console, strokes)
+    if flags.json:
+        print(json_line(strokes))
+    else:
+        console.print(table(strokes))
+        console.print(sentence(strokes), soft_wrap=True, highlight=False)
+        console.print(f"trace: {flags.record.resolve()}", soft_wrap=True, highlight=False)
+    faults = [fault for stroke in strokes for fault in stroke.faults()]
+    for fault in faults:
+        console.print(f"[bold red]{fault}[/bold red]", soft_wrap=True)
+    return 1 if faults else 0
+
+
+def play(flags: Flags, console: Console, strokes: list[Stroke]) -> None:
+    """Start everything on a bus of its own, play, end everything; the strokes are appended as they are played."""
+    if not flags.slow >= 1:
+        raise ValueError(f"--slow is {flags.slow}; it must be 1 or more")
+    if flags.balls < 1:
+        raise ValueError(f"--balls is {flags.balls}; throw at least 1")
+    config = load_robot(flags.common.robot_config)
+    launcher, targets = Launcher(config, flags.seed, flags.kind), Targets(flags.target, flags.wander, flags.seed)
+    values: dict[str, object] = {"record": flags.record, "live": flags.live, "seed": flags.seed}
+    values["method"] = "qp" if flags.method == "once" else flags.method
+    names = [process.name for process in PROCESSES]
+    with scratch_robot(flags) as (believed, learned):
+        values["learned"] = flags.learned or learned
+
+        def wrap(name: str, line: list[str]) -> list[str]:
+            at = line.index("--robot-config") + 1
+            return [*line[:at], str(believed), *line[at + 1 :]] if name == "striker" else line
+
+        if flags.slow != 1.0:
+            values["clock"] = "stepped"
+        quiet = not flags.verbose
+        with (
+            running_cell(flags.common, values, names, quiet=quiet, wrap=wrap) as cell,
+            slow_motion(cell.bus, flags.slow),
+        ):
+            disturb(cell.bus, flags, config)
+            show(Player(cell.bus, config, launcher, targets, revise_hz_of(flags)), flags, console, strokes)
+
+
+def disturb(bus: Bus, flags: Flags, config: RobotConfig) -> None:
+    """Blur the camera, and let the wind blow."""
+    noise = noise_of(flags)
+    if noise is not None:
+        bus.ask(topics.SIM_DISTURB, noise)
+    if flags.wind:
+        x, y = config.court.net.normal if config.court and config.court.net else (1.0, 0.0)
+        bus.ask(topics.SIM_DISTURB, m.Disturb(kind="wind", values=[-flags.wind * y, flags.wind * x, 0.0]))
+
+
+def revise_hz_of(flags: Flags) -> float:
+    """Return how many corrections a second are asked for."""
+    return flags.revise_hz if flags.method == "qp" else 0.0
+
+
+def show(player: Player, flags: Flags, console: Console, strokes: list[Stroke]) -> None:
+    """Play every ball, showing progress."""
+    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
+    with Progress(*columns, console=console, transient=True) as progress:
+        shown = progress.add_task("the first ball comes")
+        for number in range(1, flags.balls + 1):
+            strokes.append(player.play())
+            returned = sum(stroke.score.returned for stroke in strokes)
+            progress.update(shown, description=f"ball {number} of {flags.balls}, {returned} returned")
