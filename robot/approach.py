@@ -73,12 +73,12 @@ def approach(
 ) -> Approach:
     """Return the smallest distance over the steps, and the first that is below its floor.
 
-    positions: (n, K), one row a step, n - 1 a multiple of `COARSE`. moved: (n - 1, K), by how much each joint moves at
-    most in each step, rad. floors: (P,), m. best: nothing farther than this is of interest as the smallest distance.
-    deadline: of `time.perf_counter`.
+    positions: (n, K), one row a step, of the arm's joints, or of the other robots' too; n - 1 a multiple of `COARSE`.
+    moved: (n - 1, K), by how much each joint moves at most in each step, rad. floors: (P,), m. best: nothing farther
+    than this is of interest as the smallest distance. deadline: of `time.perf_counter`.
     """
     passed = np.concatenate([np.zeros((1, moved.shape[1])), np.cumsum(moved, axis=0)])
-    ways = clearance.rates @ passed.T
+    ways = clearance.rates[:, : moved.shape[1]] @ passed.T
     survey = _Survey(clearance, positions, ways)
     unclear = survey.least < floors
     near = np.flatnonzero(unclear.any(axis=0))

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from math import dist
 from typing import Literal, get_args
 
@@ -37,9 +38,9 @@ class Ignored:
 class Pair:
     """Two bodies that could meet.
 
-    bodies: their names; of the world that of its geom. geoms: what could meet. rates: (J,), by how much their distance
-    can shrink a unit of each joint. centres, reach: a geom of each, and how far the bodies' geoms reach from their
-    centres, in all, m.
+    bodies: their names; of the world that of its geom. geoms: what could meet. rates: (J + O,), by how much their
+    distance can shrink a unit of each joint, the arm's and then other robots'. centres, reach: a geom of each, and how
+    far the bodies' geoms reach from their centres, in all, m.
     """
 
     bodies: tuple[str, str]
@@ -58,7 +59,7 @@ class Clearance:
     nobody's neighbour, and each of its geoms makes a pair of its own. Bodies with a free joint and mocap bodies do not
     count. Held joints are at their values until `surround` moves them, all others as in the model.
 
-    margin: m. ignored: pairs that are not looked at. rates: (P, J), those of all pairs.
+    margin: m. ignored: pairs that are not looked at. rates: (P, J + O), those of all pairs.
     """
 
     def __init__(self, config: RobotConfig, model: mujoco.MjModel) -> None:
@@ -67,10 +68,13 @@ class Clearance:
         self.data = mujoco.MjData(model)
         self._positions_of = self.data.geom_xpos
         joints = joint_ids(model, config.joint_names)
-        self._qpos = addresses(model.jnt_qposadr[joints])
+        others = joint_ids(model, tuple(chain.from_iterable(config.others.values())))
+        # By the number of joints that are placed: the arm's, or the others' too.
+        moved = joints, joints + others
+        self._qpos = {len(placed): addresses(model.jnt_qposadr[placed]) for placed in moved}
         self._addresses: dict[tuple[str, ...], np.ndarray] = {}
         self.data.qpos[:] = config.pose_at_home
-        self.pairs, self.ignored = _candidates(model, joints)
+        self.pairs, self.ignored = _candidates(model, joints, others)
         self.place(config.home)
         kept, ignore = [], config.collision.ignore
         for index, pair in enumerate(self.pairs):
@@ -81,7 +85,7 @@ class Clearance:
             else:
                 kept.append(pair)
         self.pairs = kept
-        self.rates = np.array([pair.rates for pair in kept]).reshape(len(kept), len(joints))
+        self.rates = np.array([pair.rates for pair in kept]).reshape(len(kept), len(joints + others))
         self._centres = np.array([pair.centres for pair in kept], dtype=np.intp).reshape(len(kept), 2)
         self._reach = np.array([pair.reach for pair in kept])
 
@@ -94,8 +98,8 @@ class Clearance:
         )
 
     def place(self, positions: np.ndarray) -> None:
-        """Put the arm at joint positions (J,)."""
-        self.data.qpos[self._qpos] = positions
+        """Put the arm at joint positions (J,), or the arm and the other robots at (J + O,)."""
+        self.data.qpos[self._qpos[len(positions)]] = positions
         mujoco.mj_kinematics(self.model, self.data)
 
     def spheres(self, positions: np.ndarray) -> np.ndarray:
@@ -132,8 +136,8 @@ class Clearance:
         return nearest
 
 
-def _candidates(model: mujoco.MjModel, joints: list[int]) -> tuple[list[Pair], list[Ignored]]:
-    """Return the pairs whose distance the joints change, and the neighbours among them."""
+def _candidates(model: mujoco.MjModel, joints: list[int], others: list[int]) -> tuple[list[Pair], list[Ignored]]:
+    """Return the pairs whose distance the arm's joints change, and the neighbours among them."""
     levers = Levers(model)
     excluded = {frozenset(divmod(int(signature), 1 << 16)) for signature in model.exclude_signature}
     found: defaultdict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
@@ -151,7 +155,7 @@ def _candidates(model: mujoco.MjModel, joints: list[int]) -> tuple[list[Pair], l
                 continue
             keys = (bodies[0] or -1 - one), (bodies[1] or -1 - other)
             found[keys].append((one, other))
-    return [_pair(model, levers, tuple(geoms), joints) for geoms in found.values()], list(ignored.values())
+    return [_pair(model, levers, tuple(geoms), joints + others) for geoms in found.values()], list(ignored.values())
 
 
 def _pair(model: mujoco.MjModel, levers: Levers, geoms: tuple[tuple[int, int], ...], joints: list[int]) -> Pair:

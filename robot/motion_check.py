@@ -11,6 +11,7 @@ from motion.trajectory import Samples, Trajectory
 from robot.approach import COARSE, approach
 from robot.clearance import Clearance, Pair
 from robot.description import RobotConfig
+from robot.other_motions import OtherMotion
 from robot.torque_check import TorqueCheck
 
 STEP_S = 0.002
@@ -35,12 +36,14 @@ class Collides(MotionError):
     negative: how deep they are in each other.
     """
 
-    def __init__(self, pair: Pair, time: float, distance: float, margin: float) -> None:
+    def __init__(self, pair: Pair, time: float, distance: float, margin: float, clear_at: float | None = None) -> None:
+        """Describe it; `clear_at`: when (s on the robot's clock) the other robot of the pair has ended its motion."""
         self.body, self.other = pair.bodies
         how = f"within {distance:.3f} m of" if distance > 0 else f"{-distance:.3f} m deep into"
+        later = "" if clear_at is None else f"begin after {clear_at:.3f} s, when the other robot's motion has ended, "
         super().__init__(
             f"{self.body} comes {how} {self.other}, first nearer than the margin of {margin:g} m at {time:.3f} s; "
-            "give waypoints around it, another end, or checks.collision = false"
+            f"{later}give waypoints around it, another end, or checks.collision = false"
         )
         self.time = time
         self.distance = distance
@@ -70,12 +73,42 @@ class Findings:
     scope: Scope = "none"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scene:
+    """A motion beside those of the other robots.
+
+    duration: of the motion, s. begin: of the motion, s on the robot's clock. until: when all are at rest, s from its
+    begin.
+    """
+
+    trajectory: Trajectory
+    duration: float
+    begin: float
+    until: float
+    others: tuple[OtherMotion, ...]
+
+    def sample(self, times: np.ndarray) -> Samples:
+        """Return the states of the arm's joints and then the others', (n, J + O), at times (n,), s from the begin."""
+        own = self.trajectory.sample(np.minimum(times, self.duration))
+        if not self.others:
+            return own
+        states = [np.array([own.positions, own.velocities, own.accelerations])]
+        states += [other.sample(self.begin + times) for other in self.others]
+        return Samples(*np.concatenate(states, axis=2))
+
+
 class MotionCheck:
-    """Checks motions of one robot, along all of their way and their stop. It holds its own data: use one a thread."""
+    """Checks motions of one robot, along all of their way and their stop. It holds its own data: use one a thread.
+
+    others: the motions of the other robots that stand in the model, in the order of the robot's TOML; none where none
+    of them moves: they then stand where `clearance` has them.
+    """
 
     def __init__(self, config: RobotConfig) -> None:
         model = config.load_model()
         self.clearance = Clearance(config, model)
+        self.others: tuple[OtherMotion, ...] = ()
+        self._joints = config.joint_count
         self._torques = TorqueCheck(config, model)
         # A multiple of the tick, or a part of it, so that the arm passes through the steps.
         ticks = STEP_S / config.tick
@@ -88,10 +121,12 @@ class MotionCheck:
         collision: bool = True,
         torque: bool = True,
         deadline: float = math.inf,
+        begin: float | None = None,
     ) -> Findings:
-        """Check a motion of `duration` (s).
+        """Check a motion of `duration` (s) that begins at `begin` (s on the robot's clock).
 
-        What comes first is checked first; beyond the `deadline` (`time.perf_counter`) the rest is left unchecked.
+        Other robots move meanwhile, and after it; where `begin` is None they stand. What comes first is checked first;
+        beyond the `deadline` (`time.perf_counter`) the rest is left unchecked.
 
         Raises:
             Collides: two bodies come nearer than the margin. A pair that is nearer at the start may part.
@@ -101,18 +136,22 @@ class MotionCheck:
         if not (collision or torque):
             return findings
         collision = collision and bool(self.clearance.pairs)
+        others = self.others if collision and begin is not None else ()
+        begin = begin or 0.0
+        until = max([duration, *(other.until - begin for other in others)])
+        scene = _Scene(trajectory, duration, begin, until, others)
         floors = np.empty(0)
         # Steps beyond the end, where the arm is at rest, make whole intervals of the coarse grid.
-        count = max(math.ceil(duration / self._step - 1e-9), 1)
+        count = max(math.ceil(scene.until / self._step - 1e-9), 1)
         count += -count % COARSE
         for first in range(0, count, SEGMENT):
             times = np.arange(first, min(first + SEGMENT, count) + 1) * self._step
-            states = trajectory.sample(times)
+            states = scene.sample(times)
             if first == 0 and collision:
                 floors = self._floors(states.positions[0])
-            done = not collision or self._apart(trajectory, duration, times, states, floors, findings, deadline)
-            if done and torque:
-                used, done = self._torques.use(trajectory, times, states, deadline)
+            done = not collision or self._apart(scene, times, states, floors, findings, deadline)
+            if done and torque and times[0] < duration:
+                used, done = self._torques.use(trajectory, times, self._own(states), deadline)
                 before = findings.torque_use
                 findings.torque_use = used if before is None else np.maximum(before, used)
             if not done:
@@ -120,6 +159,11 @@ class MotionCheck:
                 return findings
         findings.scope = "all"
         return findings
+
+    def _own(self, states: Samples) -> Samples:
+        """Return the arm's part of the states of all joints."""
+        parts = states.positions, states.velocities, states.accelerations
+        return Samples(*(part[:, : self._joints] for part in parts))
 
     def _floors(self, start: np.ndarray) -> np.ndarray:
         """Return the smallest distance (m) that each pair may have, (P,): less than the margin for those near now."""
@@ -134,8 +178,7 @@ class MotionCheck:
 
     def _apart(
         self,
-        trajectory: Trajectory,
-        duration: float,
+        scene: _Scene,
         times: np.ndarray,
         states: Samples,
         floors: np.ndarray,
@@ -151,18 +194,19 @@ class MotionCheck:
         found = approach(clearance, states.positions, moved, floors, best, deadline)
         if found.hit is not None:
             pair, first = found.hit.pair, float(times[0] + found.hit.step * step)
-            deepest = self._deepest(pair, trajectory, first, duration)
-            raise Collides(clearance.pairs[pair], first, deepest, clearance.margin)
+            met = scene.others and clearance.rates[pair, self._joints :].any()
+            clear_at = max(other.until for other in scene.others) if met else None
+            raise Collides(clearance.pairs[pair], first, self._deepest(pair, scene, first), clearance.margin, clear_at)
         if found.nearest is not None and found.nearest.distance < best:
             near = found.nearest
-            when = min(float(times[0] + near.step * step), duration)
+            when = min(float(times[0] + near.step * step), scene.until)
             findings.nearest = Nearest(near.distance, *clearance.pairs[near.pair].bodies, when)
         return found.complete
 
-    def _deepest(self, pair: int, trajectory: Trajectory, first: float, duration: float) -> float:
+    def _deepest(self, pair: int, scene: _Scene, first: float) -> float:
         """Return the smallest distance of a pair from an instant on, m."""
         distances = []
-        for positions in trajectory.sample(np.linspace(first, max(first, duration), AFTER)).positions:
+        for positions in scene.sample(np.linspace(first, max(first, scene.until), AFTER)).positions:
             self.clearance.place(positions)
             distances.append(self.clearance.distance(pair))
         return min(distances)

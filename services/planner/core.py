@@ -43,7 +43,7 @@ class Planner:
         self._plans: Publisher[m.Plan] = bus.publisher(topics.PLAN, blocking=True)
         self._refused: Publisher[m.Refused] = bus.publisher(topics.REFUSED)
         self._solver = Solver(config)
-        self._scene = Scene(bus, config, self._solver.motions.clearance)
+        self._scene = Scene(bus, config, self._solver.motions)
         log.info(str(self._solver.motions.clearance))
         self._corrections = Corrections()
         self._replies = ReplyCache()
@@ -154,6 +154,8 @@ class Planner:
             origin = self._origin(goal, self._reference(self._ask_reference(goal, again=last), optional=False))
             made = yield from self._solver.solve(goal, primitive, origin, deadline)
             self._check_newest(goal_id, turn)
+            if self._scene.look():  # another robot began a motion while this one was planned
+                made = self._solver.checked(made, goal, deadline)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
             try:
                 self._execute(executed_message(made, goal, goal_id, self._config, stamps))

@@ -5,33 +5,47 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.codec import decode
 from protocol.errors import Refusal
-from robot.clearance import Clearance
 from robot.description import RobotConfig
-from services.common.other_robots import OtherRobots
+from robot.motion_check import MotionCheck
+from services.planner.other_robot import OtherRobot
 
 
 class Scene:
-    """Puts held joints and other robots where their newest states have them, for the check in space."""
+    """Tells the check in space where held joints are, by the newest state, and where other robots are and will be."""
 
-    def __init__(self, bus: Bus, config: RobotConfig, clearance: Clearance) -> None:
-        self._clearance = clearance
-        self._held = frozenset(config.held)
+    def __init__(self, bus: Bus, config: RobotConfig, motions: MotionCheck) -> None:
+        self._motions = motions
+        self._held = {joint for joint in config.held if not any(joint in other for other in config.others.values())}
         self._own = bus.collect(topics.STATE, 1) if config.held else None
-        self._others = OtherRobots(bus, config.others)
+        self._time: float | None = None
+        self._others = [OtherRobot(Bus(bus.session, name), joints) for name, joints in config.others.items()]
+        for other in self._others:
+            other.positions = [config.held[joint] for joint in other.joints]
 
-    def look(self) -> None:
-        """Take the newest states; what none has come from since the last call stays where it was."""
+    def look(self) -> bool:
+        """Take the newest states and plans; return whether another robot has begun a motion since the last call.
+
+        What no state has come from stays where it was.
+        """
         taken = None if self._own is None else self._own.take()
         if taken is not None:
-            self._place_held(taken[0])
-        # After the held joints, which in this robot's own simulation may be the others' too.
-        for joints, state in self._others.take():
-            self._clearance.surround(joints, state.positions)
+            self._note_own(taken[0])
+        began = False
+        for other in self._others:
+            began |= other.look()
+            self._motions.clearance.surround(other.joints, other.positions)
+        self._motions.others = ()
+        if self._time is not None:
+            found = tuple(other.motion(self._time) for other in self._others)
+            if any(motion.plans for motion in found):
+                self._motions.others = found
+        return began
 
-    def _place_held(self, state: bytes) -> None:
+    def _note_own(self, state: bytes) -> None:
         try:
-            held = decode(state, m.State).held
+            own = decode(state, m.State)
         except Refusal:
             return  # the controller counts and logs it
-        known = {joint: value for joint, value in held.items() if joint in self._held}
-        self._clearance.surround(tuple(known), list(known.values()))
+        self._time = own.time
+        known = {joint: value for joint, value in own.held.items() if joint in self._held}
+        self._motions.clearance.surround(tuple(known), list(known.values()))

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from motion.alternatives import AllRefused, plan_best
@@ -96,7 +96,7 @@ class Solver:
         if is_in_tool_space(goal):
             goal = self._tool_space.in_joint_space(goal, primitive, origin)
         request = motion_request(goal, primitive, self._config, origin)
-        case = _Case(goal, primitive, request, origin, Verifier(self.motions, goal, deadline))
+        case = _Case(goal, primitive, request, origin, self._verifier(goal, origin, deadline))
         began, alternative = time.perf_counter(), 0
         try:
             if goal.method == "qp":
@@ -107,6 +107,22 @@ class Solver:
             raise refusal_of(error, self._config.joint_names) from None
         solve_ms = (time.perf_counter() - began) * 1e3
         return Made(made, 0 if is_of_tool else alternative, origin, solve_ms, case.verify.findings)
+
+    def checked(self, made: Made, goal: m.Goal, deadline: float) -> Made:
+        """Check a plan of `goal` in space once more, where the scene has changed.
+
+        Raises:
+            Refusal: it collides now.
+        """
+        verify = self._verifier(goal, made.origin, deadline)
+        try:
+            verify(made.plan)
+        except MotionError as error:
+            raise refusal_of(error, self._config.joint_names) from None
+        return replace(made, findings=verify.findings)
+
+    def _verifier(self, goal: m.Goal, origin: Origin, deadline: float) -> Verifier:
+        return Verifier(self.motions, goal, None if goal.start is not None else origin.time, deadline)
 
     def _sampled(self, case: _Case) -> Steps[SampledPlan]:
         """The plan of the methods whose limits are checked on samples; one that is only looked at may pass them."""

@@ -18,11 +18,15 @@ class Verifier:
     findings: nothing, before a plan passed.
     """
 
-    def __init__(self, motions: MotionCheck, goal: m.Goal, deadline: float) -> None:
-        """Prepare for `goal`; beyond the `deadline` (of `time.perf_counter`) the rest of a plan is not checked."""
+    def __init__(self, motions: MotionCheck, goal: m.Goal, begin: float | None, deadline: float) -> None:
+        """Prepare for plans of `goal` that begin at `begin`, s on the robot's clock; None: at no time in particular.
+
+        Beyond the `deadline` (of `time.perf_counter`) the rest of a plan is not checked.
+        """
         self.findings = Findings()
         self._motions = motions
         self._goal = goal
+        self._begin = begin
         self._deadline = deadline
 
     def __call__(self, plan: Plan) -> None:
@@ -37,5 +41,5 @@ class Verifier:
         deadline = max(self._deadline, time.perf_counter() + LEAST_CHECK_S)
         checks = self._goal.checks
         self.findings = self._motions.check(
-            plan.trajectory, plan.total_duration, checks.collision, checks.torque, deadline
+            plan.trajectory, plan.total_duration, checks.collision, checks.torque, deadline, self._begin
         )

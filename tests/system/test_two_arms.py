@@ -11,6 +11,7 @@ from client import Arm, Refusal, connect
 from protocol import topics
 from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
+from tests.waiting import eventually
 
 ROBOTS = Path(__file__).parents[2] / "deploy" / "robots"
 SERVICES = ["sim", "planner", "controller"]
@@ -58,3 +59,28 @@ def test_each_arm_is_where_the_other_sees_it_and_plans_around_it(arms: tuple[Arm
     left.goal("turn", duration=1.0)
     left.step(1200)
     assert left.state().positions[0] == pytest.approx(TURN, abs=1e-5)
+
+
+def test_plans_that_cross_are_refused_though_each_start_is_clear(arms: tuple[Arm, Arm]):
+    left, right = arms
+    home, away = HOME.tolist(), [TURN, *HOME[1:].tolist()]
+    for positions, arm in ((away, right), (home, left)):
+        arm.goal("turn", positions=positions, duration=1.0)
+        arm.step(1200)
+    assert left.plan("turn", positions=away, duration=1.0).report.checked == "all"
+    back = right.goal("turn", positions=home, duration=1.0)  # published, and not begun
+
+    def refused() -> bool:
+        try:
+            left.plan("turn", positions=away, duration=1.0)
+        except Refusal as refusal:
+            return refusal.code == "collision" and "when the other robot's motion has ended" in str(refusal)
+        return False
+
+    assert eventually(refused)
+    with pytest.raises(Refusal, match="nearer than the margin"):
+        left.goal("turn", positions=away, duration=1.0)
+    right.cancel()
+    right.step(100)
+    assert back.result().outcome == "canceled"
+    assert left.plan("turn", positions=away, duration=1.0).report.checked == "all"

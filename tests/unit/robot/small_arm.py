@@ -52,7 +52,7 @@ def small_arm(folder: Path, more: str = "", home: str = "[1.57, 0.0, 0.0]") -> R
     return load_robot(file)
 
 
-def straight(start: list[float], end: list[float], duration: float = 1.0) -> Trajectory:
+def straight(start: np.ndarray | list[float], end: np.ndarray | list[float], duration: float = 1.0) -> Trajectory:
     """Return a motion from rest to rest."""
     begin, way = np.array(start), np.subtract(end, start)
     coefficients = np.zeros((1, len(begin), 6))
