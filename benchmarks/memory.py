@@ -1,8 +1,15 @@
-"""`python -m benchmarks.memory`: resident memory over many goals, in this process and in a planner on the bus."""
+"""`python -m benchmarks.memory`: resident memory over many goals, in this process and in a planner on the bus.
+
+With `--robots ROBOT.toml …` instead: the memory of each service of a robot.
+"""
 
 import gc
+import tempfile
+import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tyro
@@ -16,6 +23,9 @@ from motion.plan import plan
 from motion.request import Waypoint
 from protocol import topics
 from services.common.cell import running_cell
+from services.common.cli import Options, free_endpoint
+
+SERVICES = ["sim", "planner", "controller", "recorder"]
 
 MARKS = 20
 """Number of readings of the memory."""
@@ -62,12 +72,52 @@ def on_the_wire(goals: int, seed: int) -> dict[str, object]:
     return {"goals": goals, "resident_kB": kilobytes}
 
 
-def main(goals: int = 100_000, asked: int = 100_000, seed: int = 3) -> None:
-    """Plan this many goals here and over the bus; print and save the resident memory."""
-    found = {"here": here(goals, seed), "on the wire": on_the_wire(asked, seed)}
+def of_services(robot: Path, seconds: float) -> dict[str, dict[str, int]]:
+    """Return the memory of a robot's services while its arm stands and a trace is written, MB.
+
+    share: pages that several processes have count in parts (PSS). resident: without that. peak: largest so far.
+    """
+    found: dict[str, dict[str, int]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        flags = {"clock": "paced", "record": str(Path(folder) / "trace.rrd")}
+        options = Options(robot_config=robot, listen=(free_endpoint(),))
+        with running_cell(options, flags, SERVICES, quiet=True) as cell:
+            time.sleep(seconds)
+            for name, process in cell.services.running.items():
+                found[name] = {
+                    "share": read_mb(process.pid, "smaps_rollup", "Pss"),
+                    "resident": read_mb(process.pid, "status", "VmRSS"),
+                    "peak": read_mb(process.pid, "status", "VmHWM"),
+                }
+    keys = "share", "resident", "peak"
+    return {**found, "all": {key: sum(row[key] for row in found.values()) for key in keys}}
+
+
+def read_mb(process: int, file: str, key: str) -> int:
+    """Return a number of kB in a file of /proc/PROCESS as MB."""
+    lines = Path(f"/proc/{process}/{file}").read_text().splitlines()
+    return next(int(line.split()[1]) // 1000 for line in lines if line.startswith(f"{key}:"))
+
+
+def main(
+    goals: int = 100_000, asked: int = 100_000, seed: int = 3, robots: Sequence[Path] = (), seconds: float = 20.0
+) -> None:
+    """Plan many goals here and over the bus, or run the services of robots; print and save the memory.
+
+    Args:
+        goals: Planned in this process.
+        asked: Sent to a planner.
+        seed: Of the goals.
+        robots: TOML files of robots whose services are measured instead.
+        seconds: After which those are measured.
+    """
+    if robots:
+        found: dict[str, Any] = {path.stem: of_services(path, seconds) for path in robots}
+    else:
+        found = {"here": here(goals, seed), "on the wire": on_the_wire(asked, seed)}
     for name, row in found.items():
         print(name, row)
-    save("memory", found)
+    save("memory_services" if robots else "memory", found)
 
 
 if __name__ == "__main__":
