@@ -29,10 +29,13 @@ class SessionTimeouts:
         lease_ms: Silence after which its session counts as lost.
         backlog_bytes: Receive buffer, which keeps what arrives meanwhile; the kernel's default if 0 or more than the
             kernel grants.
+        batch_bytes: What the connection carries at once; larger messages are cut. A message that waits to be taken
+            keeps a buffer of this size, however small it is.
     """
 
     lease_ms: int
     backlog_bytes: int = 0
+    batch_bytes: int = 65_535
 
     @property
     def is_granted(self) -> bool:
@@ -51,8 +54,9 @@ CLIENT = SessionTimeouts(lease_ms=2000)
 """A client may hold the arm, so its loss is detected soon."""
 SERVICE = SessionTimeouts(lease_ms=20_000)
 """A suspended service is detected long before, by its silence; it goes on when it is continued."""
-RECORDER = replace(SERVICE, backlog_bytes=4 << 20)
-"""A suspended recorder leaves no gap in the trace: with the router's own queue this lasts for 12 s of 600 kB each."""
+RECORDER = replace(SERVICE, backlog_bytes=4 << 20, batch_bytes=4096)
+"""A suspended recorder leaves no gap in the trace: with the router's own queue this lasts for 12 s of 600 kB each. It
+takes messages twice a second: with larger batches thousands that wait would keep hundreds of megabytes."""
 
 
 def open_session(
@@ -93,6 +97,7 @@ def session_config(
     config.insert_json5("transport/shared_memory/enabled", "false")
     config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
     config.insert_json5("transport/link/tx/lease", str(timeouts.lease_ms))
+    config.insert_json5("transport/link/tx/batch_size", str(timeouts.batch_bytes))
     config.insert_json5("transport/link/tx/queue/congestion_control/block/wait_before_close", str(BLOCKED_US))
     config.insert_json5("transport/link/tx/queue/size/real_time", str(STREAM_QUEUE))
     if timeouts.is_granted:
