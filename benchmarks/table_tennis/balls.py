@@ -21,10 +21,10 @@ class Ball:
     """One ball: planned at all, judged by the environment, error (m), and how it was played.
 
     violations: of the plan's limits, at 10 kHz. arm_violations: physics steps before the hit at which the arm itself
-    was outside its range or faster than its velocity limits. arm_acceleration: largest part of an acceleration limit
-    that the arm used before the hit, a tick's mean. off_plan: rad, the largest distance from the plan before the hit.
-    refused: choices and corrections for which there was no hit or no plan; note: why, of the last. first_ms,
-    correction_ms: processor time of the choice.
+    was outside its range or faster than its velocity limits. arm_velocity, arm_acceleration: largest part of a limit
+    that the arm used before the hit, from step to step of the physics. off_plan: rad, the largest distance from the
+    plan before the hit. refused: choices and corrections for which there was no hit or no plan; note: why, of the last.
+    first_ms, correction_ms: processor time of the choice.
     """
 
     planned: bool = False
@@ -34,6 +34,7 @@ class Ball:
     error: float | None = None
     violations: int = 0
     arm_violations: int = 0
+    arm_velocity: float = 0.0
     arm_acceleration: float = 0.0
     off_plan: float = 0.0
     corrections: int = 0
@@ -87,7 +88,7 @@ COLUMNS = (
     "success (95 % interval)",
     "median error",
     "violations: plan; arm",
-    "acceleration",
+    "arm's velocity, acceleration",
     "corrections, refused",
     "first choice p50, p99",
     "correction p50, p99",
@@ -111,7 +112,7 @@ def row(name: str, balls: Sequence[Ball]) -> str:
         f"{share(success, count)} ({100 * low:.1f}–{100 * high:.1f})",
         f"{100 * np.median(errors):.1f} cm" if errors else "",
         f"{sum(ball.violations for ball in balls)}; {sum(ball.arm_violations for ball in balls)}",
-        f"{max(ball.arm_acceleration for ball in balls):.2f}",
+        f"{max(ball.arm_velocity for ball in balls):.2f}, {max(ball.arm_acceleration for ball in balls):.2f}",
         f"{_mean([ball.corrections for ball in balls])}, {_mean([ball.refused for ball in balls])}",
         _times(firsts),
         _times(later),

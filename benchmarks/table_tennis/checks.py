@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.table_tennis.balls import Ball
 from benchmarks.table_tennis.played import Motion
 from motion.limits import Limits
 from motion.trajectory import COEFFICIENTS, Trajectory
+from protocol.messages import Command
 
 CHECK_HZ = 10_000
 SLACK = 1e-6
@@ -74,27 +76,65 @@ class ArmCheck:
         """Begin a ball."""
         self._states = [self._state()]
 
-    def judge(self, motions: Sequence[Motion]) -> tuple[int, float, float]:
-        """Return `arm_violations`, `arm_acceleration` and `off_plan` of a `Ball`.
+    def judge(self, ball: Ball, until: float) -> tuple[np.ndarray, np.ndarray]:
+        """Note what the arm did before the hit, at most until a time (s); return times (n,) and positions (n, 7).
 
         Between two steps the environment's arm moves with constant velocity, so no instant is left out.
         """
         states = np.array(self._states[:-1] if self._env._hit_ball else self._states)
+        times = self._step * np.arange(len(states))
+        states, times = states[times < until], times[times < until]
         positions, velocities = states[:, :JOINTS], states[:, JOINTS:]
         limits = self._limits
         low, high = limits.positions.T
         wrong = (positions < low - SLACK) | (positions > high + SLACK)
         wrong |= np.abs(velocities) > limits.velocities * (1 + SLACK)
         used = np.abs(np.diff(velocities, axis=0)) / self._step / limits.accelerations
-        times = self._step * np.arange(len(states))
-        off = 0.0
-        for motion, until in zip(motions, [*(motion.start for motion in motions[1:]), np.inf], strict=True):
-            part = (times >= motion.start) & (times < until)
-            if part.any():
-                planned = motion.trajectory.sample(times[part] - motion.start).positions
-                off = max(off, float(np.abs(positions[part] - planned).max()))
-        return int(wrong.any(axis=1).sum()), round(float(used.max(initial=0.0)), 3), round(off, 4)
+        ball.arm_violations = int(wrong.any(axis=1).sum())
+        ball.arm_velocity = largest(np.abs(velocities) / limits.velocities)
+        ball.arm_acceleration = largest(used)
+        return times, positions
+
+    def steps(self, time: float) -> int:
+        """Return how many steps of the physics a time (s) has."""
+        return round(time / self._step)
 
     def _state(self) -> np.ndarray:
         data = self._env.data
         return np.concatenate([data.qpos[:JOINTS], data.qvel[:JOINTS]])
+
+
+def command_violations(limits: Limits, commands: Sequence[Command], tick: float) -> int:
+    """Return at how many ticks a commanded reference passes a limit, or does not go on where it said it would.
+
+    Accelerations are means over a tick of `tick` s, and jerks are their differences.
+    """
+    positions, velocities, accelerations = (
+        np.array([getattr(command, name) for command in commands])
+        for name in ("positions", "velocities", "feedforward")
+    )
+    low, high = limits.positions.T
+    wrong = (positions < low - SLACK) | (positions > high + SLACK)
+    jerks = np.diff(accelerations, axis=0, prepend=accelerations[:1]) / tick
+    bounds = limits.velocities, limits.accelerations, limits.jerks
+    for values, bound in zip((velocities, accelerations, jerks), bounds, strict=True):
+        wrong |= np.abs(values) > bound * (1 + SLACK)
+    ahead = np.array([command.next.positions for command in commands[:-1] if command.next])
+    wrong[1:] |= np.abs(positions[1:] - ahead) > SLACK
+    return int(wrong.any(axis=1).sum())
+
+
+def distance(motions: Sequence[Motion], times: np.ndarray, positions: np.ndarray) -> float:
+    """Return the largest distance (rad) of positions (n, 7) at times (n,) from what was planned for them."""
+    ends = [*(motion.start for motion in motions), np.inf][1:]
+    found = 0.0
+    for motion, until in zip(motions, ends, strict=True):
+        part = (times >= motion.start) & (times < until)
+        planned = motion.trajectory.sample(times[part] - motion.start).positions if part.any() else positions[part]
+        found = max(found, largest(np.abs(positions[part] - planned)))
+    return found
+
+
+def largest(values: np.ndarray) -> float:
+    """Return the largest of values, 0 of none."""
+    return round(float(values.max(initial=0.0)), 4)

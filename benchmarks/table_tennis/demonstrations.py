@@ -5,15 +5,20 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.table_tennis.scene import BALL, FIRST_S, GEARS, court
+from benchmarks.table_tennis.scene import BALL, FIRST_S, GEARS, RACKET, court
 from motion.demonstration import Demonstration
 from motion.primitive import Primitive, learn
+from robot.description import RobotConfig
 from robot.striking.arm import Arm
+from robot.striking.calibration import calibrate
 from robot.striking.choice import State
 from robot.striking.chooser import Chooser, Options
 from robot.striking.contact import ContactLaw
 from robot.striking.estimator import Belief, Estimator
 from robot.striking.reachability import Reachability
+from robot.striking.simulated_contact import SimulatedContact
+
+STILL_S = 0.7
 
 
 def learned(path: Path) -> Primitive:
@@ -31,6 +36,18 @@ def learned(path: Path) -> Primitive:
             f"{path}: has {table.shape[1]} columns; it needs {len(GEARS) + 1}, time and {len(GEARS)} joints"
         )
     return learn(Demonstration(table[:, 0] - table[0, 0], table[:, 1:]))
+
+
+def still(home: np.ndarray) -> Primitive:
+    """Return a demonstration that stays at `home` (7,): imitating it moves with the least acceleration."""
+    return learn(Demonstration(np.linspace(0.0, STILL_S, 100), np.tile(home, (100, 1))))
+
+
+def quintic_of(config: RobotConfig, folder: Path) -> Primitive:
+    """Return `quintic` of an arm; its table of postures is kept in `folder`."""
+    arm, table = Arm(config, RACKET, BALL), Reachability.of(config, folder)
+    contact = SimulatedContact(config, "target_ball", ContactLaw(0.0, 0.0), arm.offset)
+    return quintic(arm, table, calibrate(arm, table, contact).law, config.home)
 
 
 def quintic(arm: Arm, table: Reachability, law: ContactLaw, home: np.ndarray) -> Primitive:

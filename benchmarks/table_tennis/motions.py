@@ -1,11 +1,10 @@
 """Motions from one state of the arm to a hit, by the planner and by what it is compared with."""
 
-from typing import Literal
-
 import numpy as np
 
 from benchmarks.table_tennis.checks import violations
 from benchmarks.table_tennis.played import Motion
+from benchmarks.table_tennis.variants import Method
 from motion.dmp_plan import plan_dmp
 from motion.errors import MotionError
 from motion.limits import Limits
@@ -16,7 +15,6 @@ from motion.request import Boundary, MotionRequest
 from motion.sampled import check_limits
 from robot.striking.choice import Choice, State
 
-Method = Literal["qp", "dmp", "quintic"]
 AFTER_S = 0.015
 """The velocity of the hit is kept so long after the middle of the contact."""
 TICK_S = 0.001

@@ -4,17 +4,16 @@ import time as clock
 from pathlib import Path as Folder
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from benchmarks.table_tennis.balls import Ball
-from benchmarks.table_tennis.checks import ArmCheck, violations
+from benchmarks.table_tennis.checks import ArmCheck, distance, violations
 from benchmarks.table_tennis.demonstrations import learned, quintic
 from benchmarks.table_tennis.motions import make_motion
+from benchmarks.table_tennis.motors import Motors
 from benchmarks.table_tennis.played import Motion
-from benchmarks.table_tennis.scene import BALL, CONTROL_S, FIRST_S, GEARS, OFFSET, RACKET, court, environment, robot
+from benchmarks.table_tennis.scene import BALL, CONTROL_S, FIRST_S, OFFSET, RACKET, court, environment, robot
 from benchmarks.table_tennis.variants import SERIES, Variant
-from robot.model import joint_ids
 from robot.motion_check import Collides, MotionCheck
 from robot.striking.arm import Arm
 from robot.striking.calibration import calibrate
@@ -66,12 +65,7 @@ class Player:
         simulate = self._contact if variant.simulated else None
         self._chooser = Chooser(self._arm, self._table, court(), law, Options(**variant.options), simulate)
         self._check = MotionCheck(config)
-        self._model = self._env.unwrapped.model
-        self._data = mujoco.MjData(self._model)
-        joints = joint_ids(self._model, config.joint_names)
-        self._dofs = self._model.jnt_dofadr[joints]
-        self._damping = self._model.dof_damping[self._dofs]
-        self._full = np.zeros((self._model.nv, self._model.nv))
+        self._motors = Motors(self._env, config.joint_names)
         self._arm_check = ArmCheck(self._env, config.limits)
         self.primitive = learned(demonstration) if demonstration else quintic(self._arm, self._table, law, config.home)
 
@@ -214,20 +208,10 @@ class Player:
             reference, after = State(now, home, 0 * home, 0 * home), np.zeros(7)
         else:
             reference, after = current.state(now), current.state(now + CONTROL_S).velocities
-        model, data = self._model, self._data
-        data.qpos[:] = self._env.unwrapped.data.qpos
-        data.qvel[:] = 0
-        data.qvel[self._dofs] = velocities
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_fwdVelocity(model, data)
-        mujoco.mj_fullM(model, data, self._full)
-        mass = self._full[np.ix_(self._dofs, self._dofs)]
         pull = (after - reference.velocities) / CONTROL_S
         pull = pull + OMEGA**2 * (reference.positions - positions)
         pull = pull + DAMPING * OMEGA * (reference.velocities - velocities)
-        bias = data.qfrc_bias[self._dofs]
-        torque = mass @ pull + bias + self._damping * reference.velocities
-        return np.clip(torque / GEARS, -1.0, 1.0)
+        return self._motors.action(velocities, pull, reference.velocities)
 
     def _judge(self, result: Ball, info: dict[str, Any], motions: list[Motion], now: float) -> None:
         result.hit, result.returned = bool(info["hit_ball"]), bool(info["ball_returned_success"])
@@ -235,7 +219,9 @@ class Player:
         if result.returned:
             result.error = float(info["land_dist_error"])
         result.violations = violations(self._limits, motions, now) if motions else 0
-        result.arm_violations, result.arm_acceleration, result.off_plan = self._arm_check.judge(motions)
+        # A ball that the racket missed may push the arm elsewhere.
+        times, positions = self._arm_check.judge(result, motions[-1].hit if motions else np.inf)
+        result.off_plan = distance(motions, times, positions)
 
     def _learn(self, choice: Choice, after: list[tuple[float, np.ndarray]]) -> None:
         used = [(time, place) for time, place in after if time > choice.time + 0.012]

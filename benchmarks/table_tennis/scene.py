@@ -89,15 +89,21 @@ def environment(variant: str = "TableTennisEnv") -> Any:
 
 def robot(folder: Path, scale: float = 1.0) -> RobotConfig:
     """Return the environment's arm; its description is written into `folder`, its limits scaled."""
-    environment().close()
-    model = Path(importlib.import_module(MODULE).__file__ or "").parent / "assets/xml/table_tennis_env.xml"
-    scaled = {
-        name: (scale * values).tolist()
-        for name, values in (("velocities", VELOCITIES), ("accelerations", ACCELERATIONS), ("jerks", JERKS))
-    }
     path = folder / "wam.toml"
-    path.write_text(ROBOT.format(model=model, **scaled))
+    path.write_text(toml(model_file(), scale))
     return load_robot(path)
+
+
+def model_file() -> Path:
+    """Return the environment's model. Raises NotInstalled."""
+    environment().close()
+    return Path(importlib.import_module(MODULE).__file__ or "").parent / "assets/xml/table_tennis_env.xml"
+
+
+def toml(model: Path, scale: float = 1.0) -> str:
+    """Return the description of the arm in a model, its limits scaled."""
+    kinds = {"velocities": VELOCITIES, "accelerations": ACCELERATIONS, "jerks": JERKS}
+    return ROBOT.format(model=model, **{name: (scale * values).tolist() for name, values in kinds.items()})
 
 
 def court(restitution: float = 1.0, spread: float = 0.02) -> Court:

@@ -1,10 +1,9 @@
 """The conditions under which balls are played."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
-from benchmarks.table_tennis.motions import Method
-
+Method = Literal["qp", "dmp", "quintic"]
 SERIES = 50
 """What is learned of the racket is forgotten after so many balls, by their seeds; then it is wrong once more."""
 

@@ -1,0 +1,38 @@
+"""From accelerations to the environment's actions."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from benchmarks.table_tennis.scene import GEARS
+from robot.model import joint_ids
+
+
+class Motors:
+    """Inverse dynamics of an environment's arm. It holds its own MuJoCo data."""
+
+    def __init__(self, env: Any, joints: Sequence[str]) -> None:
+        self._env, self._model = env, env.model
+        self._data = mujoco.MjData(self._model)
+        self._dofs = self._model.jnt_dofadr[joint_ids(self._model, tuple(joints))]
+        self._damping = self._model.dof_damping[self._dofs]
+        self._full = np.zeros((self._model.nv, self._model.nv))
+
+    def action(self, velocities: np.ndarray, accelerations: np.ndarray, planned: np.ndarray) -> np.ndarray:
+        """Return the torques, as parts of the motors' own (7,), that accelerate the arm as it stands, clipped to ±1.
+
+        velocities: of the arm; planned: those of the reference, rad/s, against which the damping is compensated. That
+        of the measured ones would be unstable: some joints' velocity decays in less than a tick.
+        """
+        model, data = self._model, self._data
+        data.qpos[:] = self._env.data.qpos
+        data.qvel[:] = 0
+        data.qvel[self._dofs] = velocities
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        mujoco.mj_fullM(model, data, self._full)
+        mass = self._full[np.ix_(self._dofs, self._dofs)]
+        torque = mass @ accelerations + data.qfrc_bias[self._dofs] + self._damping * planned
+        return np.clip(torque / GEARS, -1.0, 1.0)
