@@ -93,7 +93,8 @@ class EnvironmentArm(Backend):
         """Let the environment take a step of 8 ms, where its ball flies."""
         if self.flies and not self.done:
             now = self._now
-            action = self._motors.action(now.velocities, setpoint.accelerations, setpoint.velocities)
+            planned = setpoint.velocities - setpoint.feedforward * CONTROL_S / 2
+            action = self._motors.action(now.velocities, setpoint.accelerations, planned)
             self._seen, _, self.done, _, self.info = self.env.step(action)
             self._torques = action * GEARS
         self._tick += 1

@@ -23,8 +23,8 @@ class Motors:
     def action(self, velocities: np.ndarray, accelerations: np.ndarray, planned: np.ndarray) -> np.ndarray:
         """Return the torques, as parts of the motors' own (7,), that accelerate the arm as it stands, clipped to ±1.
 
-        velocities: of the arm; planned: those of the reference, rad/s, against which the damping is compensated. That
-        of the measured ones would be unstable: some joints' velocity decays in less than a tick.
+        velocities: of the arm. planned: those of the reference in the middle of the tick, rad/s, whose damping is
+        compensated: the measured ones' would be unstable, since some joints' velocity decays in less than a tick.
         """
         model, data = self._model, self._data
         data.qpos[:] = self._env.data.qpos

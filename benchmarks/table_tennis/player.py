@@ -211,7 +211,7 @@ class Player:
         pull = (after - reference.velocities) / CONTROL_S
         pull = pull + OMEGA**2 * (reference.positions - positions)
         pull = pull + DAMPING * OMEGA * (reference.velocities - velocities)
-        return self._motors.action(velocities, pull, reference.velocities)
+        return self._motors.action(velocities, pull, (reference.velocities + after) / 2)
 
     def _judge(self, result: Ball, info: dict[str, Any], motions: list[Motion], now: float) -> None:
         result.hit, result.returned = bool(info["hit_ball"]), bool(info["ball_returned_success"])
