@@ -1,6 +1,6 @@
 """One connection to the keys of one robot."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import zenoh
@@ -78,17 +78,17 @@ class Link:
         """Return why a request may have had no answer."""
         if self.bus.session.is_closed():
             return CLOSED
-        alive = await self._alive()
+        alive = await self.alive()
         services = sorted(service for robot, service in alive if robot == self.bus.robot)
         if topic.owner in services:
             return f"the {topic.owner} runs, but did not answer in time"
         if services:
             return f"the {topic.owner} is not running; what runs is {', '.join(services)}"
         if others := sorted({robot for robot, _ in alive}):
-            return f"no robot has the name {self.bus.robot!r} on this bus; choose from {', '.join(map(repr, others))}"
+            return unknown_robot(self.bus.robot, others)
         return f"the {topic.owner} is not running, or not on this bus; start the robot with: volley up"
 
-    async def _alive(self) -> set[tuple[str, str]]:
+    async def alive(self) -> set[tuple[str, str]]:
         """Return the robot and the name of every service on the bus that is ready; none where the router is silent."""
         box: Mailbox[zenoh.Reply | None] = self.mailbox(256)
         handler = zenoh.handlers.Callback(box.put, drop=lambda: box.put(None), indirect=False)
@@ -99,3 +99,8 @@ class Link:
                 _, robot, _, service = str(reply.ok.key_expr).split("/")
                 found.add((robot, service))
         return found
+
+
+def unknown_robot(name: str, others: Sequence[str]) -> str:
+    """Return a sentence that says which robots there are."""
+    return f"no robot has the name {name!r} on this bus; choose from {', '.join(map(repr, others))}"

@@ -42,6 +42,11 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         """Whether this connection is in the block of a `lease`."""
         return self._link.leased
 
+    @Twofold
+    async def robots(self) -> list[str]:
+        """Return the names of the robots on this bus, sorted; none where the router is silent."""
+        return sorted({robot for robot, _ in await self._link.alive()})
+
     # --- motions --------------------------------------------------------------------------------------
 
     @Twofold

@@ -68,6 +68,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "reset-sim": Command("tools.shell.arm:reset_sim", "begin a new run: the arm at rest, the ball on its tee"),
         "step": Command("tools.shell.arm:step", "advance the stepped clock"),
         "ball": Command("tools.shell.ball:ball", "throw the ball, in the run that goes on"),
+        "drag": Command("tools.shell.dragging:drag", "a window in which the mouse drags the arm"),
         "disturb": Command("tools.shell.arm:disturb", "push the arm, blur its sensors, lose messages"),
     },
 }

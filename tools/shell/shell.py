@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from client import ROBOT, Arm, NoAnswer, Refusal, connect
+from client.link import unknown_robot
 from protocol import messages as m
 from tools.shell.flags import Endpoints, File, Seconds, Switch
 from tools.shell.show import show
@@ -91,7 +92,7 @@ def reach(flags: Flags, client_id: str = "") -> Iterator[Shell]:
 
     Raises:
         NoRouter: nobody hosts it.
-        UsageError: the endpoint or the configuration cannot be used.
+        UsageError: the endpoint or the configuration cannot be used, or the robots on the bus have other names.
     """
     try:
         arm = connect(
@@ -100,6 +101,8 @@ def reach(flags: Flags, client_id: str = "") -> Iterator[Shell]:
     except ValueError as error:
         raise UsageError(str(error)) from None
     with arm:
+        if (robots := arm.robots()) and flags.robot not in robots:
+            raise UsageError(unknown_robot(flags.robot, robots))
         yield Shell(arm, flags)
 
 

@@ -127,7 +127,7 @@ def test_every_request_has_a_command():
     keys = {query.key for query in QUERIES}
     renamed = {"sim/step": "step", "sim/reset": "reset-sim", "sim/disturb": "disturb", "guide": "teach"}
     renamed |= {"sim/ball": "ball", "strike/stop": "strike"}
-    own = {"watch", "robot", "episodes", "export", "inspect"}
+    own = {"watch", "robot", "episodes", "export", "inspect", "drag"}
     own |= {name for name, command in COMMANDS.items() if command.is_main}
     assert {renamed.get(key, key) for key in keys} | own == set(COMMANDS)
 
@@ -327,6 +327,18 @@ def test_wrong_flags_exit_with_2(robot, capsys):
         volley(robot, "goal", "forehand", "--method", "guess")
     assert stopped.value.code == 2
     assert "--method" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [("primitives",), ("watch",), ("learn", "no-such-file.csv"), ("drag",)])
+def test_a_robot_that_is_not_there_is_said_at_once(robot, capsys, monkeypatch, words):
+    monkeypatch.setattr("tools.shell.dragging.check_display", lambda: None)
+    token = robot.bus.announce("sim")
+    try:
+        assert volley(robot, *words, "--robot", "leg") == 2
+    finally:
+        token.undeclare()
+    assert capsys.readouterr().err == "no robot has the name 'leg' on this bus; choose from 'arm'\n"
+    assert not robot.asked
 
 
 def test_silence_exits_with_4(robot, capsys):
