@@ -14,7 +14,7 @@ ROWS = np.array([[1, 1, 1], [3, 4, 5], [6, 12, 20]], dtype=float)
 def plan_quintic(request: MotionRequest) -> Trajectory:
     """Return the polynomial from start to goal, where accelerations are zero, then follow-through and stop.
 
-    Of the request, start, goal, duration, limits and follow_through count. The polynomial may leave the limits; check it.
+    Uses start, goal, duration, limits and follow_through of the request. The polynomial may leave the limits; check it.
 
     Raises:
         MotionError: the arm cannot stop inside the limits of its positions and velocities.

@@ -12,7 +12,6 @@ from services.common.cli import MISUSED
 from services.common.supervisor import NotReady
 from tools.rally import partners
 from tools.rally.flags import Flags, noise_of
-from tools.rally.slow_motion import slow_motion
 from tools.rally.thrown import play_thrown
 
 
