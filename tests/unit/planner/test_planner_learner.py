@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from protocol import messages as m
+from protocol import topics
 from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
 from services.planner.learner import Head, Learner
@@ -24,6 +25,8 @@ ARM = Arm("two", NAMES)
 
 class Question:
     """A request that keeps its answer."""
+
+    topic = topics.LEARN
 
     def __init__(self) -> None:
         self.answer: Any = None
