@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 
 import mujoco
 import numpy as np
@@ -26,7 +26,7 @@ Joints = Mapping[str, list[float]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """The sphere that the arm fills at home: its centre (3,) and radius, m."""
+    """The sphere that the arm fills at home, with other robots of its scene: its centre (3,) and radius, m."""
 
     centre: np.ndarray
     radius: float
@@ -116,7 +116,8 @@ class Scene:
     def view(self) -> View:
         """Return what to look at."""
         self._place(self._config.home)
-        roots = set(self.model.body_rootid[self.arm].tolist())
+        others = joint_ids(self.model, tuple(chain.from_iterable(self._config.others.values())))
+        roots = set(self.model.body_rootid[[*self.arm, *self.model.jnt_bodyid[others]]].tolist())
         bodies = [body for body in range(1, self.model.nbody) if self.model.body_rootid[body] in roots]
         corners = [self._data.xpos[body] for body in bodies]
         signs = np.array(list(product((-1, 1), repeat=3)))

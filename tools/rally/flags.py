@@ -32,7 +32,8 @@ class Flags:
         learned: File of what the striker has learned; by default a new one, thrown away at the end.
         record: The trace to write.
         live: Serve a viewer on loopback meanwhile.
-        partners: 1: balls are thrown at one arm; 2: two arms rally with each other.
+        partners: 1: balls are thrown at one arm; 2: two arms, near and far, rally with each other, each with a target
+            of its own; balls, kind, target, wander and wind are then of no effect.
         rallies: Of two arms, how many.
         strokes: Of two arms, after which a rally ends.
         json: Print one line of JSON in place of the table.
@@ -57,7 +58,7 @@ class Flags:
     record: Path = Path("volley-rally.rrd")
     live: bool = False
     partners: Literal[1, 2] = 1
-    rallies: int = 20
+    rallies: int = 3
     strokes: int = 60
     json: bool = False
     verbose: bool = False

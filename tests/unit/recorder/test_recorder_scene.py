@@ -8,6 +8,7 @@ import rerun as rr
 from setpoints import accelerating
 
 from robot.description import RobotConfig, load_robot
+from robot.shipped import DEFAULT_ROBOT_CONFIG
 from services.recorder.geometry import Geometry
 from services.recorder.scene import Scene
 from services.sim.arm import SimulatedArm
@@ -86,6 +87,12 @@ def test_the_camera_looks_at_the_arm_wherever_it_stands(config: RobotConfig):
     view = Scene(config).view()
     assert view.centre == pytest.approx([2.4, 0, 0.17], abs=0.05)
     assert 0.45 < view.radius < 0.6
+
+
+def test_the_camera_looks_at_all_arms_of_a_scene():
+    view = Scene(load_robot(DEFAULT_ROBOT_CONFIG.with_name("near.toml"))).view()
+    assert view.centre[:2] == pytest.approx([0, 0], abs=0.01)
+    assert view.radius > 2.1
 
 
 def test_a_tilted_plane_is_drawn_tilted_below_the_arm(config: RobotConfig):
