@@ -37,9 +37,10 @@ ROBOTS = tuple(DEFAULT_ROBOT_CONFIG.with_name(name) for name in ("near.toml", "f
 """The first one's sim moves both arms."""
 SEEN = (topics.BALL, topics.CONTACT)
 """What the referee follows, in the time of the first arm."""
-READY_S = 4.0
-"""How long (wall time) nothing may change before the next serve is thrown all the same."""
+READY_S = 30.0
+"""How long (wall time) the arms may take to come to rest before the next serve is thrown all the same."""
 REST_S = 0.2
+"""How long (robot time) they rest."""
 STALLED_S = 10.0
 """A sim that shows no ball for so long (wall time) is gone."""
 
@@ -135,23 +136,26 @@ class Court:
                 self._received.get_nowait()
 
     def _wait_for_rest(self) -> None:
-        """Return once both arms have rested for a moment of robot time, at the latest after a while without change."""
+        """Return once both arms have rested for a moment of robot time, at the latest after `READY_S`."""
         since: dict[str, float] = {}
         deadline = time.monotonic() + READY_S
         while time.monotonic() < deadline:
-            rested = []
-            for name, bus in self._buses.items():
-                with contextlib.suppress(Refusal, NoAnswer):
-                    status = bus.ask(topics.STATUS_QUERY, m.Empty())
-                    if status.mode == "fault":
-                        bus.ask(topics.RESET, m.Empty())
-                    if status.mode != "holding":
-                        deadline, _ = time.monotonic() + READY_S, since.pop(name, None)
-                    else:
-                        rested.append(status.time - since.setdefault(name, status.time) > REST_S)
-            if len(rested) == len(self._buses) and all(rested):
+            rested = [self._rests(name, bus, since) for name, bus in self._buses.items()]
+            if all(rested):
                 return
             time.sleep(0.05)
+
+    @staticmethod
+    def _rests(name: str, bus: Bus, since: dict[str, float]) -> bool:
+        """Return whether an arm has rested long enough; `since`: from when on (s) each does. A fault is reset."""
+        with contextlib.suppress(Refusal, NoAnswer):
+            status = bus.ask(topics.STATUS_QUERY, m.Empty())
+            if status.mode == "fault":
+                bus.ask(topics.RESET, m.Empty())
+            if status.mode == "holding":
+                return status.time - since.setdefault(name, status.time) > REST_S
+            since.pop(name, None)
+        return False
 
 
 def _clash(contact: m.Contact) -> list[str]:
