@@ -112,42 +112,10 @@ SCENE = Publication("scene", "robot", m.Scene, "what moves beside the arm and th
 DISTURBANCE = Publication("disturbance", "robot", m.Disturbance, "the disturbances that act now")
 STRIKES = Publication("strike", "striker", m.Strike, "what the striker decides and sees")
 
-QUERIES: tuple[Query, ...] = (
-    GOAL,
-    PRIMITIVES,
-    LEARN,
-    FORGET,
-    EXECUTE,
-    REFERENCE,
-    CANCEL,
-    RESET,
-    RESULT,
-    STATUS_QUERY,
-    STATE_QUERY,
-    DESCRIPTION,
-    RECOVER,
-    HOLD,
-    GUIDE,
-    SIM_STEP,
-    SIM_RESET,
-    SIM_DISTURB,
-    SIM_BALL,
-    STRIKE,
-    STRIKE_STOP,
-)
-PUBLICATIONS: tuple[Publication, ...] = (
-    STATE,
-    COMMAND,
-    PLAN,
-    REFUSED,
-    STATUS,
-    ENDED,
-    CONTACT,
-    BALL,
-    SCENE,
-    DISTURBANCE,
-    STRIKES,
-)
+QUERIES: tuple[Query, ...] = tuple(topic for topic in list(vars().values()) if isinstance(topic, Query))
+"""Every request above, in their order."""
+PUBLICATIONS: tuple[Publication, ...] = tuple(each for each in list(vars().values()) if isinstance(each, Publication))
+"""Every publication above, in their order."""
 
 
 def check_robot_name(name: str) -> None:

@@ -37,6 +37,12 @@ def ranges_or_null(ranges: np.ndarray) -> list[m.Range | None]:
     return [tuple(pair) if np.isfinite(pair).all() else None for pair in ranges.tolist()]
 
 
+def limit_fields(limits: Limits) -> dict[str, Any]:
+    """Return limits as the four fields of a message, with null where there is none."""
+    largest = {name: finite_or_null(getattr(limits, name)) for name in ("velocities", "accelerations", "jerks")}
+    return {"positions": ranges_or_null(limits.positions), **largest}
+
+
 def limits_of(limits: m.RobotLimits) -> Limits:
     """Return the limits that a robot describes, ±inf where there is null."""
     ranges = [(-np.inf, np.inf) if pair is None else pair for pair in limits.positions]

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from msgspec import UNSET
 
-from motion.limits import Limits
 from motion.plan import SplinePlan
 from motion.primitive import Primitive
 from motion.program.report import Distance, Report
@@ -15,7 +14,7 @@ from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
 from protocol.topics import MAX_ID
-from robot.conversions import finite_or_null, ranges_or_null, sample_matrices
+from robot.conversions import finite_or_null, limit_fields, sample_matrices
 from robot.description import RobotConfig
 from robot.motion_check import Findings
 from services.planner.library import SHOWN
@@ -24,7 +23,6 @@ from services.planner.solving import Made
 ROUNDING = 1e-9
 
 _FIELDS = {"positions": "position", "velocities": "velocity", "accelerations": "acceleration", "jerks": "jerk"}
-
 
 SAMPLED_S = 20.0
 """Of a longer motion every nth sample is sent: at most as many as this time has ticks."""
@@ -98,7 +96,7 @@ def plan_message(made: Made, trajectory: m.Trajectory, goal: m.Goal, primitive: 
         primitive=goal.primitive,
         revises=goal.revises,
         phase=phase,
-        limits=limits_message(made.plan.request.limits),
+        limits=m.PlanLimits(**limit_fields(made.plan.request.limits)),
         waypoints=[_waypoint(waypoint) for waypoint in made.plan.request.waypoints],
         torque_use=_torque_use(made.findings),
         clearance=_clearance(made.findings),
@@ -126,16 +124,6 @@ def refused_message(goal: m.Goal | None, goal_id: str | None, refusal: Refusal, 
         message=refusal.message,
         detail=refusal.detail,
         requested=requested_ns,
-    )
-
-
-def limits_message(limits: Limits) -> m.PlanLimits:
-    """Return limits with null where there is none."""
-    return m.PlanLimits(
-        positions=ranges_or_null(limits.positions),
-        velocities=finite_or_null(limits.velocities),
-        accelerations=finite_or_null(limits.accelerations),
-        jerks=finite_or_null(limits.jerks),
     )
 
 

@@ -1,7 +1,7 @@
 """What the robot side publishes and answers, made from a backend's data."""
 
 from protocol import messages as m
-from robot.conversions import finite_or_null, ranges_or_null
+from robot.conversions import finite_or_null, limit_fields
 from robot.description import RobotConfig
 from services.common.robot_side.backend import Abilities, Observation
 from services.common.robot_side.drive import Drive
@@ -34,17 +34,10 @@ def state_message(now: Observation, drive: Drive, applied_tick: int) -> m.State:
 
 def description(config: RobotConfig, abilities: Abilities, clock: m.Clock, run: int) -> m.Description:
     """Return what the robot is, as answered."""
-    limits = config.limits
     return m.Description(
         joint_names=list(config.joint_names),
         home=config.home.tolist(),
-        limits=m.RobotLimits(
-            positions=ranges_or_null(limits.positions),
-            velocities=finite_or_null(limits.velocities),
-            accelerations=finite_or_null(limits.accelerations),
-            jerks=finite_or_null(limits.jerks),
-            torques=finite_or_null(config.torques),
-        ),
+        limits=m.RobotLimits(**limit_fields(config.limits), torques=finite_or_null(config.torques)),
         rate_hz=config.rate_hz,
         clock=clock,
         run=run,

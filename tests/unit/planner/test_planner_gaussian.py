@@ -32,7 +32,7 @@ from services.planner.lead_time import LeadTime
 from services.planner.learning import learn_from_csv
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
-from tests.waiting import eventually
+from tests.waiting import PATIENCE_S, eventually
 
 LOG = logging.getLogger("planner")
 ROBOT = load_robot()
@@ -101,7 +101,7 @@ class Desk:
 
     def send(self, goal: m.Goal) -> Callable[[], m.GoalReply]:
         """Send a goal; what is returned waits for its answer."""
-        return self._client.send(topics.GOAL, goal)
+        return self._client.send(topics.GOAL, goal, PATIENCE_S)
 
     def ask(self, goal: m.Goal) -> m.GoalReply:
         """Send a goal and wait for its answer."""
@@ -162,13 +162,15 @@ def started(shipped: Path) -> Iterator[Desk]:
         loop = Loop(bus, planner, library, ROBOT, lead, LOG)
         thread = threading.Thread(target=loop.serve, args=(stopping,))
         thread.start()
-        assert eventually(lambda: client.is_alive("planner"))
-        desk = Desk(client, controller, loop)
-        desk.ask(strike(plan_only=True))
-        yield desk
-        stopping.set()
-        thread.join()
-        controller.close()
+        try:
+            assert eventually(lambda: client.is_alive("planner"))
+            desk = Desk(client, controller, loop)
+            desk.ask(strike(plan_only=True))
+            yield desk
+        finally:
+            stopping.set()
+            thread.join()
+            controller.close()
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
-from motion.limits import Limits
 from motion.plan import plan
 from motion.primitive import Primitive
 from motion.request import Boundary
@@ -15,7 +14,7 @@ from robot.description import load_robot
 from robot.shipped import DEMONSTRATIONS
 from services.planner.goals import Origin, motion_request
 from services.planner.learning import learn_from_csv
-from services.planner.messages import executed_message, goal_reply, limits_message, plan_message, sampled_message
+from services.planner.messages import executed_message, goal_reply, plan_message, sampled_message
 from services.planner.solving import Made
 
 ROBOT = load_robot()
@@ -123,13 +122,3 @@ def test_of_a_long_motion_every_nth_sample_is_told(primitive: Primitive):
     assert np.abs(positions[-1] - made.plan.trajectory.final_positions).max() == 0
     said = plan_message(made, message, goal, primitive)
     assert decode(encode(said), m.Plan, max_bytes=4 << 20) == said
-
-
-def test_no_limit_is_null():
-    """Infinity has no place on the wire."""
-    limits = Limits(
-        np.array([[-1.0, 1.0], [-np.inf, np.inf]]), np.array([np.inf, 2.0]), np.array([3.0, np.inf]), np.full(2, np.inf)
-    )
-    said = limits_message(limits)
-    assert said.positions == [(-1.0, 1.0), None]
-    assert (said.velocities, said.accelerations, said.jerks) == ([None, 2.0], [3.0, None], [None, None])

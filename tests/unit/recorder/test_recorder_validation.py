@@ -6,9 +6,22 @@ from typing import Any
 import msgpack
 import pytest
 
+from protocol import messages as m
 from protocol.codec import encode
 from protocol.errors import Refusal
-from protocol.topics import BALL, COMMAND, DISTURBANCE, ENDED, PLAN, PUBLICATIONS, REFUSED, STATE, STATUS, Publication
+from protocol.topics import (
+    BALL,
+    COMMAND,
+    DISTURBANCE,
+    ENDED,
+    PLAN,
+    PUBLICATIONS,
+    REFUSED,
+    STATE,
+    STATUS,
+    STRIKES,
+    Publication,
+)
 from services.recorder.validation import Receiver, read
 from tests.unit.recorder.recorder_messages import MESSAGES, Waiting
 
@@ -68,6 +81,8 @@ def test_further_fields_are_ignored(topic: Publication) -> None:
         (BALL, "position", [0.0, 0.0]),
         (BALL, "velocity", [0.0, 0.0, 1e308]),
         (DISTURBANCE, "active", [{"kind": "torque", "values": [1.0]}]),
+        (DISTURBANCE, "active", [{"kind": "wind", "values": [1.0] * 6}]),
+        (STRIKES, "landing", {"time": 6.0, "position": [1e7, 0.0, 0.0], "distance": 0.1}),
     ],
 )
 def test_what_cannot_be_written_is_refused_naming_the_field(topic: Publication, field: str, value: Any) -> None:
@@ -76,6 +91,11 @@ def test_what_cannot_be_written_is_refused_naming_the_field(topic: Publication, 
     with pytest.raises(Refusal) as caught:
         read(topic, _pack(body), 6)
     assert field in str(caught.value)
+
+
+def test_wind_has_three_values_for_an_arm_of_six_joints() -> None:
+    wind = m.Disturbance(time=1.0, active=[m.ActiveDisturbance(kind="wind", values=[1.0, 0.0, 0.0])])
+    assert read(DISTURBANCE, encode(wind), 6) == wind
 
 
 @pytest.mark.parametrize("quantity", ["positions", "velocities"])

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from motion.limits import Limits
 from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.errors import Refusal
-from robot.conversions import finite_or_null, ranges_or_null, sample_matrices, samples_of
+from robot.conversions import finite_or_null, limit_fields, ranges_or_null, sample_matrices, samples_of
 
 SAMPLES = Samples(*np.arange(18.0).reshape(3, 3, 2))
 
@@ -41,3 +42,13 @@ def test_a_matrix_of_another_size_is_refused():
 def test_what_has_no_limit_is_null():
     assert finite_or_null(np.array([1.0, np.inf])) == [1.0, None]
     assert ranges_or_null(np.array([[-1.0, 2.0], [-np.inf, np.inf], [-1.0, np.inf]])) == [(-1.0, 2.0), None, None]
+
+
+def test_no_limit_is_null():
+    """Infinity has no place on the wire."""
+    limits = Limits(
+        np.array([[-1.0, 1.0], [-np.inf, np.inf]]), np.array([np.inf, 2.0]), np.array([3.0, np.inf]), np.full(2, np.inf)
+    )
+    said = m.PlanLimits(**limit_fields(limits))
+    assert said.positions == [(-1.0, 1.0), None]
+    assert (said.velocities, said.accelerations, said.jerks) == ([None, 2.0], [3.0, None], [None, None])
