@@ -40,6 +40,9 @@ dwell = {dwell}
 region = [[-1.37, 0.0], [-0.7625, 0.7625]]
 """
 
+INERTIA = 10.0
+"""kg·m²."""
+
 
 def write_robot(folder: Path, restitution: float = 1.0) -> Path:
     """Write the robot as the services need it, and return its TOML: their ball moves freely and is called `ball`.
@@ -53,10 +56,12 @@ def write_robot(folder: Path, restitution: float = 1.0) -> Path:
     geom = slides.first_geom()
     ball = spec.worldbody.add_body(name="ball", pos=[-1.0, 0.0, 1.85])
     ball.add_freejoint(name="ball")
+    # The environment's ball slides without turning: so large a moment of inertia is not turned by a hit.
+    ball.explicitinertial, ball.mass, ball.inertia, ball.ipos = True, BALL.mass, [INERTIA] * 3, [0.0] * 3
     shape = {
         name: getattr(geom, name) for name in ("type", "size", "condim", "friction", "solimp", "solref", "priority")
     }
-    ball.add_geom(name="ball", mass=BALL.mass, **shape)
+    ball.add_geom(name="ball", **shape)
     spec.delete(slides)
     (folder / "scene.xml").write_text(spec.to_xml())
     path = folder / "wam.toml"
@@ -118,16 +123,16 @@ class EnvironmentArm(Backend):
 
 
 class TableLoop(RobotLoop):
-    """Keeps the pace, `slow` times slower than the wall clock, and says where the ball is while it flies."""
+    """Keeps the pace, `slow` times slower than the wall clock while the ball flies, and says where it is."""
 
     def __init__(self, bus: Bus, config: RobotConfig, arm: EnvironmentArm, log: logging.Logger, slow: float) -> None:
         super().__init__(bus, config, arm, "paced", log)
         self.arm = arm
         self._ball = self.publisher(topics.BALL)
-        self._tick_s = slow * CONTROL_S
+        self._slow = slow
         self._due = time.monotonic()
         self.behind_s = 0.0
-        """Wall time by which ticks were late in all."""
+        """Wall time by which ticks were late while balls flew, s."""
         self.commanded: list[bytes] = []
         """Commands of the ball that flies."""
 
@@ -150,14 +155,16 @@ class TableLoop(RobotLoop):
             if taken is not None:
                 self.receive(taken)
             self.attend()
+        flies = self.arm.flies and not self.arm.done
+        tick_s = CONTROL_S * (self._slow if flies else 1.0)
         wait = self._due - time.monotonic()
-        self.behind_s += max(0.0, -wait)
+        self.behind_s += max(0.0, -wait) if flies else 0.0
         time.sleep(max(0.0, wait))
-        self._due = max(self._due, time.monotonic() - self._tick_s) + self._tick_s
+        self._due = max(self._due, time.monotonic() - tick_s) + tick_s
         self.receive_all()
         self.step()
         self.publish()
-        if self.arm.flies and not self.arm.done and noise is not None:
+        if flies and not self.arm.done and noise is not None:
             place = self.arm.ball + noise
             self._ball.put(m.BallState(time=self.arm.observe().time, position=place.tolist()))
         self.attend()

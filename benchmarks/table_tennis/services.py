@@ -43,9 +43,9 @@ class Arguments:
 
     The environment is the robot: its arm follows the controller's commands at 125 Hz, its ball is published as `ball`.
     balls, seed, json, demonstration: as there. noise: m, of each sight. table: part by which the striker believes in
-    too much restitution of the table; with a minus, too little. revise_hz: corrections a second, 0: planned once. slow:
-    wall time over robot time, so that the outcome does not depend on the machine; 1: real time. verbose: show what the
-    services log.
+    too much restitution of the table; with a minus, too little. revise_hz: corrections a second, 0: planned once.
+    flight: s from the hit to the landing, by default the striker's choice. slow: wall time over robot time while a ball
+    flies, so that the outcome does not depend on the machine; 1: real time. verbose: show what the services log.
     """
 
     balls: int = 100
@@ -53,6 +53,7 @@ class Arguments:
     noise: float = 0.0
     table: float = 0.0
     revise_hz: float = 50.0
+    flight: float | None = None
     slow: float = 4.0
     json: Path | None = None
     demonstration: Path | None = None
@@ -118,7 +119,7 @@ class Table:
         loop.begin_ball(seed)
         self._check.begin()
         x, y = loop.arm.target.tolist()
-        self._order(m.StrikeRequest(target=(x, y, TABLE), revise_hz=arguments.revise_hz))
+        self._order(m.StrikeRequest(target=(x, y, TABLE), flight_time=arguments.flight, revise_hz=arguments.revise_hz))
         for _ in range(WAIT_TICKS):
             loop.turn()
         _drain(self._said)

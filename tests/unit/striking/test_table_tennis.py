@@ -1,9 +1,16 @@
+import numpy as np
 import pytest
 
 from benchmarks.table_tennis.balls import append, read, wilson
+from benchmarks.table_tennis.cell import write_robot
 from benchmarks.table_tennis.player import Player
-from benchmarks.table_tennis.scene import NotInstalled, environment
+from benchmarks.table_tennis.scene import BALL, RACKET, NotInstalled, environment, robot
 from benchmarks.table_tennis.variants import VARIANTS
+from robot.description import load_robot
+from robot.striking.arm import Arm
+from robot.striking.choice import Choice
+from robot.striking.contact import ContactLaw
+from robot.striking.simulated_contact import SimulatedContact
 
 
 def test_wilsons_interval():
@@ -31,3 +38,31 @@ def test_a_line_that_is_no_ball_is_named(tmp_path):
     path.write_text("{}\n")
     with pytest.raises(ValueError, match="line 1 is no ball"):
         read(path, "calm")
+
+
+def test_the_services_scene_hits_as_the_environment(tmp_path):
+    """Their ball moves freely, the environment's on three slides: a hit must not turn it."""
+    try:
+        own = robot(tmp_path)
+    except NotInstalled as missing:
+        pytest.skip(str(missing))
+    theirs = load_robot(write_robot(tmp_path))
+    assert theirs.ball
+    assert theirs.ball.mass == pytest.approx(BALL.mass)
+    incoming = np.array([2.0, 0.3, -1.0])
+    touches, normal = [], np.zeros(3)
+    for config, ball in ((own, "target_ball"), (theirs, "ball")):
+        arm = Arm(config, RACKET, BALL)
+        centre, normal = (value[0] for value in arm.chain.pose(config.home[None]))
+        law = ContactLaw(0.0, 0.0)
+        speeds = np.zeros(len(config.home))
+        nothing = np.zeros(3)
+        choice = Choice(
+            0.0, 0.0, config.home, speeds, 0.5, nothing, centre + arm.offset * normal, incoming - 3 * normal, incoming,
+            nothing, centre, normal, nothing, 1, np.eye(3), 0.0, 0.0,
+        )  # fmt: skip
+        touch = SimulatedContact(config, ball, law, arm.offset).hit(choice, 0.5)
+        assert touch
+        touches.append(touch)
+    assert touches[0].velocity == pytest.approx(touches[1].velocity, abs=1e-3)
+    assert abs(touches[0].velocity @ normal) > 0.5
