@@ -1,10 +1,13 @@
 """A hit that was chosen, and why there is none."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+ALIKE = 0.5
+"""rad on any joint, by which two postures differ at most that are alike."""
 Reason = Literal["no ball", "out of reach", "target", "limits", "late"]
 
 
@@ -61,3 +64,13 @@ class Choice:
     def contact(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """What `contact.outgoing` and `derivatives` take, of one ball: mobility, incoming, racket and normal."""
         return self.mobility[None], self.incoming[None], self.racket_velocity[None], self.racket_normal[None]
+
+
+def unlike_first(choices: Sequence[Choice]) -> list[Choice]:
+    """Return hits in their order, those last that are like an earlier one: a planner that refuses one refuses both."""
+    first: list[Choice] = []
+    last: list[Choice] = []
+    for choice in choices:
+        alike = any(np.abs(choice.positions - other.positions).max() < ALIKE for other in first)
+        (last if alike else first).append(choice)
+    return first + last

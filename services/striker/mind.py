@@ -10,7 +10,7 @@ from robot.description import RobotConfig
 from robot.model import owner_name
 from robot.striking.arm import Arm, Racket
 from robot.striking.calibration import calibrate
-from robot.striking.choice import Choice, State
+from robot.striking.choice import Choice, State, unlike_first
 from robot.striking.chooser import Chooser, Options
 from robot.striking.contact import ContactLaw
 from robot.striking.estimator import Belief, Estimate, Estimator
@@ -29,6 +29,8 @@ FOLLOW_THROUGH_S = 0.015
 CLEARS_M = 0.15
 """m above the net for a ball that is returned."""
 BELIEVED = Belief(position_std=0.004, velocity_std=0.02, restitution_std=0.06, drag_std=0.2)
+CANDIDATES, ASKED = 40, 12
+"""First hits that are found, and how many of them are asked for until one is accepted; then the ball is known better."""
 OPTIONS = Options(
     time_step=0.04,
     flights=(0.6, 0.75, 0.9),
@@ -95,7 +97,8 @@ class Mind:
     def choose(self, begin: State, order: Order) -> list[Choice]:
         """Return hits of the ball that is followed, the best first. Raises NoHit."""
         path = self.estimator.path(begin.time + HORIZON_S)
-        return self._chooser.choose(path, begin, order.target, order.flight_time)
+        found = self._chooser.choose(path, begin, order.target, order.flight_time, count=CANDIDATES)
+        return unlike_first(found)[:ASKED]
 
     def correct(self, begin: State, order: Order, last: Choice) -> Choice:
         """Return a better hit near `last`. Raises NoHit."""

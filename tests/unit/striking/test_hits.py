@@ -9,7 +9,7 @@ from robot.kinematics import Kinematics
 from robot.striking.arm import Arm, Racket
 from robot.striking.calibration import calibrate
 from robot.striking.chain import Chain
-from robot.striking.choice import NoHit, State
+from robot.striking.choice import NoHit, State, unlike_first
 from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw, better_normal, outgoing, racket_velocity
 from robot.striking.estimator import Belief, Estimator
@@ -120,6 +120,12 @@ def test_a_chosen_hit_sends_the_ball_to_the_target_and_a_correction_keeps_the_br
     moved = chooser.correct(path_of(place=(4.0, -0.88, 1.01)), start, target, best)[0]
     assert np.abs(moved.positions - best.positions).max() < 0.5
     assert abs(moved.time - best.time) <= 0.06 + 1e-9
+
+
+def test_hits_like_an_earlier_one_come_last(config, chooser):
+    best = chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0]))[0]
+    like, other = replace(best, use=7.0), replace(best, positions=best.positions + 0.6)
+    assert unlike_first([best, like, other]) == [best, other, like]
 
 
 def test_hits_that_do_not_exist_are_refused_with_a_reason(config, chooser):
