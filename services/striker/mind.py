@@ -30,7 +30,7 @@ CLEARS_M = 0.15
 """m above the net for a ball that is returned."""
 BELIEVED = Belief(position_std=0.004, velocity_std=0.02, restitution_std=0.06, drag_std=0.2)
 CANDIDATES, ASKED = 40, 12
-"""First hits that are found, and how many of them are asked for until one is accepted; then the ball is known better."""
+"""First hits that are found, and how many of them are asked for before hits are chosen once more."""
 OPTIONS = Options(
     time_step=0.04,
     flights=(0.6, 0.75, 0.9),
