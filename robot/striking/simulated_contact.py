@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from motion.tracking import tracking_acceleration
 from robot.description import RobotConfig
 from robot.model import joint_ids
 from robot.striking.choice import Choice
@@ -29,14 +30,22 @@ class SimulatedContact:
 
     ball: the ball's body, on a free joint or on three slides along the axes of the world. law: which its result is
     compared with. phases: parts of a simulation step, from its begin to the touch, that are averaged; none: that of
-    the hit's own time, for a ball whose flight is known exactly.
+    the hit's own time, for a ball whose flight is known exactly. alpha: 1/s, gain of the tracking law (eq. 11) with
+    which Volley's controller resists the recoil of Volley's simulation; 0: of another simulation, torques stay.
     """
 
     def __init__(
-        self, config: RobotConfig, ball: str, law: ContactLaw, offset: float, phases: tuple[float, ...] = (0.25, 0.75)
+        self,
+        config: RobotConfig,
+        ball: str,
+        law: ContactLaw,
+        offset: float,
+        phases: tuple[float, ...] = (0.25, 0.75),
+        alpha: float = 0.0,
     ) -> None:
         self.law = law
         self.phases = phases
+        self._alpha = alpha
         self._model = model = config.load_model()
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
         self._data = mujoco.MjData(model)
@@ -51,6 +60,7 @@ class SimulatedContact:
         self._ball_dofs = slice(int(model.jnt_dofadr[first]), int(model.jnt_dofadr[first]) + 3)
         first_geom, geoms = int(model.body_geomadr[body]), int(model.body_geomnum[body])
         self._geoms = frozenset(range(first_geom, first_geom + geoms))
+        self._masses, self._square = np.zeros((model.nv, model.nv)), np.ix_(self._dofs, self._dofs)
         self._mass = float(model.body_mass[body])
         self._offset = offset
 
@@ -83,9 +93,18 @@ class SimulatedContact:
         mujoco.mj_forward(model, data)
         held = (data.qfrc_bias - data.qfrc_passive)[self._dofs]
         data.qfrc_applied[self._dofs] = held
+        mujoco.mj_fullM(model, data, self._masses)
+        masses, begin = self._masses[self._square], data.qpos[self._qpos].copy()
         began = False
         for count in range(1, int(LONGEST_S / step) + 1):
+            speeds = data.qvel[self._dofs]
+            if self._alpha:
+                reference = begin + (count - 1) * step * choice.velocities, choice.velocities, 0.0
+                pull = tracking_acceleration(self._alpha, reference, data.qpos[self._qpos], speeds)
+                data.qfrc_applied[self._dofs] = held + masses @ pull
             mujoco.mj_step(model, data)
+            if self._alpha:  # As services.sim: exact for an acceleration that is held over the step.
+                data.qpos[self._qpos] -= step / 2 * (data.qvel[self._dofs] - speeds)
             touching = self._touching()
             if began and not touching:
                 return self._touch(count * step - before)

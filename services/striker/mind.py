@@ -72,7 +72,7 @@ class Mind:
             known = read(learned, config.name)
         except LearningError as error:
             raise CannotStrike(str(error)) from None
-        contact = SimulatedContact(config, BALL, ContactLaw(0.0, 0.0), arm.offset)
+        contact = SimulatedContact(config, BALL, ContactLaw(0.0, 0.0), arm.offset, alpha=config.alpha)
         calibrated = calibrate(arm, table, contact).law
         self._learner = known or Learner.of(calibrated)
         # What the simulated contact adds is counted from the calibrated law, so that what is learned adds to it.
