@@ -53,7 +53,8 @@ class Attempt:
         began: When that decision began, robot time.
         sights: Times and positions of the ball after the planned touch.
         touch: Contact of ball and racket, where the robot side says so.
-        reason: The last sentence that was published.
+        reason: Why no hit was found or played last.
+        refused_for: The kind of that reason.
     """
 
     ball: int
@@ -71,3 +72,4 @@ class Attempt:
     sights: list[tuple[float, np.ndarray]] = field(default_factory=list)
     touch: m.Contact | None = None
     reason: str = ""
+    refused_for: str = ""

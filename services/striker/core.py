@@ -163,6 +163,8 @@ class Striker:
             return
         if attempt.stage == "seen" and ball is None:
             self._voice.miss(attempt, self._clock.now, f"the ball was not seen for {LOST_S} s")
+        elif attempt.stage == "seen" and ball is not None and attempt.asked is None and not self._mind.comes(ball):
+            self._voice.miss(attempt, self._clock.now, attempt.reason or "it went by before a hit was found")
         elif ball is not None:
             aim = self._swing.choose if attempt.stage == "seen" else self._swing.correct
             aim(attempt, self._order, ball)

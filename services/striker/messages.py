@@ -20,13 +20,13 @@ Method = Literal["qp", "dmp"]
 
 
 def goal_message(asked: Asked, primitive: str, follow_through: float, method: Method) -> m.Goal:
-    """Return the goal of a hit, or of its correction."""
+    """Return the goal of a hit, or of its correction; `follow_through` (s) is for the method qp."""
     return m.Goal(
         primitive=primitive,
         positions=asked.choice.positions.tolist(),
         velocities=asked.choice.velocities.tolist(),
         arrival_time=asked.choice.goal_time,
-        follow_through=follow_through,
+        follow_through=follow_through if method == "qp" else 0.0,
         method=method,
         revises=asked.revises,
         goal_id=asked.goal_id,

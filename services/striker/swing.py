@@ -62,7 +62,7 @@ class Swing:
         try:
             choices = self._mind.choose(begin, order)
         except NoHit as reason:
-            self._voice.say(attempt, "refused", now, str(reason))
+            self._voice.refuse(attempt, now, reason)
             return
         attempt.further = iter(choices)
         self._ask_next(attempt, order.primitives)
@@ -82,7 +82,7 @@ class Swing:
         try:
             better = self._mind.correct(begin, order, choice)
         except NoHit as reason:
-            self._voice.say(attempt, "refused", now, str(reason))
+            self._voice.refuse(attempt, now, reason)
             return
         self._ask(attempt, better, attempt.goal_id)
 
@@ -94,7 +94,7 @@ class Swing:
             self._play(attempt, asked, reply)
             return
         now = self._clock.now
-        self._voice.say(attempt, "refused", now, str(reply))
+        self._voice.refuse(attempt, now, reply)
         code = reply.code if isinstance(reply, Refusal) else "unavailable"
         if asked.revises is None:
             if code not in HOPELESS:
@@ -106,7 +106,7 @@ class Swing:
         """A hit was accepted, or a correction of it."""
         attempt.goal_id, attempt.choice, attempt.stage = reply.goal_id, asked.choice, "swinging"
         attempt.rest_time = reply.rest_time
-        attempt.reason = ""
+        attempt.reason = attempt.refused_for = ""
         attempt.revisions += asked.revises is not None
         self._lead[asked.revises is not None].note(reply.start_time - attempt.began)
         self._voice.say(attempt, "planned" if asked.revises is None else "revised", self._clock.now)

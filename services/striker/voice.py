@@ -5,6 +5,8 @@ import logging
 from collections.abc import Callable
 
 from protocol import messages as m
+from protocol.errors import NoAnswer, Refusal
+from robot.striking.choice import NoHit
 from robot.striking.estimator import Estimator, NoBall
 from services.striker.attempt import Attempt, Outcome
 from services.striker.messages import strike_message
@@ -26,10 +28,7 @@ class Voice:
     def say(
         self, attempt: Attempt, phase: m.StrikePhase, now: float, reason: str = "", outcome: Outcome | None = None
     ) -> None:
-        """Publish a decision at `now` (s); the same reason is not repeated."""
-        if phase == "refused" and reason == attempt.reason:
-            return
-        attempt.reason = reason
+        """Publish a decision at `now` (s)."""
         level = logging.WARNING if phase in ("refused", "missed") else logging.INFO
         if phase != "revised":
             self._log.log(level, "ball %d %s%s", attempt.ball, phase, f": {reason}" if reason else "")
@@ -39,6 +38,14 @@ class Voice:
             with contextlib.suppress(NoBall):
                 path = self._estimator.path(until)
         self._publish(strike_message(attempt, phase, now, path, reason, outcome))
+
+    def refuse(self, attempt: Attempt, now: float, reason: NoHit | Refusal | NoAnswer) -> None:
+        """Publish why no hit, or no correction, is played now; not again while the kind of reason is the same."""
+        kind = reason.reason if isinstance(reason, NoHit) else reason.code if isinstance(reason, Refusal) else "silence"
+        attempt.reason = str(reason)
+        if kind != attempt.refused_for:
+            attempt.refused_for = kind
+            self.say(attempt, "refused", now, str(reason))
 
     def miss(self, attempt: Attempt, now: float, reason: str) -> None:
         """End an attempt without a hit, and publish why."""

@@ -50,7 +50,6 @@ def table(strokes: Sequence[Stroke]) -> Table:
     shown = Table(title="The rally", box=SIMPLE_HEAD, padding=0)
     for heading in ("ball", "arrives at\nm", "lands\nm", "off\ncm", "corr.", "sight to\ncmd. ms", "closest limit", ""):
         shown.add_column(heading, justify="right", no_wrap=True)
-    shown.add_column("", overflow="fold")
     for number, stroke in enumerate(strokes, 1):
         latency = percentiles([x.total for x in stroke.latencies if not x.is_first])["p50"]
         score = stroke.score
@@ -63,7 +62,6 @@ def table(strokes: Sequence[Stroke]) -> Table:
             f"{latency:.0f}" if latency is not None else MISSED,
             str(stroke.limits.closest) or MISSED,
             "[green]in[/green]" if score.returned else f"[red]{_fault(stroke)}[/red]",
-            "" if score.returned else stroke.reason(),
         )
     return shown
 
@@ -75,17 +73,26 @@ def _fault(stroke: Stroke) -> str:
     return "net" if stroke.score.net else "out"
 
 
+def reasons(strokes: Sequence[Stroke]) -> list[str]:
+    """Return a sentence for each ball that was not returned and of which the striker said why."""
+    said = [(number, stroke.reason()) for number, stroke in enumerate(strokes, 1) if not stroke.score.returned]
+    return [f"ball {number}: {reason}" for number, reason in said if reason]
+
+
 def sentence(strokes: Sequence[Stroke]) -> str:
     """Return the figures in words."""
     found = summary(strokes)
-    latency = found["sight_to_command_ms"]
-    assert isinstance(latency, dict)
-    return (
+    first, correction = found["first_sight_to_command_ms"], found["sight_to_command_ms"]
+    assert isinstance(first, dict)
+    assert isinstance(correction, dict)
+    said = (
         f"{found['hit']} of {found['balls']} balls hit, {found['returned']} returned, {found['within_30cm']} within "
-        f"30 cm of the target, {found['within_20cm']} within 20 cm; {found['corrections']} corrections, from sight to "
-        f"command {latency['p50']} ms in the median, {latency['p99']} ms at the 99th percentile; limits were passed at "
-        f"{found['violations']} of {found['ticks_checked']} ticks"
+        f"30 cm of the target, {found['within_20cm']} within 20 cm; {found['corrections']} corrections"
     )
+    for name, latency in (("a first motion", first), ("a correction", correction)):
+        if latency["p50"] is not None:
+            said += f"; {name} begins {latency['p50']} ms after its sight (median; p99 {latency['p99']} ms)"
+    return said + f"; limits were passed at {found['violations']} of {found['ticks_checked']} ticks"
 
 
 def _place(place: Sequence[float]) -> str:

@@ -13,7 +13,7 @@ from services.common.cell import running_cell
 from tools.rally.believed import scratch_robot
 from tools.rally.flags import Flags, noise_of
 from tools.rally.play import Player, Stroke
-from tools.rally.report import json_line, sentence, table
+from tools.rally.report import json_line, reasons, sentence, table
 from tools.rally.slow_motion import slow_motion
 from tools.rally.targets import Targets
 
@@ -26,6 +26,8 @@ def play_thrown(flags: Flags, console: Console) -> int:
         print(json_line(strokes))
     else:
         console.print(table(strokes))
+        for reason in reasons(strokes):
+            console.print(reason, soft_wrap=True, highlight=False)
         console.print(sentence(strokes), soft_wrap=True, highlight=False)
         console.print(f"trace: {flags.record.resolve()}", soft_wrap=True, highlight=False)
     faults = [fault for stroke in strokes for fault in stroke.faults()]
