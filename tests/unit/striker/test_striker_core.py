@@ -18,6 +18,7 @@ from services.striker.outside import Taken
 
 ROBOT = load_robot()
 ORDER = m.StrikeRequest(target=(4.5, 0.0, 0.0))
+LIBRARY = [("forehand", 1.0)]
 
 
 class Recorded:
@@ -26,10 +27,12 @@ class Recorded:
     def __init__(self) -> None:
         self.goals: list[m.Goal] = []
         self.said: list[m.Strike] = []
-        self.tick = 0
+        self.asked: list[str] = []
+        self.run, self.tick = 1, 0
 
     def ask(self, goal: m.Goal) -> None:
         self.goals.append(goal)
+        self.asked.append(goal.goal_id or "")
 
     def say(self, strike: m.Strike) -> None:
         self.said.append(strike)
@@ -37,24 +40,8 @@ class Recorded:
     def command(self) -> m.Command:
         home, rest = ROBOT.home.tolist(), [0.0] * 6
         return m.Command(
-            run=1, tick=self.tick, source="", accelerations=rest, positions=home, velocities=rest, goal_id=None
+            run=self.run, tick=self.tick, source="", accelerations=rest, positions=home, velocities=rest, goal_id=None
         )
-
-
-@pytest.fixture(scope="module")
-def mind(tmp_path_factory: pytest.TempPathFactory) -> Mind:
-    return Mind(ROBOT, tmp_path_factory.mktemp("striker") / "arm.json", logging.getLogger("striker"))
-
-
-@pytest.fixture
-def outside() -> Recorded:
-    return Recorded()
-
-
-@pytest.fixture
-def striker(mind: Mind, outside: Recorded) -> Striker:
-    mind.estimator.reset()
-    return Striker(ROBOT, mind, outside, [("forehand", 1.0)], logging.getLogger("striker"))
 
 
 def accepted(goal: m.Goal) -> Taken:
@@ -62,17 +49,25 @@ def accepted(goal: m.Goal) -> Taken:
     return Taken(goal.goal_id or "", 0.1, 0.9)
 
 
-def fly(striker: Striker, outside: Recorded, seconds: float, begin: float = 0.0) -> None:
-    """Show a volley for some time, 100 sights a second."""
+def fly(
+    striker: Striker,
+    outside: Recorded,
+    until: float,
+    since: float = 0.0,
+    beside: tuple[float, float, float] | None = None,
+) -> None:
+    """Show a volley, 100 sights a second, and another ball `beside` each sight of it."""
     launch = Launcher(ROBOT, 4, "volley").next()
     assert ROBOT.ball is not None
     ball, air = striker._mind.estimator.ball, Air(ROBOT.ball.drag)
     start, speed = np.array([launch.position]), np.array([launch.velocity])
-    for index in range(round(seconds * 100)):
-        time = begin + 0.01 * index
-        place, velocity = travel(ball, air, start, speed, np.array([time - begin]))
+    for index in range(round(since * 100), round(until * 100)):
+        time = 0.01 * index
+        place, velocity = travel(ball, air, start, speed, np.array([time]))
         outside.tick = round(1000 * time)
         striker.see(m.BallState(time=time, position=place[0].tolist(), velocity=velocity[0].tolist()))
+        if beside is not None:
+            striker.see(m.BallState(time=time + 0.003, position=(place[0] + beside).tolist()))
         striker.decide()
 
 

@@ -1,0 +1,25 @@
+"""A striker without a bus."""
+
+import logging
+
+import pytest
+from test_striker_core import LIBRARY, ROBOT, Recorded
+
+from services.striker.core import Striker
+from services.striker.mind import Mind
+
+
+@pytest.fixture(scope="session")
+def mind(tmp_path_factory: pytest.TempPathFactory) -> Mind:
+    return Mind(ROBOT, tmp_path_factory.mktemp("striker") / "arm.json", logging.getLogger("striker"))
+
+
+@pytest.fixture
+def outside() -> Recorded:
+    return Recorded()
+
+
+@pytest.fixture
+def striker(mind: Mind, outside: Recorded) -> Striker:
+    mind.estimator.reset()
+    return Striker(ROBOT, mind, outside, LIBRARY, logging.getLogger("striker"))
