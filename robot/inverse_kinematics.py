@@ -33,7 +33,10 @@ class InverseKinematics:
         Raises:
             Unreachable: none was found.
         """
-        inside = [np.clip(seed, *ranges.T) for seed in seeds]
+        inside: list[np.ndarray] = []
+        for seed in (np.clip(seed, *ranges.T) for seed in seeds):
+            if all(np.abs(seed - other).max() > SAME_POSTURE for other in inside):
+                inside.append(seed)
         random = self._random(inside[0], ranges)
         first, further = [*inside, *random[:RANDOM_SEEDS]], random[RANDOM_SEEDS:]
         found, nearest = self._search(target, ranges, inside[0], first)

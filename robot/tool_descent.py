@@ -5,22 +5,25 @@ joints' ranges leads there, and a redundant arm then moves in its null space tow
 counted, not timed, so every machine returns the same answer.
 """
 
+from math import sqrt
+
 import mink
 import mujoco
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
 from robot.tool_target import Posture, ToolTarget
 
-MET, AIMED_AT = 1e-7, 1e-10
-"""Error (m, rad) up to which a pose is met, and at which a descent ends: nearly always, and where the arm is stretched
-out only slowly."""
+MET, AIMED_AT, AIMED_AT_BY_PULLS = 1e-7, 1e-10, 1e-8
+"""Error (m, rad) up to which a pose is met, and at which a descent ends, from a seed and in the null space: nearly
+always, and where the arm is stretched out only slowly."""
 STEPS, PULLS, STEPS_A_PULL = 30, 6, 6
 """Steps of a descent, moves in the null space, and steps that lead back to the pose after each."""
-STUCK, STUCK_STEPS = 0.97, 5
+STUCK, STUCK_STEPS = 0.9, 5
 """A descent ends where more than this part of the error is left by each of so many steps."""
-PULL_GAIN, LEAST_PULL = 0.97, 0.005
+PULL_GAIN, LEAST_PULL = 0.9, 0.005
 """The last move in the null space leaves more than this part of the distance, or would be shorter than this (rad)."""
 FIRST_DAMPING, LEAST_DAMPING = 0.1, 1e-4
 LONGEST_STEP = 0.8
@@ -41,24 +44,33 @@ class ToolDescent:
         self._qpos, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
         self._site = kinematics.site
         self._frame = mink.FrameTask(self._site, "site", position_cost=1.0, orientation_cost=1.0)
-        self._pointing = mink.AxisAlignTask(self._site, "site")
         self._configuration = mink.Configuration(model, config.pose_at_home)
+        data = self._configuration.data
+        self._at, self._turn = data.site_xpos[self._site], data.site_xmat[self._site].reshape(3, 3)
         accelerations = config.limits.accelerations
         scale = np.where(np.isfinite(accelerations), accelerations, 1.0)
         self._weights = scale / scale.max()
 
     def descend(
-        self, target: ToolTarget, positions: np.ndarray, ranges: np.ndarray, steps: int = STEPS
+        self,
+        target: ToolTarget,
+        positions: np.ndarray,
+        ranges: np.ndarray,
+        steps: int = STEPS,
+        aimed_at: float = AIMED_AT,
     ) -> tuple[np.ndarray, float]:
         """Lead joint positions (J,) inside `ranges` (J, 2) to the pose; return where they end and the error left."""
+        self._aim(target)
+        low, high = np.ascontiguousarray(ranges.T)
         error, rows = self._error(target, positions)
-        damping, size, stuck = FIRST_DAMPING, float(np.linalg.norm(error)), 0
+        damping, size, stuck = FIRST_DAMPING, sqrt(error @ error), 0
         for _ in range(steps):
-            if size <= AIMED_AT or stuck >= STUCK_STEPS:
+            if size <= aimed_at or stuck >= STUCK_STEPS:
                 break
-            tried = np.clip(positions + _step(rows, error, damping, positions, ranges), *ranges.T)
+            step = _step(rows, error, damping, positions <= low, positions >= high)
+            tried = np.minimum(np.maximum(positions + step, low), high)
             next_error, next_rows = self._error(target, tried)
-            next_size = float(np.linalg.norm(next_error))
+            next_size = sqrt(next_error @ next_error)
             stuck = stuck + 1 if next_size > STUCK * size else 0
             if next_size < size:
                 positions, error, rows, size = tried, next_error, next_rows, next_size
@@ -69,6 +81,7 @@ class ToolDescent:
 
     def pull(self, target: ToolTarget, positions: np.ndarray, preferred: np.ndarray, ranges: np.ndarray) -> np.ndarray:
         """Return a posture that meets the target too and is as near to the preferred one as the null space leads."""
+        self._aim(target)
         for _ in range(PULLS):
             _, rows = self._error(target, positions)
             away = (preferred - positions) / self._weights
@@ -79,7 +92,8 @@ class ToolDescent:
             if longest < LEAST_PULL:
                 break
             move *= min(1.0, LONGEST_STEP / longest)
-            tried, error = self.descend(target, np.clip(positions + move, *ranges.T), ranges, STEPS_A_PULL)
+            begin = np.clip(positions + move, *ranges.T)
+            tried, error = self.descend(target, begin, ranges, STEPS_A_PULL, AIMED_AT_BY_PULLS)
             left = self.distance(tried, preferred) / float(np.linalg.norm(away))
             if error <= MET and left < 1.0:
                 positions = tried
@@ -123,31 +137,41 @@ class ToolDescent:
         self._configuration.update()
         return self._configuration.get_transform_frame_to_world(self._site, "site")
 
-    def _error(self, target: ToolTarget, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far the tool is from its pose (m, rad; 3 or 6 numbers), and the Jacobian of that."""
-        pose = self._place(positions)
-        rotation = pose.rotation() if target.rotation is None else mink.SO3.from_matrix(target.rotation)
-        self._frame.set_target(mink.SE3.from_rotation_and_translation(rotation, target.position))
-        rows, correction, _ = self._frame.compute_qp_residual(self._configuration)
-        rows, error = rows[:, self._dofs], -correction
+    def _aim(self, target: ToolTarget) -> None:
+        """Prepare for the errors of a target."""
         if target.rotation is not None:
-            return error, rows
+            rotation = mink.SO3.from_matrix(target.rotation)
+            self._frame.set_target(mink.SE3.from_rotation_and_translation(rotation, target.position))
+
+    def _error(self, target: ToolTarget, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far the tool is from its pose (m, rad; 3 or 6 numbers, in its frame), and the Jacobian of that."""
+        self._configuration.data.qpos[self._qpos] = positions
+        self._configuration.update()
+        if target.rotation is not None:
+            rows, correction, _ = self._frame.compute_qp_residual(self._configuration)
+            return -correction, rows[:, self._dofs]
+        rows = self._configuration.get_frame_jacobian(self._site, "site")[:, self._dofs]
+        away = self._turn.T @ (self._at - target.position)
         if target.axis is None:
-            return error[:3], rows[:3]
-        self._pointing.set_target(target.axis)
-        turning, correction, _ = self._pointing.compute_qp_residual(self._configuration)
-        return np.concatenate([error[:3], -correction]), np.concatenate([rows[:3], turning[:, self._dofs]])
+            return away, rows[:3]
+        x, y, z = self._turn.T @ target.axis
+        turning = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]) @ rows[3:]
+        return np.concatenate([away, [-x, -y, 1.0 - z]]), np.concatenate([rows[:3], turning])
 
 
-def _step(rows: np.ndarray, error: np.ndarray, damping: float, positions: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """Return the damped Gauss-Newton step (J,) of the joints that their ranges do not hold back."""
-    free, step = np.ones(len(positions), dtype=bool), np.zeros(len(positions))
-    for _ in range(len(positions)):
-        part = rows[:, free]
-        step[:] = 0.0
-        step[free] = -part.T @ np.linalg.solve(part @ part.T + damping**2 * np.eye(len(error)), error)
-        held = free & (((positions <= ranges[:, 0]) & (step < 0)) | ((positions >= ranges[:, 1]) & (step > 0)))
+def _step(rows: np.ndarray, error: np.ndarray, damping: float, lowest: np.ndarray, highest: np.ndarray) -> np.ndarray:
+    """Return the damped Gauss-Newton step (J,) of the joints that their ranges do not hold back.
+
+    lowest, highest: (J,), whether a joint is at that end of its range.
+    """
+    free = np.ones(len(lowest), dtype=bool)
+    for _ in range(len(lowest)):
+        part = rows * free
+        gram = part @ part.T
+        gram.flat[:: len(error) + 1] += damping**2
+        step = -part.T @ dposv(gram, error)[1]
+        held = free & ((lowest & (step < 0)) | (highest & (step > 0)))
         if not held.any() or held.sum() == free.sum():
             break
         free &= ~held
-    return step * min(1.0, LONGEST_STEP / max(np.abs(step).max(), 1e-12))
+    return step * min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))

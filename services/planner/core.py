@@ -52,6 +52,7 @@ class Planner:
 
     def warm_up(self) -> None:
         """Plan and encode some motions that limits shape, so that the first goal finds everything built and loaded."""
+        self._solver.warm_up()
         for described in self._library:
             primitive = self._library.get(described.name)
             if primitive.joint_count != self._config.joint_count:
@@ -103,7 +104,6 @@ class Planner:
             return
         primitive = self._library.playable(goal.primitive)
         check_goal(goal, primitive, self._config)
-        self._solver.prepare(goal)
         self._scene.look()
         turn = next(self._turns)
         if goal.method in ELSEWHERE:

@@ -75,10 +75,9 @@ class Solver:
         self._tool_space = ToolSpace(config)
         self._warm: dict[str, Warm] = {}
 
-    def prepare(self, goal: m.Goal) -> None:
-        """Load what goals in tool space need, if this is one, so that its planning takes no longer than the next's."""
-        if is_in_tool_space(goal):
-            _ = self._tool_space.kinematics
+    def warm_up(self) -> None:
+        """Load what goals in tool space need."""
+        self._tool_space.warm_up()
 
     def forget(self, primitive: str) -> None:
         """Forget the rows of a primitive that is no longer what it was."""

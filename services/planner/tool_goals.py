@@ -13,6 +13,7 @@ from motion.errors import InvalidMotion
 from motion.primitive import Primitive
 from protocol import messages as m
 from robot.description import RobotConfig
+from robot.kinematics import Kinematics
 from robot.tool_target import ToolTarget, Unreachable, rotation_of
 from services.planner.goals import Origin, duration_of, limits_of
 from services.planner.refusals import invalid, unreachable
@@ -49,6 +50,12 @@ class ToolSpace:
 
             self._found = InverseKinematics(self._config)
         return self._found
+
+    def warm_up(self) -> None:
+        """Search for the pose that the tool has at home, so that the first goal takes no longer than the next."""
+        home = self._config.home
+        target = ToolTarget(*Kinematics(self._config).tool_pose(home))
+        self.kinematics.postures(target, self._config.limits.positions, [home])
 
     def in_joint_space(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> m.Goal:
         """Return a goal without `tool`: it ends in the posture nearest to the imitated one, or in an alternative.
