@@ -16,9 +16,10 @@ usual ones around it, and more than this many times noise or resolution: the arm
 EVEN = 1e-3
 """Stamps are even where none is off by more than this part of a step."""
 
-DOUBLED, STEADY, CLEAR = 1.6, 0.5, 8.0
-"""A frame is missing where a step is this many times as long as all beside it, these are alike to this part, and they
-are this many times noise or resolution."""
+DOUBLED, STEADY, CLEAR = 1.8, 0.35, 8.0
+"""A frame is missing where a step is this many times as long as the four beside it on the average, these are alike to
+this part, and they are this many times noise or resolution. Times of capture that were off by a fifth of a step make no
+step longer than 1.75 times these."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,6 +128,6 @@ def _lost_frames(recording: Recording) -> np.ndarray:
     beside = np.stack([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]])
     most, least = beside.max(axis=0), beside.min(axis=0)
     steady = (least > STEADY * most) & (least > CLEAR * grain(recording) + LEAST_NOISE)
-    longer = steps[2:-2] > DOUBLED * most
+    longer = steps[2:-2] > DOUBLED * beside.mean(axis=0)
     enough = steady.sum(axis=1) >= min(2, steps.shape[1])
     return np.flatnonzero(enough & np.all(longer | ~steady, axis=1)) + 3
