@@ -38,7 +38,7 @@ from services.striker.attempt import Attempt
 from services.striker.mind import Mind
 from services.striker.orders import Order
 
-MIN_SIGHTS, OUTGOING_SIGHTS = 5, 12
+MIN_SIGHTS = 5
 TOUCH_WINDOW_S, AFTER_HIT_S, AFTER_ARRIVAL_S = 0.06, 0.4, 2.0
 AGAIN_S = 0.05
 """Between choices for a ball for which no hit was found."""
@@ -167,7 +167,7 @@ class Rally:
         mind, flags, attempt = self._mind, self._flags, stroke.attempt
         now, place = self._arm.observe().time, np.array(sight.position)
         if attempt.choice is not None and sight.time > attempt.choice.time:
-            if len(attempt.sights) < OUTGOING_SIGHTS:
+            if not mind.can_judge(attempt, sight.time):
                 attempt.sights.append((sight.time, place))
             return
         velocity = None if sight.velocity is None else np.array(sight.velocity)

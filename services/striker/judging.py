@@ -9,10 +9,10 @@ from robot.striking.flight import GRAVITY, Air, Ball, Court, time_to_fall, trave
 from robot.striking.learning import Learner, left_with, write
 from services.striker.attempt import Attempt, Outcome
 
-OUTGOING_SIGHTS = 12
-"""Sights after the hit by which the outgoing ball is known."""
-GIVE_UP_S = 0.5
-"""After a planned touch; a ball that was not seen enough by then is not judged."""
+FLOWN = 0.9
+"""Part of the flight to the target after which a ball is judged: what spin and air do to it counts too, …"""
+EARLY_SIGHTS, DEFLECTED_M_S = 12, 0.5
+"""… unless it met something: then these first ones tell another velocity, by more than that."""
 LEAST_STD = 0.02
 """m/s; a velocity after a hit is known no better than this."""
 MISSED_M_S = 1.0
@@ -32,9 +32,9 @@ class Judge:
         self._learned, self._robot, self._log = learned, robot, log
 
     def can(self, attempt: Attempt, now: float) -> bool:
-        """Return whether enough was seen of a ball that has left the racket, or will not be any more."""
+        """Return whether a ball that has left the racket will soon land."""
         assert attempt.choice is not None
-        return len(attempt.sights) >= OUTGOING_SIGHTS or now > attempt.choice.time + GIVE_UP_S
+        return now > attempt.choice.time + FLOWN * attempt.choice.flight_time
 
     def judge(self, attempt: Attempt) -> Outcome | None:
         """Return how the ball left the hit, and learn from it; None where it was not hit."""
@@ -43,8 +43,7 @@ class Judge:
         hit = attempt.touch.time if attempt.touch else choice.time
         after = hit + self._learner.law.duration
         sights = [(time, place) for time, place in attempt.sights if time > after]
-        times, places = [time for time, _ in sights], np.array([place for _, place in sights])
-        found = left_with(times, places, hit, self._ball, Air(self._ball.drag))
+        found = self._left(hit, sights)
         if found is None:
             return Outcome(hit, choice.ball, None, None) if attempt.touch else None
         velocity, std = found
@@ -53,6 +52,16 @@ class Judge:
         if self._learner.observe(choice, self._ball.mass, velocity, max(std, LEAST_STD), choice.beside):
             self.keep()
         return Outcome(hit, choice.ball, velocity, self._landing(hit, choice.ball, velocity))
+
+    def _left(self, hit: float, sights: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, float] | None:
+        """Return the velocity (3,) of a ball after a hit, and its std, m/s; None where it was not seen enough."""
+        times, places = [time for time, _ in sights], np.array([place for _, place in sights])
+        air = Air(self._ball.drag)
+        whole = left_with(times, places, hit, self._ball, air)
+        early = left_with(times[:EARLY_SIGHTS], places[:EARLY_SIGHTS], hit, self._ball, air)
+        if whole is None or early is None:
+            return None
+        return early if np.linalg.norm(whole[0] - early[0]) > DEFLECTED_M_S else whole
 
     def keep(self) -> None:
         """Write what was learned."""
