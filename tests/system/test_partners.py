@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from tools.rally.__main__ import Flags, rally_with
-from tools.rally.partners import Rally, summary
+from tools.rally.court import Rally
+from tools.rally.flags import Flags
+from tools.rally.partners import rally_with, summary
 
 
 @pytest.mark.realtime

@@ -5,8 +5,9 @@ import pytest
 
 from protocol.messages import BallState, Contact
 from robot.striking.flight import GRAVITY, Air, Ball, aim, travel
+from tools.rally.court import Rally
 from tools.rally.exchange import away, exchange, home_of, serve
-from tools.rally.partners import Rally, load_partners, summary
+from tools.rally.partners import load_partners, summary
 from tools.rally.referee import LIES_S, Referee
 
 ARMS = load_partners()
@@ -93,5 +94,5 @@ def test_a_stroke_rises_to_the_partners_racket(striker: str, partner: str):
 
 
 def test_the_summary_of_rallies():
-    played = [Rally("near", 3), Rally("far", 8), Rally("near", 5, violations=["near: aborted"])]
+    played = [Rally("near", 3), Rally("far", 8), Rally("near", 5, faults=["near: aborted"])]
     assert summary(played) == {"rallies": 3, "strokes": [3, 8, 5], "median_strokes": 5, "violations": 1}
