@@ -151,7 +151,7 @@ class Planner:
             self._check_newest(goal_id, turn)
             began = time.monotonic()
             deadline = self._deadline(goal, again=last)
-            origin = self._origin(goal, self._reference(self._ask_reference(goal, again=last), optional=False))
+            origin = self._origin(goal, self._reference_of(goal, again=last))
             made = yield from self._solver.solve(goal, primitive, origin, deadline)
             self._check_newest(goal_id, turn)
             if self._scene.look():  # another robot began a motion while this one was planned
@@ -192,8 +192,15 @@ class Planner:
     def _origin(self, goal: m.Goal, reference: m.Reference | None) -> Origin:
         return origin_of(goal, reference, self._corrections, self._config)
 
-    def _ask_reference(self, goal: m.Goal, again: bool) -> Callable[[], m.Reference]:
-        return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=self._lead.seconds(again, effort_of(goal))))
+    def _reference_of(self, goal: m.Goal, again: bool) -> m.Reference | None:
+        """Return the reference from which a goal begins; that of a correction lies in the motion that it corrects."""
+        reference = self._reference(self._ask_reference(goal, again), optional=False)
+        ahead = self._corrections.until_begin(goal, reference) if reference else 0.0
+        return self._reference(self._ask_reference(goal, again, ahead), optional=False) if ahead > 0 else reference
+
+    def _ask_reference(self, goal: m.Goal, again: bool, ahead: float = 0.0) -> Callable[[], m.Reference]:
+        lead = self._lead.seconds(again, effort_of(goal)) + ahead
+        return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=lead))
 
     def _deadline(self, goal: m.Goal, again: bool) -> float:
         """Return until when (`time.perf_counter`) a plan may be checked: a correction must not come late for that."""

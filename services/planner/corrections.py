@@ -60,6 +60,14 @@ class Corrections:
         while len(self._played) > KEPT:
             self._played.popitem(last=False)
 
+    def until_begin(self, goal: m.Goal, reference: m.Reference) -> float:
+        """Return how long after the `reference` (s) the motion that `goal` corrects begins, 0 where it has begun."""
+        revised, current = self._played.get(goal.revises or ""), self._played.get(reference.goal_id or "")
+        if revised is None or (current is not None and current.chain == revised.chain):
+            return 0.0
+        starts = [played.start_time for played in self._played.values() if played.chain == revised.chain]
+        return min((start - reference.time for start in starts if start > reference.time), default=0.0)
+
     def correction(self, goal: m.Goal, reference: m.Reference) -> Correction | None:
         """Return what `goal` goes on with at the `reference`, None where it corrects nothing.
 

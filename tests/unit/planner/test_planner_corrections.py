@@ -53,6 +53,25 @@ def test_a_correction_before_one_that_was_accepted_continues_what_is_played(corr
 
 
 @pytest.mark.parametrize(
+    ("asked", "at", "ahead"),
+    [
+        (goal("x", "first"), reference(9.5, None), 0.5),
+        (goal("x", "a"), reference(9.5, "ready"), 0.5),
+        (goal("x", "first"), reference(10.5, "first"), 0.0),
+        (goal("x", "first"), reference(11.5, None), 0.0),
+        (goal("x", "nobody"), reference(9.5, None), 0.0),
+        (goal("x"), reference(9.5, None), 0.0),
+    ],
+)
+def test_a_correction_waits_until_its_motion_begins(
+    corrections: Corrections, asked: m.Goal, at: m.Reference, ahead: float
+):
+    """A first motion has a longer lead than a correction, which may be asked for before."""
+    corrections.note(goal("a", "first"), "a", 11.0, 1.0, 0.5, END)
+    assert corrections.until_begin(asked, at) == pytest.approx(ahead)
+
+
+@pytest.mark.parametrize(
     ("asked", "at", "code"),
     [
         (goal("x", "nobody"), reference(10.5, "first"), "unknown_goal"),
