@@ -25,8 +25,10 @@ def build_blueprint(config: RobotConfig, live: bool) -> rrb.Blueprint:
     `live`: the curves show the last ten seconds and the cursor follows, instead of the whole trace.
     """
     names, window = config.joint_names, _window() if live else None
-    left = rrb.Vertical(_scene(Scene(config).view()), _lanes(window), _events(), row_shares=[5, 2, 2])
-    tabs = [_overview(names, window), *(_joint(name, window) for name in names), _loop(window)]
+    strikes = [_strikes(window)] if config.court else []
+    lanes = 3 if strikes else 2
+    left = rrb.Vertical(_scene(Scene(config).view()), _lanes(window), _events(), row_shares=[5, lanes, 2])
+    tabs = [_overview(names, window), *(_joint(name, window) for name in names), *strikes, _loop(window)]
     return rrb.Blueprint(
         rrb.Horizontal(left, rrb.Tabs(*tabs, active_tab=0), column_shares=[1, 1]),
         rrb.BlueprintPanel(state="collapsed"),
@@ -44,6 +46,11 @@ def style(trace: TraceWriter, names: Sequence[str]) -> None:
             trace.static(entity.at(name), _line(f"push, {entity.unit}", PUSH, 1.5))
     for entity in (entities.TORQUES, entities.POSITION_ERROR, entities.VELOCITY_ERROR):
         trace.static(entity.path, rr.SeriesLines(names=list(names)))
+    for entity in (entities.BALL_POSITION, entities.PREDICTION_SPREAD):
+        trace.static(entity.path, rr.SeriesLines(names=["x", "y", "z"]))
+    trace.static(entities.EXPECTED_ERROR.path, _line("expected", REFERENCE, 1.5))
+    landed = rr.SeriesPoints(colors=[MEASURED], names=["landed"], markers="Diamond", marker_sizes=5.0)
+    trace.static(entities.LANDING_DISTANCE.path, landed)
     trace.static(entities.LATE.path, rr.SeriesLines(names=["p50", "p99", "max"]))
     modes = rr.StateConfiguration(values=list(MODES), colors=list(MODES.values()))
     trace.static(entities.MODE_LANE.path, modes)
@@ -140,6 +147,17 @@ def _joint(name: str, window: rrb.VisibleTimeRange | None) -> rrb.Vertical:
         _plot("Disturbance", [f"{joint}/disturbance/**"], window),
         row_shares=[3, 2, 2, 2, 1],
         name=name,
+    )
+
+
+def _strikes(window: rrb.VisibleTimeRange | None) -> rrb.Vertical:
+    distances = [entities.EXPECTED_ERROR.path, entities.LANDING_DISTANCE.path]
+    return rrb.Vertical(
+        _plot("Ball, m", [entities.BALL_POSITION.path], window),
+        _plot("Spread of the ball at the touch, m", [entities.PREDICTION_SPREAD.path], window),
+        _plot("Landing's distance from the target, m", distances, window),
+        _plot("Corrections of a swing", [entities.REVISIONS.path], window),
+        name="Strikes",
     )
 
 

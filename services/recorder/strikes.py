@@ -9,7 +9,7 @@ from services.recorder.context import Context
 from services.recorder.validation import Received
 from services.recorder.writer import Rows
 
-PREDICTED, CHOSEN, LEFT = (120, 190, 235), (245, 158, 66), (190, 230, 80)
+PREDICTED, CHOSEN, LEFT, TARGET = (120, 190, 235), (245, 158, 66), (190, 230, 80), (235, 90, 90)
 SHOWN_S = 0.1
 """Velocities are drawn as the way of this time."""
 SIGMAS = 2.0
@@ -25,6 +25,8 @@ class StrikeWriter:
         trace.static(entities.PREDICTED_BALL.path, rr.Ellipsoids3D.from_fields(colors=PREDICTED))
         trace.static(entities.CHOSEN_HIT.path, rr.Arrows3D.from_fields(colors=CHOSEN, radii=0.01))
         trace.static(entities.OUTGOING.path, rr.Arrows3D.from_fields(colors=LEFT, radii=0.008))
+        target = rr.Points3D.from_fields(colors=TARGET, radii=0.07, labels=["target"])
+        trace.static(entities.STRIKE_TARGET.path, target)
         trace.static(entities.LANDING.path, rr.Points3D.from_fields(colors=LEFT, radii=0.05, labels=["landed"]))
 
     def write(self, received: list[Received[m.Strike]]) -> None:
@@ -40,19 +42,20 @@ class StrikeWriter:
                 self._write_racket(row, strike.racket)
             if strike.hit is not None and strike.hit.velocity is not None:
                 self._write_arrow(entities.OUTGOING.path, row, strike.hit.position, strike.hit.velocity)
-            if strike.landing is not None:
-                place = np.array([strike.landing.position])
-                self._context.trace.send(entities.LANDING.path, row, rr.Points3D.columns(positions=place))
-                self._context.trace.scalars(entities.LANDING_DISTANCE.path, row, [strike.landing.distance])
+            if strike.phase == "landed" and strike.landing is not None:
+                self._write_landing(strike.landing, one.wall_ns)
 
     def _write_event(self, row: Rows, strike: m.Strike) -> None:
         self._context.trace.states(entities.STRIKE_LANE.path, row, [f"{strike.ball} {strike.phase}"])
         if strike.phase == "revised":
             return  # up to fifty a second
+        is_correction = strike.phase == "refused" and strike.goal_id is not None  # its swing goes on
+        said = "goes on uncorrected" if is_correction else strike.phase
+        if strike.phase == "landed" and strike.landing is not None:
+            said = f"lands at {strike.landing.time:.2f} s, {strike.landing.distance:.2f} m from the target"
         reason = f": {strike.reason}" if strike.reason else ""
-        landed = f", {strike.landing.distance:.2f} m from the target" if strike.landing else ""
-        level = "WARN" if strike.phase in ("refused", "missed") else "INFO"
-        self._context.event(entities.STRIKE_EVENT, row, f"ball {strike.ball} {strike.phase}{landed}{reason}", level)
+        level = "WARN" if strike.phase in ("refused", "missed") and not is_correction else "INFO"
+        self._context.event(entities.STRIKE_EVENT, row, f"ball {strike.ball} {said}{reason}", level)
 
     def _write_prediction(self, row: Rows, prediction: m.BallPrediction) -> None:
         trace = self._context.trace
@@ -67,6 +70,15 @@ class StrikeWriter:
     def _write_racket(self, row: Rows, racket: m.RacketAim) -> None:
         self._context.trace.scalars(entities.EXPECTED_ERROR.path, row, [racket.error])
         self._write_arrow(entities.CHOSEN_HIT.path, row, racket.position, racket.velocity)
+        target = rr.Points3D.columns(positions=np.array([racket.landing]))
+        self._context.trace.send(entities.STRIKE_TARGET.path, row, target)
+
+    def _write_landing(self, landing: m.Landing, wall_ns: int) -> None:
+        """Write a landing at its own time: it was predicted from the first sights after the hit."""
+        row = self._context.row(self._context.runs.tick_at(landing.time), wall_ns)
+        place = rr.Points3D.columns(positions=np.array([landing.position]))
+        self._context.trace.send(entities.LANDING.path, row, place)
+        self._context.trace.scalars(entities.LANDING_DISTANCE.path, row, [landing.distance])
 
     def _write_arrow(
         self, path: str, row: Rows, place: tuple[float, float, float], velocity: tuple[float, float, float]

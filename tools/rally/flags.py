@@ -27,8 +27,8 @@ class Flags:
         method: qp corrects the swing; once plans it once; dmp plans it once by the movement primitive; quintic
             plans it once as one polynomial, without a demonstration.
         revise_hz: Corrections a second.
-        slow: Wall time over robot time, for machines that are busy: the sim is stepped, and the striker has that much
-            more time for each decision; 1: the paced clock.
+        slow: Wall time over robot time, for machines that are busy: striker and planner have that much more time for
+            each decision.
         learned: File of what the striker has learned; by default a new one, thrown away at the end.
         record: The trace to write.
         live: Serve a viewer on loopback meanwhile.

@@ -14,7 +14,6 @@ from tools.rally.believed import scratch_robot
 from tools.rally.flags import Flags, noise_of
 from tools.rally.play import Player, Stroke
 from tools.rally.report import json_line, reasons, sentence, table
-from tools.rally.slow_motion import slow_motion
 from tools.rally.targets import Targets
 
 
@@ -45,6 +44,7 @@ def play(flags: Flags, console: Console, strokes: list[Stroke]) -> None:
     config = load_robot(flags.common.robot_config)
     launcher, targets = Launcher(config, flags.seed, flags.kind), Targets(flags.target, flags.wander, flags.seed)
     values: dict[str, object] = {"record": flags.record, "live": flags.live, "seed": flags.seed}
+    values["pace"] = 1 / flags.slow
     values["method"] = "qp" if flags.method == "once" else flags.method
     names = [process.name for process in PROCESSES]
     with scratch_robot(flags) as (believed, learned):
@@ -54,13 +54,7 @@ def play(flags: Flags, console: Console, strokes: list[Stroke]) -> None:
             at = line.index("--robot-config") + 1
             return [*line[:at], str(believed), *line[at + 1 :]] if name == "striker" else line
 
-        if flags.slow != 1.0:
-            values["clock"] = "stepped"
-        quiet = not flags.verbose
-        with (
-            running_cell(flags.common, values, names, quiet=quiet, wrap=wrap) as cell,
-            slow_motion(cell.bus, flags.slow),
-        ):
+        with running_cell(flags.common, values, names, quiet=not flags.verbose, wrap=wrap) as cell:
             disturb(cell.bus, flags, config)
             show(Player(cell.bus, config, launcher, targets, revise_hz_of(flags)), flags, console, strokes)
 
