@@ -3,12 +3,17 @@
 MuJoCo draws it without a screen; that needs EGL, which Mesa's software renderer offers too (Debian: libegl1).
 """
 
+import itertools
 import os
+
+os.environ.setdefault("MUJOCO_GL", "egl")  # before MuJoCo is imported, which reads it
+
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
+import mujoco
 import numpy as np
 import tyro
 from PIL import Image
@@ -20,11 +25,8 @@ from services.common.cli import Common, Options
 from services.recorder import entities
 from tools.trace_reader import SCALARS, Trace, read_trace
 
-os.environ.setdefault("MUJOCO_GL", "egl")  # read when MuJoCo's renderer is first made
-import mujoco  # noqa: E402
-
-CAMERA = {"azimuth": 20.0, "elevation": -16.0, "distance": 6.2}
-LOOKS_AT = (1.7, 0.1, 0.9)
+CAMERA = {"azimuth": 24.0, "elevation": -21.0, "distance": 5.4}
+LOOKS_AT = (1.4, 0.2, 0.8)
 """From behind the arm, across the net."""
 PREDICTED, FLOWN, TARGET = (0.47, 0.75, 0.92, 0.9), (0.96, 0.62, 0.26, 0.8), (0.92, 0.35, 0.35, 0.8)
 TAIL_S = 0.5
@@ -108,6 +110,7 @@ class Stage:
         mujoco.mj_forward(self._model, self._data)
         self._renderer.update_scene(self._data, self._camera)
         scene = self._renderer.scene
+        scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # the net's is a pattern of dots
         self._line(scene, self._ball.between(time - TAIL_S, time).reshape(-1, 3), FLOWN)
         path, target = self._path.at(time), self._target.at(time)
         if path is not None and self._is_new(time):
@@ -122,7 +125,7 @@ class Stage:
         return time - newest < 0.15
 
     def _line(self, scene: mujoco.MjvScene, points: np.ndarray, colour: tuple[float, ...]) -> None:
-        for one, other in zip(points[:-1], points[1:], strict=True):
+        for one, other in itertools.pairwise(points):
             geom = _add(scene, mujoco.mjtGeom.mjGEOM_CAPSULE, (0.012, 0.0, 0.0), one, colour)
             if geom is not None and np.linalg.norm(other - one) < 1.0:
                 mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, 0.012, one, other)
