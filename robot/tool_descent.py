@@ -6,11 +6,12 @@ counted, not timed, so every machine returns the same answer.
 """
 
 from math import sqrt
+from typing import Any
 
 import mink
 import mujoco
 import numpy as np
-from scipy.linalg.lapack import dposv
+from scipy.linalg import get_lapack_funcs
 
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
@@ -29,6 +30,9 @@ FIRST_DAMPING, LEAST_DAMPING = 0.1, 1e-4
 LONGEST_STEP = 0.8
 """rad, on any joint: beyond it the linearisation says nothing."""
 FULL_TURN = 2 * np.pi
+
+_SOLVE: Any = get_lapack_funcs("posv", dtype=np.float64)
+"""Solve a positive definite system, without the checks that take longer than six equations."""
 
 
 class ToolDescent:
@@ -164,14 +168,15 @@ def _step(rows: np.ndarray, error: np.ndarray, damping: float, lowest: np.ndarra
 
     lowest, highest: (J,), whether a joint is at that end of its range.
     """
-    free = np.ones(len(lowest), dtype=bool)
+    free, step = np.ones(len(lowest), dtype=bool), np.zeros(len(lowest))
     for _ in range(len(lowest)):
         part = rows * free
         gram = part @ part.T
         gram.flat[:: len(error) + 1] += damping**2
-        step = -part.T @ dposv(gram, error)[1]
+        step = -part.T @ _SOLVE(gram, error)[1]
         held = free & ((lowest & (step < 0)) | (highest & (step > 0)))
         if not held.any() or held.sum() == free.sum():
             break
         free &= ~held
-    return step * min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
+    shorter: float = min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
+    return shorter * step

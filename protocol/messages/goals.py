@@ -95,9 +95,9 @@ class Goal(Request, kw_only=True):
         velocities: final velocities, null: zero, or the demonstrated ones where `positions` is null too
         accelerations: final accelerations; null, as a whole or for one joint: free where the final velocity is not
             zero, otherwise zero
-        tool: where the tool ends and how it moves, in place of `positions` and `velocities`: of the postures found the
-            one that imitates best is played, and a correction keeps to the posture that it corrects. Not with
-            `alternatives`; the reply's `positions` and `velocities` say what is played
+        tool: where the tool ends and how it moves, in place of `positions` and `velocities`, also of `alternatives`: of
+            the postures found the one that imitates best is played, and a correction keeps to the posture that it
+            corrects. The reply's `positions` and `velocities` say what is played
         alternatives: up to 256 further ends. The planner plays the feasible end that imitates best: the least mean
             square of g̈ − τ²d̈, each joint in units of its acceleration limit. If every end is refused, the detail of
             the goal's own refusal has `alternatives: [code, …]`

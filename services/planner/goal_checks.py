@@ -108,9 +108,11 @@ def _check_tool(goal: m.Goal) -> None:
     """Refuse what says a second time, or contradicts, where the tool is."""
     if goal.tool is not None:
         _check_pose(goal.tool, "tool")
-    for field in ("positions", "velocities", "alternatives"):
-        if goal.tool is not None and getattr(goal, field) not in (None, []):
-            raise _invalid(field, f"tool says how the arm ends, and {field} would say it again; give one of the two")
+        for field, end in [("", goal), *((f"alternatives[{k}].", end) for k, end in enumerate(goal.alternatives))]:
+            for name in ("positions", "velocities"):
+                if getattr(end, name) is not None:
+                    sentence = f"tool says how the arm ends, and {field}{name} would say it again; give one of the two"
+                    raise _invalid(f"{field}{name}", sentence)
     for index, waypoint in enumerate(goal.waypoints):
         field = f"waypoints[{index}]"
         if waypoint.tool is None:

@@ -65,6 +65,12 @@ class _Case:
     origin: Origin
     verify: Verifier
 
+    @property
+    def may_take_longer(self) -> bool:
+        """Whether another duration is an answer: not to who must be there in time."""
+        goal = self.goal
+        return goal.arrival_time is None and (self.origin.correction is None or goal.duration is not None)
+
 
 class Solver:
     """Plans goals; each plan begins with the rows of the last one of the same primitive."""
@@ -91,9 +97,9 @@ class Solver:
         Raises:
             Refusal: what stands in its way.
         """
-        is_of_tool = goal.tool is not None
+        whose = list(range(1 + len(goal.alternatives)))
         if is_in_tool_space(goal):
-            goal = self._tool_space.in_joint_space(goal, primitive, origin)
+            goal, whose = self._tool_space.in_joint_space(goal, primitive, origin)
         request = motion_request(goal, primitive, self._config, origin)
         case = _Case(goal, primitive, request, origin, self._verifier(goal, origin, deadline))
         began, alternative = time.perf_counter(), 0
@@ -105,7 +111,7 @@ class Solver:
         except MotionError as error:
             raise refusal_of(error, self._config.joint_names) from None
         solve_ms = (time.perf_counter() - began) * 1e3
-        return Made(made, 0 if is_of_tool else alternative, origin, solve_ms, case.verify.findings)
+        return Made(made, whose[alternative], origin, solve_ms, case.verify.findings)
 
     def checked(self, made: Made, goal: m.Goal, deadline: float) -> Made:
         """Check a plan of `goal` in space once more, where the scene has changed.
@@ -150,7 +156,8 @@ class Solver:
     def _best(self, case: _Case) -> tuple[int, SplinePlan]:
         """Return the best end and its plan.
 
-        If none was found and planning time ran out for the goal's own end, that end is planned as if it were alone.
+        If none was found, the goal's own end is planned as if it were alone where planning time ran out for it, or
+        where the refusal can name a duration that works.
         """
         found = ends(case.goal, case.request, self._config, case.origin)
         warm = self._warm.get(case.goal.primitive)
@@ -158,7 +165,7 @@ class Solver:
             return plan_best(case.primitive, case.request, found, self._config.tick, warm, case.verify)
         except AllRefused as refused:
             own, *others = refused.errors
-        if isinstance(own, OutOfTime):
+        if isinstance(own, OutOfTime) or case.may_take_longer:
             try:
                 return 0, self._own(case)
             except MotionError as error:
@@ -167,10 +174,8 @@ class Solver:
 
     def _own(self, case: _Case) -> SplinePlan:
         """The plan of the goal's own end."""
-        # Another duration is no answer to who must be there in time.
-        goal = case.goal
-        remedy = goal.arrival_time is None and (case.origin.correction is None or goal.duration is not None)
-        made = plan(case.primitive, case.request, self._config.tick, self._warm.get(goal.primitive), remedy)
+        remedy = case.may_take_longer
+        made = plan(case.primitive, case.request, self._config.tick, self._warm.get(case.goal.primitive), remedy)
         try:
             case.verify(made)
         except TorqueExceeded as error:

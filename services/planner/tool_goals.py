@@ -57,8 +57,10 @@ class ToolSpace:
         target = ToolTarget(*Kinematics(self._config).tool_pose(home))
         self.kinematics.postures(target, self._config.limits.positions, [home])
 
-    def in_joint_space(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> m.Goal:
-        """Return a goal without `tool`: it ends in the posture nearest to the imitated one, or in an alternative.
+    def in_joint_space(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> tuple[m.Goal, list[int]]:
+        """Return a goal without `tool`, which ends in the posture nearest to the imitated one, or in an alternative.
+
+        And for each end of that goal, which of the given one's it stands for: 0 its own, 1 the first alternative.
 
         Raises:
             Refusal: `unreachable`; and `bad_message` or `invalid_goal` for its limits, `late` for its times.
@@ -67,21 +69,13 @@ class ToolSpace:
             limits = limits_of(goal.limits, self._config)
         except InvalidMotion as error:
             raise invalid(error) from None
+        whose = list(range(1 + len(goal.alternatives)))
         if goal.tool is not None:
-            own, *others = self._ends(goal.tool, primitive, origin, limits.positions, limits.velocities)
-            offered = others if goal.method == "qp" and not goal.fastest else []
-            goal = replace(
-                goal,
-                tool=None,
-                positions=own.positions.tolist(),
-                velocities=own.velocities.tolist(),
-                alternatives=[
-                    m.Alternative(positions=end.positions.tolist(), velocities=end.velocities.tolist())
-                    for end in offered
-                ],
-            )
+            found = self._ends(goal.tool, primitive, origin, limits.positions, limits.velocities)
+            offered = found if goal.method == "qp" and not goal.fastest else found[:1]
+            goal, whose = _in_postures(goal, offered)
         waypoints = self._waypoints(goal, primitive, origin, limits.positions, limits.velocities)
-        return replace(goal, waypoints=waypoints)
+        return replace(goal, waypoints=waypoints), whose
 
     def _ends(
         self, tool: m.ToolGoal, primitive: Primitive, origin: Origin, ranges: np.ndarray, limits: np.ndarray
@@ -166,6 +160,23 @@ class ToolSpace:
             velocities = at.velocities.tolist() if moves else None
             found[index] = m.Waypoint(time_from_start=time, positions=at.positions.tolist(), velocities=velocities)
         return [found[index] for index in range(len(found))]
+
+
+def _in_postures(goal: m.Goal, found: Sequence[_End]) -> tuple[m.Goal, list[int]]:
+    """Return the goal with each of its ends in each of the postures found, and which of its ends each stands for.
+
+    Of many alternatives the postures nearest to the imitated one are taken.
+    """
+    given = [m.Alternative(), *goal.alternatives]
+    each = max(m.MAX_ALTERNATIVES // len(given), 1)
+    ends = [
+        (index, replace(end, positions=posture.positions.tolist(), velocities=posture.velocities.tolist()))
+        for index, end in enumerate(given)
+        for posture in found[:each]
+    ]
+    own = ends[0][1]
+    posed = replace(goal, tool=None, positions=own.positions, velocities=own.velocities)
+    return replace(posed, alternatives=[end for _, end in ends[1:]]), [index for index, _ in ends]
 
 
 def target_of(tool: m.ToolGoal) -> ToolTarget:

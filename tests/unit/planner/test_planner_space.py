@@ -176,6 +176,14 @@ def test_an_end_that_collides_leaves_the_next(lab: Lab):
     assert (refusal.code, refusal.detail["alternatives"]) == ("collision", ["collision"])
 
 
+def test_without_an_alternative_that_works_a_duration_is_named(lab: Lab):
+    """As without alternatives, and as goals in tool space, whose postures are alternatives."""
+    ends = [m.Alternative(duration=1.01 * FAST)]
+    refusal = lab.refused(positions=lab.home(STRONG[lab.name].moved), duration=FAST, alternatives=ends)
+    assert (refusal.code, refusal.detail["quantity"]) == ("limit", "torque")
+    assert refusal.detail["min_duration"] > FAST
+
+
 def test_the_fastest_keeps_the_torques(lab: Lab):
     made = lab.solved(positions=lab.home(STRONG[lab.name].moved), fastest=True, duration=None)
     assert np.all(np.abs(lab.torques(made)) <= lab.config.torques * 1.001)

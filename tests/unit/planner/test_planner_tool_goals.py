@@ -148,6 +148,18 @@ def refused(lab: Lab, **fields: Any) -> Refusal:
     return caught.value
 
 
+def test_of_several_times_the_one_that_imitates_best_is_played(lab: Lab):
+    """In whichever posture; the reply says which alternative it was."""
+    position, _ = lab.reached(0.2, -0.15)
+    tool = m.ToolGoal(position=tuple(position), velocity=(0.1, 0.0, 0.1))
+    made = lab.solved(tool=tool, duration=0.9, alternatives=[m.Alternative(duration=t) for t in (1.0, 2.0, 1.1)])
+    assert (made.alternative, made.plan.duration) == (2, 2.0)
+    assert lab.end(made)[0] == pytest.approx(position, abs=1e-6)
+    assert lab.end(made)[2] == pytest.approx([0.1, 0.0, 0.1], abs=1e-6)
+    many = [m.Alternative(duration=0.9 + k / 1000) for k in range(256)]
+    assert lab.solved(tool=tool, duration=0.5, alternatives=many).alternative > 0
+
+
 def test_what_cannot_be_reached_names_the_nearest(lab: Lab):
     far = refused(lab, tool=m.ToolGoal(position=(3.0, 0.0, 0.5)))
     assert (far.code, far.detail["reason"]) == ("unreachable", "out of reach")
@@ -182,7 +194,10 @@ def test_joint_ranges_are_told_from_reach(lab: Lab):
     [
         ("positions", {"tool": {"position": [0.4, 0, 0.4]}, "positions": [0.0] * 6}),
         ("velocities", {"tool": {"position": [0.4, 0, 0.4]}, "velocities": [0.0] * 6}),
-        ("alternatives", {"tool": {"position": [0.4, 0, 0.4]}, "alternatives": [{"duration": 1.0}]}),
+        (
+            "alternatives[1].velocities",
+            {"tool": {"position": [0.4, 0, 0.4]}, "alternatives": [{"duration": 1.0}, {"velocities": [0.0] * 6}]},
+        ),
         ("tool.axis", {"tool": {"position": [0.4, 0, 0.4], "axis": [0, 0, 1], "orientation": [1, 0, 0, 0]}}),
         ("tool.axis", {"tool": {"position": [0.4, 0, 0.4], "axis": [0, 0, 0]}}),
         ("tool.orientation", {"tool": {"position": [0.4, 0, 0.4], "orientation": [0, 0, 0, 0]}}),
