@@ -1,12 +1,14 @@
 """`python -m benchmarks.space ROBOT.toml …`: the check of plans in space beside a replay at 1 kHz.
 
 Random plans of a robot are checked, and replayed: at every millisecond the distance of every pair of geoms and every
-torque. The replay knows nothing of how far a motion can get between two instants. Times are processor times.
+torque. The replay knows nothing of how far a motion can get between two instants. Times are processor times. Results
+are saved after every part; with `--resume` a run adds to those saved, until there are enough.
 """
 
+import json
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from itertools import islice
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +17,7 @@ import mujoco
 import numpy as np
 import tyro
 
-from benchmarks.machine import save
+from benchmarks.machine import RESULTS, save
 from benchmarks.timing import milliseconds
 from motion.demonstration import Demonstration
 from motion.errors import MotionError
@@ -31,6 +33,9 @@ from robot.torques import InverseDynamics
 REPLAY_S = 1e-3
 FINER = 16
 """Parts of a millisecond that a replay looks at where the check saw something between two milliseconds."""
+
+PART = 100
+"""Plans of one seed."""
 
 REACH = 1.5
 """Ends lie within this many rad of starts, on each joint."""
@@ -153,22 +158,34 @@ def _reach(joints: int) -> Primitive:
     return learn(Demonstration(times, np.repeat(shape[:, None], joints, axis=1)))
 
 
-def main(robots: Annotated[list[Path], tyro.conf.Positional], plans: int = 10_000, seed: int = 0) -> None:
+def added(before: Found, new: Found) -> Found:
+    """Return what was found in both."""
+    largest = {"deepest", "overestimated"}
+    pairs = {entry.name: (getattr(before, entry.name), getattr(new, entry.name)) for entry in fields(Found)}
+    return Found(**{name: max(pair) if name in largest else pair[0] + pair[1] for name, pair in pairs.items()})
+
+
+def main(
+    robots: Annotated[list[Path], tyro.conf.Positional], plans: int = 10_000, seed: int = 0, resume: bool = False
+) -> None:
     """Compare, print and save.
 
     Args:
         robots: TOML files of robots.
-        plans: Of each robot.
-        seed: Of the random plans.
+        plans: Of each robot, those resumed included.
+        seed: Of the first part of the random plans; each further part has the next.
+        resume: Go on after the plans whose results are saved; the times are those of the new plans.
     """
-    results = {}
+    rows = json.loads((RESULTS / "space.json").read_text())["results"] if resume else {}
     for path in robots:
-        found = compare(load_robot(path), plans, seed)
-        row = asdict(found)
-        row["check"] = milliseconds(row.pop("seconds"))
-        results[path.stem] = row
-        print(path.stem, row, flush=True)
-    print(f"saved to {save('space', results).name}")
+        config, row = load_robot(path), rows.get(path.stem, {"next_seed": seed})
+        found = Found(**{entry.name: row[entry.name] for entry in fields(Found) if entry.name in row})
+        while (missing := plans - found.free - found.collisions - found.torques) > 0:
+            found = added(found, compare(config, min(PART, missing), row["next_seed"]))
+            row = asdict(found) | {"next_seed": row["next_seed"] + 1}
+            rows[path.stem] = row | {"check": milliseconds(row.pop("seconds"))}
+            print(path.stem, rows[path.stem], flush=True)
+            save("space", rows)
 
 
 if __name__ == "__main__":
