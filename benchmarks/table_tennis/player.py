@@ -1,6 +1,9 @@
 """Plays balls of the environment: sees, chooses, plans, tracks, corrects, learns."""
 
+import contextlib
+import itertools
 import time as clock
+from collections.abc import Iterator
 from pathlib import Path as Folder
 from typing import Any
 
@@ -31,6 +34,10 @@ LATENCY_S = 0.008
 """A new motion begins so long after the sight that it is made from."""
 CANDIDATES = 24
 """Hits that are planned one after the other until one is inside the limits and touches nothing."""
+HORIZON_S = 1.5
+"""How far ahead the ball is predicted."""
+ELSEWHERE_S = 0.15
+"""Until so long before the touch another hit is looked for where all near to the last one are refused."""
 UNTIL_S = 0.05
 """No correction begins later before the touch."""
 OMEGA, DAMPING = 40.0, 1.4
@@ -124,8 +131,9 @@ class Player:
                 due = now - planned_at >= variant.period - 1e-9
                 late = choice is not None and now + LATENCY_S > choice.time - UNTIL_S
                 if wanted and due and not late:
-                    planned_at = now
-                    choice = self._decide(estimator, motions, now, target, choice, result) or choice
+                    decided = self._decide(estimator, motions, now, target, choice, result)
+                    if decided is not None:
+                        choice, planned_at = decided, now
             observation, _, done, _, info = env.step(self._action(observation, motions, now))
             now += CONTROL_S
         self._judge(result, info, motions, now)
@@ -146,7 +154,7 @@ class Player:
         begin = now + LATENCY_S
         began = clock.thread_time()
         try:
-            path = estimator.path(now + 1.5 if last is None else last.time + 0.1)
+            path = estimator.path(now + HORIZON_S if last is None else last.time + 0.1)
             if last is None:
                 home = self._config.home
                 start = State(begin, home, np.zeros_like(home), np.zeros_like(home))
@@ -165,7 +173,8 @@ class Player:
             result.first_ms = spent
         else:
             result.correction_ms.append(spent)
-        for rank, choice in enumerate(choices):
+        elsewhere = self._elsewhere(estimator, start, target, last)
+        for rank, choice in enumerate(itertools.chain(choices, elsewhere)):
             motion = self._motion(start, choice, phase)
             if motion is not None and last is None and rank:
                 finer = self._chooser.refined(choice, start)
@@ -189,6 +198,14 @@ class Player:
         except Collides:
             return None
         return motion
+
+    def _elsewhere(
+        self, estimator: Estimator, start: State, target: np.ndarray, last: Choice | None
+    ) -> Iterator[Choice]:
+        """Yield hits far from the last one, where there is time for them: all near it were refused."""
+        if last is not None and last.time - start.time > ELSEWHERE_S:
+            with contextlib.suppress(NoHit):
+                yield from self._chooser.choose(estimator.path(start.time + HORIZON_S), start, target, count=CANDIDATES)
 
     def _first(self, path: Path, start: State, target: np.ndarray) -> list[Choice]:
         """Return hits not sooner than the variant asks for, as near to that as there are any."""
