@@ -65,8 +65,9 @@ class Player:
         self._table = Reachability.of(config, folder)
         nothing = SimulatedContact(config, "target_ball", ContactLaw(0.0, 0.0), self._arm.offset)
         law = calibrate(self._arm, self._table, nothing).law
-        exact = not variant.noise and not variant.racket
-        self._contact = SimulatedContact(config, "target_ball", law, self._arm.offset, *(((),) if exact else ()))
+        self._contact = SimulatedContact(config, "target_ball", law, self._arm.offset)
+        if not variant.noise and not variant.racket:
+            self._contact.phases = ()  # the time of the touch is known
         self._law = law
         self.learner, self._played = Learner.of(law), -1
         simulate = self._contact if variant.simulated else None
