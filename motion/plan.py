@@ -201,18 +201,17 @@ def _planned(
         # Only now does it pay to ask which final accelerations leave room for the stop.
         effort.spend_on_stop(int(stuck[0]))
         problem = build(primitive, request, fixed, final_accelerations(request, remedy), precision)
-        solution.replace(optimum(problem, effort, Warm(len(problem.hull.s), solution.rows), stuck))
+        solution.replace(optimum(problem, effort, Warm.of(problem, solution), stuck), stuck)
         end = _ending(request, problem, solution)
         if (stuck := end.stuck()).size:
             raise SolverFailed(int(stuck[0]), "the stop after the goal leaves the limits")
     points = problem.space.positions(solution.x)
     report = make_report(primitive, problem, solution, points, end)
-    warm = Warm(len(problem.hull.s), solution.rows)
-    return SplinePlan(request, end, request.duration, tick, report, points, warm)
+    return SplinePlan(request, end, request.duration, tick, report, points, Warm.of(problem, solution))
 
 
 def _ending(request: MotionRequest, problem: Problem, solution: Solution) -> Ending:
-    goal, last = request.goal, solution.values[:, problem.hull.last_acceleration] / problem.duration**2
+    goal, last = request.goal, problem.hull.last_accelerations(solution.x) / problem.duration**2
     positions, final = goal.positions, request.final_accelerations
     if request.rest_fraction:
         positions = positions - request.rest_fraction * request.duration * goal.velocities

@@ -10,22 +10,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from motion.errors import SolverFailed
-from motion.limits import SIGNS
 from motion.program.effort import Effort
 from motion.program.least_distance import INFEASIBLE, UNCLEAR, least_distance, least_distance_in_doubt
+from motion.program.limit_rows import KINDS
 from motion.program.problem import Problem
+from motion.program.space import QUANTITIES
 
 MAX_ROUNDS = 30
 
 DROPPING_ROUNDS = 6
 """Rows without a multiplier are dropped between these first rounds; the objective grows all the same, so it ends."""
 
-HARD = 30
+HARD = 45
 """A joint that begins with more rows is often infeasible, and goes first, alone; the others take their rounds together.
 """
 
 STRIDE, MANY = 3, 24
-"""In the first round every third violated control point becomes a row, but not many more than so many."""
+"""In the first round every third violated control point becomes a row too, but not many more than so many."""
 
 BESIDE = np.array([-1, 0, 1])
 """A row of an earlier motion brings these with it."""
@@ -51,27 +52,25 @@ class InfeasibleRows(Exception):
 
 @dataclass(slots=True, eq=False)
 class Solution:
-    """The optima of n joints: motions, control points, active rows.
+    """The optima of J joints: motions and active rows.
 
-    x: (n, N + 2). values: control points (n, R). For each joint, the rows that carry a multiplier, and the multipliers.
-    Row side·R + i keeps control point i above its lower (side 0) or below its upper limit (side 1). rounds: programs
-    that each joint took; size: rows of the largest.
+    x: (J, N + 2). For each joint, the rows that carry a multiplier, and the multipliers. Rows are flat indices in
+    (J, 2, R): row (side, i) keeps control point i above its lower (side 0) or below its upper limit (side 1). rounds:
+    programs that each joint took; size: rows of the largest.
     """
 
-    joints: np.ndarray
     x: np.ndarray
-    values: np.ndarray
     rows: list[np.ndarray]
     multipliers: list[np.ndarray]
     rounds: list[int]
     size: int = 0
 
-    def replace(self, other: "Solution") -> None:
-        """Put the optima of some joints in the places of those found before, in a solution of all joints."""
-        self.x[other.joints], self.values[other.joints] = other.x, other.values
-        for k, joint in enumerate(other.joints.tolist()):
-            self.rows[joint], self.multipliers[joint] = other.rows[k], other.multipliers[k]
-            self.rounds[joint] = max(self.rounds[joint], other.rounds[k])
+    def replace(self, other: "Solution", joints: np.ndarray) -> None:
+        """Put the optima of some joints, found later, in the places of those found before."""
+        self.x[joints] = other.x[joints]
+        for joint in joints.tolist():
+            self.rows[joint], self.multipliers[joint] = other.rows[joint], other.multipliers[joint]
+            self.rounds[joint] = max(self.rounds[joint], other.rounds[joint])
         self.size = max(self.size, other.size)
 
 
@@ -84,34 +83,31 @@ def solve(
 ) -> Solution:
     """For each joint, or each of the `joints` (n,), the motion nearest to the adapted demonstration inside all limits.
 
-    All control points of what is returned lie inside their limits, those that the equalities decide to rounding. `warm`
-    are rows to begin with, an array for each of the J joints. In a `probe` what does not come out clearly counts as
-    infeasible. Raises InfeasibleRows where the limits cannot be kept, SolverFailed for numerical trouble or too much
-    effort.
+    All control points of what is returned lie inside their limits, those that the equalities decide to rounding; other
+    joints keep the optimum without limits. `warm` are rows to begin with, an array for each of the J joints. In a
+    `probe` what does not come out clearly counts as infeasible. Raises InfeasibleRows where the limits cannot be kept,
+    SolverFailed for numerical trouble or too much effort.
     """
-    chosen = np.arange(len(problem.origin)) if joints is None else joints
+    count = len(problem.origin)
+    chosen = np.arange(count) if joints is None else joints
     _check_decided(problem, chosen)
-    n = len(chosen)
-    none = [NOTHING] * n, [NO_MULTIPLIERS] * n, [0] * n
-    found = Solution(chosen, problem.origin[chosen], problem.values[chosen], *none)
-    first = _violated(problem.over[chosen], first=True)
-    hard = [k for k, rows in first.items() if len(rows) > HARD]
-    if warm is not None:
-        first = {k: _beside(problem, chosen[k], warm[chosen[k]], rows) for k, rows in first.items()}
-    for group in [*([k] for k in hard), [k for k in first if k not in hard]]:
-        new = {k: first[k] for k in group}
-        while new:
-            _add_rows(problem, found, new, effort, probe)
-            busy = list(new)
-            found.values[busy] = values = found.x[busy] @ problem.hull.rows.T
-            new = {busy[k]: rows for k, rows in _violated(problem.passed(values, chosen[busy])).items()}
+    found = Solution(problem.origin.copy(), [NOTHING] * count, [NO_MULTIPLIERS] * count, [0] * count)
+    first = _violated(problem.over if joints is None else problem.over[joints], chosen, stretches=warm is None)
+    if warm is None:
+        groups = _hard_ones_first(first, problem.over[0].size)
+    else:
+        groups = [np.concatenate([first, _beside(problem, first, warm)])] if first.size else []
+    for new in groups:
+        rounds = 0
+        while new.size:
+            rounds += 1
+            new = _with_rows(problem, found, new, rounds, effort, probe)
     return found
 
 
 def _check_decided(problem: Problem, joints: np.ndarray) -> None:
     """Raise InfeasibleRows for a control point that the equalities hold outside its limit."""
-    outside = problem.beyond > 0
-    if not outside.any():
+    if not (problem.beyond > 0).any():
         return
     hull, each = problem.hull, problem.limit_rows.decided
     beyond = np.where(np.isin(each // (2 * len(hull.s)), joints), problem.beyond, 0.0)
@@ -121,71 +117,82 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
         raise InfeasibleRows(row // (2 * len(hull.s)), int(hull.quantity[point]), float(hull.s[point]))
 
 
-def _add_rows(problem: Problem, found: Solution, new: dict[int, list[int]], effort: Effort, probe: bool) -> None:
-    """Solve the programs of some joints once more, with `new` rows."""
-    which, sizes, rows = list(new), [], []
-    joints = found.joints[which]
-    for k, joint in zip(which, joints.tolist(), strict=True):
-        found.rounds[k] += 1
-        if found.rounds[k] > MAX_ROUNDS:
-            raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
-        own = sorted({*found.rows[k].tolist(), *new[k]})
-        effort.spend(joint, len(own))
-        sizes.append(len(own))
-        rows += own
-    rows, of, ends = np.array(rows), joints.repeat(sizes), np.cumsum(sizes)
-    side, point = np.divmod(rows, len(problem.hull.s))
-    matrix = problem.limit_rows.matrix[problem.limit_rows.kind[of], point]
-    matrix *= SIGNS[side, None]
-    excess = problem.excess[of, side, point]
+def _hard_ones_first(first: np.ndarray, size: int) -> list[np.ndarray]:
+    """Divide the first rows of all joints, `size` a joint, into those of each hard joint and those of all others."""
+    which = first // size
+    hard = np.bincount(which) > HARD
+    each = [first[which == joint] for joint in hard.nonzero()[0].tolist()]
+    return [*each, first[~hard[which]]] if each else [first]
+
+
+def _with_rows(
+    problem: Problem, found: Solution, new: np.ndarray, rounds: int, effort: Effort, probe: bool
+) -> np.ndarray:
+    """Solve the programs of some joints once more, with `new` rows; return the rows that are violated then."""
+    size, limit_rows = problem.over[0].size, problem.limit_rows
+    joints = np.unique(new // size)
+    each = joints.tolist()
+    rows = np.unique(np.concatenate([*(found.rows[joint] for joint in each), new]))
+    ends = rows.searchsorted(size * (joints + 1))
+    begins = [0, *ends.tolist()]
+    matrix, excess = limit_rows.at(rows), problem.over.take(rows)
+    excess += problem.inside.take(limit_rows.bound.take(rows))
     # Scaled so that the largest violation of each joint is 1.
-    scales = np.maximum(np.maximum.reduceat(excess, ends - sizes), TINY)
-    excess /= scales.repeat(sizes)
-    for k, joint, scale, size, end in zip(which, joints.tolist(), scales.tolist(), sizes, ends.tolist(), strict=True):
-        part, dropping = slice(end - size, end), found.rounds[k] < DROPPING_ROUNDS
-        program = matrix[part], excess[part]
-        u, multipliers, status = least_distance(*program, tight=problem.precise or found.rounds[k] > DROPPING_ROUNDS)
+    scales = np.maximum(np.maximum.reduceat(excess, begins[:-1]), TINY)
+    steps, multipliers = np.empty((len(each), matrix.shape[1])), np.empty(len(rows))
+    tight = problem.precise or rounds > DROPPING_ROUNDS
+    for k, (joint, scale) in enumerate(zip(each, scales.tolist(), strict=True)):
+        if rounds > MAX_ROUNDS:
+            raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
+        part = slice(begins[k], begins[k + 1])
+        program = matrix[part], excess[part] / scale
+        effort.spend(joint, len(program[1]))
+        u, multipliers[part], status = least_distance(*program, tight=tight)
         if status == UNCLEAR and not probe:
-            effort.spend_on_doubt(joint, size, len(u))
-            u, multipliers, status = least_distance_in_doubt(*program)
+            effort.spend_on_doubt(joint, *program[0].shape)
+            u, multipliers[part], status = least_distance_in_doubt(*program)
         if status == INFEASIBLE or (status and probe):
-            raise _contradiction(problem, joint, rows[part], multipliers)
+            raise _contradiction(problem, joint, rows[part], multipliers[part])
         if status:
             raise SolverFailed(joint, status)
-        found.x[k, :-2] = problem.origin[joint, :-2] + problem.equalities.step(joint, scale * u)
-        found.size = max(found.size, size)
-        carrying = multipliers > (IDLE * multipliers.max() if dropping else -np.inf)
-        found.rows[k], found.multipliers[k] = rows[part][carrying], multipliers[carrying]
+        found.rounds[joint] = rounds
+        found.size = max(found.size, part.stop - part.start)
+        carrying = slice(None) if rounds >= DROPPING_ROUNDS else multipliers[part] > IDLE * multipliers[part].max()
+        found.rows[joint], found.multipliers[joint] = rows[part][carrying], multipliers[part][carrying]
+        np.multiply(u, scale, out=steps[k])
+    found.x[joints, :-2] = problem.origin[joints, :-2] + problem.equalities.steps(each, steps)
+    over = limit_rows.moved(each, steps)
+    over += problem.over[joints]
+    return _violated(over, joints)
 
 
-def _beside(problem: Problem, joint: int, warm: np.ndarray, first: list[int]) -> list[int]:
-    """The rows of an earlier motion, and their neighbours, to which they may have moved; the first ones without any."""
-    excess = problem.excess[joint].ravel()
-    rows = (warm[:, None] + BESIDE).ravel() % excess.size
-    return rows[excess[rows] > -np.inf].tolist() or first
+def _beside(problem: Problem, violated: np.ndarray, warm: list[np.ndarray]) -> np.ndarray:
+    """The `warm` rows of joints that violate some rows, and the neighbours to which they may have moved."""
+    bound, size = problem.limit_rows.bound, problem.over[0].size
+    each = [warm[joint] + joint * size for joint in np.unique(violated // size).tolist()]
+    rows = (np.concatenate(each)[:, None] + BESIDE).ravel() % bound.size
+    return rows[bound.take(rows) % KINDS <= QUANTITIES]
 
 
-def _violated(over: np.ndarray, first: bool = False) -> dict[int, list[int]]:
-    """Return the rows at the peaks of positive `over` (n, 2, R), by joint, for the joints that have some.
+def _violated(over: np.ndarray, joints: np.ndarray, stretches: bool = False) -> np.ndarray:
+    """Return flat indices in (J, 2, R) of the rows of `joints` (n,) at the peaks of positive `over` (n, 2, R).
 
-    The `first` time there are also some along each stretch. No peak reaches from one joint into the next: a joint's
+    If asked for, also some along the `stretches` where it is positive. No peak reaches from one joint into the next: a joint's
     first control point is its start, which is fixed.
     """
-    flat = over.ravel()
+    flat, size = over.ravel(), over[0].size
     positive = (flat > 0).nonzero()[0]
     if not positive.size:
-        return {}
+        return positive
     above = flat[positive]
     wanted = above >= flat[positive - 1]
     wanted &= above >= flat.take(positive + 1, mode="clip")
-    joints, rows = np.divmod(positive, over[0].size)
-    if first:
-        strides = np.maximum(STRIDE, np.bincount(joints) // MANY)
-        wanted |= rows % strides[joints] == 0
-    found: dict[int, list[int]] = {}
-    for joint, row in zip(joints[wanted].tolist(), rows[wanted].tolist(), strict=True):
-        found.setdefault(joint, []).append(row)
-    return found
+    if stretches:
+        which, rows = np.divmod(positive, size)
+        strides = np.maximum(STRIDE, np.bincount(which) // MANY)
+        wanted |= rows % strides[which] == 0
+    found = positive[wanted]
+    return found + (size * (joints - np.arange(len(joints))))[found // size]
 
 
 def _contradiction(problem: Problem, joint: int, rows: np.ndarray, multipliers: np.ndarray) -> InfeasibleRows:

@@ -1,5 +1,6 @@
 """The values that a request fixes, and what they demand of a motion in normalised time."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -9,8 +10,6 @@ from motion.errors import InvalidMotion, SolverFailed
 from motion.limits import LED_BACK_FROM, ROUNDING
 from motion.program.space import Space, make_space
 from motion.request import MotionRequest
-
-Joints = np.ndarray | slice
 
 DEPENDENT = 1e-10
 """Unit rows with less than this outside the span of those before them depend on them."""
@@ -47,14 +46,16 @@ class Equalities:
     turns: list[np.ndarray | None]
     adaptation: np.ndarray
 
-    def step(self, joint: int, step: np.ndarray) -> np.ndarray:
-        """The step of z (N,) that a step in the joint's own metric is."""
-        turn = self.turns[self.kind[joint]]
-        return step if turn is None else turn @ step
+    def steps(self, joints: Iterable[int], steps: np.ndarray) -> np.ndarray:
+        """The steps of z (n, N) that steps (n, N) in the joints' own metrics are."""
+        if not any(turn is not None for turn in self.turns):
+            return steps
+        turns = [self.turns[self.kind[joint]] for joint in joints]
+        return np.array([step if turn is None else turn @ step for turn, step in zip(turns, steps, strict=True)])
 
-    def missed(self, x: np.ndarray, targets: np.ndarray, joints: Joints = slice(None)) -> np.ndarray:
-        """How far (n, m) the joints' motions x (n, N + 2) are from their targets, which are those of all (J, m)."""
-        return targets[joints] - np.matmul(self.rows[joints], x[:, :, None])[:, :, 0]
+    def missed(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """How far (J, m) motions x (J, N + 2) are from their targets (J, m)."""
+        return targets - np.matmul(self.rows, x[:, :, None])[:, :, 0]
 
     def adapted(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Move motions x (J, N + 2), in place, to the nearest ones that meet the targets; return them."""

@@ -14,8 +14,8 @@ DEAD = 1e-9
 
 
 KINDS = 2 * QUANTITIES + 1
-"""Of bounds: each quantity's limit, the same for control points that the equalities decide, and the last acceleration's
-own."""
+"""Of bounds: each quantity's limit, the last acceleration's own, and each quantity's for control points that the
+equalities decide."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,20 +23,33 @@ class LimitRows:
     """Two rows for each of R control points, for each of J joints: what a step u does to it; one for each side.
 
     matrix (K, R, N): for each kind of equalities, projected onto their null space, of unit norm, zero where decided;
-    kind (J,): a joint's. scales (J, R): 1/norm before, 1 where decided; signed (J, 2, R): the same with the sign of the
-    side. least (J, 4): the least scale of a row of each quantity, that of the row that moves most. bound (J, 2, R):
-    index of each row's bound in (J, 2, KINDS). decided: flat indices in (J, 2, R) of the control points that the
-    equalities alone place.
+    kind (J,): a joint's. place (J, 2, R): of each row in (K·R, N). scales (J, R): 1/norm before, 1 where decided. least
+    (J, 4): the least scale of a row of each quantity, that of the row that moves most. bound (J, 2, R): index of each
+    row's bound in (J, 2, KINDS). decided: flat indices in (J, 2, R) of the control points that the equalities alone
+    place.
     """
 
     matrix: np.ndarray
     kind: np.ndarray
+    place: np.ndarray
     scales: np.ndarray
-    signed: np.ndarray
     least: np.ndarray
     bound: np.ndarray
     decided: np.ndarray
 
+    def at(self, rows: np.ndarray) -> np.ndarray:
+        """Rows (n, N) at flat indices (n,) in (J, 2, R), with the sign of their side."""
+        matrix = self.matrix.reshape(-1, self.matrix.shape[2]).take(self.place.take(rows), axis=0)
+        matrix *= SIGNS.take((rows // self.scales.shape[1]) & 1)[:, None]
+        return matrix
+
+    def moved(self, joints: list[int], steps: np.ndarray) -> np.ndarray:
+        """How far (n, 2, R), towards each side, steps u (n, N) of joints move their control points."""
+        if len(self.matrix) == 1:
+            moved = steps @ self.matrix[0].T
+        else:
+            moved = np.array([self.matrix[self.kind[joint]] @ u for joint, u in zip(joints, steps, strict=True)])
+        return SIGNS[:, None] * moved[:, None]
 
 @cached_within(128_000_000)
 def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
@@ -45,12 +58,15 @@ def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
     each = zip(*(_projected(hull, span, turn) for span, turn in own), strict=True)
     matrix, *of_kinds = map(np.array, each)
     scales, least, decided = (values[equalities.kind] for values in of_kinds)
-    kind = hull.quantity + QUANTITIES * decided
+    which = hull.quantity + (QUANTITIES + 1) * decided
     last = hull.last_acceleration
-    kind[:, last] = np.where(decided[:, last], kind[:, last], KINDS - 1)
-    bound = kind[:, None] + KINDS * np.arange(2 * len(kind)).reshape(-1, 2, 1)
+    which[:, last] = np.where(decided[:, last], which[:, last], QUANTITIES)
+    joints, points = which.shape
+    bound = which[:, None] + KINDS * np.arange(2 * joints).reshape(-1, 2, 1)
     both = np.repeat(decided[:, None], 2, axis=1).ravel().nonzero()[0]
-    return LimitRows(matrix, np.array(equalities.kind), scales, SIGNS[:, None] * scales[:, None], least, bound, both)
+    kind = np.array(equalities.kind)
+    place = np.repeat(points * kind[:, None] + np.arange(points), 2, axis=0).reshape(bound.shape)
+    return LimitRows(matrix, kind, place, scales, least, bound, both)
 
 
 def _projected(

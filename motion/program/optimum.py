@@ -23,11 +23,17 @@ ROUNDING = 4 * np.finfo(float).eps
 class Warm:
     """Rows of a plan that carried multipliers, an array for each joint; the next plan begins with them.
 
-    They belong to hulls with `points` control points.
+    Row side·R + i belongs to control point i of a hull with R = `points` control points.
     """
 
     points: int
     rows: list[np.ndarray]
+
+    @staticmethod
+    def of(problem: Problem, solution: Solution) -> "Warm":
+        """The rows of a solution."""
+        points = len(problem.hull.s)
+        return Warm(points, [rows % (2 * points) for rows in solution.rows])
 
 
 def optimum(problem: Problem, effort: Effort, warm: Warm | None = None, joints: np.ndarray | None = None) -> Solution:
@@ -46,16 +52,16 @@ def optimum(problem: Problem, effort: Effort, warm: Warm | None = None, joints: 
 
 def _verified(problem: Problem, found: Solution) -> Solution:
     """The solution, whose limits were looked at, with its equalities looked at. Raises SolverFailed."""
-    missed = abs(problem.equalities.missed(found.x, problem.targets, found.joints))
+    missed = abs(problem.equalities.missed(found.x, problem.targets))
     if missed.max(initial=0.0) <= EQUALITY_TOLERANCE:
         return found
-    targets, rows = problem.targets[found.joints], problem.equalities.rows[found.joints]
-    allowed = EQUALITY_TOLERANCE * np.maximum(1.0, abs(targets).max(axis=1))[:, None]
+    allowed = EQUALITY_TOLERANCE * np.maximum(1.0, abs(problem.targets).max(axis=1))[:, None]
     # Large weights that cancel each other, as in a motion that is over at once, leave their rounding.
-    allowed = np.maximum(allowed, ROUNDING * np.matmul(abs(rows), abs(found.x)[:, :, None])[:, :, 0])
+    terms = np.matmul(abs(problem.equalities.rows), abs(found.x)[:, :, None])[:, :, 0]
+    allowed = np.maximum(allowed, ROUNDING * terms)
     if not (missed <= allowed).all():
-        joint = (missed / allowed).max(axis=1).argmax()
-        raise SolverFailed(int(found.joints[joint]), f"equalities are off by {missed[joint].max():.1e}")
+        joint = int((missed / allowed).max(axis=1).argmax())
+        raise SolverFailed(joint, f"equalities are off by {missed[joint].max():.1e}")
     return found
 
 

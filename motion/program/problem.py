@@ -11,7 +11,7 @@ import numpy as np
 
 from motion.limits import LED_BACK_BY, ROUNDING, SIGNS
 from motion.primitive import Primitive
-from motion.program.equalities import Equalities, Fixed, Joints, equalities_of
+from motion.program.equalities import Equalities, Fixed, equalities_of
 from motion.program.imitation import Imitated, imitated
 from motion.program.limit_rows import KINDS, LimitRows, limit_rows
 from motion.program.places import place_weights
@@ -55,11 +55,11 @@ class Problem:
     """For each of J joints: minimise |z − z*|² subject to equalities and to limits on R control points.
 
     All in normalised time: quantity k is the k-th derivative with respect to s. duration: of the moving part, s.
-    targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits; values (J, R): its control
-    points. In units of the rows, (J, 2, R) for both sides, those below with their signs turned: bounds, infinite where
-    there is no limit; over: by how much the origin passes them; excess: by how much it passes what is demanded of a
-    row, which lies inside of its limit. Control points that the equalities decide may pass their limits by rounding;
-    beyond (D,): by how much they pass that. precise: so near that programs must be solved tightly.
+    targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits. In units of the rows: over (J,
+    2, R), by how much the origin passes its lower and its upper limits, −inf where there are none; inside (J, 2,
+    KINDS), how far inside of their bounds of each kind rows are demanded. Control points that the equalities decide may
+    pass their limits by rounding; beyond (D,): by how much they pass that. precise: so near that programs must be
+    solved tightly.
     """
 
     space: Space
@@ -69,19 +69,11 @@ class Problem:
     equalities: Equalities
     targets: np.ndarray
     origin: np.ndarray
-    values: np.ndarray
     limit_rows: LimitRows
-    bounds: np.ndarray
     over: np.ndarray
-    excess: np.ndarray
+    inside: np.ndarray
     beyond: np.ndarray
     precise: bool
-
-    def passed(self, values: np.ndarray, joints: Joints) -> np.ndarray:
-        """By how much (n, 2, R), in units of the rows, control points `values` (n, R) of joints pass their limits."""
-        over = values[:, None] * self.limit_rows.signed[joints]
-        over -= self.bounds[joints]
-        return over
 
 
 def build(
@@ -110,23 +102,23 @@ def build(
     if local:
         beside = values[:2].T - part.start
         start[:, :-2] += (
-            beside @ space.drift
-            if not own
-            else [equalities.step(joint, beside[joint] @ metric.drift) for joint, metric in enumerate(own)]
+            equalities.steps(range(len(own)), np.array([each @ metric.drift for each, metric in zip(beside, own, strict=True)]))
+            if own
+            else beside @ space.drift
         )
     origin = equalities.adapted(start, targets)
-    at, rows = origin @ hull.rows.T, limit_rows(equalities, hull)
+    rows = limit_rows(equalities, hull)
     limits = np.empty((len(final), 2, KINDS))
     limits[..., :4] = request.limits.signed * powers
-    limits[..., 4:8] = limits[..., :4] + (ROUNDING * width)[:, None]
-    limits[..., 8] = SIGNS * final
-    bounds = limits.take(rows.bound)
-    bounds *= rows.scales[:, None]
-    _lead_back(hull, rows, SIGNS * values[0, :, None] + ROUNDING * width[:, :1], limits[..., 4], bounds)
-    over = at[:, None] * rows.signed
-    over -= bounds
-    excess = over + (precision.inside * width * rows.least).take(hull.quantity, axis=1)[:, None]
-    excess.ravel()[rows.decided] = -np.inf
+    limits[..., 4] = SIGNS * final
+    limits[..., 5:] = limits[..., :4] + (ROUNDING * width)[:, None]
+    over = SIGNS[:, None] * (origin @ hull.rows.T)[:, None]
+    over -= limits.take(rows.bound)
+    _lead_back(hull, SIGNS * values[0, :, None] + ROUNDING * width[:, :1], limits[..., 0], over)
+    over *= rows.scales[:, None]
+    inside = np.zeros(limits.shape)
+    inside[..., :4] = (precision.inside * width * rows.least)[:, None]
+    inside[..., 4] = inside[..., 2]
     return Problem(
         space=space,
         hull=hull,
@@ -135,12 +127,10 @@ def build(
         equalities=equalities,
         targets=targets,
         origin=origin,
-        values=at,
         limit_rows=rows,
-        bounds=bounds,
         over=over,
-        excess=excess,
-        beyond=over.ravel()[rows.decided],
+        inside=inside,
+        beyond=over.take(rows.decided),
         precise=precision.inside < USUAL.inside,
     )
 
@@ -184,11 +174,12 @@ def _stiffness(primitive: Primitive, part: Imitated, place_time: float) -> float
     return whole * 2 ** (-steps / 2)
 
 
-def _lead_back(hull: Hull, rows: LimitRows, start: np.ndarray, limits: np.ndarray, bounds: np.ndarray) -> None:
-    """Widen the position bounds, in place, of a joint that begins outside of its limits, up to a part of its way.
+def _lead_back(hull: Hull, start: np.ndarray, limits: np.ndarray, over: np.ndarray) -> None:
+    """Widen the position limits, in place, of a joint that begins outside of them, up to a part of its way.
 
-    start, limits (J, 2): of both sides, with their signs.
+    start, limits (J, 2): of both sides, with their signs. over (J, 2, R): by how much control points pass the limits.
     """
-    if (start > limits).any():
+    wider = start - limits
+    if (wider > 0).any():
         early = np.flatnonzero((hull.quantity == 0) & (hull.ceases <= LED_BACK_BY))
-        bounds[:, :, early] = np.maximum(bounds[:, :, early], start[:, :, None] * rows.scales[:, None, early])
+        over[:, :, early] -= np.maximum(wider, 0.0)[:, :, None]

@@ -86,6 +86,10 @@ class Hull:
     ceases: np.ndarray
     last_acceleration: int
 
+    def last_accelerations(self, x: np.ndarray) -> np.ndarray:
+        """The accelerations at s = 1 (n,) of motions x (n, N + 2)."""
+        return x @ self.rows[self.last_acceleration]
+
 
 @cached_within(64_000_000)
 def make_space(count: int, stiffness: float, weights: tuple[float, ...] = (1.0, 1.0)) -> Space:
