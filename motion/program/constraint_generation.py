@@ -6,6 +6,7 @@ are looked at together.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -130,36 +131,43 @@ def _with_rows(
 ) -> np.ndarray:
     """Solve the programs of some joints once more, with `new` rows; return the rows that are violated then."""
     size, limit_rows = problem.over[0].size, problem.limit_rows
-    joints = np.unique(new // size)
-    each = joints.tolist()
-    rows = np.unique(np.concatenate([*(found.rows[joint] for joint in each), new]))
-    ends = rows.searchsorted(size * (joints + 1))
-    begins = [0, *ends.tolist()]
+    each = sorted({*(new // size).tolist()})
+    joints = np.array(each)
+    rows = np.concatenate([*(found.rows[joint] for joint in each), new])
+    rows.sort()
+    if (rows[1:] == rows[:-1]).any():
+        rows = np.unique(rows)
+    begins = rows.searchsorted(size * joints)
+    spans = list(pairwise([*begins.tolist(), len(rows)]))
+    sizes = [end - begin for begin, end in spans]
     matrix, excess = limit_rows.at(rows), problem.over.take(rows)
     excess += problem.inside.take(limit_rows.bound.take(rows))
     # Scaled so that the largest violation of each joint is 1.
-    scales = np.maximum(np.maximum.reduceat(excess, begins[:-1]), TINY)
-    steps, multipliers = np.empty((len(each), matrix.shape[1])), np.empty(len(rows))
-    tight = problem.precise or rounds > DROPPING_ROUNDS
-    for k, (joint, scale) in enumerate(zip(each, scales.tolist(), strict=True)):
+    scales = np.maximum(np.maximum.reduceat(excess, begins), TINY)
+    excess /= scales.repeat(sizes)
+    multipliers, tight = np.empty(len(rows)), problem.precise or rounds > DROPPING_ROUNDS
+    for joint, (begin, end) in zip(each, spans, strict=True):
         if rounds > MAX_ROUNDS:
             raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
-        part = slice(begins[k], begins[k + 1])
-        program = matrix[part], excess[part] / scale
-        effort.spend(joint, len(program[1]))
-        u, multipliers[part], status = least_distance(*program, tight=tight)
+        effort.spend(joint, end - begin)
+        program = matrix[begin:end], excess[begin:end]
+        multipliers[begin:end], status = least_distance(*program, tight=tight)
         if status == UNCLEAR and not probe:
             effort.spend_on_doubt(joint, *program[0].shape)
-            u, multipliers[part], status = least_distance_in_doubt(*program)
+            multipliers[begin:end], status = least_distance_in_doubt(*program)
         if status == INFEASIBLE or (status and probe):
-            raise _contradiction(problem, joint, rows[part], multipliers[part])
+            raise _contradiction(problem, joint, rows[begin:end], multipliers[begin:end])
         if status:
             raise SolverFailed(joint, status)
         found.rounds[joint] = rounds
-        found.size = max(found.size, part.stop - part.start)
-        carrying = slice(None) if rounds >= DROPPING_ROUNDS else multipliers[part] > IDLE * multipliers[part].max()
-        found.rows[joint], found.multipliers[joint] = rows[part][carrying], multipliers[part][carrying]
-        np.multiply(u, scale, out=steps[k])
+    found.size = max(found.size, *sizes)
+    steps = np.add.reduceat(multipliers[:, None] * matrix, begins) * -scales[:, None]
+    if rounds < DROPPING_ROUNDS:
+        carrying = multipliers > (IDLE * np.maximum.reduceat(multipliers, begins)).repeat(sizes)
+        rows, multipliers = rows[carrying], multipliers[carrying]
+    ends = rows.searchsorted(size * (joints + 1)).tolist()
+    for joint, begin, end in zip(each, [0, *ends], ends, strict=False):
+        found.rows[joint], found.multipliers[joint] = rows[begin:end], multipliers[begin:end]
     found.x[joints, :-2] = problem.origin[joints, :-2] + problem.equalities.steps(each, steps)
     over = limit_rows.moved(each, steps)
     over += problem.over[joints]
@@ -192,7 +200,7 @@ def _violated(over: np.ndarray, joints: np.ndarray, stretches: bool = False) -> 
         strides = np.maximum(STRIDE, np.bincount(which) // MANY)
         wanted |= rows % strides[which] == 0
     found = positive[wanted]
-    return found + (size * (joints - np.arange(len(joints))))[found // size]
+    return found + size * (joints - np.arange(len(joints))).take(found // size)
 
 
 def _contradiction(problem: Problem, joint: int, rows: np.ndarray, multipliers: np.ndarray) -> InfeasibleRows:

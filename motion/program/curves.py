@@ -74,34 +74,41 @@ def extremes(curves: np.ndarray) -> np.ndarray:
     values, rising = curves[:, :4], curves[:, 1:] > 0
     turning = rising[..., 1:] != rising[..., :-1]
     turning[:, :3] |= turning[:, 1:] & (rising[:, :3, :-1] != rising[:, 1:, :-1])
-    lowest, highest = values.min(axis=2), values.max(axis=2)
+    found = np.empty((2, len(curves), 4))
+    values.min(axis=2, out=found[0])
+    values.max(axis=2, out=found[1])
     steps = turning.ravel().nonzero()[0]
     if steps.size:
         of, inside = _inside(curves, steps)
-        np.minimum.at(lowest.ravel(), of, inside.min(axis=0))
-        np.maximum.at(highest.ravel(), of, inside.max(axis=0))
-    return np.stack([lowest, highest], axis=2)
+        np.minimum.at(found[0].ravel(), of, inside.min(axis=0))
+        np.maximum.at(found[1].ravel(), of, inside.max(axis=0))
+    return found.transpose(1, 2, 0)
 
 
 def _inside(curves: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which of 4J curves m steps belong to, and the values (2, m) at the extremes of their cubics, or at an end."""
-    size, flat = curves.shape[2], curves.ravel()
-    of, step = np.divmod(steps, size - 1)
-    joint, quantity = np.divmod(of, 4)
-    first = (of + joint) * size + step
-    highest = first + (4 - quantity) * size
-    f0, d0, fourth = flat[first], flat[first + size], flat[highest]
-    rise, d1, fifth = flat[first + 1] - f0, flat[first + size + 1], flat[highest + 1] - fourth
+    size = curves.shape[2]
+    of = steps // (size - 1)
+    first, quantity = steps + of + (of >> 2) * size, of & 3
+    at = first + np.concatenate([size * _FROM, size * _FROM + 1]).take(quantity, axis=1)
+    f0, d0, fourth, f1, d1, fifth = curves.ravel().take(at)
+    rise, fifth = f1 - f0, fifth - fourth
     c = d0 + d1 - 2 * rise
     b = rise - d0 - c
-    # The slope d0 + 2b x + 3c x² has two roots, here in the form that does not cancel.
+    # The slope d0 + 2b x + 3c x² has two roots, here in the form that does not cancel; of a line or a parabola one.
     far = -b - np.copysign(np.sqrt(np.maximum(b * b - 3 * c * d0, 0.0)), b)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a line or a parabola: no second root
-        x = np.fmin(np.fmax(np.array([d0 / far, far / (3 * c)]), 0.0), 1.0)
-    at_fourth, at_fifth, at_rest = _BUMPS[:, quantity]
+    x = np.array([d0, far]) / (np.array([far, 3 * c]) + _NONZERO)
+    x = np.minimum(np.maximum(x, 0.0), 1.0)
+    at_fourth, at_fifth, at_rest = _BUMPS.take(quantity, axis=1)
     bump = (x * (1 - x)) ** 2 * (fourth * at_fourth + fifth * (at_fifth + at_rest * x))
     return of, f0 + x * (d0 + x * (b + x * c)) + bump
 
+
+_NONZERO = 1e-200
+"""Makes a divisor of 0 another number, and nothing else."""
+
+_FROM = np.array([[0, 0, 0, 0], [1, 1, 1, 1], [4, 3, 2, 1]])
+"""How many derivatives from each quantity to itself, to its slope and to the fourth derivative of the position."""
 
 _BUMPS = np.array([[1 / 24, 0.0, 0.0, 0.0], [1 / 60, 1 / 24, 0.0, 0.0], [1 / 120, 0.0, 0.0, 0.0]])
 """Acceleration and jerk are cubics in a step; position and velocity differ from theirs by x²(1 − x)² times a constant

@@ -110,13 +110,13 @@ def equalities_of(
     the space's. Raises InvalidMotion for more values of a joint
     than a motion has weights, SolverFailed for values that depend on each other.
     """
-    given = ~np.isnan(values[2:])
-    most = int(given.sum(axis=0).max())
-    if most > space.count:
+    values = values[2:]
+    given = values == values  # not NaN
+    if len(values) > space.count and (most := int(given.sum(axis=0).max())) > space.count:
         sentence = f"fix, with both ends, {most} values of a joint; at most {space.count} can be met: leave some out"
         raise InvalidMotion("waypoints", sentence)
     pattern = tuple(fixed.quantity[2:].tolist()), tuple(fixed.s[2:].tolist()), given.T.tobytes()
-    return _equalities(space, *pattern, local, own), np.where(given, values[2:], 0.0).T
+    return _equalities(space, *pattern, local, own), np.where(given, values, 0.0).T
 
 
 @lru_cache(maxsize=64)

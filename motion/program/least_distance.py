@@ -1,4 +1,7 @@
-"""Least distance programming (Lawson and Hanson): the smallest step that keeps a few rows, by PIQP."""
+"""Least distance programming (Lawson and Hanson): the smallest step that keeps a few rows, by PIQP.
+
+The step u is solved for by its multipliers λ ≥ 0: u = −matrixᵀλ.
+"""
 
 from functools import lru_cache
 from threading import get_ident
@@ -16,36 +19,35 @@ MAX_ITERATIONS = 60
 
 SOLVED, INFEASIBLE, UNCLEAR = "", "infeasible", "unclear"
 
-Answer = tuple[np.ndarray, np.ndarray, str]
-"""u (N,), multipliers (m,) and a status; of what is infeasible the multipliers that show it."""
+Answer = tuple[np.ndarray, str]
+"""Multipliers (m,) and a status; of what is infeasible the multipliers that show it."""
 
 
 def least_distance(matrix: np.ndarray, excess: np.ndarray, tight: bool) -> Answer:
     """Minimise ½|u|² subject to matrix·u ≤ −excess, for unit rows `matrix` (m, N).
 
-    Solved for the multipliers λ ≥ 0, of which u = −matrixᵀλ: min ½λᵀGλ − excessᵀλ with the small Gram matrix G.
+    The multipliers minimise ½λᵀGλ − excessᵀλ with the small Gram matrix G.
     """
     solver = _dual_solver(len(excess), tight, get_ident())
-    solver.update(matrix @ matrix.T, -excess)
+    solver.update((matrix @ matrix.T).T, -excess)
     outcome = solver.solve()
     multipliers = solver.result.x.copy()
     if outcome == piqp.PIQP_SOLVED and multipliers.max() < UNBOUNDED:  # False for NaN
-        return -multipliers @ matrix, multipliers, SOLVED
-    status = INFEASIBLE if outcome == piqp.PIQP_DUAL_INFEASIBLE else UNCLEAR
-    return np.zeros(matrix.shape[1]), multipliers, status
+        return multipliers, SOLVED
+    return multipliers, INFEASIBLE if outcome == piqp.PIQP_DUAL_INFEASIBLE else UNCLEAR
 
 
 def least_distance_in_doubt(matrix: np.ndarray, excess: np.ndarray) -> Answer:
-    """The same program in u, slower: for what did not come out clearly. A status of its own says what went wrong."""
+    """The same program solved in u, slower: for what did not come out clearly. A status of its own says what went wrong."""
     count = matrix.shape[1]
     solver = make_solver(TIGHT_TOLERANCE, TIGHT_TOLERANCE / 10)
     lower = np.full(len(excess), -np.inf)
     solver.setup(np.eye(count), np.zeros(count), None, None, np.asfortranarray(matrix), lower, -excess)
     outcome = solver.solve()
-    u, multipliers = solver.result.x.copy(), solver.result.z_u.copy()
-    if outcome == piqp.PIQP_SOLVED and np.isfinite(u).all():
-        return u, multipliers, SOLVED
-    return np.zeros(count), multipliers, INFEASIBLE if outcome == piqp.PIQP_PRIMAL_INFEASIBLE else outcome.name
+    multipliers = solver.result.z_u.copy()
+    if outcome == piqp.PIQP_SOLVED and np.isfinite(multipliers).all():
+        return multipliers, SOLVED
+    return multipliers, INFEASIBLE if outcome == piqp.PIQP_PRIMAL_INFEASIBLE else outcome.name
 
 
 @lru_cache(maxsize=128)

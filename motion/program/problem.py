@@ -114,7 +114,7 @@ def build(
     limits[..., 5:] = limits[..., :4] + (ROUNDING * width)[:, None]
     over = SIGNS[:, None] * (origin @ hull.rows.T)[:, None]
     over -= limits.take(rows.bound)
-    _lead_back(hull, SIGNS * values[0, :, None] + ROUNDING * width[:, :1], limits[..., 0], over)
+    _lead_back(hull, over, 2 * ROUNDING * width[:, :1])
     over *= rows.scales[:, None]
     inside = np.zeros(limits.shape)
     inside[..., :4] = (precision.inside * width * rows.least)[:, None]
@@ -174,12 +174,12 @@ def _stiffness(primitive: Primitive, part: Imitated, place_time: float) -> float
     return whole * 2 ** (-steps / 2)
 
 
-def _lead_back(hull: Hull, start: np.ndarray, limits: np.ndarray, over: np.ndarray) -> None:
+def _lead_back(hull: Hull, over: np.ndarray, rounding: np.ndarray) -> None:
     """Widen the position limits, in place, of a joint that begins outside of them, up to a part of its way.
 
-    start, limits (J, 2): of both sides, with their signs. over (J, 2, R): by how much control points pass the limits.
+    over (J, 2, R): by how much control points pass the limits, the first, where a motion begins, to `rounding` (J, 1).
     """
-    wider = start - limits
+    wider = over[:, :, 0] + rounding
     if (wider > 0).any():
         early = np.flatnonzero((hull.quantity == 0) & (hull.ceases <= LED_BACK_BY))
         over[:, :, early] -= np.maximum(wider, 0.0)[:, :, None]

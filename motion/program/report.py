@@ -39,7 +39,8 @@ class Distance(NamedTuple):
     @classmethod
     def of(cls, apart: np.ndarray) -> "Distance":
         """How large differences of positions (J, n), rad, are."""
-        return cls(np.sqrt((apart * apart).sum(axis=1) / apart.shape[1]), abs(apart).max(axis=1))
+        squares = apart * apart
+        return cls(np.sqrt(squares.sum(axis=1) / apart.shape[1]), np.sqrt(squares.max(axis=1)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,11 +99,10 @@ _ORDERS = np.arange(4.0)[:, None]
 
 def reached(extremes: np.ndarray, ending: Ending) -> dict[str, Any]:
     """Return the fields `extremes` and `margin` of a motion whose moving part has `extremes` (J, 4, 2)."""
-    ranges = ending.request.limits.ranges
-    low = np.minimum(extremes[..., 0], ending.reach[..., 0])
-    high = np.maximum(extremes[..., 1], ending.reach[..., 1])
+    ranges, both = ending.request.limits.ranges, np.empty(ending.reach.shape)
+    low = np.minimum(extremes[..., 0], ending.reach[..., 0], out=both[..., 0])
+    high = np.maximum(extremes[..., 1], ending.reach[..., 1], out=both[..., 1])
     margins = np.minimum(low - ranges[..., 0], ranges[..., 1] - high)
-    both = np.stack([low, high], axis=2)
     return {
         "extremes": {name: both[:, k] for k, name in enumerate(QUANTITIES)},
         "margin": {name: margins[:, k] for k, name in enumerate(QUANTITIES)},

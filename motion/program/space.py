@@ -118,7 +118,8 @@ def make_hull(space: Space, refinement: int, touched: tuple[float, ...] = ()) ->
     At `touched`, places in s at which a value lies on its limit, the curve itself becomes a control point.
     """
     insertion, quantity, s, ceases = _insertion(space.count, refinement, touched)
-    return Hull(insertion @ space.control_points, quantity, s, ceases, int(np.searchsorted(quantity, 3)) - 1)
+    rows = np.asfortranarray(insertion @ space.control_points)  # products with few motions are twice as fast
+    return Hull(rows, quantity, s, ceases, int(np.searchsorted(quantity, 3)) - 1)
 
 
 @lru_cache(maxsize=32)
