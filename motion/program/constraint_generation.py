@@ -145,12 +145,13 @@ def _with_rows(
     # Scaled so that the largest violation of each joint is 1.
     scales = np.maximum(np.maximum.reduceat(excess, begins), TINY)
     excess /= scales.repeat(sizes)
-    multipliers, tight = np.empty(len(rows)), problem.precise or rounds > DROPPING_ROUNDS
+    multipliers = np.empty(len(rows))
     for joint, (begin, end) in zip(each, spans, strict=True):
         if rounds > MAX_ROUNDS:
             raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
         effort.spend(joint, end - begin)
         program = matrix[begin:end], excess[begin:end]
+        tight = problem.precise or rounds > DROPPING_ROUNDS
         multipliers[begin:end], status = least_distance(*program, tight=tight)
         if status == UNCLEAR and not probe:
             effort.spend_on_doubt(joint, *program[0].shape)
@@ -185,8 +186,8 @@ def _beside(problem: Problem, violated: np.ndarray, warm: list[np.ndarray]) -> n
 def _violated(over: np.ndarray, joints: np.ndarray, stretches: bool = False) -> np.ndarray:
     """Return flat indices in (J, 2, R) of the rows of `joints` (n,) at the peaks of positive `over` (n, 2, R).
 
-    If asked for, also some along the `stretches` where it is positive. No peak reaches from one joint into the next: a joint's
-    first control point is its start, which is fixed.
+    If asked for, also some along the `stretches` where it is positive. No peak reaches from one joint into the next: a
+    joint's first control point is its start, which is fixed.
     """
     flat, size = over.ravel(), over[0].size
     positive = (flat > 0).nonzero()[0]

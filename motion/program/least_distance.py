@@ -38,7 +38,10 @@ def least_distance(matrix: np.ndarray, excess: np.ndarray, tight: bool) -> Answe
 
 
 def least_distance_in_doubt(matrix: np.ndarray, excess: np.ndarray) -> Answer:
-    """The same program solved in u, slower: for what did not come out clearly. A status of its own says what went wrong."""
+    """The same program solved in u, slower: for what did not come out clearly.
+
+    A status of its own says what went wrong.
+    """
     count = matrix.shape[1]
     solver = make_solver(TIGHT_TOLERANCE, TIGHT_TOLERANCE / 10)
     lower = np.full(len(excess), -np.inf)

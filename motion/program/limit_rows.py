@@ -51,6 +51,7 @@ class LimitRows:
             moved = np.array([self.matrix[self.kind[joint]] @ u for joint, u in zip(joints, steps, strict=True)])
         return SIGNS[:, None] * moved[:, None]
 
+
 @cached_within(128_000_000)
 def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
     """Return the rows of a hull's control points beside the equalities."""

@@ -101,11 +101,9 @@ def build(
     start[:, :-2], start[:, -2:] = _whitened(space, part), values[:2].T
     if local:
         beside = values[:2].T - part.start
-        start[:, :-2] += (
-            equalities.steps(range(len(own)), np.array([each @ metric.drift for each, metric in zip(beside, own, strict=True)]))
-            if own
-            else beside @ space.drift
-        )
+        drifts = [metric.drift for metric in own] or [space.drift] * len(start)
+        led = np.array([each @ drift for each, drift in zip(beside, drifts, strict=True)])
+        start[:, :-2] += equalities.steps(range(len(start)), led)
     origin = equalities.adapted(start, targets)
     rows = limit_rows(equalities, hull)
     limits = np.empty((len(final), 2, KINDS))
