@@ -15,10 +15,12 @@ from motion.program.space import make_space
 from motion.program.terminal_set import never_stops
 from motion.request import Boundary, MotionRequest
 
-EFFORT, EFFORT_EACH, PLAN = 8_000.0, 2_500.0, 1_000.0
+EFFORT, EFFORT_EACH, PLAN = 10_000.0, 2_500.0, 1_000.0
 """What all plans may take, what each of them, and what each counts for beside its programs, µs on the machine of
 benchmarks/README.md."""
 
+BETTERING = 0.4
+"""Once an end is planned, better ones are tried until so much of the effort is left that there was at first."""
 
 _ENDS = np.arange(2)
 """The quantities that an end fixes: position and velocity."""
@@ -52,17 +54,18 @@ def plan_best(
 
     The error is the mean square of g̈ − τ²d̈, each joint in units of its acceleration limit. Ends are planned in the
     order of their errors without limits, which are lower bounds, until no other can be better or the effort is
-    spent. An end whose plan is the best so far is refused where `verify` raises a MotionError. Goal and duration of
+    spent; each begins with the rows of the best so far, the first with `warm`. An end whose plan is the best so far is refused where `verify` raises a MotionError. Goal and duration of
     `request` are not used. Raises AllRefused.
     """
     bounds = least_errors(primitive, request, ends)
     scale = _scale(request)
     effort = Effort(EFFORT * max(1.0, request.joint_count / 6))
+    least = BETTERING * effort.left
     outside, stuck = _hopeless(request, ends)
     tried: dict[int, MotionError] = {}
     best: tuple[float, int, SplinePlan] | None = None
     for index in np.argsort(bounds, kind="stable").tolist():
-        if effort.left <= 0 or (best is not None and bounds[index] >= best[0]):
+        if effort.left <= 0 or (best is not None and (bounds[index] >= best[0] or effort.left <= least)):
             break
         if outside[index] or stuck[index].any():
             continue
@@ -81,7 +84,7 @@ def plan_best(
         finally:
             effort.give_back(share)
             effort.left -= PLAN
-        best = error, index, made
+        best, warm = (error, index, made), made.warm
     if best is None:
         raise AllRefused([tried.get(k) or _refused(request, end, stuck[k]) for k, end in enumerate(ends)])
     return best[1], best[2]

@@ -128,7 +128,8 @@ def plan(
             return _planned(primitive, request, fixed, tick, warm, share, precision, remedy)
         except (InfeasibleRows, SolverFailed) as failure:
             failed = failure
-        effort.give_back(share)
+        finally:
+            effort.give_back(share)
         if not isinstance(failed, OutOfTime):
             break
     if thorough and precision is USUAL and not isinstance(failed, OutOfTime):
