@@ -53,9 +53,9 @@ def plan_best(
     """Plan the motion to the feasible one of the ends whose error is least; return its index and the plan.
 
     The error is the mean square of g̈ − τ²d̈, each joint in units of its acceleration limit. Ends are planned in the
-    order of their errors without limits, which are lower bounds, until no other can be better or the effort is
-    spent; each begins with the rows of the best so far, the first with `warm`. An end whose plan is the best so far is refused where `verify` raises a MotionError. Goal and duration of
-    `request` are not used. Raises AllRefused.
+    order of their errors without limits, which are lower bounds, until no other can be better or the effort is spent;
+    each begins with the rows of the best so far, the first with those of `warm`. An end whose plan is the best so far
+    is refused where `verify` raises a MotionError. Goal and duration of `request` are not used. Raises AllRefused.
     """
     bounds = least_errors(primitive, request, ends)
     scale = _scale(request)
