@@ -94,6 +94,11 @@ def test_a_plan_needs_no_robot():
     check(run("plan_offline"), [r"ends at \[ 0\.9 -0\.1\] rad", "shaped by the limit on the", "^refused: .* works$"])
 
 
+def test_poses_of_a_tool_become_joint_positions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    check(run("tool_poses"), [r"^wrote circle\.npz: 201 postures, at most 0\.0\d+ rad from one to the next"])
+
+
 def test_a_trace_is_read(tmp_path: Path):
     file = tmp_path / "strike.rrd"
     names = (*SERVICES, "recorder")
@@ -105,7 +110,7 @@ def test_a_trace_is_read(tmp_path: Path):
 def test_the_readme_lists_every_example_and_each_is_tested():
     found = {file.stem for file in EXAMPLES.glob("*.py")} - {"__init__"}
     assert set(re.findall(r"^\| \[(\w+)\.py\]\(\1\.py\)", README, re.MULTILINE)) == found
-    assert found - ELSEWHERE == {*PRINTED, "plan_offline", "read_trace"}
+    assert found - ELSEWHERE == {*PRINTED, "plan_offline", "read_trace", "tool_poses"}
 
 
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("[a-z]*.py")), ids=lambda file: file.stem)

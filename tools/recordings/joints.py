@@ -154,7 +154,8 @@ def _refuse_another_robot(columns: Sequence[str], found: Mapping[str, int], chos
     if more and not chosen:
         raise Mismatch(
             f"its joints are another robot's: {_listed(more)} is not among the robot's joints, {_listed([*found])}; "
-            f"--map THEIRS=OURS takes columns all the same"
+            "name their own robot (--robot NAME; inspect: --robot-config FILE), or take columns all the same by --map "
+            "THEIRS=OURS"
         )
 
 

@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 
 from benchmarks.learning import DEMOS
+from examples.tool_poses import joints_along
 from motion.demonstration import Demonstration
 from motion.limits import Limits
 from motion.plan import plan
 from motion.primitive import learn
 from motion.request import MotionRequest
+from robot.description import load_robot
+from robot.kinematics import Kinematics
+from robot.tool_target import ToolTarget, rotation_of
+from tests import arms
 from tests.unit.recordings import writers
 from tools.recordings import readers
 from tools.recordings.learning import in_radians, load
@@ -71,12 +76,15 @@ def test_recordings_of_a_real_arm(path: Path):
 
 
 @pytest.mark.skipif(not DEMOS.exists(), reason="the recordings lie outside the repository")
-def test_tool_poses_are_imitated_as_they_are_but_are_no_joints():
-    """Nine recordings of a tool in one array: none is taken for joints."""
+def test_tool_poses_are_refused_and_become_joint_positions(tmp_path: Path):
+    """Nine recordings of a tool in one array: none is taken for joints, and the arm that has that tool can follow."""
     path = DEMOS / "robottasks_pouring_ee.npz"
-    with np.load(path) as arrays:
-        pose = arrays["pose"][0]
-    recording = Recording(np.linspace(0, 5, len(pose)), (), pose, None, path, "pose", False)
-    assert deviation(recording).max() < 1
-    with pytest.raises(Unreadable, match=r"poses of the tool .* and no joint positions"):
+    with pytest.raises(Unreadable, match=r"poses of the tool .* examples/tool_poses.py makes joint positions"):
         load(path, PANDA)
+    robot = load_robot(arms.PANDA.write(tmp_path))
+    with np.load(path) as arrays:
+        poses = arrays["pose"][0][::5]
+    joints = joints_along([ToolTarget(pose[:3], rotation_of(pose[3:])) for pose in poses], robot)
+    recording = Recording(np.linspace(0, 5, len(poses)), (), joints, None, path, "pose", False)
+    assert deviation(recording).max() < 1
+    assert Kinematics(robot).tool_pose(joints[-1])[0] == pytest.approx(poses[-1, :3], abs=1e-6)

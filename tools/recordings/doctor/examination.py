@@ -50,7 +50,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("frozen", "frozen columns", "record again, or leave that part out", samples.frozen),
     Fault("range", "positions outside the arm's ranges", "check unit, order and arm", angles.out_of_range),
     Fault("speed", "implausible speeds", "check the units of positions and times", movement.speeds),
-    Fault("moving", "begins or ends in motion", "play its own velocities, or record rest", movement.ends_in_motion),
+    Fault("moving", "begins or ends in motion", "play by `--place-time 0.05`, or record rest", movement.ends_in_motion),
 )
 """In the order in which they are looked for: each detector relies on what those before it repaired."""
 

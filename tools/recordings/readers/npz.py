@@ -74,7 +74,7 @@ def _without_joints(path: Path, headers: dict[str, Header]) -> str:
     if poses:
         return (
             f"{path} has poses of the tool ({', '.join(poses)}) and no joint positions; "
-            "turn them into joint positions by inverse kinematics, or send them as goals in tool space"
+            "examples/tool_poses.py makes joint positions of them, by inverse kinematics along the path"
         )
     if any(header.dtype.hasobject for header in headers.values()):
         return f"{path} has Python objects, which could run code and are not read; save plain arrays of numbers"
