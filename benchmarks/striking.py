@@ -51,7 +51,7 @@ class Flags:
     """Throw balls at the shipped arm; print what became of them, and processor times.
 
     balls: how many. noise: of each coordinate of a sight, m. latency: of a sight, s. drag_error, restitution_error:
-    parts by which beliefs are wrong. first_lead, lead: from a sight's arrival to the begin of the motion that it leads
+    parts by which beliefs are wrong. wind: across the court, m/s, of which the striker knows nothing. first_lead, lead: from a sight's arrival to the begin of the motion that it leads
     to, s. period: between corrections, s. until: none begins later before the touch, s.
     """
 
@@ -61,6 +61,7 @@ class Flags:
     latency: float = 0.01
     drag_error: float = 0.1
     restitution_error: float = 0.05
+    wind: float = 0.0
     target: tuple[float, float, float] = (4.5, 0.0, 0.0)
     first_lead: float = 0.05
     lead: float = 0.015
@@ -112,6 +113,8 @@ class Rally:
         arm.reset(seed=flags.seed * 100_000 + number)
         if flags.noise or flags.latency:
             arm.disturb(Disturb(kind="ball_noise", position_std=flags.noise, latency_s=flags.latency))
+        if flags.wind:
+            arm.disturb(Disturb(kind="wind", values=[0.0, flags.wind, 0.0]))
         arm.throw(Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin))
         self._mind.estimator.reset()
         until = launch.flight_time + AFTER_ARRIVAL_S

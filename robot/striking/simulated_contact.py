@@ -95,11 +95,11 @@ class SimulatedContact:
         data.qfrc_applied[self._dofs] = held
         mujoco.mj_fullM(model, data, self._masses)
         masses, begin = self._masses[self._square], data.qpos[self._qpos].copy()
-        began = False
+        began, still = False, np.zeros(len(held))
         for count in range(1, int(LONGEST_S / step) + 1):
             speeds = data.qvel[self._dofs]
             if self._alpha:
-                reference = begin + (count - 1) * step * choice.velocities, choice.velocities, 0.0
+                reference = begin + (count - 1) * step * choice.velocities, choice.velocities, still
                 pull = tracking_acceleration(self._alpha, reference, data.qpos[self._qpos], speeds)
                 data.qfrc_applied[self._dofs] = held + masses @ pull
             mujoco.mj_step(model, data)
