@@ -51,8 +51,9 @@ class Flags:
     """Throw balls at the shipped arm; print what became of them, and processor times.
 
     balls: how many. noise: of each coordinate of a sight, m. latency: of a sight, s. drag_error, restitution_error:
-    parts by which beliefs are wrong. wind: across the court, m/s, of which the striker knows nothing. first_lead, lead: from a sight's arrival to the begin of the motion that it leads
-    to, s. period: between corrections, s. until: none begins later before the touch, s.
+    parts by which beliefs are wrong. wind: across the court, m/s, of which the striker knows nothing. first_lead, lead:
+    from a sight's arrival to the begin of the motion that it leads to, s. period: between corrections, s. until: none
+    begins later before the touch, s.
     """
 
     balls: int = 20
