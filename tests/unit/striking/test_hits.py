@@ -148,6 +148,39 @@ def test_a_simulated_contact_corrects_the_law(config, chooser, arm, calibration)
     assert np.linalg.norm(contact(best) - best.beside) < max(0.3 * np.linalg.norm(contact(plain)), 0.03)
 
 
+def test_a_correction_that_finds_nothing_near_looks_elsewhere_while_there_is_time(config, chooser):
+    path, target = path_of(), np.array([4.0, -0.5, 0.0])
+    best = chooser.choose(path, rest(config), target)[0]
+    hopeless = replace(best, positions=config.home + np.array([-1.5, 0.0, 1.0, 0.0, 0.0, 0.0]), flight_time=0.15)
+    moved = chooser.correct(path, rest(config), target, hopeless)[0]
+    assert moved.flight_time in chooser._options.flights
+    with pytest.raises(NoHit):
+        chooser.correct(path, rest(config, best.time - 0.2), target, hopeless)
+
+
+def test_of_hits_that_are_alike_one_is_simulated(config, chooser, arm, calibration):
+    simulated = []
+
+    def simulate(choice):
+        simulated.append(choice)
+        return np.array([0.0, 0.0, 0.1 * len(simulated)])
+
+    finer = Chooser(arm, chooser._reachability, COURT, calibration.law, simulate=simulate)
+    best = chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0]))[0]
+    near, far = (replace(best, positions=best.positions + step) for step in (0.01, 0.1))
+    assert [finer.rehearsed(choice).beside[2] for choice in (best, near, far)] == pytest.approx([0.1, 0.1, 0.2])
+
+
+def test_a_controller_that_resists_the_recoil_lets_the_ball_leave_faster(config, chooser, arm, calibration):
+    best = chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0]))[0]
+    left = []
+    for alpha in (0.0, config.alpha):
+        touch = SimulatedContact(config, "ball", calibration.law, arm.offset, alpha=alpha).hit(best, 0.5)
+        assert touch is not None
+        left.append(touch.velocity @ best.racket_normal)
+    assert left[1] > 1.02 * left[0]
+
+
 def test_hits_teach_a_racket_that_was_believed_wrong(config, chooser, arm, calibration, tmp_path: Path):
     true, law = calibration.law, replace(calibration.law, restitution=0.9 * calibration.law.restitution)
     learner, best = Learner.of(law), chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0]))[0]
