@@ -30,12 +30,11 @@ from services.common.cli import Options
 from services.common.single_instance import Outcome, SingleInstance
 from services.common.supervisor import Supervisor, command_lines
 
-ALSO = ("striker",)
 LOG = logging.getLogger("test")
 HOME = ROBOT.home.tolist()
 BY_NAME = {role.name: role for role in ROLES}
 EVERYBODY = pytest.mark.parametrize("who", [*BY_NAME, *STRANGERS])
-TOKENS = ("client/shell", *(f"{name}{claim}" for name in (*SERVICES, "recorder") for claim in ("", "/2a")))
+TOKENS = ("client/shell", *(f"{name}{claim}" for name in (*SERVICES, "recorder", "striker") for claim in ("", "/2a")))
 
 
 def may(who: str, message: str, key: str) -> bool:

@@ -18,6 +18,7 @@ from tools.drill.scenarios import (
     restarts,
     silence,
     soak,
+    strikers,
 )
 
 FAMILIES: dict[str, tuple[Scenario, ...]] = {
@@ -25,6 +26,7 @@ FAMILIES: dict[str, tuple[Scenario, ...]] = {
     "restarts": restarts.SCENARIOS,
     "planner": planners.SCENARIOS,
     "recorder": recorders.SCENARIOS,
+    "striker": strikers.SCENARIOS,
     "clients": clients.SCENARIOS,
     "clocks": clocks.SCENARIOS,
     "messages": messages.SCENARIOS,

@@ -1,0 +1,67 @@
+"""A striker that is killed in a swing."""
+
+import signal
+
+from protocol import messages as m
+from protocol import topics
+from tools.drill.harness.cell import Cell
+from tools.drill.harness.lab import Lab
+from tools.drill.harness.start import ARM, CellConfig
+from tools.drill.harness.waiting import wait_for
+from tools.drill.scenario import Measured, Scenario, exactly, none
+
+TARGET = (4.5, 0.0, 0.0)
+BALL = m.Throw(position=(5.16, -0.09, 1.34), velocity=(-6.32, -0.49, 0.79))
+"""A ball within reach of the shipped arm."""
+
+
+def kill_in_swing(lab: Lab) -> Measured:
+    """Kill the striker while the arm swings, let the swing end, start a new striker and throw another ball."""
+    flags: dict[str, object] = {"learned": lab.folder / "learned.json"}
+    with lab.cell(CellConfig("paced", (*ARM, "striker"), flags=flags)) as cell:
+        throw(cell)
+        wait_for(lambda: cell.status().goal_id, "the swing to begin")
+        cell.processes.signal("striker", signal.SIGKILL)
+        wait_for(lambda: not cell.bus.is_alive("striker"), "the striker's token to vanish")
+        swing = cell.status().goal_id
+        wait_for(lambda: cell.status().goal_id is None, "the swing to end")
+        rest, brakes = cell.status(), cell.state().brake
+        cell.processes.start("striker")
+        wait_for(lambda: cell.bus.is_alive("striker"), "the new striker")
+        cell.finish(cell.goal(duration=1.0))
+        throw(cell)
+        return {
+            "the swing": cell.result(swing).outcome if swing else "not begun",
+            "faults": int(rest.fault is not None) + int(brakes),
+            "speed of the reference after the swing": max(map(abs, rest.reference.velocities)),
+            "the new striker's next ball": "planned",
+            "other processes ended": cell.processes.ended(),
+        }
+
+
+def throw(cell: Cell) -> None:
+    """Ask for one strike, throw a ball and return once a swing is planned."""
+    said = cell.listen(topics.STRIKES)
+    while not said.empty():
+        said.get()
+    cell.bus.ask(topics.STRIKE, m.StrikeRequest(target=TARGET, count=1))
+    cell.bus.ask(topics.SIM_BALL, BALL)
+    wait_for(lambda: any(strike.phase == "planned" for strike in cell.drain(topics.STRIKES)), "a swing to be planned")
+
+
+SCENARIOS = (
+    Scenario(
+        "striker-killed",
+        "striker killed in a swing, a new one started",
+        "paced",
+        (
+            exactly("the swing", "succeeded"),
+            none("faults"),
+            exactly("speed of the reference after the swing", 0.0, "rad/s"),
+            none("other processes ended"),
+            exactly("the new striker's next ball", "planned"),
+        ),
+        kill_in_swing,
+        "full",
+    ),
+)
