@@ -125,10 +125,10 @@ def may_be_real_time() -> bool:
     return True
 
 
-def become_polite(niceness: int = 5) -> None:
-    """Lower this process's priority by `niceness`, in favour of the real-time loops."""
+def become_polite() -> None:
+    """Lower this process's priority, in favour of the real-time loops."""
     with contextlib.suppress(OSError):
-        os.nice(niceness)
+        os.nice(5)
 
 
 def freeze_garbage() -> None:

@@ -7,7 +7,6 @@ import zenoh
 
 LOCAL = ("unixsock-stream", "unixpipe")
 ENCRYPTED = ("tls", "quic")
-ANY_ADDRESS = "0.0.0.0"
 
 
 def exposed_endpoints(config: zenoh.Config) -> list[str]:

@@ -29,11 +29,10 @@ AT_REST = 0.05
 class Controller:
     """Tracks the reference trajectory by eq. 11, and keeps the goals that it is made of.
 
-    Time is the tick of the newest state; Unix times are passed in as `now_ns`. `source` names this controller in its
-    commands.
+    Time is the tick of the newest state; Unix times are passed in as `now_ns`.
     """
 
-    def __init__(self, config: RobotConfig, source: str = "controller") -> None:
+    def __init__(self, config: RobotConfig) -> None:
         self.config = config
         self.states = States(config.joint_count)
         self.statistics = LoopStatistics()
@@ -43,7 +42,6 @@ class Controller:
         self._broken_epoch = 0
         self.fault: str | None = None
         self.changed = False
-        self._source = source
         self._timeline = Timeline(config.home)
         self._condition = ArmCondition()
         self._recoil = RecoilWatch(config)
@@ -90,7 +88,7 @@ class Controller:
         return m.Command(
             run=state.run,
             tick=state.tick,
-            source=self._source,
+            source="controller",
             accelerations=accelerations.tolist(),
             positions=reference[0].tolist(),
             velocities=reference[1].tolist(),
