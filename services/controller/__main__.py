@@ -8,8 +8,8 @@ from protocol.bus.bus import Bus
 from services.common import realtime
 from services.common.cli import Common, Options
 from services.common.logs import start_logging
-from services.common.robot_config import load_configured
 from services.common.single_instance import Outcome, SingleInstance
+from services.common.startup import load_configured
 from services.controller.handshake import WrongRobot
 from services.controller.loop import ControllerLoop
 

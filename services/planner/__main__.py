@@ -13,9 +13,8 @@ from robot.description import RobotConfig
 from robot.shipped import DEMONSTRATIONS
 from services.common import realtime
 from services.common.cli import LIBRARIES, Common, Options, PlannerFlags
-from services.common.logs import start_logging
-from services.common.robot_config import load_configured
 from services.common.single_instance import SingleInstance
+from services.common.startup import start_beside_loops
 from services.planner.core import Planner
 from services.planner.lead_time import LeadTime
 from services.planner.learning import learn_from_csv
@@ -38,11 +37,7 @@ def main() -> None:
         SystemExit: with the `Outcome` of the instance.
     """
     flags = tyro.cli(Flags)
-    log = start_logging("planner", flags.common.log)
-    stopping = realtime.stop_on_signals()
-    _, others = realtime.split_cores(flags.common.loop_core)
-    realtime.keep_to(others)
-    config = load_configured(flags.common, log)
+    log, stopping, config = start_beside_loops("planner", flags.common)
     robot = flags.common.robot or config.name
     library = Library(flags.own.library or LIBRARIES / robot, Arm(robot, config.joint_names), log)
     if library.is_new:

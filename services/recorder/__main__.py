@@ -13,9 +13,8 @@ from protocol.bus.sessions import RECORDER
 from robot.description import RobotConfig
 from services.common import realtime
 from services.common.cli import Common, Options, RecorderFlags
-from services.common.logs import start_logging
-from services.common.robot_config import load_configured
 from services.common.single_instance import SingleInstance
+from services.common.startup import start_beside_loops
 from services.recorder.blueprint import build_blueprint
 from services.recorder.recorder import Recorder
 from services.recorder.validation import listen
@@ -37,12 +36,8 @@ def main() -> None:
         SystemExit: with the `Outcome` of the instance.
     """
     flags = tyro.cli(Flags)
-    log = start_logging("recorder", flags.common.log)
-    stopping = realtime.stop_on_signals()
-    _, others = realtime.split_cores(flags.common.loop_core)
-    realtime.keep_to(others)
+    log, stopping, config = start_beside_loops("recorder", flags.common)
     realtime.become_polite()
-    config = load_configured(flags.common, log)
     instance = SingleInstance("recorder", flags.common, config.name, log, timeouts=RECORDER)
 
     def serve(bus: Bus) -> None:

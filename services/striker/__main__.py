@@ -16,9 +16,8 @@ from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
 from services.common import realtime
 from services.common.cli import MISUSED, Common, Options, StrikerFlags
-from services.common.logs import start_logging
-from services.common.robot_config import load_configured
 from services.common.single_instance import SingleInstance
+from services.common.startup import start_beside_loops
 from services.striker.core import Striker
 from services.striker.loop import LENGTH, BusLink, Loop
 from services.striker.mind import CannotStrike, Mind
@@ -42,11 +41,7 @@ def main() -> None:
         SystemExit: with the `Outcome` of the instance.
     """
     flags = tyro.cli(Flags)
-    log = start_logging("striker", flags.common.log)
-    stopping = realtime.stop_on_signals()
-    _, others = realtime.split_cores(flags.common.loop_core)
-    realtime.keep_to(others)
-    config = load_configured(flags.common, log)
+    log, stopping, config = start_beside_loops("striker", flags.common)
     mind = prepare(flags, config, log)
 
     def serve(bus: Bus) -> None:

@@ -10,11 +10,11 @@ from robot.description import RobotConfig
 from services.common import realtime
 from services.common.cli import Options
 from services.common.logs import start_logging
-from services.common.robot_config import load_configured
 from services.common.robot_side.backend import RobotFailed
 from services.common.robot_side.clocks import keep_time
 from services.common.robot_side.loop import RobotLoop
 from services.common.single_instance import Outcome, SingleInstance
+from services.common.startup import load_configured
 
 PRIORITY = 40
 """Of SCHED_FIFO; the controller's is higher, so that what floods the bus delays a step rather than an answer."""
