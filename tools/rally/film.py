@@ -31,7 +31,9 @@ LOOKS_AT = (1.4, 0.2, 0.8)
 PREDICTED, FLOWN, TARGET = (0.47, 0.75, 0.92, 0.9), (0.96, 0.62, 0.26, 0.8), (0.92, 0.35, 0.35, 0.8)
 TAIL_S = 0.5
 """How much of the ball's flight is drawn."""
-COLOURS = 64
+COLOURS = 128
+SWATCH = 40
+"""Side (pixels) of the squares that bring a film's small things into its palette."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +151,18 @@ def frames(stage: Stage, flags: Flags) -> Iterator[Image.Image]:
         yield stage.draw(float(time))
 
 
+def palette_of(frame: Image.Image) -> Image.Image:
+    """Return a palette of all frames, from one of them and the colours of what is drawn into it."""
+    swatched = frame.copy()
+    for index, colour in enumerate((PREDICTED, FLOWN, TARGET)):
+        for part in range(4):  # lit less and less
+            red, green, blue = (round(255 * value * (1 - part / 6)) for value in colour[:3])
+            swatched.paste(
+                (red, green, blue), (SWATCH * part, SWATCH * index, SWATCH * (part + 1), SWATCH * (index + 1))
+            )
+    return swatched.quantize(COLOURS, dither=Image.Dither.NONE)
+
+
 def main() -> None:
     """Draw, and write the file."""
     flags = tyro.cli(Flags)
@@ -160,7 +174,8 @@ def main() -> None:
     if flags.out.suffix == ".png":
         stage.draw(flags.begin).save(flags.out)
         return
-    first, *rest = (image.quantize(COLOURS, dither=Image.Dither.NONE) for image in frames(stage, flags))
+    palette = palette_of(stage.draw(flags.begin))
+    first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in frames(stage, flags))
     first.save(flags.out, save_all=True, append_images=rest, duration=round(1000 / flags.fps), loop=0, optimize=True)
 
 
