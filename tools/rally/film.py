@@ -32,6 +32,7 @@ PREDICTED, FLOWN, TARGET = (0.47, 0.75, 0.92, 0.9), (0.96, 0.62, 0.26, 0.8), (0.
 TAIL_S = 0.5
 """How much of the ball's flight is drawn."""
 COLOURS = 128
+BALL_COLOUR = (0.78, 0.9, 0.15)
 SWATCH = 40
 """Side (pixels) of the squares that bring a film's small things into its palette."""
 
@@ -154,7 +155,7 @@ def frames(stage: Stage, flags: Flags) -> Iterator[Image.Image]:
 def palette_of(frame: Image.Image) -> Image.Image:
     """Return a palette of all frames, from one of them and the colours of what is drawn into it."""
     swatched = frame.copy()
-    for index, colour in enumerate((PREDICTED, FLOWN, TARGET)):
+    for index, colour in enumerate((PREDICTED, FLOWN, TARGET, BALL_COLOUR)):
         for part in range(4):  # lit less and less
             red, green, blue = (round(255 * value * (1 - part / 6)) for value in colour[:3])
             swatched.paste(
