@@ -42,8 +42,8 @@ FINEST = Precision(16, 1e-6)
 """Tried before a request is refused."""
 
 THINNED = tuple(replace(USUAL, thinning=each) for each in (2, 4, 8))
-"""Tried if the usual precision takes too long, in a hundredth of the time. A motion that its limits shape everywhere cannot
-follow all details of the demonstration: docs/derivations.md says what is lost."""
+"""Tried if the usual precision takes too long, in a hundredth of the time. A motion that its limits shape everywhere
+cannot follow all details of the demonstration: docs/derivations.md says what is lost."""
 
 FEWEST = 20
 """Demonstrations are not thinned to fewer functions."""
