@@ -7,9 +7,12 @@ import msgspec
 import numpy as np
 import pytest
 
+from benchmarks.learning import DEMOS
 from protocol import messages as m
 from robot.description import load_robot
 from services.common.cell import running_cell
+from services.common.cli import Options
+from tests.arms import PANDA
 from tests.unit.recordings import writers
 from tests.waiting import eventually
 from tools.recordings import readers
@@ -43,6 +46,28 @@ def test_from_a_file_to_a_motion_and_back(tmp_path: Path, capsys: pytest.Capture
         played, back = readers.read(trace, "played"), load(output, JOINTS)
         assert np.abs(back.values - played.values).max() < 1e-6
         assert back.times == pytest.approx(played.times, abs=1e-6)
+
+
+@pytest.mark.skipif(not DEMOS.exists(), reason="the recordings lie outside the repository")
+def test_a_real_recording_on_its_own_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Kinesthetic teaching of a Panda, which begins in motion, is played from rest and stays near its samples."""
+    shown, trace = DEMOS / "robottasks_bottle2shelf_demo0_panda_joints_IK.csv", tmp_path / "trace.rrd"
+    table = np.loadtxt(shown, delimiter=",", skiprows=1)
+    options = Options(robot_config=PANDA.write(tmp_path))
+    with running_cell(options, {"record": trace, "no_live": True}, quiet=True) as cell:
+
+        def volley(*words: str) -> int:
+            return main([*words, "--connect", cell.endpoint, "--robot", "other"])
+
+        assert volley("learn", str(shown), "--duration", "10", "--name", "shelf") == 0
+        assert "begins moving" in capsys.readouterr().out
+        assert volley("reset-sim", "--positions", *(f"{value:.9f}" for value in table[0, 1:])) == 0
+        assert volley("goal", "shelf", "--place-time", "0.05", "--wait", "--goal-id", "played") == 0
+    played = readers.read(trace, "played")
+    samples = np.stack([np.interp(10 * table[:, 0], played.times, column) for column in played.values.T], axis=1)
+    bound = np.maximum(0.01 * np.ptp(table[:, 1:], axis=0), 0.005)
+    assert played.columns == PANDA.joints
+    assert np.all(np.abs(samples - table[:, 1:]).max(axis=0) < bound)
 
 
 def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFixture[str], trace: Path) -> None:
