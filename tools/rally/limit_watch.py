@@ -1,4 +1,4 @@
-"""What the arm was told and what it did, tick by tick, against the limits of its description.
+"""What the arm was commanded and what it did, tick by tick, against the limits of its description.
 
 Nothing of the planner's or the controller's is used: every published command and state is read, and jerks are
 differences of commanded accelerations.
@@ -20,7 +20,7 @@ from robot.description import RobotConfig
 LENGTH = 8192
 """Messages that may wait to be read, of each topic."""
 RECOIL_S = 0.5
-"""For so long after a touch the arm may be thrown beyond its limits by the ball; what it did then is told apart."""
+"""For so long after a touch the arm may be thrown beyond its limits by the ball; what it did then is counted apart."""
 ROUNDING = 1e-6
 """A commanded value may pass its limit by this part of it."""
 TRACKING = 0.005
@@ -76,8 +76,8 @@ class LimitWatch:
     def check(self, touches: Sequence[float] = ()) -> Findings:
         """Check what was read since the last call. touches: times (s) at which the racket met the ball."""
         self.read()
-        (told, did), self._bodies = self._bodies, [[], []]
-        commands, states = [decode(body, m.Command) for body in told], [decode(body, m.State) for body in did]
+        (commanded, did), self._bodies = self._bodies, [[], []]
+        commands, states = [decode(body, m.Command) for body in commanded], [decode(body, m.State) for body in did]
         return check(commands, states, touches, self._config)
 
 
@@ -87,12 +87,12 @@ def check(
     """Return what commands and states, in the order of their ticks, used of the robot's limits."""
     if not commands or not states:
         return Findings()
-    told = _array(commands, lambda c: (c.positions, c.velocities, c.feedforward or c.accelerations))
+    commanded = _array(commands, lambda c: (c.positions, c.velocities, c.feedforward or c.accelerations))
     did = _array(states, lambda s: (s.truth.positions, s.truth.velocities) if s.truth else (s.positions, s.velocities))
     ticks = np.array([command.tick for command in commands])
-    jerks = np.diff(told[2], axis=0, prepend=told[2][:1]) / config.tick
+    jerks = np.diff(commanded[2], axis=0, prepend=commanded[2][:1]) / config.tick
     jerks[np.diff(ticks, prepend=ticks[0]) != 1] = 0.0
-    asked = _shares(np.concatenate([told, jerks[None]]), config.limits)
+    asked = _shares(np.concatenate([commanded, jerks[None]]), config.limits)
     measured = _shares(did, config.limits)
     times = np.array([state.time for state in states])
     thrown = np.zeros(len(times), dtype=bool)
