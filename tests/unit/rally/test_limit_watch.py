@@ -11,7 +11,7 @@ ROBOT = load_robot()
 JOINTS, TICK = ROBOT.joint_count, ROBOT.tick
 
 
-def told_and_did(accelerations: np.ndarray, velocity_error: float = 0.0) -> tuple[list[m.Command], list[m.State]]:
+def commanded_and_did(accelerations: np.ndarray, velocity_error: float = 0.0) -> tuple[list[m.Command], list[m.State]]:
     """Commands that accelerate the first joint from home, one a tick, and states that follow them."""
     commands, states = [], []
     q, v = ROBOT.home.copy(), np.zeros(JOINTS)
@@ -52,7 +52,7 @@ def told_and_did(accelerations: np.ndarray, velocity_error: float = 0.0) -> tupl
 
 
 def found(accelerations: np.ndarray, touches: tuple[float, ...] = (), velocity_error: float = 0.0) -> Findings:
-    commands, states = told_and_did(accelerations, velocity_error)
+    commands, states = commanded_and_did(accelerations, velocity_error)
     return check(commands, states, touches, ROBOT)
 
 
@@ -88,7 +88,7 @@ def test_a_jump_of_the_acceleration_passes_the_jerk_limit():
     assert findings.worst.share == pytest.approx(2.0)
 
 
-def test_what_the_ball_did_to_the_arm_is_told_apart():
+def test_what_the_ball_did_to_the_arm_is_counted_apart():
     fast = 1.5 * ROBOT.limits.velocities[0]
     thrown, alone = found(np.zeros(100), (0.0,), fast), found(np.zeros(100), (), fast)
     assert (thrown.violations, alone.violations) == (0, 100)
@@ -96,6 +96,6 @@ def test_what_the_ball_did_to_the_arm_is_told_apart():
 
 
 def test_ticks_that_were_not_received_are_counted_and_their_jerk_is_not_made_up():
-    commands, states = told_and_did(smooth(0.2))
+    commands, states = commanded_and_did(smooth(0.2))
     findings = check(commands[:50] + commands[60:], states, (), ROBOT)
     assert (findings.unseen, findings.violations) == (10, 0)

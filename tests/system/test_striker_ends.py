@@ -1,0 +1,68 @@
+"""A striker or a planner that is killed in mid-swing, on the paced clock: the arm ends at rest inside its limits."""
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from harness import ROBOT, SERVICES, Stack, running
+
+from protocol import messages as m
+from protocol import topics
+from robot.striking.launcher import Launcher
+from tools.drill.harness.waiting import wait_for
+from tools.rally.limit_watch import LimitWatch
+
+PACE = 0.5
+
+
+@pytest.fixture(scope="module")
+def stack(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
+    """All services and a striker, which has an order."""
+    folder = tmp_path_factory.mktemp("striker")
+    flags = {"learned": folder / "learned.json", "pace": PACE}
+    with running(folder, names=(*SERVICES, "striker"), clock="paced", **flags) as stack:
+        yield stack
+
+
+def swinging(stack: Stack, seed: int) -> m.Strike:
+    """Order strikes, throw a ball, and return what the striker says when it has planned a hit."""
+    stack.bus.ask(topics.STRIKE, m.StrikeRequest(target=(4.5, 0.0, 0.0)))
+    wait_for(lambda: stack.mode() == "tracking", "the arm to go to its ready pose")
+    wait_for(lambda: stack.mode() == "holding", "the arm to be there")
+    launch = Launcher(ROBOT, seed).next()
+    stack.listen(topics.STRIKES)
+    stack.bus.ask(topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin))
+    while (said := stack.next(topics.STRIKES)).phase not in ("planned", "missed"):
+        pass
+    assert said.phase == "planned", said.reason
+    return said
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("name", ["striker", "planner"])
+def test_a_process_that_is_killed_in_mid_swing_leaves_an_arm_that_ends_at_rest(stack: Stack, name: str):
+    watch = LimitWatch(stack.bus, ROBOT)
+    said = swinging(stack, 0)
+    stack.processes.signal(name, signal.SIGKILL)
+    if name == "planner":
+        while not (said.phase == "refused" and "planner" in said.reason):
+            said = stack.next(topics.STRIKES)
+    wait_for(lambda: stack.mode() == "holding", "the arm to be at rest")
+    stack.processes.start(name)
+    stack.services.wait_ready(stack.bus)
+    findings = watch.check((0.0,))  # the ball may throw the arm
+    assert findings.ticks > 100
+    assert findings.violations == 0, findings
+    assert stack.status().fault is None
+
+
+@pytest.mark.realtime
+def test_a_second_striker_ends_with_status_3(stack: Stack, tmp_path: Path):
+    line = [sys.executable, "-m", "services.striker", "--connect", stack.endpoint, "--learned", tmp_path / "x.json"]
+    second = subprocess.run(line, capture_output=True, text=True, check=False, timeout=60)
+    assert second.returncode == 3, second.stderr
+    assert "another striker serves robot arm" in second.stderr
+    assert "Traceback" not in second.stderr
