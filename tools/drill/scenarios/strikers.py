@@ -23,20 +23,32 @@ def kill_in_swing(lab: Lab) -> Measured:
         wait_for(lambda: cell.status().goal_id, "the swing to begin")
         cell.processes.signal("striker", signal.SIGKILL)
         wait_for(lambda: not cell.bus.is_alive("striker"), "the striker's token to vanish")
-        swing = cell.status().goal_id
-        wait_for(lambda: cell.status().goal_id is None, "the swing to end")
+        swing = last_goal(cell)
         rest, brakes = cell.status(), cell.state().brake
         cell.processes.start("striker")
         wait_for(lambda: cell.bus.is_alive("striker"), "the new striker")
         cell.reset()  # the ball that was struck still rolls
         throw(cell)
         return {
-            "the swing": cell.result(swing).outcome if swing else "not begun",
+            "the swing": cell.result(swing).outcome,
             "faults": int(rest.fault is not None) + int(brakes),
             "speed of the reference after the swing": max(map(abs, rest.reference.velocities)),
             "the new striker's next ball": "planned",
             "other processes ended": cell.processes.ended(),
         }
+
+
+def last_goal(cell: Cell) -> str:
+    """Wait until nothing moves and return what moved last: a correction may have been on its way."""
+    moved = [""]
+
+    def rests() -> bool:
+        goal_id = cell.status().goal_id
+        moved[0] = goal_id or moved[0]
+        return goal_id is None
+
+    wait_for(rests, "the swing to end")
+    return moved[0]
 
 
 def throw(cell: Cell) -> None:
