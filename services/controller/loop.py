@@ -16,6 +16,7 @@ from protocol.errors import Refusal
 from robot.description import RobotConfig
 from services.common.logs import ThrottledLog
 from services.common.stray_puts import StrayPuts
+from services.common.ticks import tick_of
 from services.controller.checker import TrajectoryChecker
 from services.controller.core import Controller
 from services.controller.handshake import ArmHandshake, Departed
@@ -164,7 +165,7 @@ class ControllerLoop:
             with contextlib.suppress(Refusal):  # what cannot be read counts as lost
                 contact = decode(self._contacts.popleft(), m.Contact)
                 if touch := touch_of(contact, self._config):
-                    self._core.ledger.note_touch(touch, round(contact.time * self._config.rate_hz))
+                    self._core.ledger.note_touch(touch, tick_of(contact.time, self._config.rate_hz))
 
     def _attend_to_arm(self) -> None:
         """Adopt the clock of an arm that appears, answer the state it was asked for, and notice that it leaves."""

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from services.common.ticks import tick_of
+
 STRAY_S = 1.0
 """What happened further than this ahead of the newest state happened in the run before."""
 
@@ -73,7 +75,7 @@ class Runs:
 
     def tick_at(self, time: float) -> int:
         """Return the trace tick of something that happened at `time` (s) of the arm's clock."""
-        tick = round(time * self._rate_hz)
+        tick = tick_of(time, self._rate_hz)
         if len(self._last_two) > 1 and tick > self.present.newest + STRAY_S * self._rate_hz:
             before = self._last_two[0]
             if tick <= before.newest:
@@ -82,7 +84,7 @@ class Runs:
 
     def tick_ahead(self, time: float) -> int:
         """Return the trace tick of something that will happen at `time` (s) of the present run."""
-        return self.offset + round(time * self._rate_hz)
+        return self.offset + tick_of(time, self._rate_hz)
 
     def _begin(self, run: int, tick: int) -> None:
         self._last_two = [*self._last_two[-1:], Run(run, self.newest + 1, newest=tick - 1)]

@@ -30,6 +30,7 @@ from services.common.cli import Options
 from services.common.single_instance import Outcome, SingleInstance
 from services.common.supervisor import Supervisor, command_lines
 
+ALSO = ("striker",)
 LOG = logging.getLogger("test")
 HOME = ROBOT.home.tolist()
 BY_NAME = {role.name: role for role in ROLES}

@@ -327,3 +327,13 @@ def test_a_contact_on_the_bus_is_in_the_result_of_the_motion(desk: Desk):
         desk.turn(state(tick))
     result = desk.ask(topics.RESULT, m.ResultRequest(goal_id="goal"))
     assert result.first_contact == m.FirstContact(body="racket", other="floor", time=0.004)
+
+
+@pytest.mark.parametrize("time", [1.7e308, -1.7e308])
+def test_a_contact_at_an_absurd_time_ends_nothing(desk: Desk, time: float):
+    """A number that a message may carry, times the rate, is infinite."""
+    desk.turn(state(0))
+    touch = m.Contact(time=time, bodies=["racket", "floor"], impulse=0.1, ball_velocity=None, ended=False)
+    desk.bus.listeners["contact"](encode(touch))
+    desk.turn(state(1))
+    assert desk.answered[-1] == 1

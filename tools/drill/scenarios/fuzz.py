@@ -30,7 +30,7 @@ def fuzz(lab: Lab) -> Measured:
     A mutated request that is still valid may be accepted; then a new run begins. A mutated state or command that is
     still valid is not sent, because certificates decide who may publish them.
     """
-    config = CellConfig(names=(*ARM, "recorder"), flags={"record": lab.folder / "fuzz.rrd"})
+    config = CellConfig(names=(*ARM, "recorder", "striker"), flags={"record": lab.folder / "fuzz.rrd"})
     with lab.cell(config) as cell:
         cell.reset()
         return fuzz_cell(cell, LONG_MESSAGES if lab.long else MESSAGES, lab.progress)
