@@ -16,7 +16,7 @@ from tools.drill.harness.flood import SILENT, Flood
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.noise import BODY_BYTES, noisy
 from tools.drill.harness.punctuality import RATIOS, answered_since, on_time, ratios
-from tools.drill.harness.start import CellConfig
+from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported, timed
 
@@ -109,7 +109,7 @@ def queries_at_once(lab: Lab) -> Measured:
 
 def send_oversized_lists(lab: Lab) -> Measured:
     """Send each request with each of its fields in turn as an oversized list, during a motion."""
-    with lab.cell(CellConfig(clock="realtime")) as cell:
+    with lab.cell(CellConfig(clock="realtime", names=(*ARM, "striker"))) as cell:
         cell.recover()
         before, memory = on_time(cell, IDLE_S), cell.processes.memory()
         reply = cell.move_aside(NOISE_S)
