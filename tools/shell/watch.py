@@ -112,8 +112,8 @@ def watch(*, shell: Shared) -> None:
 
     With --json every message is printed as it comes, a line each.
     """
-    stopping = stop_on_signals()
     with reach(shell) as link:
+        stopping = stop_on_signals()
         streams = [link.arm.stream(topic, KEPT) for topic in WATCHED]
         if shell.json:
             _print_lines(link, streams, stopping)

@@ -104,12 +104,10 @@ def test_processes_are_ended_in_the_reverse_order(tmp_path: Path):
     program = (
         "import pathlib, signal, sys\n"
         "log, name = pathlib.Path(sys.argv[1]), sys.argv[2]\n"
-        "def end(*_):\n"
-        "    with log.open('a') as file: file.write(name)\n"
-        "    sys.exit(0)\n"
-        "signal.signal(signal.SIGTERM, end)\n"
+        "signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})\n"
         "(log.parent / name).touch()\n"
-        "while True: signal.pause()\n"
+        "signal.sigwait({signal.SIGTERM})\n"
+        "with log.open('a') as file: file.write(name)\n"
     )
     commands = {name: [sys.executable, "-c", program, str(log), name] for name in "abc"}
     with Supervisor(commands) as services:
