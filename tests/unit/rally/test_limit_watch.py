@@ -1,4 +1,4 @@
-"""The rally's own check of what the arm was told and did."""
+"""The rally's own check of what the arm was commanded and did."""
 
 import numpy as np
 import pytest
