@@ -9,6 +9,7 @@ import rerun as rr
 from protocol import messages as m
 from protocol.codec import matrix
 from robot.conversions import samples_of
+from services.common.ticks import tick_of
 from services.recorder import entities
 from services.recorder.context import Context
 from services.recorder.limits import Limits, plan_limits
@@ -66,7 +67,7 @@ def planned_motion(plan: m.Plan, context: Context) -> PlannedMotion:
         ticks=ticks,
         curves={"position": motion.positions, "velocity": motion.velocities, "acceleration": motion.accelerations},
         demonstration=matrix(plan.demonstration, demonstrated, joints, "demonstration"),
-        target_ticks=first + np.rint([time * context.rate_hz for time, _ in points]).astype(np.int64),
+        target_ticks=first + np.array([tick_of(time, context.rate_hz) for time, _ in points]),
         targets=np.array([values for _, values in points], dtype=float),  # a free joint's null becomes NaN
         limits=plan_limits(plan.limits),
         end=int(ticks[-1]) + 1,
