@@ -26,7 +26,7 @@ from experiments.common import (
     spread,
     state,
 )
-from motion.dmp import learn_dmp, quintic
+from motion.dmp import learn_dmp, moving_goal
 from motion.primitive import Primitive
 from motion.request import MotionRequest
 
@@ -149,7 +149,7 @@ def exact_deviations(request: MotionRequest, count: int) -> tuple[np.ndarray, np
         )
         for mine, its in ((request.start, DEMONSTRATED_START), (request.goal, DEMONSTRATED_GOAL))
     ]
-    dmp = quintic(ends[0], ends[1], duration, s[:, None])[2][:, 0]
+    dmp = moving_goal("polynomial", ends[0], ends[1], duration, s)[2][:, 0]
     travel = (ends[1].positions - ends[0].positions - duration * ends[0].velocities)[0]
     gain = duration * (ends[1].velocities - ends[0].velocities)[0]
     return dmp, (6 * travel - 2 * gain + (6 * gain - 12 * travel) * s) / duration**2

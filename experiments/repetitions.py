@@ -33,7 +33,7 @@ PAPER = 0.04
 """Joint angle, rad, for a unit of paper: a letter becomes about 0.6 rad."""
 
 WEIGHTS = 20
-"""Of a ProMP, a dimension: the best of 10, 20 and 40 on the letter A."""
+"""Basis functions of a ProMP, a dimension: the best of 10, 20 and 40 on the letter A."""
 
 ROUNDING = 1e-3
 """Part of a limit that is no excess."""

@@ -69,10 +69,10 @@ def plan_best(
             break
         if outside[index] or stuck[index].any():
             continue
-        share = effort.share(EFFORT_EACH)
-        asked = replace(request, goal=ends[index].goal, duration=ends[index].duration)
         try:
-            made = plan(primitive, asked, tick, warm, remedy=False, thorough=False, effort=share)
+            asked = replace(request, goal=ends[index].goal, duration=ends[index].duration)
+            with effort.share(EFFORT_EACH) as share:
+                made = plan(primitive, asked, tick, warm, remedy=False, thorough=False, effort=share)
             error = float(((made.report.imitation_rms / scale) ** 2).sum())
             if best is not None and error >= best[0]:
                 continue
@@ -82,7 +82,6 @@ def plan_best(
             tried[index] = refusal
             continue
         finally:
-            effort.give_back(share)
             effort.left -= PLAN
         best, warm = (error, index, made), made.warm
     if best is None:

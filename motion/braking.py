@@ -126,33 +126,9 @@ def fastest_stop(velocities: Any, accelerations: Any, max_accelerations: Any, ma
 def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, limits: Limits) -> Trajectory:
     """Return the fastest stop of J joints from a state (J,): rad, rad/s, rad/s².
 
-    Position and velocity limits are not looked at: see `stop_extremes`, `stops_inside`.
+    Position and velocity limits are not looked at: see `first_stop`.
     """
     return fastest_stop(velocities, accelerations, limits.accelerations, limits.jerks).trajectory(positions)
-
-
-def stop_extremes(
-    positions: np.ndarray,
-    velocities: np.ndarray,
-    accelerations: np.ndarray,
-    max_accelerations: np.ndarray,
-    max_jerks: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the extremes (p_min, p_max, v_min, v_max) of the stop from each state; all shapes must broadcast."""
-    return fastest_stop(velocities, accelerations, max_accelerations, max_jerks).extremes(positions)
-
-
-def stops_inside(
-    positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, limits: Limits
-) -> np.ndarray:
-    """Whether the stop from each state (…, J) stays inside the position and velocity limits: bool (…, J)."""
-    p_min, p_max, v_min, v_max = stop_extremes(positions, velocities, accelerations, limits.accelerations, limits.jerks)
-    return (
-        (p_min >= limits.positions[:, 0] - TOUCH)
-        & (p_max <= limits.positions[:, 1] + TOUCH)
-        & (v_min >= -limits.velocities - TOUCH)
-        & (v_max <= limits.velocities + TOUCH)
-    )
 
 
 def first_stop(samples: Samples, limits: Limits) -> int | None:
@@ -160,5 +136,9 @@ def first_stop(samples: Samples, limits: Limits) -> int | None:
 
     None where there is no such sample.
     """
-    inside = stops_inside(samples.positions, samples.velocities, samples.accelerations, limits).all(axis=1)
-    return int(inside.argmax()) if inside.any() else None
+    stop = fastest_stop(samples.velocities, samples.accelerations, limits.accelerations, limits.jerks)
+    p_min, p_max, v_min, v_max = stop.extremes(samples.positions)
+    inside = (p_min >= limits.positions[:, 0] - TOUCH) & (p_max <= limits.positions[:, 1] + TOUCH)
+    inside &= (v_min >= -limits.velocities - TOUCH) & (v_max <= limits.velocities + TOUCH)
+    each = inside.all(axis=1)
+    return int(each.argmax()) if each.any() else None

@@ -23,7 +23,7 @@ import numpy as np
 from motion.errors import InvalidMotion
 from motion.primitive import Primitive
 from motion.request import Boundary
-from motion.trajectory import Samples
+from motion.trajectory import Samples, Trajectory, quintic
 
 System = Literal["discrete", "linear", "polynomial"]
 Rule = Literal["euler", "newmark"]
@@ -41,7 +41,7 @@ LEAST_AMPLITUDE = 1e-9
 """A demonstration that ends this close (rad) to where it begins has no amplitude to divide by."""
 
 SAMPLES = 1001
-"""Of the demonstration, for the regression."""
+"""Number of samples of the demonstration, for the regression."""
 
 WIDTH = 0.5
 """Standard deviation of a Gaussian in units of the distance to the next centre: locally weighted regression
@@ -132,21 +132,10 @@ def moving_goal(
         return goal.positions + still, still, still
     if system == "linear":
         return goal.positions - goal.velocities * duration * (1 - s), goal.velocities + still, still
-    return quintic(start, goal, duration, s)
-
-
-def quintic(
-    start: Boundary, goal: Boundary, duration: float, s: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The polynomial of eq. 7 at s (n, 1): from state to state, with zero acceleration at both ends."""
-    travel = goal.positions - start.positions - duration * start.velocities
-    gain = duration * (goal.velocities - start.velocities)
-    c3, c4, c5 = 10 * travel - 4 * gain, 7 * gain - 15 * travel, 6 * travel - 3 * gain
-    return (
-        start.positions + duration * start.velocities * s + s**3 * (c3 + s * (c4 + s * c5)),
-        start.velocities + s**2 * (3 * c3 + s * (4 * c4 + s * 5 * c5)) / duration,
-        s * (6 * c3 + s * (12 * c4 + s * 20 * c5)) / duration**2,
-    )
+    # Eq. 7: no acceleration at either end.
+    coefficients = quintic((*start.state[:2], still[0]), (*goal.state[:2], still[0]), duration)
+    g = Trajectory(np.array([0.0, duration]), coefficients[None]).sample(s[:, 0] * duration)
+    return g.positions, g.velocities, g.accelerations
 
 
 def phase(s: np.ndarray) -> np.ndarray:

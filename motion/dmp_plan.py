@@ -8,7 +8,7 @@ from motion.primitive import Primitive
 from motion.program.report import Distance
 from motion.request import MotionRequest
 from motion.sampled import SampledPlan, make_plan
-from motion.trajectory import COEFFICIENTS, Samples, Trajectory
+from motion.trajectory import Trajectory
 
 
 def plan_dmp(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> SampledPlan:
@@ -24,19 +24,11 @@ def plan_dmp(primitive: Primitive, request: MotionRequest, tick: float = 0.001) 
             follow-through, a place time, a phase.
     """
     _refuse_what_it_cannot(primitive, request)
-    samples = learn_dmp(primitive).rollout(request.start, request.goal, request.duration, tick, "newmark")
-    nothing = np.zeros(request.joint_count)
-    return make_plan(primitive, request, _cubics(samples, tick), tick, BASIS_COUNT, Distance(nothing, nothing))
-
-
-def _cubics(samples: Samples, tick: float) -> Trajectory:
-    """The motion with accelerations that are linear between samples."""
-    coefficients = np.zeros((len(samples) - 1, samples.positions.shape[1], COEFFICIENTS))
-    coefficients[..., 0] = samples.positions[:-1]
-    coefficients[..., 1] = samples.velocities[:-1]
-    coefficients[..., 2] = samples.accelerations[:-1] / 2
-    coefficients[..., 3] = np.diff(samples.accelerations, axis=0) / (6 * tick)
-    return Trajectory(np.arange(len(samples)) * tick, coefficients)
+    made = learn_dmp(primitive).rollout(request.start, request.goal, request.duration, tick, "newmark")
+    jerks, zero = np.diff(made.accelerations, axis=0) / tick, np.zeros((len(made) - 1, request.joint_count))
+    powers = made.positions[:-1], made.velocities[:-1], made.accelerations[:-1] / 2, jerks / 6, zero, zero
+    moving = Trajectory(np.arange(len(made)) * tick, np.stack(powers, axis=2))
+    return make_plan(primitive, request, moving, tick, BASIS_COUNT, Distance(zero[0], zero[0]))
 
 
 def _refuse_what_it_cannot(primitive: Primitive, request: MotionRequest) -> None:

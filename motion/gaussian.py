@@ -14,15 +14,16 @@ from motion.program.least_distance import make_solver
 from motion.program.report import Distance
 from motion.request import MotionRequest
 from motion.sampled import SampledPlan, make_plan
-from motion.trajectory import COEFFICIENTS, Trajectory
+from motion.trajectory import Trajectory, quintic
 
 BASIS_COUNT = 50
+"""Number of Gaussians."""
 
 SAFETY_MARGIN = 1e-3
 """With this `margin` most motions that run along a limit keep it between the instants too; without one, few do."""
 
 TOLERANCES = 1e-9, 1e-7
-"""Of the solver, relative to the largest weight of the motion without limits; the second where the first fails."""
+"""Tolerances, relative to the largest weight of the motion without limits; the second is used where the first fails."""
 
 EQUALITY_TOLERANCE = 1e-9
 """Equalities hold to this part of the largest target, or it is no plan."""
@@ -31,16 +32,12 @@ ELSEWHERE = "this method looks for no other duration; method 'qp' names one that
 
 
 def plan_gaussian(
-    primitive: Primitive,
-    request: MotionRequest,
-    tick: float = 0.001,
-    basis_count: int = BASIS_COUNT,
-    margin: float = 0.0,
+    primitive: Primitive, request: MotionRequest, tick: float = 0.001, margin: float = 0.0
 ) -> SampledPlan:
-    """Plan as the paper does, with `basis_count` Gaussians.
+    """Plan as the paper does.
 
     margin: safety margin inside the limits (section IV-B), a part of half their range, such as SAFETY_MARGIN where the
-    motion is to be played. What is played are quintics between the instants. The stop begins at the goal.
+    motion is to be played. What is played are quintics between the instants. The stop states at the goal.
 
     Raises:
         InvalidMotion, LimitExceeded, CannotStop: as `motion.plan.plan`, and for a place time.
@@ -49,8 +46,8 @@ def plan_gaussian(
     """
     primitive.check_joints(request.joint_count)
     request = request.clipped()
-    programs = make_programs(primitive, request, basis_count, margin)
-    weights, unlimited = np.empty((2, len(programs), basis_count))
+    programs = make_programs(primitive, request, BASIS_COUNT, margin)
+    weights, unlimited = np.empty((2, len(programs), BASIS_COUNT))
     for joint, program in enumerate(programs):
         try:
             unlimited[joint] = optimum_without_limits(program)
@@ -60,9 +57,11 @@ def plan_gaussian(
         missed = np.abs(program.A @ weights[joint] - program.b)
         if (missed > EQUALITY_TOLERANCE * max(1.0, np.abs(program.b).max())).any():
             raise SolverFailed(joint, f"equalities are off by {missed.max():.1e}")
-    moving = _quintics(_states(programs, weights), request.moving_duration)
-    by_limits = Distance.of((weights - unlimited) @ rows(basis_count)[0].T)
-    return make_plan(primitive, request, moving, tick, basis_count, by_limits)
+    states = _states(programs, weights, request.moving_duration)
+    step = request.moving_duration * INSTANTS[1]
+    moving = Trajectory(request.moving_duration * INSTANTS, quintic(states[:, :-1], states[:, 1:], step))
+    by_limits = Distance.of((weights - unlimited) @ rows(BASIS_COUNT)[0].T)
+    return make_plan(primitive, request, moving, tick, BASIS_COUNT, by_limits)
 
 
 def optimum_without_limits(program: GaussianProgram) -> np.ndarray:
@@ -105,20 +104,10 @@ def _infeasible(program: GaussianProgram, joint: int, duration: float, multiplie
     return Infeasible(joint, QUANTITIES[hardest], float(program.s[worst]) * duration, None, None, ELSEWHERE)
 
 
-def _states(programs: list[GaussianProgram], weights: np.ndarray) -> np.ndarray:
-    """Position and its first two derivatives with respect to s (3, 1001, J) at the instants."""
+def _states(programs: list[GaussianProgram], weights: np.ndarray, duration: float) -> np.ndarray:
+    """Positions, velocities and accelerations (3, 1001, J) at the instants of a motion that takes `duration` s."""
     states = rows(weights.shape[1])[:3] @ weights.T
     place, speed = np.array([program.start for program in programs]).T
     states[0] += place + speed * INSTANTS[:, None]
     states[1] += speed
-    return states
-
-
-def _quintics(states: np.ndarray, duration: float) -> Trajectory:
-    """The motion in physical time with a quintic between neighbouring instants: it has their states (3, n, J)."""
-    h = INSTANTS[1]
-    (p0, v0, a0), (p1, v1, a1) = states[:, :-1], states[:, 1:]
-    rise, steep, bent = p1 - p0 - h * (v0 + h * a0 / 2), h * (v1 - v0 - h * a0), h * h * (a1 - a0)
-    parts = p0, h * v0, h * h * a0 / 2, 10 * rise - 4 * steep + bent / 2, 7 * steep - 15 * rise - bent
-    coefficients = np.stack([*parts, 6 * rise - 3 * steep + bent / 2], axis=2)
-    return Trajectory(INSTANTS * duration, coefficients / (h * duration) ** np.arange(float(COEFFICIENTS)))
+    return states / duration ** np.arange(3.0)[:, None, None]

@@ -2,17 +2,18 @@
 
 import math
 from abc import ABC, abstractmethod
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from motion import splines
 from motion.errors import Infeasible, InvalidMotion, LimitExceeded, OutOfTime, SolverFailed
 from motion.limits import QUANTITIES, Limits
 from motion.primitive import Primitive
 from motion.program.constraint_generation import InfeasibleRows, Solution
-from motion.program.effort import Effort
+from motion.program.curves import curves_of, trajectory_of
+from motion.program.effort import STOP, Effort
 from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
 from motion.program.min_duration import FACTOR, MAX_DURATION, Judge, Verdict, min_duration, stretched
@@ -21,16 +22,16 @@ from motion.program.problem import FEWEST, FINEST, THINNED, USUAL, Precision, Pr
 from motion.program.report import Active, Report, make_report
 from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import Boundary, MotionRequest
-from motion.trajectory import COEFFICIENTS, Samples, Trajectory
+from motion.trajectory import Samples, Trajectory
 
 __all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "Warm", "plan", "plan_fastest", "prepare"]
 
 EFFORT, MOST = 13_000.0, 45_000.0
-"""Of a plan of up to six joints, more in proportion; of more than `RICH` functions in proportion to these too, up to
-the second; see `motion.program.effort`."""
+"""Effort for a plan of up to six joints, more in proportion; for more than `RICH` functions in proportion to these too,
+up to the second; see `motion.program.effort`."""
 
 RICH = 70
-"""Functions of a demonstration."""
+"""Functions of a demonstration that count as many."""
 
 USUAL_SHARE, THINNED_SHARE = 0.7, 0.5
 """Part of the effort that the usual precision may take; what is left is for the finest and for another duration. And
@@ -98,9 +99,7 @@ class SplinePlan(Plan):
     @property
     def moving(self) -> Trajectory:
         """The spline as polynomials between its knots."""
-        pieces, duration = splines.pieces(self.control_points), self.request.moving_duration
-        breaks = np.linspace(0.0, duration, len(pieces) + 1)
-        return Trajectory(breaks, pieces * duration ** -np.arange(float(COEFFICIENTS)))
+        return trajectory_of(curves_of(self.control_points), self.request.moving_duration)
 
 
 def plan(
@@ -118,29 +117,26 @@ def plan(
     is infeasible is answered with a duration that works; `thorough`: it was tried in the finest hull before; `effort`:
     what may be spent. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or SolverFailed.
     """
-    _check_joints(primitive, request, warm)
+    primitive.check_joints(request.joint_count)
+    if warm is not None and len(warm.rows) != request.joint_count:
+        raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {request.joint_count}")
     request, fixed = fixed_inside(request)
     effort, precision = effort or effort_for(primitive), USUAL
     failed: InfeasibleRows | SolverFailed = OutOfTime(0)
     for precision, most in _precisions(primitive):
-        share = effort.share(most * effort.left)
-        try:
-            return _planned(primitive, request, fixed, tick, warm, share, precision, remedy)
-        except (InfeasibleRows, SolverFailed) as failure:
-            failed = failure
-        finally:
-            effort.give_back(share)
+        with effort.share(most * effort.left) as share:
+            try:
+                return _planned(primitive, request, fixed, tick, warm, share, precision, remedy)
+            except (InfeasibleRows, SolverFailed) as failure:
+                failed = failure
         if not isinstance(failed, OutOfTime):
             break
     if thorough and precision is USUAL and not isinstance(failed, OutOfTime):
-        finest = effort.share(effort.left / 4)
-        try:
-            return _planned(primitive, request, fixed, tick, None, finest, FINEST, remedy)
-        except InfeasibleRows as failure:
-            failed = failure
-        except SolverFailed:
-            pass
-        effort.give_back(finest)
+        with effort.share(effort.left / 4) as finest, suppress(SolverFailed):
+            try:
+                return _planned(primitive, request, fixed, tick, None, finest, FINEST, remedy)
+            except InfeasibleRows as failure:
+                failed = failure
     raise _refusal(primitive, request, tick, failed, effort, remedy, precision) from None
 
 
@@ -170,17 +166,14 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
 
     Raises what `plan` raises; where no duration works, for the longest.
     """
-    _check_joints(primitive, request, None)
-    request, effort = request.clipped(), effort_for(primitive)
-    judge = _judge(primitive, final_accelerations(request), effort)
-    found = min_duration(request, judge, effort, 0, round(primitive.duration / tick), tick)
-    return plan(primitive, found or stretched(request, MAX_DURATION), tick)
-
-
-def _check_joints(primitive: Primitive, request: MotionRequest, warm: Warm | None) -> None:
     primitive.check_joints(request.joint_count)
-    if warm is not None and len(warm.rows) != request.joint_count:
-        raise InvalidMotion("warm", f"belongs to {len(warm.rows)} joints, not to {request.joint_count}")
+    request, effort = request.clipped(), effort_for(primitive)
+    goal = np.array([request.goal.positions, request.goal.velocities])
+    if error := request.limits.exceeded(np.arange(2), goal):
+        raise error
+    judge, shown = _judge(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
+    found = min_duration(request, judge, effort, 0, shown, shown, tick)
+    return plan(primitive, found or stretched(request, MAX_DURATION), tick)
 
 
 def _planned(
@@ -200,7 +193,7 @@ def _planned(
     stuck = end.stuck()
     if stuck.size:
         # Only now does it pay to ask which final accelerations leave room for the stop.
-        effort.spend_on_stop(int(stuck[0]))
+        effort.spend(int(stuck[0]), STOP)
         problem = build(primitive, request, fixed, final_accelerations(request, remedy), precision)
         solution.replace(optimum(problem, effort, Warm.of(problem, solution), stuck), stuck)
         end = _ending(request, problem, solution)
@@ -212,7 +205,7 @@ def _planned(
 
 
 def _ending(request: MotionRequest, problem: Problem, solution: Solution) -> Ending:
-    goal, last = request.goal, problem.hull.last_accelerations(solution.x) / problem.duration**2
+    goal, last = request.goal, solution.x @ problem.hull.rows[problem.hull.last_acceleration] / problem.duration**2
     positions, final = goal.positions, request.final_accelerations
     if request.rest_fraction:
         positions = positions - request.rest_fraction * request.duration * goal.velocities
@@ -237,9 +230,11 @@ def _refusal(
         judge = _judge(primitive, final_accelerations(request), effort, precision)
         low = math.ceil(request.duration / tick - 1e-9)
         guess = math.ceil(low * FACTOR)
-        if isinstance(failed, OutOfTime):  # as slow as it was shown it may be easy
-            guess = max(guess, math.ceil((1 - request.phase) * primitive.duration / tick))
-        found = min_duration(request, judge, effort, low, guess, tick)
+        # As slow as it was shown it may be easy.
+        shown = math.ceil((1 - request.phase) * primitive.duration / (1 - request.rest_fraction) / tick)
+        if isinstance(failed, OutOfTime):
+            guess = max(guess, shown)
+        found = min_duration(request, judge, effort, low, guess, shown, tick)
     if isinstance(failed, OutOfTime):
         return OutOfTime(failed.joint, found.duration if found else None)
     if isinstance(failed, SolverFailed):

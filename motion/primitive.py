@@ -1,7 +1,6 @@
 """A movement primitive: a demonstration as a spline in normalised time."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -9,7 +8,6 @@ import numpy as np
 from motion import splines
 from motion.demonstration import Demonstration, SavitzkyGolay, Smoothing
 from motion.errors import InvalidMotion
-from motion.gaussian_archive import converted, is_gaussian
 from motion.request import Boundary
 from motion.savitzky_golay import filtered, follow
 from motion.smoothing import MAX_BASIS, MIN_BASIS, fit, interpolate
@@ -29,6 +27,7 @@ class Primitive:
     of an explicit filter the distance between its acceleration and the spline's, rms. noise_estimate: (J,), rad, of one
     sample. smoothing: the filter that was asked for, None for the penalised spline. spread: (J, P), rad, standard
     deviation of several recordings around d at P even phases, by which places are weighted; P = 0 where they are not.
+    Raises InvalidMotion for too few or many functions, a spread of a wrong shape, and a duration or spread not above 0.
     """
 
     duration: float
@@ -40,6 +39,17 @@ class Primitive:
     noise_estimate: np.ndarray
     smoothing: SavitzkyGolay | None
     spread: np.ndarray
+
+    def __post_init__(self) -> None:
+        _check_basis_count(self.basis_count)
+        if self.duration <= 0:
+            raise InvalidMotion("duration", f"is {self.duration}; it must be greater than 0 s")
+        joints, shape = self.joint_count, self.spread.shape
+        if self.spread.ndim != 2 or shape[0] != joints or shape[1] == 1 or shape[1] > MAX_PHASES:
+            sentence = f"has shape {shape}; it must have a row for each of {joints} joints, of 2 to {MAX_PHASES}"
+            raise InvalidMotion("spread", f"{sentence} numbers, one at each phase")
+        if not np.all((self.spread > 0) & (self.spread < np.inf)):
+            raise InvalidMotion("spread", "must be finite and greater than 0 rad")
 
     @property
     def joint_count(self) -> int:
@@ -80,50 +90,9 @@ class Primitive:
             sentence = f"moves {self.joint_count} joints, the request {count}; both must agree"
             raise InvalidMotion("primitive", sentence)
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """All fields as arrays, for `np.savez`."""
-        smoothing = [] if self.smoothing is None else [self.smoothing.window_s, self.smoothing.order]
-        arrays = {name: np.array(getattr(self, name)) for name in _FIELDS if name != "smoothing"}
-        return arrays | {"smoothing": np.array(smoothing, dtype=float)}
-
-    @staticmethod
-    def from_arrays(arrays: Mapping[str, np.ndarray]) -> "Primitive":
-        """The primitive that `to_arrays` wrote, in this version, in one without spread, or in that of Gaussian weights.
-
-        Raises:
-            InvalidMotion: something is missing or malformed; its name is the error's field.
-        """
-        if is_gaussian(arrays):
-            arrays = converted(arrays)
-        data = {name: _array(arrays, name) for name in _FIELDS if name != "spread"}
-        points, smoothing = data["control_points"], data["smoothing"]
-        if points.ndim != 2 or not len(points):
-            raise InvalidMotion("control_points", f"needs joints × control points; it has shape {points.shape}")
-        _check_basis_count(points.shape[1] - 2)
-        shapes: dict[str, tuple[int, ...]] = {"duration": (), "samples": ()}
-        shapes |= {name: (len(points),) for name in ("position_rms", "position_max", "fit_rms", "noise_estimate")}
-        for name, shape in shapes.items():
-            if data[name].shape != shape:
-                raise InvalidMotion(name, f"needs shape {shape}; it has {data[name].shape}")
-        if smoothing.shape not in ((0,), (2,)):
-            raise InvalidMotion("smoothing", "needs no number or window and order")
-        if data["duration"] <= 0:
-            raise InvalidMotion("duration", f"is {data['duration']}; it must be greater than 0 s")
-        return Primitive(
-            float(data["duration"]),
-            points,
-            int(data["samples"]),
-            *(data[name] for name in ("position_rms", "position_max", "fit_rms", "noise_estimate")),
-            smoothing=SavitzkyGolay(float(smoothing[0]), int(smoothing[1])) if smoothing.size else None,
-            spread=_spread(_array(arrays, "spread") if "spread" in arrays else None, len(points)),
-        )
-
     def _end(self, index: int) -> Boundary:
         ends = (splines.differentiated(self.control_points, n)[:, index] for n in range(3))
         return Boundary(*(end / self.duration**n for n, end in enumerate(ends)))
-
-
-_FIELDS = tuple(field.name for field in fields(Primitive))
 
 
 def learn(
@@ -144,13 +113,9 @@ def learn(
     """
     if basis_count is not None:
         _check_basis_count(basis_count)
-    spread = _spread(spread, demonstration.positions.shape[1])
     s, positions, duration = demonstration.phases, demonstration.positions, demonstration.duration
-    used = None
-    if smoothing == "none":
-        fitted = interpolate(s, positions, duration, basis_count)
-    else:
-        fitted = fit(s, positions, duration, basis_count)
+    used, fitter = None, interpolate if smoothing == "none" else fit
+    fitted = fitter(s, positions, duration, basis_count)
     points, fit_rms = fitted.control_points, fitted.acceleration_error / duration**2
     if isinstance(smoothing, SavitzkyGolay):
         used, places, accelerations = filtered(demonstration, smoothing)
@@ -167,30 +132,10 @@ def learn(
         fit_rms=fit_rms,
         noise_estimate=fitted.noise,
         smoothing=used,
-        spread=spread,
+        spread=np.empty((positions.shape[1], 0)) if spread is None else spread,
     )
 
 
 def _check_basis_count(count: int) -> None:
     if not MIN_BASIS <= count <= MAX_BASIS:
         raise InvalidMotion("basis_count", f"is {count}; it must be from {MIN_BASIS} to {MAX_BASIS}")
-
-
-def _spread(values: np.ndarray | None, joints: int) -> np.ndarray:
-    if values is None:
-        return np.empty((joints, 0))
-    if values.ndim != 2 or len(values) != joints or values.shape[1] == 1 or values.shape[1] > MAX_PHASES:
-        sentence = f"has shape {values.shape}; it must have a row for each of {joints} joints, of 2 to {MAX_PHASES}"
-        raise InvalidMotion("spread", f"{sentence} numbers, one at each phase")
-    if not np.all((values > 0) & (values < np.inf)):
-        raise InvalidMotion("spread", "must be finite and greater than 0 rad")
-    return values
-
-
-def _array(arrays: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    if name not in arrays:
-        raise InvalidMotion(name, "is missing")
-    values = np.array(arrays[name], dtype=float)
-    if not np.isfinite(values).all():
-        raise InvalidMotion(name, "must be finite")
-    return values

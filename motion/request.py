@@ -28,6 +28,11 @@ class Boundary:
         for name in ("positions", "velocities", "accelerations"):
             object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
 
+    @property
+    def state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Positions, velocities and accelerations."""
+        return self.positions, self.velocities, self.accelerations
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Waypoint:
@@ -73,27 +78,23 @@ class MotionRequest:
             _check_vector(f"{name}.positions", boundary.positions, joints)
             _check_vector(f"{name}.velocities", boundary.velocities, joints)
             _check_vector(f"{name}.accelerations", boundary.accelerations, joints, nan="free")
-        if not (np.isfinite(self.duration) and self.duration > 0):
-            raise InvalidMotion("duration", f"is {self.duration}; it must be finite and greater than 0 s")
-        if not 0 <= self.rest_fraction <= 1 - MIN_SEPARATION:
-            raise InvalidMotion(
-                "rest_fraction", f"is {self.rest_fraction}; it must lie between 0 and {1 - MIN_SEPARATION}"
-            )
-        if not 0 <= self.follow_through < np.inf:
-            raise InvalidMotion("follow_through", f"is {self.follow_through}; it must be finite and at least 0 s")
+        place_time = MIN_PLACE_TIME if self.place_time is None else self.place_time
+        for name, fits, wanted in (
+            ("duration", 0 < self.duration < np.inf, "be finite and greater than 0 s"),
+            ("rest_fraction", 0 <= self.rest_fraction <= 1 - MIN_SEPARATION, f"lie between 0 and {1 - MIN_SEPARATION}"),
+            ("follow_through", 0 <= self.follow_through < np.inf, "be finite and at least 0 s"),
+            ("place_time", MIN_PLACE_TIME <= place_time < np.inf, f"be finite and at least {MIN_PLACE_TIME} s"),
+            ("phase", 0 <= self.phase < 1, "be at least 0 and less than 1"),
+        ):
+            if not fits:
+                raise InvalidMotion(name, f"is {getattr(self, name)}; it must {wanted}")
+        if self.tail not in ("stop", "coast"):
+            raise InvalidMotion("tail", f"is {self.tail!r}; it must be 'stop' or 'coast'")
         if self.follow_through > 0 and self.tail == "coast":
             raise InvalidMotion("follow_through", "is for the tail 'stop': an arm that coasts has no end of it")
-        if self.place_time is not None and not MIN_PLACE_TIME <= self.place_time < np.inf:
-            raise InvalidMotion(
-                "place_time", f"is {self.place_time}; it must be finite and at least {MIN_PLACE_TIME} s"
-            )
-        if not 0 <= self.phase < 1:
-            raise InvalidMotion("phase", f"is {self.phase}; it must be at least 0 and less than 1")
         straight = self.rest_fraction > 0 or self.follow_through > 0
         if straight and np.any(np.nan_to_num(self.goal.accelerations) != 0):
             raise InvalidMotion("goal.accelerations", "must be null or 0 with a rest_fraction or a follow_through")
-        if self.tail not in ("stop", "coast"):
-            raise InvalidMotion("tail", f"is {self.tail!r}; it must be 'stop' or 'coast'")
         self._check_waypoints(joints)
         at_rest = np.isnan(self.goal.accelerations) & (self.goal.velocities == 0)
         final = np.where(at_rest | straight, 0.0, self.goal.accelerations)
@@ -150,7 +151,7 @@ class MotionRequest:
             if min(abs(time - other) for other in others) < apart:
                 raise InvalidMotion(
                     f"{field}.time_from_start",
-                    f"of {time:.6g} s is closer than {apart:.6g} s (0.01 of the duration) to another "
+                    f"is {time:.6g} s, closer than {apart:.6g} s (0.01 of the duration) to another "
                     "waypoint or to an end",
                 )
 

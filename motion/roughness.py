@@ -60,36 +60,23 @@ def condense(s: np.ndarray, positions: np.ndarray, count: int) -> Rows:
     return Rows(np.concatenate(matrices), np.concatenate(values), residual, len(s))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Smoother:
     """Every penalised fit of `rows` with a penalty of one `order`: on the square integral of that derivative.
 
     Order 6, one more than the degree, penalises the jumps of the fifth derivative at the knots.
     """
 
-    order: int
-    rows: Rows
-    polynomials: np.ndarray
-    rough: np.ndarray
-    q: np.ndarray
-    r: np.ndarray
-    singular: np.ndarray
-    right: np.ndarray
-    components: np.ndarray
-    unexplained: np.ndarray
-
-    @staticmethod
-    def of(rows: Rows, order: int) -> "Smoother":
+    def __init__(self, rows: Rows, order: int) -> None:
         """Decompose `rows` for a penalty on the derivative of this order, 2 to 6."""
-        polynomials, rough = _coordinates(rows.matrix.shape[1], order)
-        q, r = np.linalg.qr(rows.matrix @ polynomials)
-        matrix, values = rows.matrix @ rough, rows.values
+        self.order, self.rows = order, rows
+        self.polynomials, self.rough = _coordinates(rows.matrix.shape[1], order)
+        q, self.r = np.linalg.qr(rows.matrix @ self.polynomials)
+        self.q, matrix, values = q, rows.matrix @ self.rough, rows.values
         for _ in range(2):  # twice is enough (Kahan and Parlett)
             matrix, values = matrix - q @ (q.T @ matrix), values - q @ (q.T @ values)
-        left, singular, right = np.linalg.svd(matrix, full_matrices=False)
-        components = left.T @ values
-        unexplained = rows.residual + ((values - left @ components) ** 2).sum(axis=0)
-        return Smoother(order, rows, polynomials, rough, q, r, singular, right, components, unexplained)
+        left, self.singular, self.right = np.linalg.svd(matrix, full_matrices=False)
+        self.components = left.T @ values
+        self.unexplained = rows.residual + ((values - left @ self.components) ** 2).sum(axis=0)
 
     def choose(self, joint: int, correlation: float = 1.0) -> tuple[float, float, float]:
         """Penalty weight, variance of the noise (rad²), and −2·log of the likelihood of one joint.

@@ -12,11 +12,11 @@ from scipy.integrate import simpson
 from motion.limits import QUANTITIES
 from motion.plan import Plan
 from motion.primitive import Primitive
-from motion.program.curves import STEPS, curves_of_pieces, extremes
-from motion.program.ending import Ending, ending
+from motion.program.curves import curves_along, extremes
+from motion.program.ending import ending
 from motion.program.report import Distance, Report, reached
 from motion.request import Boundary, MotionRequest
-from motion.trajectory import ARRIVED, COEFFICIENTS, Trajectory
+from motion.trajectory import ARRIVED, Trajectory
 
 COMPARED = 2001
 """Instants at which a motion is compared with its demonstration."""
@@ -47,7 +47,7 @@ def check_limits(plan: SampledPlan) -> None:
 def make_plan(
     primitive: Primitive, request: MotionRequest, moving: Trajectory, tick: float, basis_count: int, by_limits: Distance
 ) -> SampledPlan:
-    """Return the plan of a motion.
+    """Return the plan of a motion, with what it reaches and misses; nothing is certified.
 
     moving: the moving part, in pieces of equal length; what follows begins in the state in which it ends.
     by_limits: distance from the motion without limits.
@@ -55,34 +55,18 @@ def make_plan(
     last = moving.sample(moving.breaks[-1:])
     end = ending(request, Boundary(last.positions[0], last.velocities[0], last.accelerations[0]))
     hit = moving.duration + request.rest_fraction * request.duration
-    report = _report(primitive, moving.then(end.trajectory()), hit, moving, end, basis_count, by_limits)
-    return SampledPlan(request, end, hit, tick, report, moving)
-
-
-def _report(
-    primitive: Primitive,
-    trajectory: Trajectory,
-    hit: float,
-    moving: Trajectory,
-    end: Ending,
-    basis_count: int,
-    by_limits: Distance,
-) -> Report:
-    """What the motion reaches and misses; nothing is certified."""
-    request, s = end.request, np.linspace(0, 1, COMPARED)
-    length = moving.duration / len(moving.coefficients)
-    curves = curves_of_pieces(moving.coefficients * length ** np.arange(float(COEFFICIENTS)))
+    trajectory, s = moving.then(end.trajectory()), np.linspace(0, 1, COMPARED)
     # The last instant belongs to the motion, not to its tail, whose acceleration may be another.
     played = trajectory.sample(np.minimum(s * hit, hit - 2 * ARRIVED))
     shown = primitive.sample(request.phase + (1 - request.phase) * s)
     at_hit = trajectory.sample(np.array([hit]))
     tau = (1 - request.phase) * primitive.duration / hit
     missed = played.accelerations - tau**2 * shown.accelerations
-    return Report(
+    report = Report(
         imitation_rms=np.sqrt(simpson(missed**2, x=s, axis=0)),
         final_error_positions=np.abs(at_hit.positions[0] - request.goal.positions),
         final_error_velocities=np.abs(at_hit.velocities[0] - request.goal.velocities),
-        **reached(extremes(curves) * (length / STEPS) ** -np.arange(4.0)[:, None], end),
+        **reached(extremes(curves_along(moving), moving.duration), end),
         active=(),
         from_demonstration=Distance.of((played.positions - shown.positions).T),
         by_limits=by_limits,
@@ -92,3 +76,4 @@ def _report(
         rounds=0,
         rows=0,
     )
+    return SampledPlan(request, end, hit, tick, report, moving)

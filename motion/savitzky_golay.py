@@ -9,7 +9,7 @@ from motion.errors import InvalidMotion
 from motion.splines import ACCELERATION_DEGREE, POSITION_DEGREE
 
 CLOSEST = 1e-3
-"""Of the mean distance between two samples: interpolation between closer ones overflows."""
+"""Part of the mean distance between two samples: interpolation between closer ones overflows."""
 
 PLACE_TIME = 0.1
 """s: the spline keeps the filter's accelerations, and its places where errors of acceleration add up for longer."""
@@ -70,12 +70,12 @@ def _checked_window(smoothing: SavitzkyGolay, step: float, count: int) -> int:
     if window > count:
         raise InvalidMotion(
             "smoothing.window_s",
-            f"of {smoothing.window_s:.6g} s is longer than the demonstration of {step * (count - 1):.6g} s",
+            f"is {smoothing.window_s:.6g} s, longer than the demonstration of {step * (count - 1):.6g} s",
         )
     if window <= smoothing.order:
         raise InvalidMotion(
             "smoothing.window_s",
-            f"of {smoothing.window_s:.6g} s holds {window} samples, too few for order {smoothing.order}; "
+            f"is {smoothing.window_s:.6g} s and holds {window} samples, too few for order {smoothing.order}; "
             f"{(smoothing.order + 2) * step:.6g} s or more works",
         )
     return window

@@ -16,7 +16,7 @@ DENSITY, ENOUGH = 50.0, 50
 """Functions a second that let limits shape a motion, and the number beyond which its content decides."""
 
 ORDERS = 2, 3, 4, 5, 6
-"""Of the penalised derivative: 2 keeps a joint that stands still, 6 takes nothing from a minimum-jerk movement."""
+"""Orders of the penalised derivative: 2 keeps a joint that stands still, 6 takes nothing from minimum jerk."""
 
 JUDGE = 4
 """The order with which numbers of functions are compared."""
@@ -62,7 +62,7 @@ def fit(s: np.ndarray, positions: np.ndarray, duration: float, basis_count: int 
     if basis_count is None:
         basis_count = choose_count(s, positions, duration, correlations)
     rows = condense(s, positions, basis_count + 2)
-    smoothers = [Smoother.of(rows, order) for order in ORDERS]
+    smoothers = [Smoother(rows, order) for order in ORDERS]
     chosen = []
     for joint, correlation in enumerate(correlations):
         choices = [smoother.choose(joint, correlation) for smoother in smoothers]
@@ -90,7 +90,7 @@ def interpolate(s: np.ndarray, positions: np.ndarray, duration: float, basis_cou
 
 
 def _unpenalised(s: np.ndarray, positions: np.ndarray, count: int) -> Fit:
-    smoother = Smoother.of(condense(s, positions, count + 2), JUDGE)
+    smoother = Smoother(condense(s, positions, count + 2), JUDGE)
     weight = FREE * smoother.singular[0] ** 2
     points = np.array([smoother.control_points(joint, weight) for joint in range(positions.shape[1])])
     noise = np.sqrt(smoother.unexplained / max(len(s) - count - 2, 1))
@@ -124,7 +124,7 @@ class _Judged:
     """Fits with one number of functions and one order of penalty, to be compared with others."""
 
     def __init__(self, s: np.ndarray, positions: np.ndarray, count: int, correlations: list[float]) -> None:
-        smoother = Smoother.of(condense(s, positions, count + 2), JUDGE)
+        smoother = Smoother(condense(s, positions, count + 2), JUDGE)
         chosen = [smoother.choose(joint, correlation) for joint, correlation in enumerate(correlations)]
         points = np.array([smoother.control_points(joint, weight) for joint, (weight, _, _) in enumerate(chosen)])
         self.likelihoods = np.array([likelihood for _, _, likelihood in chosen])

@@ -1,4 +1,4 @@
-"""Clamped uniform B-splines over [0, 1]: rows, integrals, derivatives, knot insertion, pieces.
+"""Clamped uniform B-splines over [0, 1]: rows, integrals, derivatives, knot insertion.
 
 A curve of `count` functions of a degree has `count` control points; the curve lies in their convex hull. Its integral
 and its derivative are B-splines on the same knots, one degree up with one control point more and one degree down with
@@ -6,7 +6,6 @@ one less. In this project accelerations are cubic: velocities have degree 4, pos
 """
 
 from functools import cache
-from math import factorial
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -35,11 +34,18 @@ def design(count: int, degree: int, s: np.ndarray) -> csr_array:
 @cache
 def gram(count: int, degree: int) -> np.ndarray:
     """Integrals (count, count) over [0, 1] of the products of two functions, exact."""
-    nodes, weights = np.polynomial.legendre.leggauss(degree + 1)
-    width = 1 / (count - degree)
-    at = (np.arange(count - degree)[:, None] + (nodes + 1) / 2) * width
-    values = rows(count, degree, at.ravel())
-    return _constant(values.T @ (values * np.tile(weights * width / 2, count - degree)[:, None]))
+    at, weights = quadrature(count - degree, degree + 1)
+    values = rows(count, degree, at)
+    return _constant(values.T @ (values * weights[:, None]))
+
+
+@cache
+def quadrature(intervals: int, nodes: int = POSITION_DEGREE + 1) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss nodes (K,) of all knot intervals, in order, and their weights (K,), exact for products of two positions."""
+    at, weights = np.polynomial.legendre.leggauss(nodes)
+    width = 1 / intervals
+    s = ((np.arange(intervals)[:, None] + (at + 1) / 2) * width).ravel()
+    return _constant(s), _constant(np.tile(weights * width / 2, intervals))
 
 
 @cache
@@ -85,12 +91,11 @@ def averages(t: np.ndarray, degree: int) -> np.ndarray:
     return np.lib.stride_tricks.sliding_window_view(t[1:-1], degree).mean(axis=1)
 
 
-def insertion(count: int, degree: int, finer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How the control points of a curve of `count` functions become those on `finer` knots (m + degree + 1,).
+def insertion(count: int, degree: int, finer: np.ndarray) -> csr_array:
+    """Matrix (m, count), sparse: from the control points of a curve to those on `finer` knots (m + degree + 1,).
 
-    `finer` contains the curve's knots. Returns which control points (m, degree + 1) a new one is made of, and with
-    which coefficients (m, degree + 1). A control point is the blossom of a piece at `degree` consecutive knots
-    (Ramshaw), here by de Boor's recursion.
+    `finer` contains the curve's knots. A control point is the blossom of a piece at `degree` consecutive knots
+    (Ramshaw), here by de Boor's recursion; it is made of degree + 1 of the curve's.
     """
     t = knots(count, degree)
     arguments = np.lib.stride_tricks.sliding_window_view(finer[1:-1], degree)
@@ -105,29 +110,9 @@ def insertion(count: int, degree: int, finer: np.ndarray) -> tuple[np.ndarray, n
         left, right = t[index], t[index + degree + 1 - step]
         share = ((u - left) / (right - left))[:, :, None]
         parts[:, step:] = (1 - share) * parts[:, step - 1 : -1] + share * parts[:, step:]
-    return first[:, None] + np.arange(degree + 1), parts[:, -1]
-
-
-@cache
-def _conversion(count: int) -> np.ndarray:
-    """Coefficients (m, 6, 6), powers of s since each of the m knots, of the six control points that act behind it."""
-    degree, intervals = POSITION_DEGREE, count - POSITION_DEGREE
-    t = knots(count, degree)
-    begins = t[degree : -degree - 1]
-    out = np.zeros((intervals, degree + 1, degree + 1))
-    for k in range(degree + 1):
-        matrix = np.eye(count)
-        for d in range(k):
-            matrix = differentiation(count - d, degree - d) @ matrix
-        values = rows(count - k, degree - k, begins) @ matrix / factorial(k)
-        out[:, k] = [values[i, i : i + degree + 1] for i in range(intervals)]
-    return _constant(out)
-
-
-def pieces(control_points: np.ndarray) -> np.ndarray:
-    """Coefficients (m, J, 6) of powers of s since each knot, of position curves with control points (J, m + 5)."""
-    windows = np.lib.stride_tricks.sliding_window_view(control_points, POSITION_DEGREE + 1, axis=1)
-    return np.matmul(windows.transpose(1, 0, 2), _conversion(control_points.shape[1]).transpose(0, 2, 1))
+    sources = first[:, None] + np.arange(degree + 1)
+    begins = np.arange(0, sources.size + 1, degree + 1)
+    return csr_array((parts[:, -1].ravel(), sources.ravel(), begins), shape=(len(sources), count))
 
 
 def _constant(array: np.ndarray) -> np.ndarray:

@@ -2,10 +2,8 @@
 
 import numpy as np
 
+from motion.braking import UNLIMITED
 from motion.limits import Limits
-
-UNLIMITED = 1e9
-"""What an acceleration without limit counts as, rad/s²."""
 
 State = tuple[np.ndarray, np.ndarray, np.ndarray]
 

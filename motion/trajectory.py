@@ -1,11 +1,12 @@
 """Motions in physical time: samples, and piecewise polynomials that are evaluated at any time."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 COEFFICIENTS = 6
-"""Of a piece: degree 5 or less."""
+"""Number of coefficients of a piece: degree 5 or less."""
 
 ARRIVED = 1e-10
 """This many seconds before a break the next piece counts: rounding of the times asked for."""
@@ -40,26 +41,25 @@ class Trajectory:
         """Time of the last break, s."""
         return float(self.breaks[-1])
 
-    @property
-    def final_positions(self) -> np.ndarray:
-        """Positions (J,) at the last break, rad."""
-        return self.sample(self.breaks[-1:]).positions[0]
-
     def sample(self, times: np.ndarray) -> Samples:
         """States at `times` (n,), s from the start."""
+        return Samples(*self.derivatives(times, 3))
+
+    def derivatives(self, times: np.ndarray, count: int) -> list[np.ndarray]:
+        """Positions at `times` (n,) and their derivatives, `count` in all: (n, J), rad/sᵏ."""
         times = np.asarray(times, dtype=float)
         piece = np.maximum(np.searchsorted(self.breaks[:-1], times + ARRIVED, side="right") - 1, 0)
         x, columns = (times - self.breaks[piece])[:, None], np.ascontiguousarray(self.coefficients.transpose(2, 0, 1))
-        states = []
-        for _ in range(3):
+        found = []
+        for _ in range(count):
             highest, *lower = columns[::-1]
             values = highest.take(piece, axis=0)
             for column in lower:
                 values *= x
                 values += column.take(piece, axis=0)
-            states.append(values)
+            found.append(values)
             columns = columns[1:] * np.arange(1.0, len(columns))[:, None, None]
-        return Samples(*states)
+        return found
 
     def then(self, other: "Trajectory") -> "Trajectory":
         """This motion followed by `other`, which begins at this one's last break."""
@@ -67,3 +67,15 @@ class Trajectory:
             np.concatenate([self.breaks, self.breaks[-1] + other.breaks[1:]]),
             np.concatenate([self.coefficients, other.coefficients]),
         )
+
+
+def quintic(begin: Iterable[np.ndarray], end: Iterable[np.ndarray], duration: float) -> np.ndarray:
+    """Coefficients (…, 6), of powers of the time, of the polynomial of degree 5 from one state to another.
+
+    begin, end: position, velocity and acceleration (…), rad/sᵏ. duration: s.
+    """
+    (p0, v0, a0), (p1, v1, a1), h = begin, end, duration
+    rise, steep, bent = p1 - p0 - h * (v0 + h * a0 / 2), h * (v1 - v0 - h * a0), h * h * (a1 - a0)
+    low = p0, h * v0, h * h * a0 / 2
+    high = 10 * rise - 4 * steep + bent / 2, 7 * steep - 15 * rise - bent, 6 * rise - 3 * steep + bent / 2
+    return np.stack([*low, *high], axis=-1) / h ** np.arange(float(COEFFICIENTS))

@@ -171,6 +171,17 @@ def _lost_frames(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str
     return replace(kept, times=np.arange(len(keep)) * _step(recording)), None
 
 
+def _stutter(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]:
+    """Samples that were taken up to 1.5 steps early or late, and stamped evenly afterwards."""
+    recording = clean.recording
+    stamps = np.linspace(0, recording.times[-1], len(recording.times))
+    taken = stamps.copy()
+    taken[1:-1] += rng.uniform(-1.5, 1.5, len(stamps) - 2) * _step(recording)
+    taken = np.sort(np.clip(taken, 0, stamps[-1]))
+    values = np.stack([np.interp(taken, recording.times, column) for column in recording.values.T], axis=1)
+    return replace(recording, times=stamps, values=values), None
+
+
 def _too_fast(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]:
     return replace(clean.recording, times=1e-3 * clean.recording.times), None
 
@@ -209,6 +220,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "synthetic", "5 % of the frames twice, stamped evenly afterwards", _repeated_frames, base="quiet", repaired=True
     ),
     Mutation("synthetic", "5 % of the frames lost, stamped evenly afterwards", _lost_frames, base="quiet"),
+    Mutation("stutter", "samples up to 1.5 steps early or late, stamped evenly", _stutter, base="quiet", repaired=True),
     Mutation("speed", "stamps a thousand times too short", _too_fast),
     Mutation("speed", "stamps in ms", _too_slow),
     Mutation("moving", "begins or ends where the arm moves fast", _cut),

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from motion.errors import SolverFailed
-from motion.program.effort import Effort
+from motion.program.effort import CUBE, DOUBT, PROGRAM, Effort
 from motion.program.least_distance import INFEASIBLE, UNCLEAR, least_distance, least_distance_in_doubt
 from motion.program.limit_rows import KINDS
 from motion.program.problem import Problem
@@ -108,10 +108,11 @@ def solve(
 
 def _check_decided(problem: Problem, joints: np.ndarray) -> None:
     """Raise InfeasibleRows for a control point that the equalities hold outside its limit."""
-    if not (problem.beyond > 0).any():
-        return
     hull, each = problem.hull, problem.limit_rows.decided
-    beyond = np.where(np.isin(each // (2 * len(hull.s)), joints), problem.beyond, 0.0)
+    beyond = problem.over.take(each)
+    if not (beyond > 0).any():
+        return
+    beyond[~np.isin(each // (2 * len(hull.s)), joints)] = 0.0
     if (beyond > 0).any():
         row = int(each[beyond.argmax()])
         point = row % len(hull.s)
@@ -149,12 +150,12 @@ def _with_rows(
     for joint, (begin, end) in zip(each, spans, strict=True):
         if rounds > MAX_ROUNDS:
             raise SolverFailed(joint, f"no end after {MAX_ROUNDS} rounds")
-        effort.spend(joint, end - begin)
+        effort.spend(joint, PROGRAM + CUBE * (end - begin) ** 3)
         program = matrix[begin:end], excess[begin:end]
         tight = problem.precise or rounds > DROPPING_ROUNDS
         multipliers[begin:end], status = least_distance(*program, tight=tight)
         if status == UNCLEAR and not probe:
-            effort.spend_on_doubt(joint, *program[0].shape)
+            effort.spend(joint, DOUBT * program[0].size)
             multipliers[begin:end], status = least_distance_in_doubt(*program)
         if status == INFEASIBLE or (status and probe):
             raise _contradiction(problem, joint, rows[begin:end], multipliers[begin:end])

@@ -3,8 +3,10 @@
 from functools import cache
 
 import numpy as np
+from scipy.special import factorial
 
 from motion import splines
+from motion.trajectory import COEFFICIENTS, Trajectory
 
 ORDERS = 5
 """Position and its first four derivatives."""
@@ -37,35 +39,29 @@ def _at_steps(count: int) -> np.ndarray:
     return np.ascontiguousarray(np.concatenate(each).T)
 
 
-def curves_of_pieces(pieces: np.ndarray) -> np.ndarray:
-    """Return the same (J, 5, 3m + 1) for m pieces (m, J, 6) of equal length.
-
-    pieces: coefficients of powers of the time since the piece began, in units of its length.
-    """
-    count, joints, _ = pieces.shape
-    values = (pieces.reshape(-1, 6) @ _POWERS).reshape(count, joints, STEPS + 1, ORDERS)
-    curves = np.empty((joints, ORDERS, STEPS * count + 1))
-    curves[:, :, :-1] = values[:, :, :-1].transpose(1, 3, 0, 2).reshape(joints, ORDERS, -1)
-    curves[:, :, -1] = values[-1, :, -1]
-    return curves
+def curves_along(moving: Trajectory) -> np.ndarray:
+    """Return the same (J, 5, 3m + 1) for a motion in m pieces of equal length."""
+    times = np.linspace(0, moving.duration, STEPS * len(moving.coefficients) + 1)
+    curves = np.transpose(moving.derivatives(times, ORDERS), (2, 0, 1))
+    return np.ascontiguousarray(curves * (times[1] ** np.arange(ORDERS))[:, None])
 
 
-def _powers() -> np.ndarray:
-    """From coefficients to values of all orders at the ends of the steps of a piece (6, 4·5)."""
-    matrix = np.zeros((6, STEPS + 1, ORDERS))
-    for node in range(STEPS + 1):
-        for order in range(ORDERS):
-            for power in range(order, 6):
-                factor = np.prod(np.arange(power - order + 1, power + 1, dtype=float))
-                matrix[power, node, order] = factor * (node / STEPS) ** (power - order) / STEPS**order
-    return matrix.reshape(6, -1)
+def trajectory_of(curves: np.ndarray, duration: float) -> Trajectory:
+    """The motion with `curves` (J, 5, 3m + 1) as polynomials between its m + 1 knots, played in `duration` s."""
+    at = curves[:, :, ::STEPS]
+    # Between two knots the fourth derivative is a line, and at knots it is continuous.
+    orders = np.concatenate([at[..., :-1], np.diff(at[:, 4:]) / STEPS], axis=1).transpose(2, 0, 1)
+    step = duration / (curves.shape[2] - 1)
+    return Trajectory(
+        np.linspace(0.0, duration, at.shape[2]), orders * _TAYLOR / step ** np.arange(float(COEFFICIENTS))
+    )
 
 
-_POWERS = _powers()
+_TAYLOR = 1 / factorial(np.arange(COEFFICIENTS))
 
 
-def extremes(curves: np.ndarray) -> np.ndarray:
-    """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of curves (J, 5, n), in their units.
+def extremes(curves: np.ndarray, duration: float) -> np.ndarray:
+    """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of curves (J, 5, n), which take some s.
 
     A step is looked at where the slope changes its sign in it, or may do so twice. There the extremes of the cubic
     through values and slopes are found and the curve itself is evaluated, so nothing is named that it does not reach;
@@ -82,7 +78,7 @@ def extremes(curves: np.ndarray) -> np.ndarray:
         of, inside = _inside(curves, steps)
         np.minimum.at(found[0].ravel(), of, inside.min(axis=0))
         np.maximum.at(found[1].ravel(), of, inside.max(axis=0))
-    return found.transpose(1, 2, 0)
+    return found.transpose(1, 2, 0) * (duration / (curves.shape[2] - 1)) ** -np.arange(4.0)[:, None]
 
 
 def _inside(curves: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

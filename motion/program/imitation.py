@@ -1,14 +1,22 @@
-"""The part of a demonstration that a motion imitates, as a motion of the spline space."""
+"""The part of a demonstration that a motion imitates, and how much its places count."""
 
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky
 
 from motion import splines
 from motion.primitive import Primitive
-from motion.program.space import PLACE_TIME, at_nodes, make_space, nodes, quadrature
+from motion.program.space import PLACE_TIME, make_space
+
+PHASES = 51
+"""Even phases at which weights are given."""
+
+RANGE = 1e3
+"""Weights lie between 1/RANGE and RANGE, so an arm that was led aside is back within 0.18 to 5.6 place times."""
+
+STEPS = 8
+"""A part of a demonstration has the weights of one that begins and ends at eighths, so that few metrics serve all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,6 +42,7 @@ class Imitated:
         return ((apart @ splines.gram(apart.shape[1], splines.ACCELERATION_DEGREE)) * apart).sum(axis=1) + self.beyond
 
 
+@lru_cache(maxsize=64)
 def imitated(primitive: Primitive, begin: float, end: float, count: int) -> Imitated:
     """Return what lies between two phases, 0 ≤ begin < end ≤ 1, of a primitive, for `count` functions.
 
@@ -41,39 +50,45 @@ def imitated(primitive: Primitive, begin: float, end: float, count: int) -> Imit
     functions, except where they are the demonstration's own: in its accelerations, or, on fewer functions, in the
     metric that keeps its positions too.
     """
-    if (begin, end) == (0.0, 1.0):
-        return _whole(primitive, count)
-    return _part(primitive, begin, end, count)
-
-
-@lru_cache(maxsize=64)
-def _whole(primitive: Primitive, count: int) -> Imitated:
-    return _part(primitive, 0.0, 1.0, count)
-
-
-def _part(primitive: Primitive, begin: float, end: float, count: int) -> Imitated:
     length, own = end - begin, primitive.basis_count
-    s = begin + length * np.concatenate([[0.0], nodes(count)])
+    at, step = splines.quadrature(count - 3)
+    s = begin + length * np.concatenate([[0.0], at])
     accelerations = length**2 * (splines.rows(own, 3, s[1:]) @ primitive.weights.T).T
-    theta = accelerations @ (quadrature(count)[:, None] * at_nodes(count))
+    functions = splines.rows(count, 3, at)
+    theta = accelerations @ (step[:, None] * functions)
     if length == 1 and count == own:
         nearest, beyond = primitive.weights, np.zeros(primitive.joint_count)
     else:
-        nearest = cho_solve((_factor(count), True), theta.T).T
-        beyond = (accelerations - nearest @ at_nodes(count).T) ** 2 @ quadrature(count)
+        plain = make_space(count, 0.0)
+        nearest = plain.weights(theta @ plain.whitening.T)
+        beyond = (accelerations - nearest @ functions.T) ** 2 @ step
     state, duration = primitive.sample(s[:1]), length * primitive.duration
     start = np.stack([state.positions[0], duration * state.velocities[0]], axis=1)
     weights = nearest
     if count < own:
         space = make_space(count, duration / PLACE_TIME)
-        away = primitive.positions(s[1:]).T - start[:, :1] - start[:, 1:] * nodes(count)
-        pulled = space.stiffness**4 * (away * quadrature(count)) @ space.rows_at(0, nodes(count))[:, :-2]
-        weights = (theta @ space.whitening.T + pulled) @ space.whitening
+        away = primitive.positions(s[1:]).T - start[:, :1] - start[:, 1:] * at
+        pulled = space.stiffness**4 * (away * step) @ space.rows_at(0, at)[:, :-2]
+        weights = space.weights(theta @ space.whitening.T + pulled)
     velocities = start[:, 1:] + weights @ splines.integration(count, 3).T
     control_points = start[:, :1] + velocities @ splines.integration(count + 1, 4).T
     return Imitated(duration, weights, control_points, start, nearest, beyond)
 
 
-@lru_cache(maxsize=32)
-def _factor(count: int) -> np.ndarray:
-    return cholesky(splines.gram(count, splines.ACCELERATION_DEGREE), lower=True)
+def place_weights(primitive: Primitive, begin: float, end: float) -> tuple[tuple[float, ...], ...]:
+    """Weights at even s of the places of a part between two phases, a tuple for each joint; () without a spread.
+
+    A weight is (σ̄/σ)², with σ the spread there and σ̄ its geometric mean over the joint's whole movement.
+    """
+    if not primitive.spread.size:
+        return ()
+    first = min(int(begin * STEPS), STEPS - 1)
+    return _weights(primitive, first / STEPS, max(round(end * STEPS), first + 1) / STEPS)
+
+
+@lru_cache(maxsize=64)
+def _weights(primitive: Primitive, begin: float, end: float) -> tuple[tuple[float, ...], ...]:
+    logs = np.log(primitive.spread)
+    weights = np.clip(np.exp(2 * (logs.mean(axis=1, keepdims=True) - logs)), 1 / RANGE, RANGE)
+    at, phases = np.linspace(begin, end, PHASES), np.linspace(0, 1, weights.shape[1])
+    return tuple(tuple(np.interp(at, phases, row).tolist()) for row in weights)

@@ -14,8 +14,8 @@ DEAD = 1e-9
 
 
 KINDS = 2 * QUANTITIES + 1
-"""Of bounds: each quantity's limit, the last acceleration's own, and each quantity's for control points that the
-equalities decide."""
+"""Number of kinds of bounds: each quantity's limit, the last acceleration's own, and each quantity's for control points
+that the equalities decide."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,9 +18,11 @@ LOOK, PROBE = 1_000.0, 4_000.0
 """The effort after which it is unknown whether a joint works in the duration that is tried: on the way to the first
 that works, and when the shortest is looked for."""
 
+UNSURE = 0.4
+"""Once less of the effort is left than this part of what there was at first, no small steps are tried any more."""
 
 REFINING = 0.3
-"""A duration that works is refined until so much of the effort is left that there was at first."""
+"""A duration that works is refined until so much of the effort is left that there was when it was found."""
 
 
 class Verdict(NamedTuple):
@@ -54,13 +56,14 @@ def at_full_speed(request: MotionRequest) -> float:
 
 
 def min_duration(
-    request: MotionRequest, judge: Judge, effort: Effort, low: int, guess: int, tick: float
+    request: MotionRequest, judge: Judge, effort: Effort, low: int, guess: int, shown: int, tick: float
 ) -> MotionRequest | None:
     """Return the request in the shortest duration found to work above `low` ticks, where it does not.
 
-    None where none was found. Goes upward from `guess` ticks by factors of 1.5, or downward if that works, then bisects
-    the last bracket to one tick or until little of the `effort` is left: the shortest found, not the shortest there is.
-    Each step asks first for the joints that failed before.
+    None where none was found. Goes upward from `guess` ticks by factors of 1.5, and, when `effort` gets scarce, on
+    from the `shown` ticks of the demonstration, or downward if that works, then bisects the last bracket to one tick or
+    until little effort is left: the shortest found, not the shortest there is. Each step asks first for the joints that
+    failed before.
     """
     order = list(range(request.joint_count))
     low, high = max(low, math.floor(at_full_speed(request) / tick) - 1), None
@@ -80,7 +83,10 @@ def min_duration(
                 high = step
             else:
                 low, step = step if certain else low, math.ceil(step * FACTOR)
-        while high is not None and high - low > 1 and effort.left > REFINING * whole:
+                if effort.left < UNSURE * whole:
+                    step = max(step, shown)
+        least = REFINING * effort.left
+        while high is not None and high - low > 1 and effort.left > least:
             # Far above the bracket's lower end a factor is the better step.
             middle = max((low + high) // 2, math.floor(high / FACTOR))
             low, high = (low, middle) if tried(middle, PROBE).joint is None else (middle, high)

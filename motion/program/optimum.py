@@ -6,7 +6,7 @@ import numpy as np
 
 from motion.errors import SolverFailed
 from motion.program.constraint_generation import InfeasibleRows, Solution, solve
-from motion.program.effort import Effort
+from motion.program.effort import LOOK, Effort
 from motion.program.problem import Problem
 
 WARM_SHARE = 0.25
@@ -70,14 +70,12 @@ def works(problem: Problem, joint: int, effort: Effort, most: float) -> bool | N
 
     Raises OutOfTime if no effort is left.
     """
-    effort.spend_on_look(joint)
-    share = effort.share(most)
-    try:
-        _verified(problem, solve(problem, share, None, np.array([joint]), probe=True))
-    except InfeasibleRows:
-        return False
-    except SolverFailed:
-        return None
-    finally:
-        effort.give_back(share)
+    effort.spend(joint, LOOK)
+    with effort.share(most) as share:
+        try:
+            _verified(problem, solve(problem, share, None, np.array([joint]), probe=True))
+        except InfeasibleRows:
+            return False
+        except SolverFailed:
+            return None
     return True

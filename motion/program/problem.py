@@ -5,16 +5,14 @@ Rows belong to the spline space; a request changes right-hand sides only.
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from motion.limits import LED_BACK_BY, ROUNDING, SIGNS
 from motion.primitive import Primitive
 from motion.program.equalities import Equalities, Fixed, equalities_of
-from motion.program.imitation import Imitated, imitated
+from motion.program.imitation import Imitated, imitated, place_weights
 from motion.program.limit_rows import KINDS, LimitRows, limit_rows
-from motion.program.places import place_weights
 from motion.program.space import MAX_ROWS, PLACE_TIME, Hull, Space, make_hull, make_space
 from motion.request import MotionRequest
 
@@ -55,10 +53,9 @@ class Problem:
 
     All in normalised time: quantity k is the k-th derivative with respect to s. duration: of the moving part, s.
     targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits. In units of the rows: over (J,
-    2, R), by how much the origin passes its lower and its upper limits, −inf where there are none; inside (J, 2,
-    KINDS), how far inside of their bounds of each kind rows are demanded. Control points that the equalities decide may
-    pass their limits by rounding; beyond (D,): by how much they pass that. precise: so near that programs must be
-    solved tightly.
+    2, R), by how much the origin passes its lower and its upper limits, −inf where there are none, and, of control
+    points that the equalities decide, by how much more than rounding; inside (J, 2, KINDS), how far inside of their
+    bounds of each kind rows are demanded. precise: so near that programs must be solved tightly.
     """
 
     space: Space
@@ -71,7 +68,6 @@ class Problem:
     limit_rows: LimitRows
     over: np.ndarray
     inside: np.ndarray
-    beyond: np.ndarray
     precise: bool
 
 
@@ -97,7 +93,7 @@ def build(
     _fix_narrow(values[-1], final, 4 * precision.inside * width[:, 2])
     equalities, targets = equalities_of(space, fixed, values, local, own)
     start = np.empty((len(final), count + 2))
-    start[:, :-2], start[:, -2:] = _whitened(space, part), values[:2].T
+    start[:, :-2], start[:, -2:] = space.whitened(part.weights), values[:2].T
     if local:
         beside = values[:2].T - part.start
         drifts = [metric.drift for metric in own] or [space.drift] * len(start)
@@ -127,18 +123,11 @@ def build(
         limit_rows=rows,
         over=over,
         inside=inside,
-        beyond=over.take(rows.decided),
         precise=precision.inside < USUAL.inside,
     )
 
 
 _ORDERS = np.arange(4.0)
-
-
-@lru_cache(maxsize=64)
-def _whitened(space: Space, part: Imitated) -> np.ndarray:
-    """z (J, N) of the demonstration."""
-    return space.whitened(part.weights)
 
 
 def _fix_narrow(last: np.ndarray, final: np.ndarray, narrow: np.ndarray) -> None:

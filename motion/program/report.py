@@ -82,7 +82,7 @@ def make_report(
         imitation_rms=_imitation_rms(primitive, request, problem, solution),
         final_error_positions=np.abs(curves[:, 0, -1] - arrival.positions),
         final_error_velocities=np.abs(curves[:, 1, -1] / step - arrival.velocities),
-        **reached(extremes(curves) * step**-_ORDERS, ending),
+        **reached(extremes(curves, problem.duration), ending),
         active=_active(problem, solution),
         from_demonstration=Distance(distance.rms[:joints], distance.max[:joints]),
         by_limits=Distance(distance.rms[joints:], distance.max[joints:]),
@@ -92,9 +92,6 @@ def make_report(
         rounds=max(solution.rounds),
         rows=solution.size,
     )
-
-
-_ORDERS = np.arange(4.0)[:, None]
 
 
 def reached(extremes: np.ndarray, ending: Ending) -> dict[str, Any]:
@@ -111,7 +108,7 @@ def reached(extremes: np.ndarray, ending: Ending) -> dict[str, Any]:
 
 def _imitation_rms(primitive: Primitive, request: MotionRequest, problem: Problem, solution: Solution) -> np.ndarray:
     """Rms (J,) of g̈ − τ²d̈ over the whole duration; in its final part with zero acceleration all of d̈ is missed."""
-    mean = problem.imitated.missed(problem.space.weights(solution.x)) / problem.duration**4
+    mean = problem.imitated.missed(problem.space.weights(solution.x[:, :-2])) / problem.duration**4
     if request.rest_fraction:
         last = imitated(primitive, request.imitates[1], 1.0, problem.space.count)
         still = last.missed(0.0) / (request.rest_fraction * request.duration) ** 4

@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
-from scipy.sparse import csr_array
+from scipy.sparse import block_diag, csr_array
 
 from motion import splines
 from motion.program.cache import cached_within
@@ -22,9 +22,6 @@ PLACE_TIME = 0.5
 
 QUANTITIES = 4
 """Position, velocity, acceleration and jerk, of degree 5, 4, 3 and 2."""
-
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
-"""Gauss quadrature on a knot interval, exact for products of two quintics."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,9 +51,9 @@ class Space:
         """z (n, N) of weights (n, N)."""
         return weights @ self.factor
 
-    def weights(self, x: np.ndarray) -> np.ndarray:
-        """w (n, N) of motions x (n, N + 2)."""
-        return x[:, :-2] @ self.whitening
+    def weights(self, z: np.ndarray) -> np.ndarray:
+        """w (n, N) of whitened weights (n, N)."""
+        return z @ self.whitening
 
     def turn(self, other: "Space") -> np.ndarray:
         """Matrix (N, N) that makes steps of z here of steps of z in the metric of another space."""
@@ -86,17 +83,13 @@ class Hull:
     ceases: np.ndarray
     last_acceleration: int
 
-    def last_accelerations(self, x: np.ndarray) -> np.ndarray:
-        """The accelerations at s = 1 (n,) of motions x (n, N + 2)."""
-        return x @ self.rows[self.last_acceleration]
-
 
 @cached_within(64_000_000)
 def make_space(count: int, stiffness: float, weights: tuple[float, ...] = (1.0, 1.0)) -> Space:
     """The space of `count` ≥ 5 functions in the metric of κ = `stiffness` and the places' `weights` at even s."""
     velocity = splines.integration(count, 3)
     position = splines.integration(count + 1, 4) @ velocity
-    at, step = nodes(count), quadrature(count)
+    at, step = splines.quadrature(count - 3)
     strength = stiffness**2 * np.sqrt(np.interp(at, np.linspace(0, 1, len(weights)), weights))
     on_positions = strength[:, None] * (splines.rows(count + 2, 5, at) @ position)
     gram = splines.gram(count, splines.ACCELERATION_DEGREE) + (on_positions.T * step) @ on_positions
@@ -127,50 +120,17 @@ def _insertion(
     count: int, refinement: int, touched: tuple[float, ...]
 ) -> tuple[csr_array, np.ndarray, np.ndarray, np.ndarray]:
     """From the control points of `count` functions to those of a hull (R, 4N + 2), and the hull's other fields."""
-    sections = _sections(count)
-    rows, columns, shares, places, ends, sizes = [], [], [], [], [], []
-    for quantity in range(QUANTITIES):
-        sources, parts, s, ceases = _refined(count + 2 - quantity, 5 - quantity, refinement, touched)
-        rows.append(np.repeat(np.arange(len(s)) + sum(sizes), sources.shape[1]))
-        columns.append(sources.ravel() + sections[quantity])
-        shares.append(parts.ravel())
-        places.append(s)
-        ends.append(ceases)
-        sizes.append(len(s))
-    entries = np.concatenate(shares), (np.concatenate(rows), np.concatenate(columns))
-    matrix = csr_array(entries, shape=(sum(sizes), sections[-1]))
-    return matrix, np.repeat(np.arange(QUANTITIES), sizes), np.concatenate(places), np.concatenate(ends)
-
-
-def _refined(
-    count: int, degree: int, refinement: int, touched: tuple[float, ...]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Sources, shares, places and ends of the control points of one quantity."""
-    inner = np.linspace(0, 1, (count - degree) * refinement + 1)
-    # Rounding must not make two of one knot.
-    inner[::refinement] = splines.knots(count, degree)[degree:-degree]
-    finer = np.sort(np.concatenate([np.zeros(degree), inner, np.repeat(np.array(touched), degree), np.ones(degree)]))
-    sources, shares = splines.insertion(count, degree, finer)
-    return sources, shares, splines.averages(finer, degree), finer[degree + 1 :]
-
-
-@cache
-def at_nodes(count: int) -> np.ndarray:
-    """Values (K, N) of the acceleration's functions at the `nodes`."""
-    return splines.rows(count, 3, nodes(count))
-
-
-@cache
-def nodes(count: int) -> np.ndarray:
-    """Gauss nodes of all knot intervals of `count` functions of the acceleration, in order."""
-    intervals = count - 3
-    return ((np.arange(intervals)[:, None] + (NODES + 1) / 2) / intervals).ravel()
-
-
-@cache
-def quadrature(count: int) -> np.ndarray:
-    """Weights of the `nodes`."""
-    return np.tile(WEIGHTS / (2 * (count - 3)), count - 3)
+    matrices, places, ends = [], [], []
+    for degree in range(5, 5 - QUANTITIES, -1):
+        own = splines.knots(count - 3 + degree, degree)[degree:-degree]
+        inner = np.linspace(0, 1, (count - 3) * refinement + 1)
+        inner[::refinement] = own  # rounding must not make two of one knot
+        finer = np.sort(np.concatenate([np.zeros(degree), inner, np.repeat(touched, degree), np.ones(degree)]))
+        matrices.append(splines.insertion(count - 3 + degree, degree, finer))
+        places.append(splines.averages(finer, degree))
+        ends.append(finer[degree + 1 :])
+    quantity = np.repeat(np.arange(QUANTITIES), [len(each) for each in places])
+    return csr_array(block_diag(matrices)), quantity, np.concatenate(places), np.concatenate(ends)
 
 
 @cache

@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from motion import splines
 from motion.demonstration import Demonstration
-from motion.primitive import MAX_BASIS, MIN_BASIS, Primitive, learn
+from motion.primitive import MAX_BASIS, MIN_BASIS, learn
+from services.planner.archive import from_arrays, to_arrays
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -80,6 +81,6 @@ def test_nothing_breaks_it(values: list[float], gaps: list[float]):
     """Any samples at any rising times give finite numbers, that survive being kept."""
     times = np.concatenate([[0.0], np.cumsum(gaps)])[: len(values)]
     primitive = learn(Demonstration(times, np.array(values)[:, None]))
-    again = Primitive.from_arrays(primitive.to_arrays())
+    again = from_arrays(to_arrays(primitive))
     assert np.array_equal(again.control_points, primitive.control_points)
     assert np.all(primitive.position_rms <= primitive.position_max * (1 + 1e-9))

@@ -10,7 +10,7 @@ from motion.errors import LimitExceeded, MotionError
 from motion.limits import Limits
 from motion.plan import plan
 from motion.primitive import Primitive
-from motion.request import Boundary, MotionRequest
+from motion.request import Boundary, MotionRequest, Waypoint
 from tests.splines_of import TIMES, figure_strike, fitted
 
 
@@ -79,3 +79,14 @@ def test_all_refused_says_why_of_each(two: Primitive) -> None:
         plan_best(two, request, outside)
     found = [(error.joint, error.value) for error in caught.value.errors if isinstance(error, LimitExceeded)]
     assert found == [(1, 0.6), (1, 1.6), (1, 2.6)]
+
+
+def test_an_end_before_a_waypoint_is_refused_alone(two: Primitive) -> None:
+    """However well it would imitate."""
+    waypoint = Waypoint(0.95, np.array([0.3, np.nan]), np.full(2, np.nan))
+    start = Boundary(two.start.positions, two.start.velocities, np.full(2, np.nan))
+    request = MotionRequest(start, two.goal, 1.0, Limits.unlimited(2), waypoints=(waypoint,), tail="coast")
+    far = replace(two.goal, positions=two.goal.positions + 1.0)
+    ends = [End(far, 1.0), End(two.goal, 0.94)]
+    assert np.argmin(least_errors(two, request, ends)) == 1
+    assert plan_best(two, request, ends)[0] == 0

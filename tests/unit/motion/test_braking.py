@@ -1,9 +1,14 @@
 import numpy as np
 import pytest
 
-from motion.braking import first_stop, stop, stop_extremes, stops_inside
+from motion.braking import fastest_stop, first_stop, stop
 from motion.limits import Limits
 from motion.trajectory import Samples
+
+
+def stop_extremes(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, *bounds: np.ndarray):
+    """Extremes of the stop from each state, with bounds of acceleration and jerk."""
+    return fastest_stop(velocities, accelerations, *bounds).extremes(positions)
 
 
 def test_a_stop_worked_out_by_hand() -> None:
@@ -11,7 +16,7 @@ def test_a_stop_worked_out_by_hand() -> None:
     limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([10.0]), np.array([100.0]))
     planned = stop(np.zeros(1), np.ones(1), np.zeros(1), limits)
     assert planned.duration == pytest.approx(0.2)
-    assert planned.final_positions == pytest.approx([0.1])
+    assert planned.sample(planned.breaks[-1:]).positions[0] == pytest.approx([0.1])
     middle = planned.sample(np.array([0.1]))
     assert middle.accelerations[0, 0] == pytest.approx(-10)
     assert middle.velocities[0, 0] == pytest.approx(0.5)
@@ -33,7 +38,7 @@ def test_without_limits_a_stop_is_short(a: float, j: float) -> None:
     limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([a]), np.array([j]))
     planned = stop(np.zeros(1), np.ones(1), np.zeros(1), limits)
     p_min, p_max, _, _ = stop_extremes(np.zeros(1), np.ones(1), np.zeros(1), limits.accelerations, limits.jerks)
-    assert planned.final_positions == pytest.approx(p_max, abs=1e-9)
+    assert planned.sample(planned.breaks[-1:]).positions[0] == pytest.approx(p_max, abs=1e-9)
     assert p_min == 0
     assert planned.duration <= 0.2 + 1e-6
 
@@ -96,14 +101,14 @@ def test_a_stop_of_whole_ticks_ends_at_rest() -> None:
         assert halt.duration == pytest.approx(2 * half * 0.001, abs=1e-12)
         assert not last.velocities[-1].any()
         assert not last.accelerations[-1].any()
-        assert last.positions[-1] == halt.final_positions
+        assert last.positions[-1] == halt.sample(halt.breaks[-1:]).positions[0]
 
 
 def test_a_stop_that_takes_hours_is_planned() -> None:
     limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([1e3]), np.array([1e-8]))
     planned = stop(np.zeros(1), np.ones(1), np.zeros(1), limits)
     assert planned.duration == pytest.approx(2e4)
-    assert planned.final_positions == pytest.approx([1e4])
+    assert planned.sample(planned.breaks[-1:]).positions[0] == pytest.approx([1e4])
 
 
 def test_a_stop_at_rest_takes_no_time() -> None:
@@ -143,7 +148,7 @@ def test_pieces_join_twice_continuously_and_last_no_time_at_rest() -> None:
             assert np.abs(reached - begun).max() < 1e-9
 
 
-def test_stops_inside_looks_at_position_and_velocity() -> None:
+def test_the_first_stop_looks_at_position_and_velocity() -> None:
     """In every direction a hair decides."""
     limits = Limits(np.array([[-1.0, 1.0]]), np.array([2.0]), np.array([10.0]), np.array([100.0]))
     # From 1 rad/s with A = 10 and J = 100 the way is 0.1 rad; from 2 rad/s² the velocity rises by 2²/2J.
@@ -157,4 +162,5 @@ def test_stops_inside_looks_at_position_and_velocity() -> None:
         (0.0, -1.98 - 1e-8, -2.0, False),
         (1.0, 0.0, 0.0, True),
     ):
-        assert stops_inside(np.array([p]), np.array([v]), np.array([a]), limits)[0] == inside, (p, v, a)
+        state = Samples(np.array([[p]]), np.array([[v]]), np.array([[a]]))
+        assert first_stop(state, limits) == (0 if inside else None), (p, v, a)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from motion.demonstration import Demonstration
-from motion.dmp import Dmp, System, forcing_rows, learn_dmp, moving_goal, phase, quintic
+from motion.dmp import Dmp, System, forcing_rows, learn_dmp, moving_goal, phase
 from motion.dmp_plan import plan_dmp
 from motion.errors import InvalidMotion
 from motion.limits import Limits
@@ -41,7 +41,7 @@ def test_the_forcing_rows_are_normalised_gaussians_times_the_phase():
 def test_the_quintic_meets_its_six_conditions():
     """Position, velocity and no acceleration at both ends, and each row is the derivative of the one before."""
     start, goal, duration = state(0.3, -1.0), state(-1.0, 7.0), 0.8
-    p, v, a = (x[:, 0] for x in quintic(start, goal, duration, S[:, None]))
+    p, v, a = (x[:, 0] for x in moving_goal("polynomial", start, goal, duration, S))
     assert np.allclose((p[0], v[0], a[0], p[-1], v[-1], a[-1]), (0.3, -1, 0, -1, 7, 0))
     assert np.allclose(np.gradient(p, S * duration)[1:-1], v[1:-1], atol=2e-4)
     assert np.allclose(np.gradient(v, S * duration)[1:-1], a[1:-1], atol=2e-3)
@@ -72,8 +72,8 @@ def test_eq_6_gives_the_scaled_demonstration_plus_a_quintic(figure: Primitive):
     slow_start = Boundary(start.positions, start.velocities * duration, start.accelerations)
     slow_goal = Boundary(goal.positions, goal.velocities * duration, goal.accelerations)
     s = np.linspace(0, 1, len(got))
-    difference = quintic(slow_start, slow_goal, 1.0, s[:, None])[0]
-    difference = difference - quintic(figure.start, figure.goal, 1.0, s[:, None])[0]
+    difference = moving_goal("polynomial", slow_start, slow_goal, 1.0, s)[0]
+    difference = difference - moving_goal("polynomial", figure.start, figure.goal, 1.0, s)[0]
     assert np.abs(got - figure.positions(s) - difference).max() < 0.006
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from motion.demonstration import Demonstration
-from motion.dmp import learn_dmp, quintic
+from motion.dmp import learn_dmp, moving_goal
 from motion.primitive import Primitive, learn
 from motion.request import Boundary
 
@@ -27,7 +27,7 @@ def moved(position: float, velocity: float) -> Boundary:
 def strike(velocity: float) -> Demonstration:
     """From rest at 0 to 1 rad at `velocity` by a detour, without acceleration at either end."""
     detour = np.sin(2 * np.pi * S) ** 4 * (1 - S)
-    return Demonstration(S, quintic(REST, moved(1.0, velocity), 1.0, S[:, None])[0] + 0.4 * detour[:, None])
+    return Demonstration(S, moving_goal("polynomial", REST, moved(1.0, velocity), 1.0, S)[0] + 0.4 * detour[:, None])
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from motion.errors import InvalidMotion
 from motion.limits import Limits
 from motion.plan import Plan, plan
 from motion.primitive import Primitive, learn
-from motion.program.places import place_weights
+from motion.program.imitation import place_weights
 from motion.program.problem import PLACE_TIME
 from motion.request import Boundary, MotionRequest, Waypoint
 
@@ -124,15 +124,6 @@ def test_what_is_left_of_a_movement_has_the_weights_of_its_part(plain: Primitive
     further = Boundary(goal.positions + 1, goal.velocities, FREE)
     index, _ = plan_best(primitive, request, [End(goal, left), End(further, left)])
     assert index == 0
-
-
-def test_it_is_kept_on_disk_and_older_primitives_have_none(plain: Primitive) -> None:
-    primitive = spread_by(plain, NARROW, 2 * NARROW)
-    arrays = primitive.to_arrays()
-    assert np.array_equal(Primitive.from_arrays(arrays).spread, primitive.spread)
-    older = Primitive.from_arrays({name: values for name, values in arrays.items() if name != "spread"})
-    assert older.spread.shape == (2, 0)
-    assert place_weights(older, 0.0, 1.0) == ()
 
 
 @pytest.mark.parametrize("spread", [np.ones((1, 5)), np.ones((2, 1)), np.ones((2, 1002)), np.ones(5), np.zeros((2, 5))])

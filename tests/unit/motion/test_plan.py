@@ -405,7 +405,7 @@ def test_follow_through_keeps_the_final_velocity(strike: Primitive, ask: Ask, pa
     assert planned.duration == 1.0
     assert planned.total_duration == pytest.approx(plain.total_duration + 0.1, abs=1.1e-3)
     assert planned.report.extremes["position"][0, 1] == pytest.approx(
-        plain.trajectory.final_positions[0] + 0.3, abs=1e-6
+        plain.trajectory.sample(plain.trajectory.breaks[-1:]).positions[0][0] + 0.3, abs=1e-6
     )
 
 
@@ -599,6 +599,17 @@ def test_no_fastest_end_where_the_arm_cannot_stop(strike: Primitive, ask: Ask, p
     assert refusal.value.min_duration is None
 
 
+def test_a_duration_far_beyond_the_demonstrated_one_is_named(strike: Primitive, ask: Ask) -> None:
+    """The search goes on to the longest plan, not to ten seconds only."""
+    slow = Limits(np.array([[-2.0, 2.0]]), np.array([0.07]), np.array([300.0]), np.array([15000.0]))
+    request = ask(start=(0.0, 0.0), goal=(1.0, 0.0), limits=slow)
+    with pytest.raises(Infeasible) as refusal:
+        plan(strike, request)
+    assert refusal.value.min_duration is not None
+    assert 14 < refusal.value.min_duration < 60
+    assert plan(strike, replace(request, duration=refusal.value.min_duration)).report.certified
+
+
 def test_impossible_at_any_duration(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
     outward = Waypoint(0.5, np.array([2.0]), np.array([1.0]))
     with pytest.raises(Infeasible) as refusal:
@@ -652,7 +663,7 @@ def test_equalities_that_are_missed_are_no_plan(
 def test_work_is_bounded_and_the_verdict_the_same_each_time(moves: Primitive) -> None:
     """Six joints, fast waypoints, tight jerk: a request that could go on for long is answered, always alike."""
     rng = np.random.default_rng(5)
-    six = replace(moves, control_points=np.repeat(moves.control_points, 6, axis=0))
+    six = replace(moves, control_points=np.repeat(moves.control_points, 6, axis=0), spread=np.empty((6, 0)))
     still, free = np.zeros(6), np.full(6, np.nan)
     limits = Limits(np.array([[-2.0, 2.0]] * 6), np.full(6, 1.0), np.full(6, 2.0), np.full(6, 8.0))
     through = tuple(Waypoint(2.0 + 2 * k, rng.uniform(-1.5, 1.5, 6), free) for k in range(8))

@@ -37,7 +37,7 @@ def test_the_fit_is_the_penalised_one(order: int) -> None:
     else:
         penalty = derivative.T @ splines.gram(count - order, 5 - order) @ derivative
     wanted = np.linalg.solve(design.T @ design + weight * penalty, design.T @ POSITIONS)
-    smoother = Smoother.of(condense(S, POSITIONS, count), order)
+    smoother = Smoother(condense(S, POSITIONS, count), order)
     for joint in range(2):
         found = smoother.control_points(joint, weight)
         assert np.allclose(design @ found, design @ wanted[:, joint], atol=1e-6)
@@ -45,7 +45,7 @@ def test_the_fit_is_the_penalised_one(order: int) -> None:
 
 @pytest.mark.parametrize("order", [2, 4, 6])
 def test_the_largest_weight_leaves_a_polynomial(order: int) -> None:
-    smoother = Smoother.of(condense(S, POSITIONS, 40), order)
+    smoother = Smoother(condense(S, POSITIONS, 40), order)
     wanted = np.polyval(np.polyfit(S, POSITIONS[:, 0], order - 1), S)
     found = splines.rows(40, 5, S) @ smoother.control_points(0, 1e6 * smoother.singular[0] ** 2)
     assert np.allclose(found, wanted, atol=1e-6)
@@ -59,14 +59,14 @@ def test_the_standard_error_is_that_of_the_dense_problem() -> None:
     design = splines.rows(count, 5, S)
     covariance = np.linalg.inv(design.T @ design + weight * penalty)
     wanted = np.sqrt(np.trace(second @ covariance @ second.T @ splines.gram(count - 2, 3)))
-    assert Smoother.of(condense(S, POSITIONS, count), 2).acceleration_error(weight) == pytest.approx(wanted, rel=1e-6)
+    assert Smoother(condense(S, POSITIONS, count), 2).acceleration_error(weight) == pytest.approx(wanted, rel=1e-6)
 
 
 def test_equal_errors_of_neighbours_count_once() -> None:
     """Each sample of a line written down ten times makes it no better known: its noise is not fitted."""
     s = np.linspace(0, 1, 1000)
     steps = np.repeat(1e-2 * np.random.default_rng(3).standard_normal(100), 10)
-    smoother = Smoother.of(condense(s, (s + steps)[:, None], 52), 4)
+    smoother = Smoother(condense(s, (s + steps)[:, None], 52), 4)
     once, all_of_them = smoother.choose(0, 10.0), smoother.choose(0)
     assert once[0] > 1e3 * all_of_them[0]
     assert np.sqrt(once[1]) == pytest.approx(1e-2, rel=0.2)

@@ -79,4 +79,4 @@ def test_a_follow_through_keeps_the_final_velocity(figure: Primitive, ask, paper
     assert np.allclose(after.velocities, 3.0)
     assert not after.accelerations.any()
     rest = stop(np.array([0.8]), np.array([3.0]), np.zeros(1), paper_limits)
-    assert made.samples().positions[-1, 0] == pytest.approx(rest.final_positions[0], abs=1e-9)
+    assert made.samples().positions[-1, 0] == pytest.approx(rest.sample(rest.breaks[-1:]).positions[0][0], abs=1e-9)

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from scipy.integrate import simpson
+from scipy.interpolate import BSpline
 
 from motion import splines
-from motion.program.curves import curves_of, curves_of_pieces, extremes
+from motion.program.curves import curves_along, curves_of, extremes, trajectory_of
 from motion.program.space import make_hull, make_space
 
 S = np.linspace(0, 1, 20_001)
@@ -25,7 +26,7 @@ def test_whitened_weights_measure_the_cost(count: int, stiffness: float) -> None
     space = make_space(count, stiffness)
     w = np.random.default_rng(1).normal(size=count)
     x = np.concatenate([space.whitened(w[None])[0], [0.0, 0.0]])
-    assert space.weights(x[None])[0] == pytest.approx(w, abs=1e-10)
+    assert space.weights(x[None, :-2])[0] == pytest.approx(w, abs=1e-10)
     position, acceleration = (space.rows_at(k, S) @ x for k in (0, 2))
     cost = simpson(acceleration**2 + stiffness**4 * position**2, x=S)
     assert x[:-2] @ x[:-2] == pytest.approx(cost, rel=1e-9)
@@ -35,7 +36,7 @@ def test_whitened_weights_measure_the_cost(count: int, stiffness: float) -> None
 def test_rows_are_positions_and_their_derivatives(count: int) -> None:
     space = make_space(count, 2.0)
     x = np.random.default_rng(2).normal(size=count + 2)
-    acceleration = splines.rows(count, 3, S) @ space.weights(x[None])[0]
+    acceleration = splines.rows(count, 3, S) @ space.weights(x[None, :-2])[0]
     assert space.rows_at(2, S) @ x == pytest.approx(acceleration, abs=1e-12 * np.abs(acceleration).max())
     for quantity in (0, 1, 2):
         values, slopes = space.rows_at(quantity, S) @ x, space.rows_at(quantity + 1, S) @ x
@@ -89,7 +90,7 @@ def test_extremes_are_those_of_the_curve(seed: int) -> None:
     points[2] = splines.greville(30, 5)
     points[3] = -np.abs(np.arange(30) - 14.5)
     curves = curves_of(points)
-    found = extremes(curves) * 75.0 ** np.arange(4)[:, None]
+    found = extremes(curves, 1.0)
     fine = np.linspace(0, 1, 100_001)
     for quantity in range(4):
         curve = splines.derivative(points, fine, quantity)
@@ -100,5 +101,19 @@ def test_extremes_are_those_of_the_curve(seed: int) -> None:
         assert np.all(np.abs(high - curve.max(axis=0)) < 2e-6 * scale + rounding)
         assert np.all(low > curve.min(axis=0) - 1e-7 * scale - rounding)
         assert np.all(high < curve.max(axis=0) + 1e-7 * scale + rounding)
-    assert curves == pytest.approx(curves_of_pieces(splines.pieces(points) * 25.0 ** -np.arange(6)), abs=1e-12)
+    assert curves == pytest.approx(curves_along(trajectory_of(curves, 1.0)), abs=1e-12)
     assert curves[:, 0] == pytest.approx(splines.derivative(points, np.linspace(0, 1, 76), 0).T, abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [7, 22, 52, 402])
+def test_trajectories_are_scipys_polynomials(count: int) -> None:
+    """On both sides of every knot, in any duration."""
+    points = np.random.default_rng(count).normal(size=(3, count))
+    trajectory = trajectory_of(curves_of(points), 2.5)
+    assert trajectory.coefficients.shape == (count - 5, 3, 6)
+    curve = BSpline(splines.knots(count, 5), points.T, 5)
+    s = np.linspace(0, 1, 7 * (count - 5) + 1)
+    s = np.concatenate([s, s[1:] - 1e-12])
+    for order, values in enumerate(trajectory.derivatives(2.5 * s, 5)):
+        exact = curve(s, order) / 2.5**order
+        assert np.abs(values - exact).max() < (1e-11, 1e-7)[order == 4] * np.abs(exact).max(), order

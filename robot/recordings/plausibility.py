@@ -1,16 +1,21 @@
 """Whether a recording can be of this arm, in sentences with a guess at the cause."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 import scipy
 
+from motion import splines
 from motion.demonstration import Demonstration
 from motion.limits import Limits
 from motion.primitive import Primitive
 
 FAST = 10.0
 """Times a velocity limit: no joint moves like that."""
+
+ORDERS = 1, 2, 3
+"""Derivatives of position that have limits: velocity, acceleration, jerk."""
 
 OUTSIDE = 0.02
 """rad: an arm may be calibrated, or pushed, this far outside its range."""
@@ -50,8 +55,10 @@ def too_fast(demonstration: Demonstration, primitive: Primitive, limits: Limits,
     """A sentence where the movement is faster than FAST times a velocity limit."""
     s = np.linspace(0, 1, 4 * primitive.basis_count + 1)
     speeds = np.abs(primitive.sample(s).velocities)
-    steps = _steps(demonstration, primitive)
-    fastest = np.maximum(speeds.max(axis=0), steps)
+    steps = np.diff(demonstration.times)
+    moved = np.abs(np.diff(demonstration.positions, axis=0)) - 6 * primitive.noise_estimate
+    between = np.max(moved / np.maximum(steps, np.median(steps))[:, None], axis=0)
+    fastest = np.maximum(speeds.max(axis=0), between)
     shares = fastest / limits.velocities
     joint = int(shares.argmax())
     if shares[joint] > FAST:
@@ -59,6 +66,27 @@ def too_fast(demonstration: Demonstration, primitive: Primitive, limits: Limits,
             f"{names[joint]} moves at {fastest[joint]:.3g} rad/s, {shares[joint]:.3g} times its limit; "
             "check the units of positions and times"
         )
+
+
+def beyond_limits(primitive: Primitive, limits: Limits, names: Sequence[str]) -> Iterator[str]:
+    """A sentence where the movement passes limits in its own duration, with the shortest one in which it does not.
+
+    A movement that is `too_fast` passes without a sentence: its units are wrong.
+    """
+    s = np.linspace(0, 1, 4 * primitive.basis_count + 1)
+    peaks = [np.abs(splines.derivative(primitive.control_points, s, order)).max(axis=0) for order in ORDERS]
+    bounds = limits.velocities, limits.accelerations, limits.jerks
+    durations = [(peak / bound) ** (1 / n) for n, peak, bound in zip(ORDERS, peaks, bounds, strict=True)]
+    shortest, duration = float(np.max(durations)), primitive.duration
+    if shortest <= duration or durations[0].max() > FAST * duration:
+        return
+    order, joint = divmod(int(np.argmax(durations)), len(names))
+    share = (shortest / duration) ** ORDERS[order]
+    yield (
+        f"in {duration:.4g} s the movement passes limits of the arm ({names[joint]} reaches {share:.3g} times its "
+        f"{('velocity', 'acceleration', 'jerk')[order]} limit), and a motion leaves its places there; with a duration "
+        f"of {math.ceil(100 * shortest) / 100:g} s or more it keeps them"
+    )
 
 
 def jumps(demonstration: Demonstration, names: Sequence[str]) -> Iterator[str]:
@@ -84,13 +112,6 @@ def garbled(demonstration: Demonstration) -> Iterator[str]:
     sizes = halves[halves > 0]
     if np.count_nonzero(halves[:, 0]) > len(halves) / 2 and np.mean((sizes > LEAST) & (sizes < MOST)) > NEARLY_ALL:
         yield "the matrix makes sense when it is read as float32; it must be float64 (8 bytes a number)"
-
-
-def _steps(demonstration: Demonstration, primitive: Primitive) -> np.ndarray:
-    """Largest speed (J,), rad/s, between two samples, beyond their noise."""
-    steps = np.diff(demonstration.times)
-    moved = np.abs(np.diff(demonstration.positions, axis=0)) - 6 * primitive.noise_estimate
-    return np.max(moved / np.maximum(steps, np.median(steps))[:, None], axis=0)
 
 
 def _excess(positions: np.ndarray, ranges: np.ndarray) -> np.ndarray:

@@ -7,9 +7,10 @@ from scipy.special import stdtrit
 
 from motion.demonstration import Demonstration
 from motion.limits import Limits
-from motion.plausibility import garbled, jumps, outside, too_fast
 from motion.primitive import Primitive
+from motion.request import MIN_PLACE_TIME
 from motion.smoothing import run_length
+from robot.recordings.plausibility import beyond_limits, garbled, jumps, outside, too_fast
 
 PLACE_SHARE, PLACE_FLOOR = 0.01, 0.005
 """Distance between a motion and its demonstration that is worth a sentence: part of the joint's range, or rad."""
@@ -41,6 +42,7 @@ def warnings_of(demonstration: Demonstration, primitive: Primitive, limits: Limi
         *jumps(demonstration, names),
         *outside(demonstration, limits, names),
         *too_fast(demonstration, primitive, limits, names),
+        *beyond_limits(primitive, limits, names),
         *moving_ends(demonstration, primitive, names),
         *gaps(demonstration, primitive),
         *not_followed(demonstration, primitive, names),
@@ -58,7 +60,8 @@ def moving_ends(demonstration: Demonstration, primitive: Primitive, names: Seque
         if shift[joint] > tolerance[joint]:
             yield (
                 f"the demonstration {verb} moving: {names[joint]} at {boundary.velocities[joint]:.3g} rad/s; "
-                f"a {end} at rest shifts the motion by up to {shift[joint]:.2g} rad on the way"
+                f"a {end} at rest shifts the motion by up to {shift[joint]:.2g} rad on the way, or, with a "
+                f"place_time of {MIN_PLACE_TIME:g} s, only near it"
             )
 
 
@@ -102,7 +105,9 @@ def not_followed(demonstration: Demonstration, primitive: Primitive, names: Sequ
     width = max(1, len(s) // (2 * (primitive.basis_count - 3)))
     sums = np.cumsum(np.pad(beside, ((1, 0), (0, 0))), axis=0)
     beside = np.abs(sums[width:] - sums[:-width]).max(axis=0) / width
-    tolerance = np.maximum(_tolerance(primitive), 2 * _sample_noise(demonstration.positions))
+    # What differs from sample to sample is noise: its standard deviation by the median of the second differences.
+    noise = np.median(np.abs(np.diff(demonstration.positions, n=2, axis=0)), axis=0) / 0.6745 / np.sqrt(6)
+    tolerance = np.maximum(_tolerance(primitive), 2 * noise)
     for joint in np.flatnonzero(beside > tolerance).tolist():
         yield (
             f"{names[joint]} cannot be followed: the spline passes {primitive.position_max[joint]:.2g} rad beside its "
@@ -114,8 +119,3 @@ def _tolerance(primitive: Primitive) -> np.ndarray:
     """Distance (J,), rad, that is worth a sentence."""
     positions = primitive.positions(np.linspace(0, 1, 1001))
     return np.maximum(PLACE_SHARE * np.ptp(positions, axis=0), PLACE_FLOOR)
-
-
-def _sample_noise(positions: np.ndarray) -> np.ndarray:
-    """Standard deviation (J,), rad, of what differs from sample to sample: from second differences, by their median."""
-    return np.median(np.abs(np.diff(positions, n=2, axis=0)), axis=0) / 0.6745 / np.sqrt(6)

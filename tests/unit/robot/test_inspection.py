@@ -1,12 +1,14 @@
 """What is said of a recording."""
 
+import re
+
 import numpy as np
 import pytest
 
 from motion.demonstration import Demonstration
-from motion.inspection import warnings_of
 from motion.limits import Limits
 from motion.primitive import learn
+from robot.recordings.inspection import warnings_of
 from tests.unit.motion.recordings import handwriting, minimum_jerk
 
 TIMES = np.linspace(0, 2, 401)
@@ -35,7 +37,7 @@ def test_a_start_and_an_end_that_move() -> None:
     assert begins.startswith("the demonstration begins moving: shoulder at 0.4")
     (ends,) = said(TIMES[:-200], REACH[:-200])
     assert ends.startswith("the demonstration ends moving: shoulder at 0.7")
-    assert ends.endswith("rad on the way")
+    assert ends.endswith("rad on the way, or, with a place_time of 0.05 s, only near it")
 
 
 def test_degrees() -> None:
@@ -66,6 +68,20 @@ def test_a_place_outside_without_a_guess() -> None:
 def test_times_in_another_unit() -> None:
     (fast,) = said(TIMES / 100, REACH)
     assert fast.endswith("times its limit; check the units of positions and times")
+
+
+def test_limits_that_its_own_duration_passes() -> None:
+    """In the duration that the sentence gives nothing is said any more, and in a little less it is."""
+    accelerations = np.array([50.0, 50.0, 1.0])
+    limits = Limits(LIMITS.positions, LIMITS.velocities, accelerations, LIMITS.jerks)
+    (sentence,) = said(TIMES, REACH, limits)
+    assert sentence.startswith(
+        "in 2 s the movement passes limits of the arm (wrist reaches 5.92 times its acceleration"
+    )
+    longer = float(re.search(r"duration of ([\d.]+) s or more", sentence)[1])  # type: ignore[index]
+    assert longer == pytest.approx(2 * np.sqrt(0.2 * 3 * np.pi**2), rel=0.01)
+    assert said(longer / 2 * TIMES, REACH, limits) == []
+    assert said(0.99 * longer / 2 * TIMES, REACH, limits) != []
 
 
 def test_single_precision() -> None:
