@@ -124,10 +124,10 @@ def check_robot_name(name: str) -> None:
     Raises:
         ValueError: it cannot.
     """
-    if not all(name.split("/")) or set(name) & set("*$?#"):
+    if {"", ".", ".."} & set(name.split("/")) or set(name) & set("*$?#") or not name.isprintable():
         raise ValueError(
             f"name: {name!r} cannot be a part of a key; it needs at least one character, none of * $ ? #, "
-            "and a / only between others"
+            "a / only between others, and no . or .. alone, because its library is a directory of that name"
         )
 
 

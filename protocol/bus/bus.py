@@ -199,12 +199,7 @@ class Bus:
         self.session.get(self.key(topic.key), handler, payload=encode(request), encoding=ENCODING, timeout=wait)
 
     def read(self, topic: Query[RequestT, ReplyT], reply: zenoh.Reply | None) -> ReplyT:
-        """Return the message in a reply, None where there was no reply.
-
-        Raises:
-            Refusal: the owner refused.
-            NoAnswer: there is no owner, or it is silent.
-        """
+        """Return the message in a reply, None where there was no reply, or raise as `ask` does."""
         if reply is not None and reply.ok is not None:
             return decode(reply.ok.payload.to_bytes(), topic.reply, max_bytes=1 << 26)
         if reply is not None and reply.err is not None:

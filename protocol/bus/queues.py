@@ -32,6 +32,11 @@ class Inbox(Generic[Item]):
             self._wake()
         return True
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing waits."""
+        return self._queue.empty()
+
     def take(self, timeout: float | None = 0.0) -> Item | None:
         """Return the oldest item, waiting up to `timeout` s for one (None: without limit), or None."""
         if timeout == 0.0 and self._queue.empty():

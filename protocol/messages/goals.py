@@ -103,7 +103,8 @@ class Goal(Request, kw_only=True):
             the goal's own refusal has `alternatives: [code, …]`
         duration: from the start, rounded up to a tick; without it and `arrival_time`: that of the demonstration
         arrival_time: on the robot's clock, to the nearest tick; not together with `duration`
-        fastest: the shortest duration inside the limits; not with `duration` or `arrival_time`
+        fastest: the shortest duration that is found inside the limits; not with `duration`, `arrival_time`,
+            `waypoints` or `alternatives`
         revises: correct the motion of this goal_id, or of any later correction of it: imitate what is left of the
             demonstration. Without `duration` and `arrival_time` the hit keeps its time. Refused as `unknown_goal` if
             that motion is not under way, `late` if its hit has passed when this one begins, `superseded` if another
@@ -117,7 +118,7 @@ class Goal(Request, kw_only=True):
         waypoints: at least 0.01 of the duration from each other and from the ends
         limits: tighter than the robot's own; where both have a limit, the tighter one holds
         tolerance: largest error at the hit; where it is larger the outcome is `missed`. null: the robot's own
-        rest_fraction: final part of the duration with exactly zero acceleration, 0 ≤ ρ < 1; `accelerations` must then
+        rest_fraction: final part of the duration with exactly zero acceleration, 0 to 0.99; `accelerations` must then
             be null or 0
         place_time: s of the demonstration, at least 0.05: keep the demonstrated positions, except within about this
             time of an end that differs; null: spread the difference over the whole motion
@@ -127,7 +128,8 @@ class Goal(Request, kw_only=True):
         tail: after the goal: stop inside the limits, or coast on with the final velocity (only with `plan_only`)
         method: the quadratic program on splines (`qp`), the same on Gaussians as in the paper (`gaussian`), or the
             movement primitive that both are compared with (`dmp`). The limits of the last two are checked on their
-            samples only; `dmp` takes no waypoints, `rest_fraction`, `accelerations` or `start.accelerations`
+            samples only, and they take no `alternatives`, `fastest`, `revises`, `place_time` or `follow_through`; `dmp`
+            takes no waypoints, `rest_fraction`, `accelerations` or `start.accelerations` either
         plan_only: plan and reply, but do not move
         include_trajectory: include the samples in the reply
         preempt: replace a motion that is under way; false: refuse the goal as `busy` while there is one

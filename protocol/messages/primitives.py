@@ -7,7 +7,7 @@ from msgspec import Meta, Struct, field
 from protocol.messages.base import MAX_JOINTS, Message, Names, Number, Point, Request, Vector
 
 Samples = Annotated[list[Annotated[Vector, Meta(max_length=MAX_JOINTS)]], Meta(max_length=1_000_000)]
-"""Of a demonstration. Up to ten times too many are decoded, so that the planner can explain the refusal."""
+"""Samples of a demonstration. Up to ten times too many are decoded, so that the planner can explain the refusal."""
 
 
 class SavitzkyGolay(Struct, forbid_unknown_fields=True, kw_only=True):
@@ -31,7 +31,7 @@ class Learn(Request, kw_only=True):
         joint_count: columns of the matrix
         joint_names: of the columns, in their order: those of the arm, in any order. Null: the arm's own, in its order
         rate: samples per second; this or `times`
-        times: of the samples, s, rising
+        times: of the samples, s, not falling; of samples with one time the mean is learned
         smoothing: auto (a penalised spline, its penalty chosen by the noise), none, or this filter
         replace: overwrite a primitive of this name
         spread: standard deviation of several recordings around this one, their mean, rad: 2 to 1001 rows at even times,

@@ -84,8 +84,8 @@ class Report(Struct, kw_only=True):
         active: the limits that shape the plan
         certified: the limits of positions, velocities, accelerations and jerks hold at all times, between samples
             included; it says nothing of collisions and torques
-        checked: how much of the goal's `checks` was done: `part` of a correction whose time ran out, its nearest future
-            first; `none` where the goal asks for none
+        checked: how much of the goal's `checks` was done: `none` where the goal asks for none; `part` only by earlier
+            planners, of a correction whose time ran out
         torque_use: largest part of each joint's torque limit over the motion and its stop, null where it has none; null
             as a whole where it was not checked
         clearance: null where it was not checked, or nothing can collide

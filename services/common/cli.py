@@ -1,8 +1,11 @@
 """Command lines: the flags that all services share, and those of each service that `python -m services` hands on."""
 
 import errno
+import itertools
+import os
 import socket
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -25,6 +28,9 @@ EXPOSED = (
 )
 MISUSED = 2
 """Exit status where a file or a command line cannot be meant."""
+OWN_PORTS = range(20_000, 30_000)
+"""Linux gives none of these to a program that asks for any port: what is found free still is when it is bound."""
+_counter = itertools.count(os.getpid() * 61)  # processes that choose at the same time begin at different ports
 LIBRARIES = Path.home() / ".local" / "share" / "volley" / "library"
 """Where each robot's library is by default, in a directory of the robot's name."""
 
@@ -58,13 +64,17 @@ class Options:
 
 def free_port(preferred: int = 0) -> int:
     """Return `preferred`, or where somebody listens there another port of loopback that is free."""
+    others = (OWN_PORTS[count % len(OWN_PORTS)] for count in _counter)
+    return next(port for port in itertools.chain([preferred] if preferred else [], others) if _is_free(port))
+
+
+def _is_free(port: int) -> bool:
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind(("127.0.0.1", preferred))
-        except OSError:
-            probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+        with suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return True
+    return False
 
 
 def free_endpoint() -> str:

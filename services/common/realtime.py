@@ -4,10 +4,12 @@ import contextlib
 import ctypes
 import gc
 import os
+import platform
 import signal
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,6 +20,16 @@ EXIT_TAKEN = 3
 
 SPIN_NS = 30_000
 """Busy-wait the last 30 µs: shorter adds jitter, longer takes time from processes on this core."""
+PROMPT_NICE, STEADY_NICE, POLITE_NICE = -10, -5, 5
+"""Niceness of what answers in time, of what must not fall behind, and what is added without the right to these."""
+PROMPT_PRIORITY, RECEIVING_PRIORITY = 1, 2
+"""Of SCHED_FIFO, below the loops of sim and controller: for what computes, and for threads that only receive."""
+PROMPT_SWITCH_S = 5e-4
+"""How long a thread that computes lets one wait that receives: the planner knows the time by when a status came."""
+PROMPT_SLICE_NS = 100_000
+"""The shortest slice that Linux grants."""
+SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
+"""Number of the system call, for which the C library has no function."""
 PR_SET_TIMERSLACK = 29
 MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
 
@@ -125,10 +137,104 @@ def may_be_real_time() -> bool:
     return True
 
 
-def become_polite() -> None:
-    """Lower this process's priority, in favour of the real-time loops."""
+class _SchedulingAttributes(ctypes.Structure):
+    """`struct sched_attr` of Linux, its first version."""
+
+    _fields_ = (
+        ("size", ctypes.c_uint32),
+        ("policy", ctypes.c_uint32),
+        ("flags", ctypes.c_uint64),
+        ("nice", ctypes.c_int32),
+        ("priority", ctypes.c_uint32),
+        ("runtime", ctypes.c_uint64),
+        ("deadline", ctypes.c_uint64),
+        ("period", ctypes.c_uint64),
+    )
+
+
+def become_prompt() -> None:
+    """Ask to run at once when a message comes, also while others compute; call it before the bus is opened.
+
+    Threads inherit it. With a short slice Linux 6.12 and later interrupts another process for this one.
+    """
+    sys.setswitchinterval(PROMPT_SWITCH_S)
+    become_nice(PROMPT_NICE)
+    _share_promptly()
+
+
+def _share_promptly() -> None:
+    """Give the calling thread the ordinary policy, with its niceness and a short slice."""
+    number = SCHED_SETATTR.get(platform.machine())
+    if number is None:
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    else:
+        attributes = _SchedulingAttributes(nice=os.getpriority(os.PRIO_PROCESS, 0), runtime=PROMPT_SLICE_NS)
+        attributes.size = ctypes.sizeof(attributes)
+        ctypes.CDLL(None).syscall(ctypes.c_long(number), 0, ctypes.byref(attributes), 0)
+
+
+@contextlib.contextmanager
+def receivers() -> Iterator[None]:
+    """Give threads that start inside, as those that call subscribers back do, SCHED_FIFO where it is granted."""
     with contextlib.suppress(OSError):
-        os.nice(5)
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(RECEIVING_PRIORITY))
+    try:
+        yield
+    finally:
+        _share_promptly()
+
+
+class Urgency:
+    """Puts the calling thread of a prompt process before all ordinary ones, while it keeps up with its messages.
+
+    One that is behind shares its core again, so that a flood of requests leaves the others their part of it. Where
+    SCHED_FIFO is not granted nothing changes. Threads and processes that it starts inherit what it has then.
+    """
+
+    def __init__(self) -> None:
+        self._is_first = False
+
+    def update(self, keeps_up: bool) -> None:
+        """Come first from now on, or share."""
+        if keeps_up == self._is_first:
+            return
+        self._is_first = keeps_up
+        if keeps_up:
+            with contextlib.suppress(OSError):
+                os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PROMPT_PRIORITY))
+        else:
+            _share_promptly()
+
+
+def become_nice(niceness: int) -> None:
+    """Take a niceness; negative: before ordinary processes, which have 0.
+
+    Where that is not granted the loops of sim and controller are probably ordinary too: then come after them, in this
+    session alone. A session that is nice would starve beside the other programs of the machine.
+    """
+    with contextlib.suppress(OSError):
+        if os.getpriority(os.PRIO_PROCESS, 0) != niceness:
+            try:
+                os.setpriority(os.PRIO_PROCESS, 0, niceness)
+            except PermissionError:
+                os.nice(POLITE_NICE)
+                return
+        # Linux shares a core among sessions first, and the supervisor starts each service in a session of its own.
+        if os.getsid(0) == os.getpid():
+            Path("/proc/self/autogroup").write_text(str(niceness))
+
+
+def receive_first() -> None:
+    """Give every thread but the calling one SCHED_FIFO, so that Zenoh receives at once; call it once the bus is open.
+
+    For planners and strikers, and for a program that follows 1 kHz streams on the clock `paced`: their publishers wait
+    for it. It has the priority of its terminal; without this, robot time slows down, and replies, which come after
+    streams, time out. Where it is not granted nothing changes.
+    """
+    for thread in (int(task.name) for task in Path("/proc/self/task").iterdir()):
+        if thread != threading.get_native_id():
+            with contextlib.suppress(OSError):
+                os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(RECEIVING_PRIORITY))
 
 
 def freeze_garbage() -> None:

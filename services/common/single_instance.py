@@ -5,6 +5,7 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from enum import IntEnum
 from hashlib import sha256
 
@@ -33,38 +34,27 @@ class Outcome(IntEnum):
     TAKEN = EXIT_TAKEN
 
 
+@dataclass(frozen=True, slots=True)
 class SingleInstance:
-    """A service of which only one process at a time may run on the bus of a robot."""
+    """A service of which only one process at a time may run on the bus of a robot.
 
-    def __init__(
-        self,
-        service: str,
-        options: Options,
-        robot: str,
-        log: logging.Logger,
-        *,
-        hosts: bool = False,
-        beside: Sequence[str] = (),
-        timeouts: SessionTimeouts = SERVICE,
-    ) -> None:
-        """Prepare.
+    Attributes:
+        service: Its name on the bus.
+        options: Where the bus is.
+        robot: Name of the robot, where the options have none.
+        log: Receives the reason where it ends before its time.
+        hosts: Whether it hosts the bus where the options name no endpoint to join.
+        beside: Names of further robots of the bus whose place it takes too.
+        timeouts: When the other end of its session takes it for lost.
+    """
 
-        Args:
-            service: Its name on the bus.
-            options: Where the bus is.
-            robot: Name of the robot, where the options have none.
-            log: Receives the reason where it ends before its time.
-            hosts: Whether it hosts the bus where the options name no endpoint to join.
-            beside: Names of further robots of the bus whose place it takes too.
-            timeouts: When the other end of its session takes it for lost.
-        """
-        self._service = service
-        self._options = options
-        self._robot = options.robot or robot
-        self._log = log
-        self._hosts = hosts
-        self._beside = beside
-        self._timeouts = timeouts
+    service: str
+    options: Options
+    robot: str
+    log: logging.Logger
+    hosts: bool = field(default=False, kw_only=True)
+    beside: Sequence[str] = field(default=(), kw_only=True)
+    timeouts: SessionTimeouts = field(default=SERVICE, kw_only=True)
 
     def run(self, serve: Callable[[Bus], object], stopping: threading.Event) -> Outcome:
         """Open the bus, claim the place, `serve` until that returns, and close the bus.
@@ -83,7 +73,7 @@ class SingleInstance:
 
     def _serve(self, bus: Bus, serve: Callable[[Bus], object], stopping: threading.Event) -> Outcome:
         displaced = threading.Event()
-        places = [bus, *(Bus(bus.session, robot) for robot in self._beside)]
+        places = [bus, *(Bus(bus.session, robot) for robot in self.beside)]
 
         def look_for_rival() -> None:
             if any(self._is_displaced(place, stopping) for place in places):
@@ -93,37 +83,37 @@ class SingleInstance:
         bus.on_return(look_for_rival)
         try:
             for place in places:
-                if place.is_alive(self._service) or not place.claim(self._service):
+                if place.is_alive(self.service) or not place.claim(self.service):
                     return self._taken(robot=place.robot)
         except NoAnswer as silence:
-            self._log.error("%s; start again", silence)
+            self.log.error("%s; start again", silence)
             return Outcome.FAILED
         serve(bus)
         return self._taken("; this one had lost its session, and ends") if displaced.is_set() else Outcome.ENDED
 
     def _open(self, stopping: threading.Event) -> Bus | Outcome:
         """Open the bus, or log why that is not possible."""
-        where = " ".join(self._options.connect) or self._options.zenoh_config or DEFAULT_ENDPOINT
+        where = " ".join(self.options.connect) or self.options.zenoh_config or DEFAULT_ENDPOINT
         waiting = threading.Event()
 
         def give_up() -> bool:
             if not waiting.is_set():
                 waiting.set()
-                self._log.info("nobody hosts the bus at %s yet; waiting", where)
+                self.log.info("nobody hosts the bus at %s yet; waiting", where)
             return stopping.is_set()
 
         try:
-            return open_bus(self._options, self._robot, self._hosts, give_up, self._timeouts)
+            return open_bus(self.options, self.robot, self.hosts, give_up, self.timeouts)
         except SystemExit as exposed:
-            self._log.error("%s", exposed)
+            self.log.error("%s", exposed)
         except zenoh.ZError as error:
             if stopping.is_set():
                 return Outcome.ENDED
-            self._log.error("cannot open the bus: %s", error)
+            self.log.error("cannot open the bus: %s", error)
         return Outcome.FAILED
 
     def _taken(self, consequence: str = "", robot: str = "") -> Outcome:
-        self._log.error("another %s serves robot %s on this bus%s", self._service, robot or self._robot, consequence)
+        self.log.error("another %s serves robot %s on this bus%s", self.service, robot or self._name, consequence)
         return Outcome.TAKEN
 
     def _is_displaced(self, bus: Bus, stopping: threading.Event) -> bool:
@@ -135,20 +125,24 @@ class SingleInstance:
             if stopping.wait(wait_s):
                 return False
             with contextlib.suppress(NoAnswer, zenoh.ZError):  # lost once more, stalled, or closed
-                if bus.rivals(self._service) and not stopping.wait(CLAIM_PERIOD_S) and bus.rivals(self._service):
+                if bus.rivals(self.service) and not stopping.wait(CLAIM_PERIOD_S) and bus.rivals(self.service):
                     return True
         return False
 
+    @property
+    def _name(self) -> str:
+        return self.options.robot or self.robot
+
     def _hosted_names(self) -> list[str]:
         """Name what this process alone may be on this machine: this service at each endpoint on which it hosts."""
-        options = self._options
-        if not self._hosts or options.connect:
+        options = self.options
+        if not self.hosts or options.connect:
             return []
         configured: list[str] = []
         with contextlib.suppress(zenoh.ZError):  # invalid; logged when the bus is opened
             configured = listening(session_config((), (), options.zenoh_config))
         endpoints = options.listen or configured or (DEFAULT_ENDPOINT,)
-        return [f"{self._service} of {self._robot} at {endpoint}" for endpoint in endpoints]
+        return [f"{self.service} of {self._name} at {endpoint}" for endpoint in endpoints]
 
 
 @contextlib.contextmanager

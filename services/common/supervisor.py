@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Self
 
@@ -51,24 +52,14 @@ def command_lines(
 def _command_line(
     process: Process, options: Options, endpoints: Sequence[str], flags: Mapping[str, object], hosting: bool
 ) -> list[str]:
-    line = [sys.executable, "-m", process.module, "--robot-config", str(options.robot_config.resolve())]
-    line += ["--listen" if hosting else "--connect", *endpoints, "--log", options.log]
-    if options.robot:
-        line += ["--robot", options.robot]
-    if options.zenoh_config:
-        line += ["--zenoh-config", str(options.zenoh_config)]
-    if options.loop_core is not None:
-        line += ["--loop-core", str(options.loop_core)]
-    if options.insecure:
-        line.append("--insecure")
-    for name in process.flags:
-        value, flag = flags.get(name), f"--{name.replace('_', '-')}"
-        if value is True:
-            line.append(flag)
-        elif isinstance(value, tuple):
-            line += [flag, *map(str, value)] if value else []
-        elif value is not None and value is not False:
-            line += [flag, str(value)]
+    reach = {"listen": endpoints if hosting else (), "connect": () if hosting else endpoints}
+    common = asdict(options) | reach | {"robot_config": options.robot_config.resolve()}
+    line = [sys.executable, "-m", process.module]
+    for name, value in {**common, **{name: flags.get(name) for name in process.flags}}.items():
+        if value is None or value is False or value == ():
+            continue
+        words = value if isinstance(value, tuple) else () if value is True else (value,)
+        line += [f"--{name.replace('_', '-')}", *map(str, words)]
     return line
 
 

@@ -12,7 +12,7 @@ from protocol.bus.bus import Bus
 from robot.description import RobotConfig
 from robot.shipped import DEMONSTRATIONS
 from services.common import realtime
-from services.common.cli import LIBRARIES, Common, Options, PlannerFlags
+from services.common.cli import LIBRARIES, MISUSED, Common, Options, PlannerFlags
 from services.common.single_instance import SingleInstance
 from services.common.startup import start_beside_loops
 from services.planner.core import Planner
@@ -31,28 +31,30 @@ class Flags:
 
 
 def main() -> None:
-    """Run until SIGTERM or Ctrl-C.
-
-    Raises:
-        SystemExit: with the `Outcome` of the instance.
-    """
+    """Run until SIGTERM or Ctrl-C, and exit with the `Outcome` of the instance."""
     flags = tyro.cli(Flags)
     log, stopping, config = start_beside_loops("planner", flags.common)
     robot = flags.common.robot or config.name
-    library = Library(flags.own.library or LIBRARIES / robot, Arm(robot, config.joint_names), log)
-    if library.is_new:
-        learn_shipped(library, config, log)
-        if flags.own.library is None:
-            take_over(library, LIBRARIES, robot, log)
+    directory = flags.own.library or LIBRARIES / robot
+    try:
+        library = Library(directory, Arm(robot, config.joint_names), log)
+        if library.is_new:
+            learn_shipped(library, config, log)
+            if flags.own.library is None:
+                take_over(library, LIBRARIES, robot, log)
+    except OSError as error:
+        log.error("the library %s cannot be used: %s; name another directory with --library", directory, error.strerror)
+        raise SystemExit(MISUSED) from None
     lead = LeadTime(config.tick, flags.own.lead)
 
     def serve(bus: Bus) -> None:
-        realtime.become_polite()
         planner = Planner(bus, config, library, lead, log)
         planner.warm_up()
         realtime.freeze_garbage()
+        realtime.receive_first()
         Loop(bus, planner, library, config, lead, log).serve(stopping)
 
+    realtime.become_prompt()
     raise SystemExit(SingleInstance("planner", flags.common, config.name, log).run(serve, stopping))
 
 

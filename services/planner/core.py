@@ -1,7 +1,6 @@
 """The planner's requests: primitives, forget, goal."""
 
 import logging
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,6 +15,7 @@ from protocol.bus.bus import Bus, Publisher
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
 from services.planner.corrections import Corrections
+from services.planner.foresight import Foresight
 from services.planner.goal_checks import check_goal
 from services.planner.goals import Origin, origin_of
 from services.planner.idempotency import ReplyCache
@@ -26,9 +26,6 @@ from services.planner.refusals import not_executed
 from services.planner.scene import Scene
 from services.planner.solving import ELSEWHERE, Made, Solver, Steps, effort_of
 from services.planner.warm_up import warm_up
-
-HANDOVER_S = 0.004
-"""From the end of a plan's check until the controller has it."""
 
 
 class Planner:
@@ -46,6 +43,8 @@ class Planner:
         self._scene = Scene(bus, config, self._solver.motions)
         log.info(str(self._solver.motions.clearance))
         self._corrections = Corrections()
+        self._foresight = Foresight(config)
+        self.receive_status = self._foresight.receive
         self._replies = ReplyCache()
         self._turns = count(1)
         self._newest = 0
@@ -149,24 +148,26 @@ class Planner:
         """
         for last in (False, True):
             self._check_newest(goal_id, turn)
-            began = time.monotonic()
-            deadline = self._deadline(goal, again=last)
             origin = self._origin(goal, self._reference_of(goal, again=last))
-            made = yield from self._solver.solve(goal, primitive, origin, deadline)
+            began = time.monotonic()
+            made = yield from self._solver.solve(goal, primitive, origin)
             self._check_newest(goal_id, turn)
             if self._scene.look():  # another robot began a motion while this one was planned
-                made = self._solver.checked(made, goal, deadline)
+                made = self._solver.checked(made, goal)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
+            late = False
             try:
                 self._execute(executed_message(made, goal, goal_id, self._config, stamps))
             except Refusal as refusal:
+                self._foresight.forget()
+                late = refusal.code == "late"
                 overtaken = refusal.code == "superseded" and refusal.detail.get("cause") == "plan"
-                if last or not (refusal.code == "late" or overtaken):
+                if last or not (late or overtaken):
                     raise
                 self._log.warning("goal %s: %s", goal_id, refusal, extra={"goal_id": goal_id, "code": refusal.code})
                 continue
             finally:
-                self._lead.note(time.monotonic() - began, effort_of(goal))
+                self._lead.note(time.monotonic() - began, effort_of(goal), late)
             self._newest = turn
             self._note_played(goal, goal_id, made)
             sampled = partial(sampled_message, made, goal, goal_id, self._config, stamps)
@@ -185,6 +186,7 @@ class Planner:
         phase = made.plan.report.phase
         posture = made.plan.request.goal.positions.tolist()
         self._corrections.note(goal, goal_id, made.origin.time, made.plan.duration, phase, posture)
+        self._foresight.note(goal_id, made.origin.time, made.origin.epoch, made.plan)
         what = f"corrects {goal.revises} at phase {phase:.3f}, " if goal.revises else ""
         solved = goal_id, goal.primitive, what, made.plan.duration, made.solve_ms
         self._log.info("goal %s: %s, %s%.3f s, solved in %.1f ms", *solved, extra={"goal_id": goal_id})
@@ -193,7 +195,14 @@ class Planner:
         return origin_of(goal, reference, self._corrections, self._config)
 
     def _reference_of(self, goal: m.Goal, again: bool) -> m.Reference | None:
-        """Return the reference from which a goal begins; that of a correction lies in the motion that it corrects."""
+        """Return the reference from which a goal begins; that of a correction lies in the motion that it corrects.
+
+        Where it is known, the controller is asked only `again`, after a plan that was late or superseded.
+        """
+        if goal.revises is not None and not again and not self._lead.stepped:
+            foreseen = self._foresight.reference(self._lead.seconds(kind=effort_of(goal)))
+            if foreseen is not None:
+                return foreseen
         reference = self._reference(self._ask_reference(goal, again), optional=False)
         ahead = self._corrections.until_begin(goal, reference) if reference else 0.0
         return self._reference(self._ask_reference(goal, again, ahead), optional=False) if ahead > 0 else reference
@@ -201,12 +210,6 @@ class Planner:
     def _ask_reference(self, goal: m.Goal, again: bool, ahead: float = 0.0) -> Callable[[], m.Reference]:
         lead = self._lead.seconds(again, effort_of(goal)) + ahead
         return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=lead))
-
-    def _deadline(self, goal: m.Goal, again: bool) -> float:
-        """Return until when (`time.perf_counter`) a plan may be checked: a correction must not come late for that."""
-        if goal.revises is None or self._lead.stepped:
-            return math.inf
-        return time.perf_counter() + self._lead.seconds(again, effort_of(goal)) - HANDOVER_S
 
     def _reference(self, answer: Callable[[], m.Reference], optional: bool) -> m.Reference | None:
         try:

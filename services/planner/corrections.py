@@ -1,4 +1,4 @@
-"""Motions that the planner had played, so that a goal can correct one that is under way."""
+"""Motions that the planner sent to the controller, so that a goal can correct one that is under way."""
 
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -78,7 +78,7 @@ class Corrections:
             return None
         revised = self._played.get(goal.revises)
         if revised is None:
-            sentence = f"goal {goal.revises!r} is none that this planner had played; send the goal without `revises`"
+            sentence = f"this planner has sent no motion of goal {goal.revises!r}; send the goal without `revises`"
             raise Refusal("unknown_goal", sentence, goal_id=goal.revises)
         if revised.primitive != goal.primitive:
             sentence = f"goal {goal.revises!r} plays {revised.primitive!r}; a correction must play the same primitive"

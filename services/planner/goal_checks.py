@@ -11,9 +11,9 @@ from robot.description import RobotConfig
 
 MAX_FOLLOW_THROUGH_S = 0.5
 SHORTEST, LONGEST = 1e-6, 1e6
-"""Of a direction or a quaternion, which are scaled to a length of 1."""
+"""Allowed length of a direction or a quaternion, which is then scaled to 1."""
 LARGEST = 1e4
-"""m, m/s or rad/s, of a tool: more is no arm's."""
+"""Largest coordinate of a tool's goal, m, m/s or rad/s: no arm reaches more."""
 
 
 def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:

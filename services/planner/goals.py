@@ -69,7 +69,7 @@ def ends(goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Orig
     """
     own, joints = request.goal, config.joint_count
     found = [End(own, request.duration)]
-    for end in goal.alternatives:
+    for index, end in enumerate(goal.alternatives):
         boundary = Boundary(
             own.positions if end.positions is None else _vector(end.positions, joints, "positions"),
             own.velocities if end.velocities is None else _vector(end.velocities, joints, "velocities"),
@@ -77,7 +77,7 @@ def ends(goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Orig
         )
         duration = request.duration
         if end.arrival_time is not None:
-            duration = _duration_until(end.arrival_time, goal, config, origin)
+            duration = _duration_until(end.arrival_time, goal, config, origin, f"alternatives[{index}].arrival_time")
         elif end.duration is not None:
             duration = _whole_ticks(end.duration, config)
         found.append(End(boundary, duration))
@@ -155,14 +155,16 @@ def _whole_ticks(duration: float, config: RobotConfig) -> float:
     return math.ceil(duration * config.rate_hz - ROUNDING) / config.rate_hz
 
 
-def _duration_until(arrival_time: float, goal: m.Goal, config: RobotConfig, origin: Origin) -> float:
-    """From the origin to a time on the robot's clock, to the nearest tick."""
+def _duration_until(
+    arrival_time: float, goal: m.Goal, config: RobotConfig, origin: Origin, field: str = "arrival_time"
+) -> float:
+    """From the origin to a time on the robot's clock, to the nearest tick; `field` is where the time stands."""
     left = arrival_time - origin.time
     if left > MAX_PLAN_S + config.tick / 2:
-        sentence = f"arrival_time {arrival_time} s lies more than {MAX_PLAN_S} s ahead of {origin.time:.3f} s"
-        raise Refusal("invalid_goal", sentence, field="arrival_time")
+        sentence = f"{field} {arrival_time} s lies more than {MAX_PLAN_S} s ahead of {origin.time:.3f} s"
+        raise Refusal("invalid_goal", sentence, field=field)
     if left <= config.tick / 2:
-        sentence = f"arrival_time {arrival_time} s has passed: the motion can begin at {origin.time:.3f} s"
+        sentence = f"{field} {arrival_time} s has passed: the motion can begin at {origin.time:.3f} s"
         raise Refusal("late", sentence, goal_id=goal.goal_id)
     return round(left * config.rate_hz) / config.rate_hz
 

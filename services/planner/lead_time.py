@@ -7,15 +7,18 @@ UNKNOWN_PLANNING_S = 0.025
 UNKNOWN_GAUSSIAN_S = 0.3
 UNKNOWN_TOOL_S = 0.06
 UNKNOWN_CORRECTION_S = 0.015
+SECOND_TRY, SECOND_CORRECTION = 2.0, 1.5
+"""The lead after a late plan, in parts of what that took, if no other took longer: a correction must soon be there."""
 
 
 class LeadTime:
-    """The lead of the next plan: the 90th percentile of recent planning times of its kind plus two ticks.
+    """The lead of the next plan: the second longest of the last 50 planning times of its kind plus a tick.
 
-    The two bus hops (about 2 ms) are included though they need no lead, so few of the remaining tenth are late. A late
-    plan moves nothing and is planned again with the lead of the slowest, at least twice its own time. Before anything
-    was measured, and for the first ten plans, 25 ms (300 ms for "gaussian", 60 ms for "tool", 15 ms for "correction")
-    count as one that was.
+    A planning time lasts from the answer with the reference to the answer with the acceptance. Both take the same way
+    back, so this is the time from the one tick of the controller to the other. A late plan moves nothing and is planned
+    again with the lead of the slowest, at least twice its own time, 1.5 times for a correction. Before anything was
+    measured, and for the first ten plans, 25 ms (300 ms for "gaussian", 60 ms for "tool", 15 ms for "correction") count
+    as one that was.
     `fixed` (s) overrides. In stepped time nothing is late, and the lead is 20 ticks.
     """
 
@@ -23,11 +26,13 @@ class LeadTime:
         self.stepped = False
         self._stepped_lead = STEPPED_LEAD_TICKS * tick
         self._fixed = fixed
-        self._margin = 2 * tick
+        self._margin = tick
         self._took: defaultdict[str, deque[float]] = defaultdict(lambda: deque([UNKNOWN_PLANNING_S], maxlen=50))
         self._took["gaussian"] = deque([UNKNOWN_GAUSSIAN_S], maxlen=50)
         self._took["tool"] = deque([UNKNOWN_TOOL_S], maxlen=50)
         self._took["correction"] = deque([UNKNOWN_CORRECTION_S], maxlen=50)
+        self._given: dict[str, float] = {}
+        self._newest: dict[str, float] = {}
 
     def seconds(self, again: bool = False, kind: str = "qp") -> float:
         """Return the lead of the next plan; `again` after one that came late."""
@@ -37,9 +42,17 @@ class LeadTime:
             return self._fixed
         took = sorted(self._took[kind])
         if again:
-            return self._margin + max(took[-1], 2 * self._took[kind][-1])
-        return self._margin + took[9 * len(took) // 10]
+            own = self._newest.get(kind, 0.0) * (SECOND_CORRECTION if kind == "correction" else SECOND_TRY)
+            lead = self._margin + max(took[-1], own)
+        else:
+            lead = self._margin + took[-2 if len(took) > 10 else -1]
+        self._given[kind] = lead
+        return lead
 
-    def note(self, seconds: float, kind: str = "qp") -> None:
-        """Note what a plan took from its reference to its acceptance or refusal."""
-        self._took[kind].append(seconds)
+    def note(self, seconds: float, kind: str = "qp", late: bool = False) -> None:
+        """Note what a plan took from its reference to its acceptance or refusal.
+
+        What was `late` took at least the lead that it had: where the robot's time was foreseen, it was later.
+        """
+        self._newest[kind] = seconds
+        self._took[kind].append(max(seconds, self._given.get(kind, 0.0)) if late else seconds)

@@ -15,13 +15,13 @@ from protocol.codec import bad_message, matrix
 AskedSmoothing = Literal["auto", "none"] | m.SavitzkyGolay
 
 MAX_POSITION = 1e4
-"""rad or m; numbers beyond it are no joint's, and their squares would overflow."""
+"""Largest joint position, rad or m; the squares of larger numbers would overflow."""
 
 DURATION_RANGE = 0.01, 3600.0
-"""Of a demonstration, s."""
+"""Shortest and longest demonstration, s."""
 
 MAX_ORDER = 10
-"""Of the smoothing polynomial; beyond it the fit is ill-conditioned."""
+"""Largest order of the smoothing polynomial; beyond it the fit is ill-conditioned."""
 
 MAX_SAMPLES = 100_000
 """Samples of a demonstration: 100 s at 1 kHz, or a minute and more of a slower arm."""
@@ -38,7 +38,7 @@ def demonstration_of(request: m.Learn, names: Sequence[str]) -> Demonstration:
         sentence = f"positions has {len(positions)} samples; at most {MAX_SAMPLES} are taken, so send every nth"
         raise bad_message("positions", sentence)
     try:
-        return Demonstration(_times(request, len(positions)), positions)
+        return Demonstration(*_one_at_a_time(_times(request, len(positions)), positions))
     except InvalidMotion as error:
         raise bad_message(error.field, str(error)) from None
 
@@ -179,3 +179,13 @@ def _times(request: m.Learn, samples: int) -> np.ndarray:
         sentence = f"times run from {request.times[0]} to {request.times[-1]} s; {shortest} s to {longest} s are taken"
         raise bad_message("times", sentence)
     return np.array(request.times, dtype=float)
+
+
+def _one_at_a_time(times: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and positions with the mean of the samples that have one time; where times run backwards all."""
+    steps = np.diff(times, prepend=-np.inf)
+    if (steps > 0).all() or (steps < 0).any():
+        return times, positions
+    first = np.flatnonzero(steps)
+    counts = np.diff(first, append=len(times))
+    return times[first], np.add.reduceat(positions, first) / counts[:, None]

@@ -11,17 +11,17 @@ from pathlib import Path
 
 import numpy as np
 
-from motion.gaussian_archive import is_gaussian
 from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import bad_message
 from protocol.errors import Refusal
+from services.planner.archive import from_arrays, is_gaussian, to_arrays
 
 SHOWN = 80
-"""Characters of a name that are shown of one that cannot be."""
+"""Characters of a refused name that are shown."""
 
 MAX_PRIMITIVES = 256
-"""Of a library: each stays in memory."""
+"""Largest number of primitives: all of them stay in memory."""
 
 LISTED = 10
 """Names in the sentence that refuses an unknown one."""
@@ -59,7 +59,8 @@ class Library:
     """All primitives of an arm's directory, kept in memory.
 
     `is_new`: the directory was made just now. Files that cannot be read are left alone and reported. Those of another
-    arm are listed, and refused when they are to be played.
+    arm are listed, and refused when they are to be played. Whatever writes raises Refusal, `unavailable`, where the
+    disk refuses; nothing has changed then.
     """
 
     def __init__(self, directory: Path, arm: Arm, log: logging.Logger) -> None:
@@ -98,10 +99,8 @@ class Library:
         except KeyError:
             first, rest = sorted(self._primitives)[:LISTED], len(self._primitives) - LISTED
             there = ", ".join(first) + (f" and {rest} more" if rest > 0 else "") or "none yet; send one to `learn`"
-            asked = name[:SHOWN]
-            raise Refusal(
-                "unknown_primitive", f"there is no primitive {asked!r}; there is {there}", name=asked
-            ) from None
+            sentence = f"there is no primitive {name[:SHOWN]!r}; there is {there}"
+            raise Refusal("unknown_primitive", sentence, name=name[:SHOWN]) from None
 
     def playable(self, name: str) -> Primitive:
         """Return the primitive called `name`, which this arm can play.
@@ -125,11 +124,11 @@ class Library:
             Refusal: `bad_message` for a malformed name or a full library, `exists` for a name in use.
         """
         if not _NAME.fullmatch(name):
-            raise bad_message(
-                "name", f"name {name[:SHOWN]!r} must be 1 to 64 letters, digits, - or _, not starting with - or _"
-            )
+            sentence = f"name {name[:SHOWN]!r} must be 1 to 64 letters, digits, - or _, not starting with - or _"
+            raise bad_message("name", sentence)
         if name in self._primitives and not replace:
-            raise Refusal("exists", f"there is a primitive {name!r}; send replace: true to learn it again", name=name)
+            sentence = f"there is a primitive {name!r}; take another name, or send replace: true (--replace)"
+            raise Refusal("exists", sentence, name=name)
         if name not in self._primitives and len(self._primitives) >= MAX_PRIMITIVES:
             sentence = f"the library has {MAX_PRIMITIVES} primitives, as many as it takes; forget one first"
             raise bad_message("name", sentence)
@@ -138,28 +137,17 @@ class Library:
         """Write `primitive`, learned on this arm now, to disk beside the library, for `keep`.
 
         In any thread, one call at a time.
-
-        Raises:
-            Refusal: `unavailable` where it cannot be written.
         """
         return self._write(name, Kept(primitive, time.time(), self._arm))
 
     def keep(self, written: Written) -> None:
-        """Let the library have what `write` has written; it survives a power cut from the next `sync` on.
-
-        Raises:
-            Refusal: `unavailable` where it cannot be written.
-        """
+        """Let the library have what `write` has written; it survives a power cut from the next `sync` on."""
         with self._writing(f"{written.name}.npz") as path:
             written.temporary.replace(path)
         self._primitives[written.name] = written.kept
 
     def sync(self) -> None:
-        """Make new and removed names survive a power cut.
-
-        Raises:
-            Refusal: `unavailable` where they may not.
-        """
+        """Make new and removed names survive a power cut."""
         with self._writing("") as directory:
             descriptor = os.open(directory, os.O_RDONLY)
             try:
@@ -168,11 +156,7 @@ class Library:
                 os.close(descriptor)
 
     def put(self, name: str, primitive: Primitive) -> None:
-        """Keep `primitive` as `name`, on disk before this returns.
-
-        Raises:
-            Refusal: `unavailable` where it cannot be written.
-        """
+        """Keep `primitive` as `name`, on disk before this returns."""
         self.keep(self.write(name, primitive))
         self.sync()
 
@@ -180,18 +164,16 @@ class Library:
         """Copy a primitive of this arm from another library, on disk before this returns.
 
         Raises:
-            Refusal: `unavailable` where it cannot be written.
             Exception: the file is no primitive; any, since zipfile and numpy raise whatever they like.
         """
-        kept = replace(self._read(path), arm=self._arm)
-        self.keep(self._write(path.stem, kept))
+        self.keep(self._write(path.stem, replace(self._read(path), arm=self._arm)))
         self.sync()
 
     def remove(self, name: str) -> None:
         """Forget the primitive called `name`.
 
         Raises:
-            Refusal: `unknown_primitive`, or `unavailable` where it cannot be removed.
+            Refusal: `unknown_primitive`.
         """
         self.get(name)
         with self._writing(f"{name}.npz") as path:
@@ -201,7 +183,7 @@ class Library:
 
     @contextmanager
     def _writing(self, name: str) -> Iterator[Path]:
-        """Give the path of a file; where the disk refuses, raise a Refusal that says so."""
+        """Give the path of a file to write."""
         try:
             yield self._directory / name
         except OSError as error:
@@ -217,7 +199,7 @@ class Library:
     def _write(self, name: str, kept: Kept) -> Written:
         arm = {"robot": kept.arm.robot, "joint_names": np.array(kept.arm.joint_names, dtype=np.str_)}
         with self._writing(f".{name}.tmp") as temporary, temporary.open("wb") as file:
-            np.savez(file, created=kept.created, **arm, **kept.primitive.to_arrays())  # type: ignore[arg-type]
+            np.savez(file, created=kept.created, **arm, **to_arrays(kept.primitive))  # type: ignore[arg-type]
             file.flush()
             os.fsync(file.fileno())
         return Written(name, kept, temporary)
@@ -228,7 +210,7 @@ class Library:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {key: archive[key] for key in archive}
         arm = Arm(str(arrays.get("robot", "")), tuple(arrays.get("joint_names", np.array([], dtype=np.str_)).tolist()))
-        kept = Kept(Primitive.from_arrays(arrays), float(arrays["created"]), arm)
+        kept = Kept(from_arrays(arrays), float(arrays["created"]), arm)
         if is_gaussian(arrays) and path.parent == self._directory:  # so that it is converted only once
             with suppress(Refusal):  # a library that cannot be written can be read
                 self.keep(self._write(path.stem, kept))

@@ -20,6 +20,7 @@ from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
+from services.common.realtime import Urgency, receivers
 from services.common.refusing import refusing
 from services.common.stray_puts import StrayPuts
 from services.planner.core import Planner
@@ -51,7 +52,7 @@ class Loop:
     """Answers the planner's requests.
 
     What takes longer than 50 ms is computed in processes of their own: demonstrations are learned, and goals of the
-    method "gaussian" planned, while the loop serves others. `_repeated`: by id of the goals on their way, requests of
+    method "gaussian" planned, while the loop serves others. repeated: by id of the goals on their way, requests of
     the same id.
     """
 
@@ -66,22 +67,28 @@ class Loop:
         self.inbox: Inbox[Any] = Inbox()  # of requests, and calls of the worker threads
         worker = Worker("learn", config.limits, config.joint_names, log)
         self._learner = Learner(library, worker, planner.keep, self.inbox, log)
-        self._plan_worker = Worker("plan", config.limits, config.joint_names, log)
-        self._planning = WorkerThread(self._plan_worker, self.inbox, log)
-        self._repeated: dict[str, list[PendingQuery]] = {}
+        self.plan_worker = Worker("plan", config.limits, config.joint_names, log)
+        self._planning = WorkerThread(self.plan_worker, self.inbox, log)
+        self.repeated: dict[str, list[PendingQuery]] = {}
 
     def serve(self, stopping: threading.Event) -> None:
         """Answer requests one at a time until `stopping` is set."""
         arm_appeared = threading.Event()
-        watch, stray_puts = ControllerWatch(self._bus, self._log), StrayPuts(self._bus, self._log)
-        for query in topics.QUERIES:
-            if query.owner == "planner":
-                self._bus.serve(UNREAD_LEARN if query is topics.LEARN else query, self.inbox)
-        self._bus.announce("planner")
-        self._bus.watch_alive(
-            topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else arm_appeared.clear()
-        )
+        with receivers():
+            watch, stray_puts = (
+                ControllerWatch(self._bus, self._log, self._planner.receive_status),
+                StrayPuts(self._bus, self._log),
+            )
+            for query in topics.QUERIES:
+                if query.owner == "planner":
+                    self._bus.serve(UNREAD_LEARN if query is topics.LEARN else query, self.inbox)
+            self._bus.announce("planner")
+            self._bus.watch_alive(
+                topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else arm_appeared.clear()
+            )
+        urgency = Urgency()
         while not stopping.is_set():
+            urgency.update(keeps_up=self.inbox.is_empty)
             item = self.inbox.take(0.1)
             watch.look(time.monotonic())
             stray_puts.warn()
@@ -134,8 +141,8 @@ class Loop:
 
     def _begin(self, asking: PendingQuery, goal: m.Goal) -> None:
         """Answer a goal at once, or begin to have it planned elsewhere."""
-        if goal.goal_id in self._repeated:  # on its way: answered alike when that is answered
-            self._repeated[goal.goal_id].append(asking)
+        if goal.goal_id in self.repeated:  # on its way: answered alike when that is answered
+            self.repeated[goal.goal_id].append(asking)
             return
         # Cut, for an id may be refused for its length.
         goal_id = (goal.goal_id or uuid.uuid4().hex)[: topics.MAX_ID]
@@ -143,7 +150,7 @@ class Loop:
         if self._go_on(going, lambda: next(going.steps)):
             with self._refusing(asking, goal, goal_id):
                 self._planning.submit(lambda: self._plan_elsewhere(going))
-                self._repeated[goal_id] = []
+                self.repeated[goal_id] = []
 
     def _go_on(self, going: Going, step: Callable[[], Task | None]) -> bool:
         """Take a goal's next step; return whether it has another, whose `task` must be planned first."""
@@ -154,18 +161,18 @@ class Loop:
                 pass
             else:
                 return True
-        for repeated in self._repeated.pop(going.goal_id, []):
+        for repeated in self.repeated.pop(going.goal_id, []):
             self.answer(repeated)
         return False
 
     def _plan_elsewhere(self, going: Going) -> None:
         """Plan a goal in the process for it; in that process' thread."""
-        self._plan_worker.start()  # the motion's begin is chosen when everything is ready
+        self.plan_worker.start()  # the motion's begin is chosen when everything is ready
         step: Callable[[], Task | None] = partial(next, going.steps)
         while self._planning.in_loop(partial(self._go_on, going, step)):
             assert going.task is not None
             try:
-                step = partial(going.steps.send, self._plan_worker.plan(going.task))
+                step = partial(going.steps.send, self.plan_worker.plan(going.task))
             except Refusal as refusal:
                 step = partial(going.steps.throw, refusal)
 

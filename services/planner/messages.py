@@ -25,7 +25,7 @@ ROUNDING = 1e-9
 _FIELDS = {"positions": "position", "velocities": "velocity", "accelerations": "acceleration", "jerks": "jerk"}
 
 SAMPLED_S = 20.0
-"""Of a longer motion every nth sample is sent: at most as many as this time has ticks."""
+"""Longest motion, s, that is sent with a sample a tick; of a longer one every nth sample is sent."""
 
 
 def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:

@@ -3,45 +3,35 @@
 from collections.abc import Sequence
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
-from protocol.errors import Refusal
+from protocol.errors import CODES, Refusal
+from robot.conversions import collision_refusal
 from robot.motion_check import Collides
 from robot.tool_target import Unreachable
 from robot.torque_check import TorqueExceeded
+
+KINDS: dict[type[MotionError], tuple[str, ...]] = {
+    LimitExceeded: ("limit",),
+    TorqueExceeded: ("limit", "time_from_start", "min_duration"),
+    Infeasible: ("infeasible",),
+    CannotStop: ("cannot_stop",),
+    OutOfTime: ("solver_failed", "min_duration"),
+    SolverFailed: ("solver_failed",),
+}
+"""The code of each kind of error, and details beside those that the code has; the first kind that fits counts."""
 
 
 def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
     """Return the refusal that says what `error` says, joints by `names`."""
     if isinstance(error, InvalidMotion):
         return invalid(error)
-    index = getattr(error, "joint", 0)
-    joint = names[index]
-    sentence = str(error).replace(f"joint {index}", joint, 1)
-    match error:
-        case LimitExceeded():
-            detail = {"quantity": error.quantity, "value": error.value, "bound": error.bound}
-            return Refusal("limit", sentence, joint=joint, **detail)
-        case TorqueExceeded():
-            detail = {"quantity": "torque", "value": error.value, "bound": error.bound, "time_from_start": error.time}
-            return Refusal("limit", sentence, joint=joint, **detail, min_duration=error.min_duration)
-        case Collides():
-            where = {"body": error.body, "other": error.other, "time_from_start": error.time}
-            return Refusal("collision", sentence, **where, distance=error.distance)
-        case Infeasible():
-            return Refusal(
-                "infeasible",
-                sentence,
-                joint=joint,
-                quantity=error.quantity,
-                time_from_start=error.time,
-                min_duration=error.min_duration,
-                waypoint_times=error.waypoint_times,
-            )
-        case CannotStop():
-            return Refusal("cannot_stop", sentence, joint=joint, max_velocity=error.max_velocity)
-        case OutOfTime():
-            return Refusal("solver_failed", sentence, joint=joint, status=error.status, min_duration=error.min_duration)
-        case SolverFailed():
-            return Refusal("solver_failed", sentence, joint=joint, status=error.status)
+    if isinstance(error, Collides):
+        return collision_refusal(error)
+    for kind, (code, *more) in KINDS.items():
+        if isinstance(error, kind):
+            index = getattr(error, "joint", 0)
+            known = {**vars(error), "joint": names[index], "time_from_start": getattr(error, "time", None)}
+            sentence = str(error).replace(f"joint {index}", names[index], 1)
+            return Refusal(code, sentence, **{name: known[name] for name in (*CODES[code], *more)})
     raise error
 
 

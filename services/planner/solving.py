@@ -89,10 +89,8 @@ class Solver:
         """Forget the rows of a primitive that is no longer what it was."""
         self._warm.pop(primitive, None)
 
-    def solve(self, goal: m.Goal, primitive: Primitive, origin: Origin, deadline: float = math.inf) -> Steps[Made]:
+    def solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> Steps[Made]:
         """Plan `goal`; `check_goal` has passed.
-
-        Beyond the `deadline` (of `time.perf_counter`) the rest of a plan is not checked for collisions and torques.
 
         Raises:
             Refusal: what stands in its way.
@@ -101,7 +99,7 @@ class Solver:
         if is_in_tool_space(goal):
             goal, whose = self._tool_space.in_joint_space(goal, primitive, origin)
         request = motion_request(goal, primitive, self._config, origin)
-        case = _Case(goal, primitive, request, origin, self._verifier(goal, origin, deadline))
+        case = _Case(goal, primitive, request, origin, self._verifier(goal, origin))
         began, alternative = time.perf_counter(), 0
         try:
             if goal.method == "qp":
@@ -113,21 +111,21 @@ class Solver:
         solve_ms = (time.perf_counter() - began) * 1e3
         return Made(made, whose[alternative], origin, solve_ms, case.verify.findings)
 
-    def checked(self, made: Made, goal: m.Goal, deadline: float) -> Made:
+    def checked(self, made: Made, goal: m.Goal) -> Made:
         """Check a plan of `goal` in space once more, where the scene has changed.
 
         Raises:
             Refusal: it collides now.
         """
-        verify = self._verifier(goal, made.origin, deadline)
+        verify = self._verifier(goal, made.origin)
         try:
             verify(made.plan)
         except MotionError as error:
             raise refusal_of(error, self._config.joint_names) from None
         return replace(made, findings=verify.findings)
 
-    def _verifier(self, goal: m.Goal, origin: Origin, deadline: float) -> Verifier:
-        return Verifier(self.motions, goal, None if goal.start is not None else origin.time, deadline)
+    def _verifier(self, goal: m.Goal, origin: Origin) -> Verifier:
+        return Verifier(self.motions, goal, None if goal.start is not None else origin.time)
 
     def _sampled(self, case: _Case) -> Steps[SampledPlan]:
         """The plan of the methods whose limits are checked on samples; one that is only looked at may pass them."""

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from motion.errors import InvalidMotion
+from motion.limits import Limits
 from motion.primitive import Primitive
 from protocol import messages as m
 from robot.description import RobotConfig
@@ -71,15 +72,13 @@ class ToolSpace:
             raise invalid(error) from None
         whose = list(range(1 + len(goal.alternatives)))
         if goal.tool is not None:
-            found = self._ends(goal.tool, primitive, origin, limits.positions, limits.velocities)
+            found = self._ends(goal.tool, primitive, origin, limits)
             offered = found if goal.method == "qp" and not goal.fastest else found[:1]
             goal, whose = _in_postures(goal, offered)
-        waypoints = self._waypoints(goal, primitive, origin, limits.positions, limits.velocities)
+        waypoints = self._waypoints(goal, primitive, origin, limits)
         return replace(goal, waypoints=waypoints), whose
 
-    def _ends(
-        self, tool: m.ToolGoal, primitive: Primitive, origin: Origin, ranges: np.ndarray, limits: np.ndarray
-    ) -> list[_End]:
+    def _ends(self, tool: m.ToolGoal, primitive: Primitive, origin: Origin, limits: Limits) -> list[_End]:
         """Return the ends that a goal can have: of a correction the one near the posture that it corrects."""
         start, correction = origin.boundary.positions, origin.correction
         if correction is not None:
@@ -87,16 +86,10 @@ class ToolSpace:
         else:
             seed = start + primitive.goal.positions - primitive.start.positions
         seeds = [seed, start, primitive.goal.positions, self._config.home]
-        return self._found_ends(tool, "", seeds, ranges, limits, only_near=correction is not None)
+        return self._found_ends(tool, "", seeds, limits, only_near=correction is not None)
 
     def _found_ends(
-        self,
-        tool: m.ToolGoal,
-        field: str,
-        seeds: Sequence[np.ndarray],
-        ranges: np.ndarray,
-        limits: np.ndarray,
-        only_near: bool,
+        self, tool: m.ToolGoal, field: str, seeds: Sequence[np.ndarray], limits: Limits, only_near: bool
     ) -> list[_End]:
         """Return postures with their velocities; with `only_near` the one near the first seed if there is one.
 
@@ -105,15 +98,15 @@ class ToolSpace:
         """
         target = target_of(tool)
         if only_near:
-            near = self.kinematics.nearby(target, ranges, seeds[0])
-            ends, _ = self._moving(target, [] if near is None else [near], limits)
+            near = self.kinematics.nearby(target, limits.positions, seeds[0])
+            ends, _ = self._moving(target, [] if near is None else [near], limits.velocities)
             if ends:
                 return ends
         try:
-            postures = self.kinematics.postures(target, ranges, seeds)
+            postures = self.kinematics.postures(target, limits.positions, seeds)
         except Unreachable as error:
             raise unreachable(error, field) from None
-        ends, errors = self._moving(target, postures, limits)
+        ends, errors = self._moving(target, postures, limits.velocities)
         if not ends:
             raise unreachable(errors[0], field)
         return ends
@@ -131,9 +124,7 @@ class ToolSpace:
                 errors.append(error)
         return ends, errors
 
-    def _waypoints(
-        self, goal: m.Goal, primitive: Primitive, origin: Origin, ranges: np.ndarray, limits: np.ndarray
-    ) -> list[m.Waypoint]:
+    def _waypoints(self, goal: m.Goal, primitive: Primitive, origin: Origin, limits: Limits) -> list[m.Waypoint]:
         """Return the waypoints in joint space: near the imitated motion, as start, end and waypoints before move it."""
         if not any(waypoint.tool is not None for waypoint in goal.waypoints):
             return goal.waypoints
@@ -154,7 +145,7 @@ class ToolSpace:
             times = sorted(knots)
             moved = [np.interp(time, times, column) for column in np.array([knots[t] for t in times]).T]
             seeds = [imitated(time) + moved, origin.boundary.positions, end, self._config.home]
-            at, *_ = self._found_ends(waypoint.tool, f"waypoints[{index}].", seeds, ranges, limits, only_near=True)
+            at, *_ = self._found_ends(waypoint.tool, f"waypoints[{index}].", seeds, limits, only_near=True)
             knots[time] = at.positions - imitated(time)
             moves = waypoint.tool.velocity is not None or waypoint.tool.angular_velocity is not None
             velocities = at.velocities.tolist() if moves else None

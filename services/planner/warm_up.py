@@ -17,7 +17,7 @@ from services.planner.solving import Made
 
 ROUNDS = 10
 SHARE = 0.95
-"""Of the acceleration that the motion would like to have: so limits shape it."""
+"""Acceleration limit as a part of the acceleration of the motion without limits, so that limits shape it."""
 
 
 def warm_up(primitive: Primitive, config: RobotConfig) -> Plan:

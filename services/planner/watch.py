@@ -1,6 +1,7 @@
 """What the planner logs of the controller: that it fell silent, came back, or is in a fault."""
 
 import logging
+from collections.abc import Callable
 
 from protocol import messages as m
 from protocol import topics
@@ -14,8 +15,10 @@ SILENT_S = topics.STATUS.max_age_s or 0.5
 class ControllerWatch:
     """Receives every `status`; `look`, called often, logs what has changed since."""
 
-    def __init__(self, bus: Bus, log: logging.Logger) -> None:
+    def __init__(self, bus: Bus, log: logging.Logger, pass_on: Callable[[m.Status], object]) -> None:
+        """`pass_on` is given each status as it comes, in a thread of Zenoh's."""
         self._log = log
+        self._pass_on = pass_on
         self._newest: m.Status | None = None
         self._heard_s = 0.0
         self._there = False
@@ -24,9 +27,11 @@ class ControllerWatch:
 
     def _hear(self, body: bytes) -> None:
         try:
-            self._newest = decode(body, m.Status)
+            status = decode(body, m.Status)
         except Refusal:
             return  # Noise is no sign of life, and must not take a status' place.
+        self._newest = status
+        self._pass_on(status)
 
     def look(self, now_s: float) -> None:
         """Log what changed by `now_s`, on any clock that does not jump."""

@@ -7,7 +7,6 @@ process ends with the planner, however that ends.
 
 import contextlib
 import ctypes
-import os
 import pickle
 import signal
 import sys
@@ -19,7 +18,6 @@ from typing import Any
 
 from motion.errors import MotionError
 from motion.gaussian import SAFETY_MARGIN, plan_gaussian
-from motion.inspection import warnings_of
 from motion.limits import Limits
 from motion.primitive import Primitive
 from motion.request import MotionRequest
@@ -28,13 +26,14 @@ from protocol import messages as m
 from protocol.codec import decode
 from protocol.errors import Refusal
 from protocol.topics import LEARN
+from robot.recordings.inspection import warnings_of
+from services.common.realtime import become_nice
 from services.common.refusing import OWN_ERROR
 from services.planner.learning import demonstration_of, learn_demonstration, spread_of
 from services.planner.refusals import refusal_of
 
-NICENESS = 10
-"""Added to the planner's own where the role is to learn: plans come first."""
-
+LEARNING_NICE = 5
+"""Plans come first; beside a busy program learning still has a quarter of a core."""
 
 PR_SET_PDEATHSIG = 1
 
@@ -70,8 +69,7 @@ def main() -> None:
     """Answer requests until the planner closes its end."""
     end_with_parent()
     role = ROLES[sys.argv[2]]
-    with contextlib.suppress(OSError):
-        os.nice(0 if role is planned else NICENESS)
+    become_nice(0 if role is planned else LEARNING_NICE)
     with Connection(int(sys.argv[1])) as connection, contextlib.suppress(EOFError, ConnectionError):
         limits, names = connection.recv()
         while True:

@@ -18,14 +18,17 @@ from services.planner.worker import Failure, Lesson, Task
 
 
 class Worker:
-    """A process with one role, started when it is first needed and again after it died."""
+    """A process with one role, started when it is first needed and again after it died.
+
+    process, connection: the one that runs and this end of its socket, None before it is started.
+    """
 
     def __init__(self, role: str, limits: Limits, names: Sequence[str], log: logging.Logger) -> None:
         self.role = role
         self._arm = limits, tuple(names)
         self._log = log
-        self._process: subprocess.Popen | None = None
-        self._connection: Connection | None = None
+        self.process: subprocess.Popen | None = None
+        self.connection: Connection | None = None
 
     def learn(self, body: bytes | memoryview) -> Lesson:
         """Return what the body of a `learn` request teaches; the role is "learn".
@@ -65,36 +68,37 @@ class Worker:
 
     def kill(self) -> None:
         """End the process, whatever it is doing; in any thread."""
-        if (process := self._process) is not None:
+        if (process := self.process) is not None:
             process.kill()
 
     def close(self, *, died: bool = False) -> None:
         """End the process and forget it; `died`: it ended by itself, which the log says."""
-        if self._process is not None:
-            self._process.kill()
-            status = self._process.wait()
+        if self.process is not None:
+            self.process.kill()
+            status = self.process.wait()
             if died:
                 self._log.info("the %s process died with status %s", self.role, status)
-        if self._connection is not None:
-            self._connection.close()
-        self._process = self._connection = None
+        if self.connection is not None:
+            self.connection.close()
+        self.process = self.connection = None
 
     def _connected(self) -> Connection:
-        if self._process is not None and self._process.poll() is not None:
+        if self.process is not None and self.process.poll() is not None:
             self.close(died=True)
-        if self._connection is not None:
-            return self._connection
+        if self.connection is not None:
+            return self.connection
         ours, theirs = socket.socketpair()
-        self._connection = Connection(ours.detach())
+        self.connection = Connection(ours.detach())
         with theirs:
-            self._process = subprocess.Popen(
+            self.process = subprocess.Popen(
                 [sys.executable, "-m", "services.planner.worker", str(theirs.fileno()), self.role],
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
+                start_new_session=True,  # so that its niceness counts
                 env=_environment(),
             )
-        self._connection.send(self._arm)
-        return self._connection
+        self.connection.send(self._arm)
+        return self.connection
 
 
 def _environment() -> dict[str, str]:

@@ -17,7 +17,7 @@ from services.common.single_instance import Outcome, SingleInstance
 from services.common.startup import load_configured
 
 PRIORITY = 40
-"""Of SCHED_FIFO; the controller's is higher, so that what floods the bus delays a step rather than an answer."""
+"""Priority under SCHED_FIFO; the controller's is higher, so that a flood of messages delays a step, not an answer."""
 
 Build = Callable[[Bus, RobotConfig, logging.Logger], Sequence[RobotLoop]]
 

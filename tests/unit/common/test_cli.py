@@ -42,7 +42,7 @@ def test_endpoints_are_free():
 
 def test_a_port_that_is_taken_is_replaced():
     """By one that is free; one that is free is kept."""
-    with socket.create_server(("127.0.0.1", 0)) as other:
+    with socket.create_server(("127.0.0.1", free_port())) as other:
         taken = other.getsockname()[1]
         assert is_taken(f"tcp/127.0.0.1:{taken}")
         assert free_port(taken) != taken

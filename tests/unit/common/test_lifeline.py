@@ -68,9 +68,9 @@ def test_one_that_is_stopped_delays_the_others_only_so_long(tmp_path: Path):
     """The last started is suspended and cannot end; those before it do."""
     supervisor, pids = start(tmp_path / "log")
     os.kill(pids[-1], signal.SIGSTOP)
+    began = time.monotonic()
     supervisor.kill()
     supervisor.wait()
-    began = time.monotonic()
     assert eventually(lambda: all(map(is_gone, pids[:-1])))
     assert time.monotonic() - began > lifeline.ORDER_S / 2
     os.kill(pids[-1], signal.SIGCONT)

@@ -136,13 +136,20 @@ def test_text_says_as_much():
     assert " sim CRITICAL: uncaught KeyError: 'four'\nTraceback" in said
 
 
-def test_what_happens_at_every_tick_is_warned_of_seldom(caplog: pytest.LogCaptureFixture):
-    """The first is told at once; a later one, after a second, counts those in between."""
+def test_what_happens_at_every_tick_is_warned_of_seldom(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+):
+    """The first at once; a later one, after a second, counts those in between."""
+    now_ns = [5]
+    monkeypatch.setattr(time, "monotonic_ns", lambda: now_ns[0])
     seldom = ThrottledLog(logging.getLogger("sim"))
     for _ in range(5):
         seldom.warn("a command was refused", "bad_message")
     assert caplog.messages == ["a command was refused (1 so far)"]
-    seldom._next_ns = 0
+    now_ns[0] += 999_999_999
     seldom.warn("a command was refused", "bad_message")
-    assert caplog.messages[1:] == ["a command was refused (6 so far)"]
+    assert len(caplog.messages) == 1
+    now_ns[0] += 1
+    seldom.warn("a command was refused", "bad_message")
+    assert caplog.messages[1:] == ["a command was refused (7 so far)"]
     assert [getattr(each, "code", None) for each in caplog.records] == ["bad_message"] * 2

@@ -1,10 +1,12 @@
 """What a process asks of the operating system."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -181,3 +183,91 @@ def test_locked_memory_holds_all_code_but_no_unused_stacks():
     assert sizes
     assert all(size == loaded for size, loaded in sizes)
     assert resident < 150_000  # kB; twenty stacks of 8 MB are 160,000
+
+
+PROMPT = """
+import os, threading
+from services.common import realtime
+realtime.become_prompt()
+nice = []
+thread = threading.Thread(target=lambda: nice.append(os.getpriority(os.PRIO_PROCESS, threading.get_native_id())))
+thread.start()
+thread.join()
+print(nice[0], open("/proc/self/autogroup").read().split()[-1])
+"""
+
+
+def test_a_service_that_answers_in_time_comes_first():
+    """Niceness counts among sessions too, and threads have it; without the right to it the service is polite."""
+    if not Path("/proc/self/autogroup").exists():
+        pytest.skip("this kernel shares cores without sessions")
+    done = subprocess.run(
+        [sys.executable, "-c", PROMPT], capture_output=True, text=True, check=True, start_new_session=True
+    )
+    thread, session = map(int, done.stdout.split())
+    unable = os.getpriority(os.PRIO_PROCESS, 0) + realtime.POLITE_NICE
+    assert (thread, session) in ((realtime.PROMPT_NICE, realtime.PROMPT_NICE), (unable, 0))
+
+
+def test_a_service_without_the_right_to_come_first_keeps_its_share():
+    """A session that is nice would get a quarter of what another busy program gets, and rallies would fail."""
+    if not Path("/proc/self/autogroup").exists() or shutil.which("setpriv") is None:
+        pytest.skip("this kernel shares cores without sessions, or setpriv is missing")
+    without = ["setpriv", "--bounding-set=-sys_nice", "--inh-caps=-sys_nice"] if os.geteuid() == 0 else []
+    done = subprocess.run(
+        [*without, sys.executable, "-c", PROMPT], capture_output=True, text=True, check=True, start_new_session=True
+    )
+    assert done.stdout.split()[1] == "0"
+
+
+@pytest.mark.skipif(not realtime.may_be_real_time(), reason="needs the right to SCHED_FIFO")
+def test_what_is_received_comes_first_and_the_program_itself_does_not():
+    receiving = (
+        "import os, threading; from services.common import realtime; ending = threading.Event()\n"
+        "thread = threading.Thread(target=ending.wait); thread.start(); realtime.receive_first()\n"
+        "print(os.sched_getscheduler(thread.native_id), os.sched_getscheduler(0)); ending.set()"
+    )
+    run = subprocess.run([sys.executable, "-c", receiving], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == [str(os.SCHED_FIFO), str(os.SCHED_OTHER)]
+
+
+URGENT = """
+import os, threading
+from services.common import realtime
+realtime.become_prompt()
+urgency = realtime.Urgency()
+for keeps_up in (True, True, False, True, False):
+    urgency.update(keeps_up)
+    print(os.sched_getscheduler(0), os.sched_getparam(0).sched_priority, os.getpriority(os.PRIO_PROCESS, 0))
+ending = threading.Event()
+with realtime.receivers():
+    thread = threading.Thread(target=ending.wait)
+    thread.start()
+receiving = thread.native_id
+print(os.sched_getscheduler(receiving), os.sched_getparam(receiving).sched_priority, os.sched_getscheduler(0))
+ending.set()
+"""
+
+
+@pytest.mark.skipif(not realtime.may_be_real_time(), reason="needs the right to SCHED_FIFO")
+def test_a_prompt_service_comes_first_while_it_keeps_up_and_shares_its_core_while_it_does_not():
+    run = subprocess.run(
+        [sys.executable, "-c", URGENT], capture_output=True, text=True, check=True, start_new_session=True
+    )
+    *said, receiving = [tuple(map(int, line.split())) for line in run.stdout.splitlines()]
+    first = os.SCHED_FIFO, realtime.PROMPT_PRIORITY, realtime.PROMPT_NICE
+    shared = os.SCHED_OTHER, 0, realtime.PROMPT_NICE
+    assert said == [first, first, shared, first, shared]
+    assert receiving == (os.SCHED_FIFO, realtime.RECEIVING_PRIORITY, os.SCHED_OTHER)
+
+
+def test_without_the_right_to_come_first_a_prompt_service_goes_on():
+    if shutil.which("setpriv") is None:
+        pytest.skip("setpriv is missing")
+    without = ["setpriv", "--bounding-set=-sys_nice", "--inh-caps=-sys_nice"] if os.geteuid() == 0 else []
+    if not without and realtime.may_be_real_time():
+        pytest.skip("this user has the right")
+    run = subprocess.run(
+        [*without, sys.executable, "-c", URGENT], capture_output=True, text=True, check=True, start_new_session=True
+    )
+    assert {line.split()[0] for line in run.stdout.splitlines()} == {str(os.SCHED_OTHER)}

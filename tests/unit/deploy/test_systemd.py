@@ -11,7 +11,7 @@ import tyro
 
 import deploy
 from deploy.processes import PROCESSES, Process
-from services.common.realtime import EXIT_TAKEN
+from services.common.realtime import EXIT_TAKEN, PROMPT_NICE, RECEIVING_PRIORITY, STEADY_NICE
 from services.common.supervisor import ENDING_S
 
 DIRECTORY = Path(deploy.__file__).parent / "systemd"
@@ -79,8 +79,10 @@ def test_limits_and_ends(process: Process):
         assert settings["LimitMEMLOCK"] == "infinity"
         assert len(settings["CPUAffinity"].split()) == 1
     else:
-        assert int(settings["Nice"]) > 0
-        assert not {"LimitRTPRIO", "LimitMEMLOCK"} & set(settings)
+        assert settings["LimitNICE"] == str(STEADY_NICE if process.name == "recorder" else PROMPT_NICE)
+        prompt = None if process.name == "recorder" else str(RECEIVING_PRIORITY)
+        assert settings.get("LimitRTPRIO") == prompt
+        assert "LimitMEMLOCK" not in settings
     assert "RestrictRealtime" not in settings, "it forbids SCHED_FIFO"
     assert str(EXIT_TAKEN) in settings["RestartPreventExitStatus"].split()
     assert settings["Restart"] == "on-failure"

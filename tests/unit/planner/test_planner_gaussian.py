@@ -3,13 +3,9 @@
 What happens while such a goal is planned is tested with that process stopped, so that no test depends on its speed.
 """
 
-import fcntl
 import logging
 import os
 import signal
-import socket
-import struct
-import termios
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -27,11 +23,13 @@ from protocol.bus.sessions import open_session
 from protocol.errors import Refusal
 from robot.description import load_robot
 from robot.shipped import DEMONSTRATIONS
+from services.common.cli import free_endpoint
 from services.planner.core import Planner
 from services.planner.lead_time import LeadTime
 from services.planner.learning import learn_from_csv
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
+from tests.connections import unread
 from tests.waiting import PATIENCE_S, eventually
 
 LOG = logging.getLogger("planner")
@@ -116,7 +114,7 @@ class Desk:
     @property
     def pid(self) -> int:
         """Of the process that plans, 0 without one."""
-        process = self.loop._plan_worker._process
+        process = self.loop.plan_worker.process
         return process.pid if process else 0
 
     @contextmanager
@@ -132,10 +130,9 @@ class Desk:
 
     def _has_sent_the_task(self) -> bool:
         """Whether bytes lie unread in the socket of the process that plans."""
-        connection = self.loop._plan_worker._connection
+        connection = self.loop.plan_worker.connection
         assert connection
-        (unread,) = struct.unpack("i", fcntl.ioctl(connection.fileno(), termios.TIOCOUTQ, bytes(4)))
-        return unread > 0
+        return unread(connection.fileno()) > 0
 
 
 @pytest.fixture(scope="module")
@@ -151,9 +148,7 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def started(shipped: Path) -> Iterator[Desk]:
     """A planner whose process has planned once, so that it is there and its caches are full."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = free_endpoint()
     stopping, lead = threading.Event(), LeadTime(ROBOT.tick)
     with Bus(open_session(listen=[endpoint])) as bus, Bus(open_session(connect=[endpoint])) as client:
         library, controller = Library(shipped, ARM, LOG), Controller(client)
@@ -224,7 +219,7 @@ def test_a_goal_sent_twice_moves_the_arm_once(desk: Desk) -> None:
     """Also while it is planned; another one of its id is a duplicate."""
     with desk.planning(strike(goal_id="twice")) as first:
         second, other = desk.send(strike(goal_id="twice")), desk.send(strike(goal_id="twice", duration=1.1))
-        assert eventually(lambda: len(desk.loop._repeated["twice"]) == 2)
+        assert eventually(lambda: len(desk.loop.repeated["twice"]) == 2)
     answer = first()
     assert answer == second()
     assert desk.refusal(other).code == "duplicate"

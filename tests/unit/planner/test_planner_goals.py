@@ -195,9 +195,21 @@ def test_alternatives_differ_from_the_goal_in_what_they_name(primitive: Primitiv
     assert elsewhere.goal.velocities.tolist() == [0.1] * 6
 
 
+@pytest.mark.parametrize(("arrival_time", "code"), [(1.0, "late"), (900.0, "invalid_goal")])
+def test_an_alternative_out_of_time_is_named(primitive: Primitive, arrival_time: float, code: str):
+    goal = m.Goal(
+        primitive="forehand",
+        positions=HOME,
+        alternatives=[m.Alternative(), m.Alternative(arrival_time=arrival_time)],
+    )
+    with pytest.raises(Refusal, match=rf"^alternatives\[1\]\.arrival_time {arrival_time} s") as caught:
+        ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+    assert caught.value.code == code
+
+
 def test_another_arms_primitive(primitive: Primitive):
     """Moves another number of joints."""
-    fewer = replace(primitive, control_points=primitive.control_points[:-1])
+    fewer = replace(primitive, control_points=primitive.control_points[:-1], spread=primitive.spread[:-1])
     refusal = refused(fewer)
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "primitive")
 

@@ -87,7 +87,7 @@ def test_the_ends_are_told():
         ("times", {"rate": None, "times": TIMES[:-1].tolist()}),
         ("times", {"rate": None, "times": TIMES[::-1].tolist()}),
         ("times", {"rate": None, "times": (TIMES * 1e-300).tolist()}),
-        ("times", {"rate": None, "times": [0.0, 0.0, *TIMES[1:-1].tolist()]}),
+        ("positions", {"rate": None, "times": [0.0] * 195 + TIMES[:5].tolist()}),
         ("times", {"rate": None, "times": [*TIMES[:100].tolist(), *(TIMES[99:-1] - 1e-9).tolist()]}),
         ("smoothing.order", {"smoothing": m.SavitzkyGolay(window_s=0.5, order=80)}),
         ("smoothing.order", {"smoothing": m.SavitzkyGolay(window_s=0.5, order=1)}),
@@ -136,6 +136,15 @@ def test_stamps_that_run_backwards_are_said_so():
     times[7] = 0.02
     with pytest.raises(Refusal, match=r"sample 7's time 0.02 s lies before sample 6's"):
         learn_from_request(request(rate=None, times=times))
+
+
+def test_of_samples_with_one_stamp_the_mean_is_learned():
+    times, path = np.repeat(TIMES, 2), np.repeat(PATH, 2, axis=0)
+    path[::2] += 0.01
+    path[1::2] -= 0.01
+    primitive = learn_from_request(request(rate=None, times=times.tolist(), positions=path.tolist()))
+    assert primitive.samples == len(TIMES)
+    assert np.abs(primitive.sample(TIMES / TIMES[-1]).positions - PATH).max() < 1e-4
 
 
 def test_stamps_that_nearly_meet_are_learned():

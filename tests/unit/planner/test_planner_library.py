@@ -1,6 +1,8 @@
 """Primitives on disk."""
 
 import logging
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ from motion.demonstration import Demonstration
 from motion.primitive import Primitive, learn
 from protocol.errors import Refusal
 from services.planner.__main__ import take_over
+from services.planner.archive import to_arrays
 from services.planner.library import Arm, Library
 
 LOG = logging.getLogger("test")
@@ -186,7 +189,7 @@ def test_a_primitive_keeps_its_arm(tmp_path: Path, primitive: Primitive):
 
 
 def test_a_primitive_of_an_earlier_version_is_anybodys(tmp_path: Path, primitive: Primitive):
-    np.savez(tmp_path / "swing.npz", created=5.0, **primitive.to_arrays())  # type: ignore[arg-type]
+    np.savez(tmp_path / "swing.npz", created=5.0, **to_arrays(primitive))  # type: ignore[arg-type]
     library = Library(tmp_path, ARM, LOG)
     (entry,) = library
     assert (entry.robot, entry.joint_names, entry.created) == ("", [], 5.0)
@@ -197,7 +200,7 @@ def test_the_shipped_arm_takes_over_the_library_of_all(
     tmp_path: Path, primitive: Primitive, caplog: pytest.LogCaptureFixture
 ):
     """Another arm only says where it is: its primitives do not name their arm."""
-    np.savez(tmp_path / "swing.npz", created=5.0, **primitive.to_arrays())  # type: ignore[arg-type]
+    np.savez(tmp_path / "swing.npz", created=5.0, **to_arrays(primitive))  # type: ignore[arg-type]
     (tmp_path / "noise.npz").write_bytes(b"noise")
     shipped = Library(tmp_path / "two", ARM, LOG)
     shipped.put("forehand", primitive)
@@ -211,3 +214,12 @@ def test_the_shipped_arm_takes_over_the_library_of_all(
     take_over(other, tmp_path, "other", LOG)
     assert names(other) == []
     assert f"move this robot's into {tmp_path / 'other'}" in caplog.text
+
+
+def test_a_library_that_cannot_be_made_is_a_sentence(tmp_path: Path):
+    (tmp_path / "file").touch()
+    command = [sys.executable, "-m", "services.planner", "--library", str(tmp_path / "file")]
+    planner = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert planner.returncode == 2
+    assert "file cannot be used: File exists; name another directory with --library" in planner.stderr
+    assert "Traceback" not in planner.stderr

@@ -1,7 +1,6 @@
 """The planner's loop on a real bus: while a demonstration is learned, everything else is answered."""
 
 import logging
-import socket
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +15,7 @@ from protocol.bus.sessions import open_session
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
 from robot.description import load_robot
+from services.common.cli import free_endpoint
 from services.planner.core import LeadTime, Planner
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
@@ -32,9 +32,7 @@ LEARN = m.Learn(name="wave", positions=PATH.tolist(), rate=100.0)
 @pytest.fixture
 def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespace]:
     """A client of a planner whose worker learns once it may."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = free_endpoint()
     worker, stopping = HeldWorker(), threading.Event()
     monkeypatch.setattr("services.planner.loop.Worker", lambda *_: worker)
     with Bus(open_session(listen=[endpoint])) as bus, Bus(open_session(connect=[endpoint])) as client:

@@ -119,6 +119,6 @@ def test_of_a_long_motion_every_nth_sample_is_told(primitive: Primitive):
     assert message.pieces
     positions = matrix(message.positions, message.count, JOINTS, "positions")
     assert np.abs(positions[message.hit_index] - HIT).max() < 1e-3
-    assert np.abs(positions[-1] - made.plan.trajectory.final_positions).max() == 0
+    assert np.abs(positions[-1] - made.plan.trajectory.sample(made.plan.trajectory.breaks[-1:]).positions[0]).max() == 0
     said = plan_message(made, message, goal, primitive)
     assert decode(encode(said), m.Plan, max_bytes=4 << 20) == said

@@ -59,14 +59,14 @@ class FakeBus:
     ) -> None:
         self.events: list[Any] = []
         self.put = self.events.append
-        self._requests = requests
+        self.requests = requests
         self._origin = origin
         self._accepts = accepts
 
     def serve(self, topic: topics.Query, inbox: Inbox[PendingQuery]) -> None:
         """Bring all requests at once, those of other topics too."""
         if topic is topics.GOAL:
-            for each, body in self._requests:
+            for each, body in self.requests:
                 inbox.offer(RequestT(each, body, self.events))  # type: ignore[arg-type]
 
     def publisher(self, topic: topics.Publication, blocking: bool = False) -> "FakeBus":
@@ -112,7 +112,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
     return library
 
 
-def answered(library: Library, bus: FakeBus) -> list[Any]:
+def answered(library: Library, bus: FakeBus, lead: LeadTime | None = None) -> list[Any]:
     """Let the planner answer all that `bus` brings, and return what it says, in order."""
 
     class Stopping(threading.Event):
@@ -123,8 +123,8 @@ def answered(library: Library, bus: FakeBus) -> list[Any]:
             turns.pop()
             return not turns
 
-    turns = [None] * (len(bus._requests) + 1)
-    lead = LeadTime(ROBOT.tick)
+    turns = [None] * (len(bus.requests) + 1)
+    lead = lead or LeadTime(ROBOT.tick)
     planner = Planner(bus, ROBOT, library, lead, LOG)  # type: ignore[arg-type]
     Loop(bus, planner, library, ROBOT, lead, LOG).serve(Stopping())  # type: ignore[arg-type]
     return bus.events
@@ -188,6 +188,24 @@ def test_a_plan_that_execute_does_not_take_is_no_fault_of_the_body(library: Libr
     refusal, refused = answered(library, Strict([(topics.GOAL, encode(GOAL))]))
     assert (refusal.code, refusal.detail["field"], refused.code) == ("invalid_goal", "duration", "invalid_goal")
     assert refusal.message == "the plan cannot be executed: `execute` takes at most 4 bytes, and this body has 5"
+
+
+def test_a_correction_that_has_no_time_left_is_checked_to_its_end(library: Library):
+    """Its racket would go into the floor, 6 s ahead: the motion that it corrects goes on."""
+
+    class Moving(FakeBus):
+        def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
+            if topic is topics.REFERENCE and any(isinstance(event, m.GoalReply) for event in self.events):
+                return msgspec.structs.replace(REFERENCE, time=5.0, goal_id="g1")
+            return super().ask(topic, asked)
+
+    first = msgspec.structs.replace(GOAL, duration=6.5)
+    low = [HOME[0], HOME[1] + 1.2, *HOME[2:]]
+    second = msgspec.structs.replace(first, duration=6.0, positions=low, goal_id="g2", revises="g1")
+    bus = Moving([(topics.GOAL, encode(first)), (topics.GOAL, encode(second))], accepts=True)
+    *_, refusal, refused = answered(library, bus, LeadTime(ROBOT.tick, fixed=0.0))
+    assert (refused.goal_id, refusal.code) == ("g2", "collision")
+    assert {refusal.detail["body"], refusal.detail["other"]} == {"racket", "floor"}
 
 
 def test_a_controller_that_is_silent(library: Library):

@@ -61,3 +61,22 @@ def test_the_own_end_is_refused_among_others_as_it_is_alone(forehand: Primitive)
         solved(Solver(ROBOT), msgspec.structs.replace(wanted, alternatives=others), forehand)
     assert caught.value.code == verdict(Solver(ROBOT), wanted, forehand) == "infeasible"
     assert caught.value.detail["alternatives"][1] == "limit"
+
+
+@pytest.mark.parametrize("duration", [0.001, 0.01, 0.02])
+def test_a_goal_far_too_short_gets_a_duration_that_works(forehand: Primitive, duration: float):
+    """Its search would spend all effort on small steps."""
+    wanted = m.Goal(primitive="forehand", positions=list(HIT), duration=duration)
+    with pytest.raises(Refusal) as caught:
+        solved(Solver(ROBOT), wanted, forehand)
+    works = caught.value.detail["min_duration"]
+    assert (caught.value.code, works) == ("infeasible", pytest.approx(0.25, abs=0.1))
+    assert verdict(Solver(ROBOT), msgspec.structs.replace(wanted, duration=works), forehand) == "planned"
+
+
+@pytest.mark.parametrize(("field", "value"), [("positions", [9.0, *HIT[1:]]), ("velocities", [99.0] + [0.0] * 5)])
+def test_the_fastest_end_outside_the_limits_is_refused_as_any_other(
+    forehand: Primitive, field: str, value: list[float]
+):
+    wanted = msgspec.structs.replace(goal(fastest=True), **{field: value})
+    assert verdict(Solver(ROBOT), wanted, forehand) == "limit"

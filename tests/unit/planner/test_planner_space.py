@@ -50,12 +50,12 @@ class Lab:
     solver: Solver
     primitive: Primitive
 
-    def solved(self, correction: Correction | None = None, deadline: float = np.inf, **fields: Any) -> Made:
+    def solved(self, correction: Correction | None = None, **fields: Any) -> Made:
         """Plan a goal from home at rest."""
         goal = m.Goal(**{"primitive": "wave", "duration": 2.0, "plan_only": True, **fields})
         origin = Origin(0.0, 0, Boundary(self.config.home, *np.zeros((2, len(self.config.home)))), correction)
         with pytest.raises(StopIteration) as done:
-            next(self.solver.solve(goal, self.primitive, origin, deadline))
+            next(self.solver.solve(goal, self.primitive, origin))
         return done.value.value
 
     def refused(self, **fields: Any) -> Refusal:
@@ -192,11 +192,3 @@ def test_the_fastest_keeps_the_torques(lab: Lab):
 def test_motions_of_other_methods_are_checked_too(lab: Lab):
     refusal = lab.refused(positions=lab.home(SELF[lab.name].moved), method="dmp", duration=3.0)
     assert refusal.code == "collision"
-
-
-def test_a_correction_without_time_is_checked_in_part(lab: Lab):
-    """What lies far ahead passes, and the report says that it was not looked at."""
-    moved = lab.home(SELF[lab.name].moved)
-    made = lab.solved(positions=moved, duration=6.0, deadline=0.0)
-    assert made.findings.scope == "part"
-    assert lab.refused(positions=moved, duration=6.0).code == "collision"

@@ -30,8 +30,8 @@ def status(fault: str | None) -> bytes:
 def test_it_tells_every_change_once(caplog: pytest.LogCaptureFixture):
     """There, in a fault, out of it, silent, back: one line each, however often it looks."""
     caplog.set_level(logging.INFO)
-    bus = Heard()
-    watch = ControllerWatch(bus, logging.getLogger("planner"))  # type: ignore[arg-type]
+    bus, heard = Heard(), list[m.Status]()
+    watch = ControllerWatch(bus, logging.getLogger("planner"), heard.append)  # type: ignore[arg-type]
     watch.look(0.0)
     watch.look(9.0)
     assert caplog.messages == []
@@ -47,17 +47,19 @@ def test_it_tells_every_change_once(caplog: pytest.LogCaptureFixture):
     words = ["is there", "in fault: hot", "left its fault", "fell silent", "is there"]
     assert len(caplog.messages) == len(words)
     assert all(word in line for word, line in zip(words, caplog.messages, strict=True))
+    assert [status.fault for status in heard] == [None, None, "hot", "hot", None, None]
 
 
 def test_noise_is_no_sign_of_life(caplog: pytest.LogCaptureFixture):
     """Nor does it take the place of a status that came just before it."""
     caplog.set_level(logging.INFO)
-    bus = Heard()
-    watch = ControllerWatch(bus, logging.getLogger("planner"))  # type: ignore[arg-type]
+    bus, heard = Heard(), list[m.Status]()
+    watch = ControllerWatch(bus, logging.getLogger("planner"), heard.append)  # type: ignore[arg-type]
     bus.say(status("hot"))
     bus.say(b"\xc1")
     watch.look(10.0)
     assert "in fault: hot" in caplog.text
+    assert len(heard) == 1
     for k in range(1, 10):
         bus.say(b"\xc1")
         watch.look(10.0 + k / 10)

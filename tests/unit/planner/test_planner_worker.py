@@ -23,6 +23,8 @@ from protocol.codec import encode
 from protocol.errors import Refusal
 from services.planner.worker import Failure, Task, learned, outcome
 from services.planner.worker_link import Worker
+from tests.connections import unread
+from tests.waiting import eventually
 
 LOG = logging.getLogger("planner")
 LIMITS = Limits(np.array([[-1.0, 1.0], [-1.0, 1.0]]), np.full(2, 5.0), np.full(2, 50.0), np.full(2, 500.0))
@@ -76,8 +78,8 @@ def worker() -> Iterator[Worker]:
 
 def pid_of(worker: Worker) -> int:
     """The number of its process."""
-    assert worker._process is not None
-    return worker._process.pid
+    assert worker.process is not None
+    return worker.process.pid
 
 
 def test_it_learns_what_this_process_would(worker: Worker):
@@ -110,12 +112,23 @@ def test_a_process_that_died_is_replaced(worker: Worker):
     assert pid_of(worker) != first
 
 
+def kill_once_asked(worker: Worker) -> None:
+    """Stop its process, and kill it when something was sent to it, which it then has not read."""
+    os.kill(pid_of(worker), signal.SIGSTOP)
+    connection = worker.connection
+    assert connection is not None
+
+    def kill() -> None:
+        eventually(lambda: unread(connection.fileno()))
+        worker.kill()
+
+    threading.Thread(target=kill).start()
+
+
 def test_what_a_dying_process_learned_is_unavailable(worker: Worker):
     """And the next is learned."""
     worker.learn(body())
-    first = pid_of(worker)
-    os.kill(first, signal.SIGSTOP)
-    threading.Timer(0.2, os.kill, (first, signal.SIGKILL)).start()
+    kill_once_asked(worker)
     with pytest.raises(Refusal, match="send this again") as caught:
         worker.learn(body())
     assert (caught.value.code, caught.value.detail) == ("unavailable", {"service": "planner"})
@@ -134,7 +147,7 @@ from services.planner.worker_link import Worker
 from tests.unit.planner.test_planner_worker import LIMITS, LOG, NAMES, body
 worker = Worker("learn", LIMITS, NAMES, LOG)
 worker.learn(body())
-print(worker._process.pid, flush=True)
+print(worker.process.pid, flush=True)
 slow = body(positions=np.random.default_rng(0).standard_normal((40_000, 8)))
 worker.learn(slow)
 time.sleep(60)
@@ -187,8 +200,7 @@ def test_what_cannot_be_planned_is_refused_by_name(planner: Worker, task: Task):
 
 def test_a_plan_of_a_dying_process_is_unavailable(planner: Worker, task: Task):
     planner.plan(task)
-    os.kill(pid_of(planner), signal.SIGSTOP)
-    threading.Timer(0.2, planner.kill).start()
+    kill_once_asked(planner)
     with pytest.raises(Refusal, match="the plan process died; send this again") as caught:
         planner.plan(task)
     assert (caught.value.code, caught.value.detail) == ("unavailable", {"service": "planner"})

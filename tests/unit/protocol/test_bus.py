@@ -1,6 +1,5 @@
 """The bus on real Zenoh sessions: a router and a client on a free loopback port."""
 
-import socket
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -16,6 +15,7 @@ from protocol.bus.sessions import open_session
 from protocol.codec import ENCODING, encode
 from protocol.errors import NoAnswer, Refusal
 from protocol.topics import CANCEL, CONTACT, PRIMITIVES, QUEUE_LENGTH, STATE, STATUS_QUERY, alive_key
+from services.common.cli import free_endpoint
 from tests.golden.examples import EXAMPLES, STATUS
 from tests.waiting import PATIENCE_S, eventually
 
@@ -23,9 +23,7 @@ from tests.waiting import PATIENCE_S, eventually
 @pytest.fixture
 def endpoint() -> str:
     """An endpoint on loopback that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    return free_endpoint()
 
 
 @pytest.fixture
@@ -185,7 +183,7 @@ def test_silent_owner_is_no_answer(router, client, inbox):
     router.serve(STATUS_QUERY, inbox)
     with pytest.raises(NoAnswer):
         client.ask(STATUS_QUERY, m.Empty(), timeout=0.2)
-    assert inbox.take() is not None
+    assert inbox.take(PATIENCE_S) is not None
 
 
 def test_ask_later_hands_the_body_over(router, client, inbox):

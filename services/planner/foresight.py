@@ -1,0 +1,99 @@
+"""Where the reference trajectory will be, known without asking the controller."""
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from motion.plan import Plan
+from protocol import messages as m
+from robot.description import RobotConfig
+from services.common.ticks import ROUNDING, tick_of, ticks_ahead
+
+RECEIVED, NEWEST = 10, 3
+"""Statuses by which the pace of robot time is known, and how many of them say what time it is."""
+STALE_S = 0.1
+"""Without a status for so long (wall time) the robot's time is not known."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Received:
+    """A status: the robot's time in it, its epoch, and when it came, s on the monotonic clock."""
+
+    time: float
+    epoch: int
+    at: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Played:
+    """The motion that was accepted last: the tick at which it starts, and the controller's epoch since then."""
+
+    goal_id: str
+    start: int
+    epoch: int
+    plan: Plan
+
+
+class Foresight:
+    """The reference trajectory while the arm plays the newest motion of this planner: it is that motion.
+
+    In that epoch the controller plays nothing else. It refuses what was planned in another epoch as `superseded`, and
+    what begins in the past as `late`, so a wrong guess of either moves nothing.
+    """
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._config = config
+        self._received: tuple[_Received, ...] = ()
+        self._played: _Played | None = None
+
+    def receive(self, status: m.Status) -> None:
+        """Take in a status that has just come; in any thread."""
+        received = _Received(status.time, status.epoch, time.monotonic())
+        before = self._received[1 - RECEIVED :]
+        if before and received.epoch < before[-1].epoch:  # another controller, whose reference is another
+            self._played = None
+        self._received = (*before, received) if before and before[-1].time <= received.time else (received,)
+
+    def note(self, goal_id: str, start_time: float, epoch: int, plan: Plan) -> None:
+        """Note a motion that was planned in `epoch` and accepted."""
+        self._played = _Played(goal_id, tick_of(start_time, self._config.rate_hz), epoch + 1, plan)
+
+    def forget(self) -> None:
+        """Ask the controller from now on, until the next motion is accepted."""
+        self._played = None
+
+    def reference(self, lead: float) -> m.Reference | None:
+        """Return the point of the reference trajectory `lead` s from now, None where only the controller knows it."""
+        played, now = self._played, self._now()
+        if played is None or now is None or self._received[-1].epoch > played.epoch:
+            return None
+        rate = self._config.rate_hz
+        tick = math.floor(now * rate + ROUNDING) + ticks_ahead(lead, rate)
+        if not played.start <= tick < played.start + round(played.plan.total_duration * rate):
+            return None
+        state = played.plan.sample(np.array([(tick - played.start) * self._config.tick]))
+        positions, velocities, accelerations = (
+            values[0].tolist() for values in (state.positions, state.velocities, state.accelerations)
+        )
+        at = tick * self._config.tick
+        return m.Reference(
+            time=at,
+            epoch=played.epoch,
+            positions=positions,
+            velocities=velocities,
+            accelerations=accelerations,
+            goal_id=played.goal_id,
+        )
+
+    def _now(self) -> float | None:
+        """Return the robot's time, s, None where it is not known.
+
+        A status may be taken in late, never early: of the last few the one that says the latest time is right.
+        """
+        received, now = self._received, time.monotonic()
+        if not received or now - received[-1].at > STALE_S or (passed := received[-1].at - received[0].at) <= 0:
+            return None
+        pace = min((received[-1].time - received[0].time) / passed, 1.0)
+        return max(status.time + pace * (now - status.at) for status in received[-NEWEST:])
