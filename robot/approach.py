@@ -7,7 +7,6 @@ follows where it did not: pairs far apart are measured seldom, near ones often.
 """
 
 import math
-import time
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -51,11 +50,10 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """nearest: None where nothing was measured in time. hit: the first below its floor. complete: up to the end."""
+    """nearest: None where nothing nearer than `best` was found. hit: the first below its floor."""
 
     nearest: Seen | None = None
     hit: Seen | None = None
-    complete: bool = True
 
 
 Gap = tuple[float, int, int, float, int, float]
@@ -69,13 +67,12 @@ def approach(
     moved: np.ndarray,
     floors: np.ndarray,
     best: float = math.inf,
-    deadline: float = math.inf,
 ) -> Approach:
     """Return the smallest distance over the steps, and the first that is below its floor.
 
     positions: (n, K), one row a step, of the arm's joints, or of the other robots' too; n - 1 a multiple of `COARSE`.
     moved: (n - 1, K), by how much each joint moves at most in each step, rad. floors: (P,), m. best: nothing farther
-    than this is of interest as the smallest distance. deadline: of `time.perf_counter`.
+    than this is of interest as the smallest distance.
     """
     passed = np.concatenate([np.zeros((1, moved.shape[1])), np.cumsum(moved, axis=0)])
     ways = clearance.rates[:, : moved.shape[1]] @ passed.T
@@ -92,7 +89,7 @@ def approach(
         for pair, way in zip(near.tolist(), map(memoryview, fine), strict=True)
         for begin, end in _stretches(unclear[:, pair])
     ]
-    return _Search(look, survey, runs, floors, ways, best, deadline).run()
+    return _Search(look, survey, runs, floors, ways, best).run()
 
 
 def _divided(ways: np.ndarray, parts: int) -> np.ndarray:
@@ -195,88 +192,77 @@ class _Run:
         return max(bisect_right(way, way[first] + STRIDE * (before - floor), first, self.end + 1) - 1, first + 1)
 
 
+@dataclass(slots=True, eq=False)
 class _Search:
-    """Looks along runs in the order of time, then into gaps for the smallest distance."""
+    """Looks along runs in the order of time, then into gaps for the smallest distance.
 
-    def __init__(
-        self,
-        look: _Look,
-        survey: _Survey,
-        runs: list[_Run],
-        floors: np.ndarray,
-        ways: np.ndarray,
-        best: float,
-        deadline: float,
-    ) -> None:
-        self._look = look
-        self._survey = survey
-        self._runs = runs
-        self._floors = floors
-        self._ways = ways
-        self._deadline = deadline
-        self._best = best
-        self._nearest: tuple[float, int, int] | None = None
-        self._gaps: list[Gap] = []
+    nearest: the distance `best` (m), its pair and instant, once one was measured.
+    """
+
+    look: _Look
+    survey: _Survey
+    runs: list[_Run]
+    floors: np.ndarray
+    ways: np.ndarray
+    best: float
+    nearest: tuple[float, int, int] | None = None
+    gaps: list[Gap] = field(default_factory=list)
 
     def run(self) -> Approach:
-        hit, complete = self._advance()
-        if hit is None and complete:
-            hit = self._refine()
-        found = None if self._nearest is None else self._seen(*self._nearest)
-        if complete and math.isinf(self._best):
-            found = self._survey.nearest()
-        return Approach(found, None if hit is None else self._seen(*hit), complete)
+        hit = self._advance() or self._refine()
+        found = None if self.nearest is None else self._seen(*self.nearest)
+        if math.isinf(self.best):
+            found = self.survey.nearest()
+        return Approach(found, None if hit is None else self._seen(*hit))
 
     def _seen(self, distance: float, pair: int, instant: int) -> Seen:
-        return Seen(distance, pair, instant / self._look.parts)
+        return Seen(distance, pair, instant / self.look.parts)
 
     def _measure(self, instant: int, pair: int) -> float:
-        distance = self._look.at(instant, pair)
-        if distance < self._best:
-            self._best, self._nearest = distance, (distance, pair, instant)
+        distance = self.look.at(instant, pair)
+        if distance < self.best:
+            self.best, self.nearest = distance, (distance, pair, instant)
         return distance
 
-    def _advance(self) -> tuple[tuple[float, int, int] | None, bool]:
-        """Return the first distance below its floor, its pair and instant, and whether time sufficed."""
-        due = [(run.begin, number) for number, run in enumerate(self._runs)]
+    def _advance(self) -> tuple[float, int, int] | None:
+        """Return the first distance below its floor, its pair and instant."""
+        due = [(run.begin, number) for number, run in enumerate(self.runs)]
         heapify(due)
         hit: tuple[float, int, int] | None = None
         while due:
             instant, number = heappop(due)
-            run = self._runs[number]
+            run = self.runs[number]
             if hit is not None and instant >= hit[2]:
                 if run.at is None or run.at[0] >= hit[2]:
                     continue
                 instant = hit[2]  # what comes after is of no interest, but this pair may be too near before
-            if time.perf_counter() > self._deadline:
-                return hit, False
             distance = self._measure(instant, run.pair)
             if distance < run.floor and (hit is None or instant < hit[2]):
                 hit = distance, run.pair, instant
-            following = run.following(instant, distance, self._gaps)
+            following = run.following(instant, distance, self.gaps)
             if following is not None:
                 heappush(due, (following, number))
-        return hit, True
+        return hit
 
     def _matters(self, bound: float) -> bool:
-        best = min(self._best, ROUGH)
+        best = min(self.best, ROUGH)
         return bound < best - max(PRECISION, SHARE * best)
 
     def _refine(self) -> tuple[float, int, int] | None:
         """Look into the gaps in which the distance could be smallest; return one that is below its floor."""
-        parts, ways = self._look.parts, self._ways
-        gaps = chain(self._survey.gaps(self._floors, min(self._best, ROUGH), parts), self._gaps)
+        parts, ways = self.look.parts, self.ways
+        gaps = chain(self.survey.gaps(self.floors, min(self.best, ROUGH), parts), self.gaps)
         ranked = [gap for gap in gaps if self._matters(gap[0])]
         heapify(ranked)
         for _ in range(LOOKS):
-            if not ranked or not self._matters(ranked[0][0]) or time.perf_counter() > self._deadline:
+            if not ranked or not self._matters(ranked[0][0]):
                 break
             _, pair, first, before, last, after = heappop(ranked)
             instant = (first + last) // 2
             if instant == first:
                 continue
             distance = self._measure(instant, pair)
-            if distance < self._floors[pair]:
+            if distance < self.floors[pair]:
                 return distance, pair, instant
             for begin, end, known in ((first, instant, before), (instant, last, after)):
                 way = LIKELY * float(ways[pair, end // parts] - ways[pair, begin // parts])

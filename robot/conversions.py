@@ -8,6 +8,8 @@ from motion.limits import Limits
 from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import matrix, matrix_bytes
+from protocol.errors import Refusal
+from robot.motion_check import Collides
 
 MATRICES = "positions", "velocities", "accelerations"
 """The fields of `Samples`, and of a trajectory that is sent as samples."""
@@ -51,3 +53,9 @@ def limits_of(limits: m.RobotLimits) -> Limits:
         for values in (limits.velocities, limits.accelerations, limits.jerks)
     )
     return Limits(np.array(ranges, dtype=float), *largest)
+
+
+def collision_refusal(error: Collides) -> Refusal:
+    """Return the refusal `collision` of a motion."""
+    where = {"body": error.body, "other": error.other, "time_from_start": error.time}
+    return Refusal("collision", str(error), **where, distance=error.distance)

@@ -59,13 +59,12 @@ class NetConfig:
 class CourtConfig:
     """The surface on which balls bounce, and the net.
 
-    surface: its geom's name. height: of its top, m. extent: ((x, x), (y, y)), m, inf where it has no end. restitution,
-    friction, dwell: believed of a bounce, see `CourtTable`. region: where a returned ball must land, m.
+    surface: its geom's name. height: of its top, m. restitution, friction, dwell: believed of a bounce, see
+    `CourtTable`. region: ((x, x), (y, y)), m, where a returned ball must land, inf where it has no end.
     """
 
     surface: str
     height: float
-    extent: tuple[tuple[float, float], tuple[float, float]]
     net: NetConfig | None
     restitution: float
     friction: float
@@ -87,8 +86,8 @@ def ball_config(table: BallTable | None, model: mujoco.MjModel, robot_hz: float)
         return None
     table = table or BallTable()
     _check("ball", table, ("drag", "magnus"), 0.0, np.inf)
-    if not 0 < table.rate_hz <= robot_hz:
-        raise RobotError(f"ball.rate_hz: {table.rate_hz:g} must be above 0 and at most rate_hz = {robot_hz:g}")
+    if not 1 <= table.rate_hz <= robot_hz:
+        raise RobotError(f"ball.rate_hz: {table.rate_hz:g} must be at least 1 and at most rate_hz = {robot_hz:g}")
     every = max(1, round(robot_hz / table.rate_hz))
     radius = float(model.geom_size[model.body_geomadr[body], 0])
     return BallConfig(float(model.body_mass[body]), radius, table.drag, table.magnus, every, robot_hz / every)
@@ -141,7 +140,7 @@ def court_config(table: CourtTable | None, model: mujoco.MjModel) -> CourtConfig
             raise RobotError(f"court.region: its {name} goes from {low:g} to {high:g} m; write the smaller one first")
     net = None if table.net is None else _net(model, data, table.net)
     believed = table.restitution, table.friction, table.dwell
-    return CourtConfig(table.surface, float(place[2] + half[2]), extent, net, *believed, region)  # type: ignore[arg-type]
+    return CourtConfig(table.surface, float(place[2] + half[2]), net, *believed, region)  # type: ignore[arg-type]
 
 
 def _net(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> NetConfig:

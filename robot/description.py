@@ -16,6 +16,7 @@ from robot.model import TOOL_SITE, Tool, body_name, check_tool, compile_model, j
 from robot.schema import CollisionTable, Description, OnFault, RobotError, ToolFrame, read_description
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from robot.tree import is_moved_by
+from robot.urdf import UrdfJoint, read_urdf
 
 MAX_GAIN = 2.0
 """Eq. 11 is unstable where alpha, times the length of a tick, is larger."""
@@ -65,6 +66,7 @@ class RobotConfig:
     recoil: what a hit may do to the arm without a fault, None where nothing may.
     others: robots of the same bus that stand in the model: their joints, in the order of their own vectors.
     ball, racket, court: what it plays with, each None where it has none.
+    urdf: the joints of a URDF by name, none of an MJCF.
     model: the robot and its surroundings in MuJoCo, with the tool's site, without geoms that touch nothing; only to be
     read.
     """
@@ -90,6 +92,7 @@ class RobotConfig:
     racket: RacketConfig | None
     court: CourtConfig | None
     mjcf_path: Path
+    urdf: Mapping[str, UrdfJoint]
     model: mujoco.MjModel
 
     @property
@@ -112,7 +115,7 @@ class RobotConfig:
 
     def load_model(self, visual: bool = False) -> mujoco.MjModel:
         """Return a copy of the model; `visual`: one that is compiled with what is only for the eye."""
-        return compile_model(self.mjcf_path, self.tool, visual) if visual else copy(self.model)
+        return compile_model(self.mjcf_path, self.tool, self.urdf, visual) if visual else copy(self.model)
 
 
 def load_robot(path: Path | str = DEFAULT_ROBOT_CONFIG) -> RobotConfig:
@@ -121,14 +124,14 @@ def load_robot(path: Path | str = DEFAULT_ROBOT_CONFIG) -> RobotConfig:
     description = read_description(path)
     mjcf_path = path.parent / description.model
     try:
-        tool = _tool(description)
-        return _config(description, compile_model(mjcf_path, tool), mjcf_path, tool)
+        return _config(description, mjcf_path, _tool(description), read_urdf(mjcf_path))
     except RobotError as error:
         raise RobotError(f"{path}: {error}") from error
 
 
-def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, tool: Tool) -> RobotConfig:
+def _config(description: Description, mjcf_path: Path, tool: Tool, urdf: Mapping[str, UrdfJoint]) -> RobotConfig:
     """Validate a description against its model."""
+    model = compile_model(mjcf_path, tool, urdf)
     joints = description.joints
     names = tuple(joints.names)
     if not names or len(set(names)) < len(names):
@@ -160,6 +163,7 @@ def _config(description: Description, model: mujoco.MjModel, mjcf_path: Path, to
         racket=racket_config(description.racket, model, moved),
         court=court_config(description.court, model),
         mjcf_path=mjcf_path,
+        urdf=urdf,
         model=model,
     )
 
@@ -185,7 +189,9 @@ def _tool(description: Description) -> Tool:
         raise RobotError(f"tool.position: {list(tool.position)} is not finite")
     length = float(np.linalg.norm(tool.quaternion))
     if not 0 < length < np.inf:
-        raise RobotError(f"tool.quaternion: {list(tool.quaternion)} is no rotation; [1, 0, 0, 0] is none")
+        raise RobotError(
+            f"tool.quaternion: {list(tool.quaternion)} is no rotation; write [1, 0, 0, 0] for the body's own axes"
+        )
     return Tool(TOOL_SITE, tool.body, tool.position, tool.quaternion)
 
 

@@ -13,12 +13,10 @@ class Load:
     """Gravity and inertia in n poses of J joints.
 
     Attributes:
-        poses: (n, J), rad.
         gravity: (n, J), N·m, the torque that holds the arm still.
         inertia: (n, J, J), kg·m².
     """
 
-    poses: np.ndarray
     gravity: np.ndarray
     inertia: np.ndarray
 
@@ -46,4 +44,4 @@ def load_at(model: mujoco.MjModel, qpos: np.ndarray, joints: list[int], poses: n
         mujoco.mj_fullM(model, data, full)
         gravity.append(bias[dofs])
         inertia.append(full[np.ix_(dofs, dofs)])
-    return Load(poses, np.array(gravity), np.array(inertia))
+    return Load(np.array(gravity), np.array(inertia))

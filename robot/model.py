@@ -2,7 +2,7 @@
 
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ import numpy as np
 
 from robot.compilation import compile_spec
 from robot.schema import RobotError
-from robot.urdf import is_urdf
+from robot.urdf import UrdfJoint
 from robot.urdf_model import prepare
 
 TOOL_SITE = "volley_tool"
@@ -22,8 +22,11 @@ CURES = {
     "repeated name": "give each a name of its own",
     "Error opening file": "put that file where the model says it is",
     "range[0] should be smaller": "exchange or correct the two numbers",
+    "unknown transmission target": "give the joint that name, or remove the actuator",
 }
 """What to do about an error of MuJoCo, by a part of it."""
+ASIDE = "The visual elements of the spec were discarded"
+"""What MuJoCo adds to an error, and does not concern the file."""
 # MuJoCo's enumeration members do not compare equal to the numbers in its arrays.
 SINGLE_AXIS = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -41,24 +44,32 @@ class Tool:
     quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
 
-def compile_model(path: Path, tool: Tool, visual: bool = False) -> mujoco.MjModel:
+def compile_model(path: Path, tool: Tool, urdf: Mapping[str, UrdfJoint], visual: bool = False) -> mujoco.MjModel:
     """Compile the MJCF or URDF file at `path`, with the tool's site; `visual`: with what is only for the eye.
+
+    `urdf`: the joints that `read_urdf` returns.
 
     Raises:
         RobotError: MuJoCo cannot load it, or it has no such body.
     """
+    if not path.is_file():
+        raise RobotError(f"model: there is no file {str(path)!r}; name an MJCF or URDF file")
+    if path.suffix not in (".xml", ".urdf"):
+        raise RobotError(
+            f"model: {path.name!r} ends neither in .xml (MJCF) nor in .urdf; rename it, or name another one"
+        )
     try:
         with _quiet():
             spec = mujoco.MjSpec.from_file(str(path))
-            if is_urdf(path):
-                prepare(spec, path)
+            if urdf:
+                prepare(spec, path, urdf)
             if tool.body is not None:
                 _add_site(spec, tool)
             return compile_spec(spec, visual)
     except RobotError:
         raise
     except ValueError as error:
-        said = " ".join(str(error).split())
+        said = " ".join(str(error).partition(ASIDE)[0].split())
         cure = next((f"; {cure}" for part, cure in CURES.items() if part in said), "")
         raise RobotError(f"model: {path.name!r} cannot be loaded: {said}{cure}") from error
 
@@ -109,18 +120,17 @@ def check_tool(model: mujoco.MjModel, tool: Tool, moved: list[int]) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep MuJoCo from warning of options of an attached model that differ: the first model's hold."""
-    conflict = "Attach conflict"
+    """Keep MuJoCo from warning of attached models: the first one's options hold, and nothing is saved as XML."""
 
     def warn(text: str) -> None:
-        if not text.startswith(conflict):
+        if not text.startswith("Attach"):
             print(f"MuJoCo: {text}", file=sys.stderr)
 
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(warn)
     try:
         with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", conflict)
+            warnings.filterwarnings("ignore", "Attach")
             yield
     finally:
         mujoco.set_mju_user_warning(before)

@@ -24,9 +24,9 @@ ESCAPE = 1e-3
 """Bodies that are nearer than the margin when a motion begins may come this much (m) nearer still."""
 
 AFTER = 200
-"""Of two bodies that collide the distance is measured at so many instants after, for the smallest one."""
+"""Number of instants after a collision at which the distance of the two bodies is measured, for the smallest one."""
 
-Scope = Literal["all", "part", "none"]
+Scope = Literal["all", "none"]
 
 
 class Collides(MotionError):
@@ -64,8 +64,7 @@ class Findings:
     """What a check found out.
 
     nearest: None where nothing can meet, or nothing was looked at. torque_use: (J,), largest part of each joint's
-    torque limit, NaN where it has none; None where it was not looked at. scope: how much was looked at of what was
-    asked for.
+    torque limit, NaN where it has none; None where it was not looked at. scope: whether anything was looked at.
     """
 
     nearest: Nearest | None = None
@@ -120,13 +119,11 @@ class MotionCheck:
         duration: float,
         collision: bool = True,
         torque: bool = True,
-        deadline: float = math.inf,
         begin: float | None = None,
     ) -> Findings:
         """Check a motion of `duration` (s) that begins at `begin` (s on the robot's clock).
 
-        Other robots move meanwhile, and after it; where `begin` is None they stand. What comes first is checked first;
-        beyond the `deadline` (`time.perf_counter`) the rest is left unchecked.
+        Other robots move meanwhile, and after it; where `begin` is None they stand. What comes first is checked first.
 
         Raises:
             Collides: two bodies come nearer than the margin. A pair that is nearer at the start may part.
@@ -149,14 +146,12 @@ class MotionCheck:
             states = scene.sample(times)
             if first == 0 and collision:
                 floors = self._floors(states.positions[0])
-            done = not collision or self._apart(scene, times, states, floors, findings, deadline)
-            if done and torque and times[0] < duration:
-                used, done = self._torques.use(trajectory, times, self._own(states), deadline)
+            if collision:
+                self._keep_apart(scene, times, states, floors, findings)
+            if torque and times[0] < duration:
+                used = self._torques.use(trajectory, times, self._own(states))
                 before = findings.torque_use
                 findings.torque_use = used if before is None else np.maximum(before, used)
-            if not done:
-                findings.scope = "part"
-                return findings
         findings.scope = "all"
         return findings
 
@@ -176,22 +171,16 @@ class MotionCheck:
                 floors[pair] = distance - ESCAPE
         return floors
 
-    def _apart(
-        self,
-        scene: _Scene,
-        times: np.ndarray,
-        states: Samples,
-        floors: np.ndarray,
-        findings: Findings,
-        deadline: float,
-    ) -> bool:
-        """Look for collisions; return whether all of the steps were looked at."""
+    def _keep_apart(
+        self, scene: _Scene, times: np.ndarray, states: Samples, floors: np.ndarray, findings: Findings
+    ) -> None:
+        """Look for collisions, and note the smallest distance. Raises Collides."""
         clearance, step = self.clearance, times[1] - times[0]
         # A joint that turns round within a step goes a little farther than from one to the other.
         turning = np.abs(states.accelerations).max(axis=0) * step**2 / 2
         moved = np.abs(np.diff(states.positions, axis=0)) + turning
         best = findings.nearest.distance if findings.nearest else math.inf
-        found = approach(clearance, states.positions, moved, floors, best, deadline)
+        found = approach(clearance, states.positions, moved, floors, best)
         if found.hit is not None:
             pair, first = found.hit.pair, float(times[0] + found.hit.step * step)
             met = scene.others and clearance.rates[pair, self._joints :].any()
@@ -201,7 +190,6 @@ class MotionCheck:
             near = found.nearest
             when = min(float(times[0] + near.step * step), scene.until)
             findings.nearest = Nearest(near.distance, *clearance.pairs[near.pair].bodies, when)
-        return found.complete
 
     def _deepest(self, pair: int, scene: _Scene, first: float) -> float:
         """Return the smallest distance of a pair from an instant on, m."""

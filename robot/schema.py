@@ -133,5 +133,6 @@ def read_description(path: Path) -> Description:
     except OSError as error:
         raise RobotError(f"{path}: cannot be read ({error.strerror}); name a robot's TOML file") from error
     except ValueError as error:  # msgspec's errors and the decoding of its text are ones
-        raise RobotError(f"{path}: {error}") from error
+        cure = '; write "hold" or "stop"' if "on_fault" in str(error) else ""
+        raise RobotError(f"{path}: {error}{cure}") from error
     return description

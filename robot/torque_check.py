@@ -1,7 +1,5 @@
 """Whether a motion needs more torque than the arm has."""
 
-import time
-
 import mujoco
 import numpy as np
 
@@ -26,8 +24,6 @@ class TorqueExceeded(MotionError):
     around it. `min_duration` (s) is a duration in which the motion can be played, None where none was found.
     """
 
-    quantity = "torque"
-
     def __init__(self, joint: int, value: float, bound: float, time: float, min_duration: float | None = None) -> None:
         remedy = "give it more time" if min_duration is None else f"a duration of {min_duration:.6g} s works"
         super().__init__(
@@ -35,6 +31,7 @@ class TorqueExceeded(MotionError):
             f"{time:.3f} s; {remedy}"
         )
         self.joint = joint
+        self.quantity = "torque"
         self.value = value
         self.bound = bound
         self.time = time
@@ -55,25 +52,22 @@ class TorqueCheck:
         self._near = NEAR_LIMIT * self._limits - 2 * self._dynamics.friction
         self.unused = np.where(np.isfinite(self._limits), 0.0, np.nan)
 
-    def use(
-        self, trajectory: Trajectory, times: np.ndarray, states: Samples, deadline: float
-    ) -> tuple[np.ndarray, bool]:
-        """Return the largest part of each joint's torque limit, (J,), and whether all of the states were looked at.
+    def use(self, trajectory: Trajectory, times: np.ndarray, states: Samples) -> np.ndarray:
+        """Return the largest part of each joint's torque limit, (J,).
 
         times: (n,), s, at even steps, with n - 1 a multiple of `COARSE`; states: the trajectory's then. Joints without
-        a limit have NaN. Beyond the `deadline` (`time.perf_counter`) the rest is left out.
+        a limit have NaN.
 
         Raises:
             TorqueExceeded: a joint needs more torque than it has.
         """
-        torques = self._along(states, deadline)
-        complete = len(torques) == len(states)
+        torques = self._along(states)
         # A jerky motion passes a limit between two steps.
-        near = times[: len(torques)][(np.abs(torques) > self._near).any(axis=1)]
+        near = times[(np.abs(torques) > self._near).any(axis=1)]
         if near.size:
             half = (times[1] - times[0]) / 2
             halfway = np.unique(np.maximum([near - half, near + half], times[0]))
-            times = np.concatenate([times[: len(torques)], halfway])
+            times = np.concatenate([times, halfway])
             inner = trajectory.sample(halfway)
             torques = np.concatenate([torques, [self._at(inner, row) for row in range(len(halfway))]])
             order = np.argsort(times, kind="stable")
@@ -85,22 +79,16 @@ class TorqueCheck:
             sign = float(np.sign(torques[beyond[0], joint]))
             value = sign * float((sign * torques[:, joint]).max())
             raise TorqueExceeded(joint, value, sign * float(self._limits[joint]), float(times[beyond[0]]))
-        return self.unused + used.max(axis=0, initial=0.0), complete
+        return self.unused + used.max(axis=0)
 
-    def _along(self, states: Samples, deadline: float) -> np.ndarray:
-        """Return the torques at the states, (n, J), at the first of them where time runs out."""
+    def _along(self, states: Samples) -> np.ndarray:
+        """Return the torques at the states, (n, J)."""
         coarse, inertias = [], []
         for step in range(0, len(states), COARSE):
-            if time.perf_counter() > deadline:
-                break
             coarse.append(self._at(states, step))
             inertias.append(self._dynamics.inertia())
-        if not coarse:
-            return np.empty((0, len(self._limits)))
         torques = between(np.array(coarse), np.array(inertias), states.accelerations)
         for step in np.flatnonzero((np.abs(torques) > self._near).any(axis=1)).tolist():
-            if time.perf_counter() > deadline:
-                return torques[:step]
             torques[step] = self._at(states, step)
         return torques
 

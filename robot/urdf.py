@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -20,10 +21,6 @@ class UrdfJoint:
     Attributes:
         name: Of the joint.
         kind: revolute, continuous, prismatic or fixed.
-        parent: Link that carries it.
-        child: Link that it moves.
-        lower: End of the range, rad or m.
-        upper: End of the range, rad or m.
         velocity: Limit, rad/s or m/s.
         effort: Limit, N·m or N.
         mimics: The joint that it follows.
@@ -32,10 +29,6 @@ class UrdfJoint:
 
     name: str
     kind: str
-    parent: str
-    child: str
-    lower: float | None
-    upper: float | None
     velocity: float | None
     effort: float | None
     mimics: str | None
@@ -47,28 +40,24 @@ class UrdfJoint:
         return self.kind in ("revolute", "continuous", "prismatic")
 
     @property
-    def looks_movable(self) -> bool:
-        """Whether it is fixed, but has limits as if it should move."""
-        return self.kind == "fixed" and self.limited
-
-    @property
-    def unknown(self) -> dict[str, float]:
-        """Limits that no joint can have, and that stand for unknown, by their name in the file."""
-        given = {"velocity": self.velocity, "effort": self.effort} if self.moves else {}
-        return {key: value for key, value in given.items() if value is not None and value <= 0}
-
-
-def is_urdf(path: Path) -> bool:
-    """Return whether the file is named as a URDF."""
-    return path.suffix.lower() == ".urdf"
+    def doubts(self) -> Iterator[str]:
+        """Sentences on limits that are hardly meant so."""
+        if self.kind == "fixed" and self.limited:
+            yield f'{self.name} is fixed, but has limits; if it should move, write type="revolute"'
+        if self.moves:
+            for key, value in (("velocity", self.velocity), ("effort", self.effort)):
+                if value is not None and value <= 0:
+                    yield f"{self.name}: {key} is {value:g}, which is taken for unknown; write the true limit"
 
 
 def read_urdf(path: Path) -> dict[str, UrdfJoint]:
-    """Return the joints of a URDF by name.
+    """Return the joints of a URDF by name; none of a file that is not named `.urdf`.
 
     Raises:
         RobotError: the file is no URDF, or a joint of it cannot be meant.
     """
+    if path.suffix != ".urdf":
+        return {}
     try:
         root = _parse(path.read_bytes())
     except OSError as error:
@@ -86,7 +75,13 @@ def read_urdf(path: Path) -> dict[str, UrdfJoint]:
     ):
         if repeated := [name for name, count in Counter(names).items() if count > 1]:
             raise RobotError(f"{path}: the name {repeated[0]!r} is repeated; give each {what} a name of its own")
-    return {joint.name: joint for joint in joints}
+    by_name = {joint.name: joint for joint in joints}
+    for joint in joints:
+        if joint.mimics is not None and not (joint.mimics in by_name and by_name[joint.mimics].moves):
+            raise RobotError(
+                f"{path}: {joint.name} follows {joint.mimics}, which is no joint that moves; correct or remove <mimic>"
+            )
+    return by_name
 
 
 def _parse(text: bytes) -> ElementTree.Element:
@@ -118,27 +113,18 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
             raise RobotError(f"{name}: limit {key}={text!r} is no number") from None
         return value if value is None or math.isfinite(value) else None
 
-    joint = UrdfJoint(
+    if kind in ("floating", "planar"):
+        child = element.find("child")
+        moved = name if child is None else child.get("link", "")
+        raise RobotError(f'{moved} floats freely: {name} is {kind}; an arm stands still, write type="fixed"')
+    lower, upper = number("lower") or 0.0, number("upper") or 0.0
+    if kind in ("revolute", "prismatic") and lower > upper:
+        raise RobotError(f"{name}: its range begins at {lower:g} and ends at {upper:g}; exchange lower and upper")
+    return UrdfJoint(
         name=name,
         kind=kind,
-        parent=_link(element, "parent"),
-        child=_link(element, "child"),
-        lower=number("lower"),
-        upper=number("upper"),
         velocity=number("velocity"),
         effort=number("effort"),
         mimics=None if mimic is None else mimic.get("joint"),
         limited=limit is not None,
     )
-    if joint.kind in ("floating", "planar"):
-        raise RobotError(f'{joint.child} floats freely: {name} is {kind}; an arm stands still, write type="fixed"')
-    if joint.moves and joint.kind != "continuous" and (joint.lower or 0.0) > (joint.upper or 0.0):
-        raise RobotError(
-            f"{name}: its range begins at {joint.lower:g} and ends at {joint.upper or 0.0:g}; exchange lower and upper"
-        )
-    return joint
-
-
-def _link(element: ElementTree.Element, tag: str) -> str:
-    found = element.find(tag)
-    return "" if found is None else found.get("link", "")

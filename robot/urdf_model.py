@@ -1,32 +1,32 @@
 """Put right what MuJoCo makes of a URDF, before it is compiled."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import mujoco
 
 from robot.schema import RobotError
-from robot.urdf import read_urdf
+from robot.urdf import UrdfJoint
 
 PACKAGE = "package:"
 READABLE = (".stl", ".obj", ".msh")
 
 
-def prepare(spec: mujoco.MjSpec, path: Path) -> None:
-    """Change the specification of the URDF at `path`.
+def prepare(spec: mujoco.MjSpec, path: Path, joints: Mapping[str, UrdfJoint]) -> None:
+    """Change the specification of the URDF at `path`, whose `joints` were read beside MuJoCo.
 
     Links that are fixed to each other remain bodies of their own, so that each can carry the tool. Links that a joint
     connects may overlap in a URDF, so they do not collide. Meshes of `package://` are found. A negative effort is no
     limit.
 
     Raises:
-        RobotError: a joint cannot be meant, or a mesh is missing or of a format that MuJoCo cannot read.
+        RobotError: a mesh is missing or of a format that MuJoCo cannot read.
     """
     spec.compiler.fusestatic = False
     for mesh in spec.meshes:
         mesh.file = str(find_mesh(mesh.file, path.absolute().parent, spec.meshdir))
-    for joint in read_urdf(path).values():
+    for joint in joints.values():
         if joint.moves and joint.effort is not None and joint.effort < 0:
             spec.joint(joint.name).actfrclimited = False
     _exclude_neighbours(spec)
@@ -62,9 +62,11 @@ def find_mesh(name: str, folder: Path, meshdir: str = "") -> Path:
 
 
 def _places(name: str, folder: Path, meshdir: str) -> Iterator[Path]:
-    """Yield where a mesh may be."""
+    """Yield where a mesh may be; last where MuJoCo looks for it, which strips the path of a URDF's meshes."""
+    stripped = folder / meshdir / Path(name).name
     if not name.startswith(PACKAGE):
         yield folder / meshdir / name.removeprefix("file:").replace("//", "/")
+        yield stripped
         return
     package, _, rest = name.removeprefix(PACKAGE).lstrip("/").partition("/")
     for above in (folder, *folder.parents):
@@ -75,3 +77,4 @@ def _places(name: str, folder: Path, meshdir: str) -> Iterator[Path]:
         yield Path(root) / package / rest
         if Path(root).name == package:
             yield Path(root) / rest
+    yield stripped

@@ -15,7 +15,7 @@ CHECKS = (
     structure.restraints,
     structure.undriven,
     structure.order,
-    structure.fixed_joints,
+    structure.urdf_limits,
     structure.unnamed_bodies,
     structure.shapes,
     numbers.gravity,
@@ -24,7 +24,6 @@ CHECKS = (
     numbers.missing_limits,
     numbers.swapped_ranges,
     numbers.degrees,
-    numbers.sentinels,
 )
 LEVELS = "unusable", "warning", "note"
 STEPS = 300

@@ -133,13 +133,3 @@ def degrees(subject: Subject) -> Iterator[Finding]:
             f"no joint moves more than {max(widths):.2g} rad: the model's radians were read as degrees; "
             'write <compiler angle="radian"/>',
         )
-
-
-def sentinels(subject: Subject) -> Iterator[Finding]:
-    """Limits in a URDF that stand for unknown."""
-    for joint in subject.urdf.values():
-        for key, value in joint.unknown.items():
-            yield Finding(
-                "warning",
-                f"{joint.name}: its {key} of {value:g} in the URDF is taken for unknown; write the true limit",
-            )

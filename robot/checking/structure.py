@@ -28,11 +28,12 @@ def contacts_at_home(subject: Subject) -> Iterator[Finding]:
     data.qpos[:] = subject.config.pose_at_home
     for (first, second), distance in touching(subject.model, data, {*subject.joints, *subject.held}).items():
         if frozenset((first, second)) not in subject.config.collision.ignore or distance < -DEEP:
+            exclude = f'add to the model <contact><exclude body1="{first}" body2="{second}"/></contact>'
+            cure = "remove one <collision>" if subject.config.urdf else exclude
             yield Finding(
                 "unusable" if distance < -DEEP else "warning",
-                f"at home {first} and {second} overlap by {-distance * 1e3:.2g} mm and push each other off; "
-                "change home, or where they always overlap, add to the model "
-                f'<contact><exclude body1="{first}" body2="{second}"/></contact>',
+                f"at home {first} and {second} overlap by {-distance * 1e3:.3g} mm and push each other off; "
+                f"change home, or where they always overlap, {cure}",
             )
 
 
@@ -92,14 +93,9 @@ def order(subject: Subject) -> Iterator[Finding]:
             return
 
 
-def fixed_joints(subject: Subject) -> Iterator[Finding]:
-    """Fixed joints of a URDF that look as if they should move."""
-    for joint in subject.urdf.values():
-        if joint.looks_movable:
-            yield Finding(
-                "warning",
-                f'{joint.name} is fixed in the URDF, but has limits; if it should move, write type="revolute"',
-            )
+def urdf_limits(subject: Subject) -> Iterator[Finding]:
+    """Limits in a URDF that are hardly meant so."""
+    yield from (Finding("warning", doubt) for joint in subject.config.urdf.values() for doubt in joint.doubts)
 
 
 def unnamed_bodies(subject: Subject) -> Iterator[Finding]:

@@ -1,6 +1,5 @@
 """What the checks look at."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -10,9 +9,7 @@ import mujoco
 from robot.description import RobotConfig
 from robot.dynamics import Load, load_at, sample_poses
 from robot.model import joint_ids
-from robot.schema import RobotError
 from robot.tree import followers
-from robot.urdf import UrdfJoint, is_urdf, read_urdf
 
 Level = Literal["unusable", "warning", "note"]
 
@@ -66,15 +63,6 @@ class Subject:
     def load(self) -> Load:
         """Gravity and inertia over the range."""
         return load_at(self.model, self.config.pose_at_home, self.joints, sample_poses(self.config.limits.positions))
-
-    @cached_property
-    def urdf(self) -> Mapping[str, UrdfJoint]:
-        """The URDF's joints; none of an MJCF."""
-        path = self.config.mjcf_path
-        try:
-            return read_urdf(path) if is_urdf(path) else {}
-        except RobotError:
-            return {}
 
     def is_slide(self, index: int) -> bool:
         """Return whether the arm's joint of this index moves in m and N."""

@@ -12,8 +12,7 @@ from robot.importing.document import Contents, to_toml
 from robot.importing.home import find_home
 from robot.importing.limits import find_limits
 from robot.model import Tool, compile_model
-from robot.schema import RobotError
-from robot.urdf import UrdfJoint, is_urdf, read_urdf
+from robot.urdf import UrdfJoint, read_urdf
 
 NO_TOOL = Tool("")
 UNNAMED = "MuJoCo Model"
@@ -44,14 +43,12 @@ def import_robot(
     Raises:
         RobotError: the model cannot be loaded, or has no arm that can be driven.
     """
-    if not source.is_file():
-        raise RobotError(f"{source}: there is no such file; name an MJCF or URDF file")
-    urdf = read_urdf(source) if is_urdf(source) else None
-    model = compile_model(source, NO_TOOL)
+    urdf = read_urdf(source)
+    model = compile_model(source, NO_TOOL, urdf)
     arm = find_arm(model, tool)
     home = find_home(model, arm, keyframe)
     limits = find_limits(model, arm.joints, home.positions, urdf)
-    notes = [*arm.notes, *home.notes, *_urdf_notes(urdf or {})]
+    notes = [*arm.notes, *home.notes, *_urdf_notes(urdf)]
     addresses = model.jnt_qposadr
     contents = Contents(
         name=name or _robot_name(model, source),
@@ -87,12 +84,6 @@ def _reference(source: Path, out: Path | None) -> str:
 
 def _urdf_notes(urdf: Mapping[str, UrdfJoint]) -> list[str]:
     """Return sentences on joints that a URDF hardly means so."""
-    notes: list[str] = []
-    for joint in urdf.values():
-        if joint.looks_movable:
-            notes.append(f'{joint.name} is fixed, but has limits; if it should move, write type="revolute"')
-        for key, value in joint.unknown.items():
-            notes.append(f"{joint.name}: {key} is {value:g}, which is taken for unknown; write the true limit")
-        if joint.mimics:
-            notes.append(f"{joint.name} follows {joint.mimics} by an equality that MuJoCo keeps softly")
-    return notes
+    notes = [doubt for joint in urdf.values() for doubt in joint.doubts]
+    mimics = [f"{one.name} follows {one.mimics}" for one in urdf.values() if one.mimics]
+    return notes + [f"{mimic} by an equality that MuJoCo keeps softly" for mimic in mimics]

@@ -9,7 +9,7 @@ from robot.model import SINGLE_AXIS, TOOL_SITE, Tool, body_name
 from robot.schema import RobotError
 from robot.tree import actuated, carrying_joints, followers, joint_equalities, path_to_world, same_tree, single_axis
 
-TOOL_NAMES = ("attachment_?site", "tcp", "tool0?", "ee|eef|end_?effector", "grip.*", "grasp|pinch", "flange")
+TOOL_NAMES = ("attachment_?site", "tcp", "tool0?", "ee|eef|end_?effector", "grip.*", "grasp|pinch", "flange", "hand")
 """Words that name a tool, the surest first."""
 PARTS = re.compile(r"finger|jaw|knuckle|claw", re.IGNORECASE)
 """Parts of a gripper, which are no tool."""

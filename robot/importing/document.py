@@ -118,8 +118,8 @@ def _origin(value: Value) -> str:
 
 
 def _held(contents: Contents) -> list[Entry]:
-    entries = [Entry(_key(name), _number(value)) for name, value in contents.held.items()]
-    return entries and [Entry(comment=f"kept at this value, rad or m; {contents.held_origin}"), *entries]
+    entries = [Entry(_key(name), _number(value), contents.held_origin) for name, value in contents.held.items()]
+    return entries and [Entry(comment="kept at this value, rad or m"), *entries]
 
 
 def _collision() -> list[Entry]:
@@ -151,9 +151,8 @@ def _key(name: str) -> str:
 
 
 def _number(value: float) -> str:
-    """Return a float to 6 digits, always with a point, `inf` as TOML has it."""
-    text = f"{value:.6g}"
-    return text if re.search(r"[.n]|e", text) else f"{text}.0"
+    """Return a float as TOML has it, with all its digits: a limit that was rounded up would be none."""
+    return repr(value)
 
 
 def _vector(values: np.ndarray) -> str:

@@ -52,11 +52,11 @@ class JointLimits:
 
 
 def find_limits(
-    model: mujoco.MjModel, joints: list[int], qpos: np.ndarray, urdf: Mapping[str, UrdfJoint] | None
+    model: mujoco.MjModel, joints: list[int], qpos: np.ndarray, urdf: Mapping[str, UrdfJoint]
 ) -> JointLimits:
     """Return the limits of the arm's joints, with what is beside it as in `qpos` (nq,)."""
     ranges = model_ranges(model, joints)
-    torques = _torques(model, joints, urdf is not None)
+    torques = _torques(model, joints, bool(urdf))
     velocities = _velocities(model, joints, urdf)
     accelerations = _accelerations(model, joints, qpos, torques.numbers, velocities.numbers)
     jerks = round_down(accelerations.numbers / JERK_S)
@@ -78,12 +78,12 @@ def _torques(model: mujoco.MjModel, joints: Sequence[int], is_urdf: bool) -> Val
     return Value(limits, "no file has all, inf is unknown; see the data sheet", is_open=True)
 
 
-def _velocities(model: mujoco.MjModel, joints: Sequence[int], urdf: Mapping[str, UrdfJoint] | None) -> Value:
+def _velocities(model: mujoco.MjModel, joints: Sequence[int], urdf: Mapping[str, UrdfJoint]) -> Value:
     slide = int(mujoco.mjtJoint.mjJNT_SLIDE)
     assumed = np.array(
         [ASSUMED_SLIDE_VELOCITY if model.jnt_type[joint] == slide else ASSUMED_VELOCITY for joint in joints]
     )
-    if urdf is None:
+    if not urdf:
         return Value(assumed, "assumed, no MJCF has them; rad/s, see the data sheet", is_open=True)
     found = [urdf[model.joint(joint).name] for joint in joints]
     usable = np.array([joint.velocity is not None and joint.velocity > 0 for joint in found])

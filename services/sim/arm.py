@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from protocol.codec import bad_message
 from protocol.errors import Refusal
 from protocol.messages import ActiveDisturbance, Ball, BallState, BallTruth, Contact, Disturb, Throw
 from robot.checking.checks import check_robot
@@ -40,19 +41,19 @@ class SimulatedArm(Backend):
         """`world`: where it stands; by default one of its own."""
         self.config = config
         self._world = world = world or World([config])
-        self._scene: Scene = arm_in(world.scene, config)
-        self._held = HeldJoints(config, self._scene, {k: v for k, v in config.held.items() if k not in world.joints})
-        self._controlled = np.concatenate([self._scene.dofs, self._held.dofs])
-        self._dynamics = InverseDynamics(self._scene, self._controlled)
+        self.scene: Scene = arm_in(world.scene, config)
+        self._held = HeldJoints(config, self.scene, {k: v for k, v in config.held.items() if k not in world.joints})
+        self._controlled = np.concatenate([self.scene.dofs, self._held.dofs])
+        self._dynamics = InverseDynamics(self.scene, self._controlled)
         self._torque_limits = np.concatenate([config.torques, self._held.limits])
-        self._contact_log = ContactLog(self._scene)
-        self._surroundings = Surroundings(config, self._scene.model)
-        self._led = LedJoints(self._scene)
+        self._contact_log = ContactLog(self.scene)
+        self._surroundings = Surroundings(config, self.scene.model)
+        self._led = LedJoints(self.scene)
         self._disturbances = Disturbances(config)
         self._ball = world.ball
         self._camera = Camera(config.rate_hz, config.ball.every if config.ball else 1)
         self._setpoint: Setpoint | None = None
-        world.join(self, self._scene.qpos, self._scene.dofs)
+        world.join(self, self.scene.qpos, self.scene.dofs)
         self.reset(seed=seed)
 
     def reset(self, positions: list[float] | None = None, ball: Ball | None = None, seed: int = 0) -> None:
@@ -63,10 +64,10 @@ class SimulatedArm(Backend):
         then.
         """
         if seed < 0:
-            raise Refusal("bad_message", f"seed is {seed}; it must be 0 or more", field="seed")
+            raise bad_message("seed", f"seed is {seed}; it must be 0 or more")
         pose = self.config.home if positions is None else self._checked_pose(positions)
         self._check_ball(ball)
-        scene = self._scene
+        scene = self.scene
         self._world.reset(self)
         scene.data.qpos[scene.qpos] = pose
         self._held.reset()
@@ -115,13 +116,16 @@ class SimulatedArm(Backend):
     def drive(self) -> None:
         """Turn the setpoint into torques, by inverse dynamics, and apply them."""
         assert self._setpoint is not None
-        scene, data = self._scene, self._scene.data
+        scene, data = self.scene, self.scene.data
         pushes, accelerations = self._pushes(), self._setpoint.accelerations
         if self._guidance:
             pushed = self._dynamics.free(pushes)
             accelerations = self._guidance.accelerations(data.qpos[scene.qpos], data.qvel[scene.dofs], pushed)
-        demanded = self._dynamics.torques(np.concatenate([accelerations, self._held.accelerations()]))
         limits, joints = self._torque_limits, self.config.joint_count
+        held, corrections = self._held.accelerations()
+        demanded = self._dynamics.torques(np.concatenate([accelerations, held]))
+        if len(held):  # a finger that an object stops does not move, so its servo must not move the arm
+            demanded[joints:] += self._dynamics.servo(corrections)
         if self._guidance:
             demanded[:joints] -= pushes
         torques = np.minimum(np.maximum(demanded, -limits), limits)  # np.clip takes three times as long
@@ -133,7 +137,7 @@ class SimulatedArm(Backend):
 
     def take_contacts(self, substep: int) -> None:
         """Take in the contacts of a physics step, the `substep`-th of the tick."""
-        self._contacts += self._contact_log.update(self._observation.time + substep * self._scene.model.opt.timestep)
+        self._contacts += self._contact_log.update(self._observation.time + substep * self.scene.model.opt.timestep)
 
     def finish(self) -> None:
         """Measure, and count the tick.
@@ -144,12 +148,12 @@ class SimulatedArm(Backend):
         self._setpoint = None
         self._tick += 1
         self._observation = self._measure()
-        if not math.isfinite(self._scene.data.qvel[self._scene.dofs].sum()):
+        if not math.isfinite(self.scene.data.qvel[self.scene.dofs].sum()):
             raise Diverged(f"the physics diverged at {self._observation.time:.3f} s; ask for weaker pushes")
 
     def check(self) -> list[Finding]:
         """What is wrong with the robot and its model."""
-        return check_robot(self.config, self._scene.model)
+        return check_robot(self.config, self.scene.model)
 
     def observe(self) -> Observation:
         """The arm at the present tick; the same object until the next step."""
@@ -157,7 +161,7 @@ class SimulatedArm(Backend):
 
     def guide(self) -> None:
         """Yield to pushes, weightless, until `recover`."""
-        self._guidance = Guidance(self.config, self._scene.data.qpos[self._scene.qpos])
+        self._guidance = Guidance(self.config, self.scene.data.qpos[self.scene.qpos])
         self._observation = self._measure()
 
     def recover(self) -> None:
@@ -172,7 +176,7 @@ class SimulatedArm(Backend):
         """
         kind, now = request.kind, self._tick / self.config.rate_hz
         if kind == "loss":
-            raise Refusal("bad_message", "kind: the arm itself loses no messages", field="kind")
+            raise bad_message("kind", "kind: the arm itself loses no messages")
         if kind == "sensor_noise":
             self._disturbances.set_sensor_noise(request.position_std or 0.0, request.velocity_std or 0.0)
             return now
@@ -185,7 +189,7 @@ class SimulatedArm(Backend):
             return now
         for field in ("values", "duration"):
             if getattr(request, field) is None:
-                raise Refusal("bad_message", f"{field} is missing; kind {kind!r} needs it", field=field)
+                raise bad_message(field, f"{field} is missing; kind {kind!r} needs it")
         assert request.values is not None
         assert request.duration is not None
         return self._disturbances.push(kind, request.values, request.start_time, request.duration, self._tick)
@@ -229,7 +233,7 @@ class SimulatedArm(Backend):
 
     def surroundings(self) -> dict[str, list[float]]:
         """Coordinates of the joints that are neither the arm's nor the ball's, by name."""
-        return self._surroundings.read(self._scene.data)
+        return self._surroundings.read(self.scene.data)
 
     def _pushes(self) -> np.ndarray:
         """Generalised forces (J,), N·m, of the pushes that act now."""
@@ -243,7 +247,7 @@ class SimulatedArm(Backend):
         return total
 
     def _measure(self) -> Observation:
-        scene, noise = self._scene, self._disturbances
+        scene, noise = self.scene, self._disturbances
         true_positions, true_velocities = scene.data.qpos[scene.qpos], scene.data.qvel[scene.dofs]
         positions, velocities = true_positions, true_velocities
         if noise.position_std or noise.velocity_std:
@@ -266,11 +270,11 @@ class SimulatedArm(Backend):
     def _checked_pose(self, positions: list[float]) -> np.ndarray:
         config = self.config
         if len(positions) != config.joint_count:
-            message = f"positions has {len(positions)} numbers; the arm has {config.joint_count} joints"
-            raise Refusal("bad_message", message, field="positions")
+            sentence = f"positions has {len(positions)} numbers; the arm has {config.joint_count} joints"
+            raise bad_message("positions", sentence)
         for name, value, (low, high) in zip(config.joint_names, positions, config.limits.positions, strict=True):
             if not np.isfinite(value):
-                raise Refusal("bad_message", f"positions: {name} is {value}; it must be finite", field="positions")
+                raise bad_message("positions", f"positions: {name} is {value}; it must be finite")
             if not low <= value <= high:
                 message = f"positions: {name} at {value:.6g} rad lies outside its range {low:.6g} to {high:.6g}"
                 bound = float(low if value < low else high)
@@ -287,5 +291,5 @@ class SimulatedArm(Backend):
         """Return the ball. Raises Refusal `bad_message` where there is none."""
         if self._ball is None:
             cure = 'add a body "ball" with a free joint to its model' if field != "ball" else "leave it null"
-            raise Refusal("bad_message", f"{field}: this robot's scene has no ball; {cure}", field=field)
+            raise bad_message(field, f"{field}: this robot's scene has no ball; {cure}")
         return self._ball

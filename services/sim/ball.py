@@ -7,6 +7,7 @@ from protocol.codec import bad_message
 from protocol.messages import ActiveDisturbance, Ball, BallTruth, Disturb, Throw
 from robot.court import BALL, BallConfig
 from robot.model import owner_name
+from services.sim.disturbances import refuse_others
 from services.sim.model import Scene
 
 TEE_STORE = (0.0, 0.0, -10.0)
@@ -17,8 +18,6 @@ MAX_SPIN = 1000.0
 """rad/s about each axis; a tennis ball reaches 500."""
 STRONGEST = 50.0
 """m/s along each axis, of wind; a hurricane blows with 33."""
-OTHERS = "start_time", "duration", "position_std", "velocity_std", "stream", "latency_s", "drop_rate"
-"""Fields of a disturbance that wind does not have."""
 Axes = tuple[float, float, float]
 
 
@@ -59,9 +58,7 @@ class SimulatedBall:
         Raises:
             Refusal: `bad_message`, naming the field.
         """
-        alien = [name for name in OTHERS if getattr(request, name) is not None]
-        if alien:
-            raise bad_message(alien[0], f"{alien[0]} belongs to another kind; leave it null in 'wind'")
+        refuse_others(request, "values")
         values = request.values or []
         if len(values) != 3 or not all(abs(value) <= STRONGEST for value in values):
             sentence = f"values is {values}; of 'wind' it must be three numbers within {STRONGEST:g} m/s of 0"

@@ -8,6 +8,7 @@ import numpy as np
 
 from protocol.codec import bad_message
 from protocol.messages import ActiveDisturbance, BallState, BallTruth, Disturb
+from services.sim.disturbances import refuse_others
 
 BOUNDS = {"position_std": 1.0, "latency_s": 1.0, "drop_rate": 1.0}
 """Largest values of the fields of `ball_noise`: m, s, 1."""
@@ -36,9 +37,7 @@ class Camera:
         Raises:
             Refusal: `bad_message` for a field that is out of range or of another kind.
         """
-        alien = [name for name in ("values", "start_time", "duration", "velocity_std", "stream") if _has(request, name)]
-        if alien:
-            raise bad_message(alien[0], f"{alien[0]} belongs to another kind; leave it null in 'ball_noise'")
+        refuse_others(request, *BOUNDS)
         noise = {name: getattr(request, name) or 0.0 for name in BOUNDS}
         for name, value in noise.items():
             if not 0 <= value <= BOUNDS[name]:
@@ -70,7 +69,3 @@ class Camera:
         while self._waiting and self._waiting[0][0] <= tick:
             arrived.append(self._waiting.popleft()[1])
         return arrived
-
-
-def _has(request: Disturb, name: str) -> bool:
-    return getattr(request, name) is not None

@@ -15,7 +15,7 @@ MAX_PUSHES = 64
 """Pushes that act or wait."""
 
 MAX_PUSH = 10.0
-"""Of a joint's own largest acceleration or torque; far beyond it the physics diverges."""
+"""Largest push, in units of a joint's own largest acceleration or torque; far beyond it the physics diverges."""
 
 UNLIMITED_PUSH = 1e4
 """rad/s² or N·m on a joint without such a limit."""
@@ -37,6 +37,13 @@ class Push:
     values: np.ndarray
     first_tick: int
     end_tick: int
+
+
+def refuse_others(request: Disturb, *own: str) -> None:
+    """Raise Refusal `bad_message` for a field of `request` that is none of its kind's `own`."""
+    for name in request.__struct_fields__:
+        if name not in ("version", "kind", *own) and getattr(request, name) is not None:
+            raise bad_message(name, f"{name} belongs to another kind; leave it null in {request.kind!r}")
 
 
 class Disturbances:
@@ -65,7 +72,7 @@ class Disturbances:
         """
         for field, value in (("position_std", position_std), ("velocity_std", velocity_std)):
             if not 0 <= value <= MAX_NOISE:
-                raise Refusal("bad_message", f"{field} is {value}; it must lie in 0 to {MAX_NOISE}", field=field)
+                raise bad_message(field, f"{field} is {value}; it must lie in 0 to {MAX_NOISE}")
         self.position_std = position_std
         self.velocity_std = velocity_std
 
@@ -106,18 +113,17 @@ class Disturbances:
     def _check(self, values: list[float], largest: np.ndarray, start: float, duration: float, now: float) -> None:
         joints = self._joint_names
         if len(values) != len(joints):
-            message = f"values has {len(values)} numbers; the arm has {len(joints)} joints: {', '.join(joints)}"
-            raise Refusal("bad_message", message, field="values")
+            sentence = f"values has {len(values)} numbers; the arm has {len(joints)} joints: {', '.join(joints)}"
+            raise bad_message("values", sentence)
         for name, value, bound in zip(joints, values, largest, strict=True):
             if not abs(value) <= bound:
-                message = f"values: {name} is {value}; it must lie within {bound:g} of 0"
-                raise Refusal("bad_message", message, field="values")
+                raise bad_message("values", f"values: {name} is {value}; it must lie within {bound:g} of 0")
         if not 0 < duration <= MAX_SPAN_S:
-            message = f"duration is {duration} s; it must be greater than 0 and at most {MAX_SPAN_S} s"
-            raise Refusal("bad_message", message, field="duration")
+            sentence = f"duration is {duration} s; it must be greater than 0 and at most {MAX_SPAN_S} s"
+            raise bad_message("duration", sentence)
         if not now <= start <= now + MAX_SPAN_S:
-            message = f"start_time is {start} s, now is {now:.3f} s; name one of the next {MAX_SPAN_S:g} s, or null"
-            raise Refusal("bad_message", message, field="start_time")
+            sentence = f"start_time is {start} s, now is {now:.3f} s; name one of the next {MAX_SPAN_S:g} s, or null"
+            raise bad_message("start_time", sentence)
 
 
 class Loss:

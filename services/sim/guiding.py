@@ -17,7 +17,7 @@ MARGIN, RETURN = 0.05, 100.0
 """rad, 1/s: a joint stands still so far before an end of its range, and comes back at this rate if it is moved on."""
 
 FAST_SHARE = 0.25
-"""Of its velocity limit: no joint is guided faster."""
+"""Part of its velocity limit: no joint is guided faster."""
 
 
 class Guidance:

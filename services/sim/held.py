@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from motion.tracking import tracking_acceleration
-from motion.trajectory import Samples, Trajectory
+from motion.trajectory import Samples, Trajectory, quintic
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 from robot.description import RobotConfig
@@ -17,11 +17,9 @@ from robot.torque_limits import torque_limit
 from services.sim.model import Scene
 
 GAIN = 0.4
-"""Of the servos, by eq. 11, times the length of a tick: stiff, and stable up to 2."""
+"""Gain of the servos, by eq. 11, times the length of a tick: stiff, and stable up to 2."""
 SLOWEST_S, SPEED = 0.5, 1.0
 """A joint takes this long to a new value, and this much more for every rad or m: s, rad/s or m/s."""
-_ENDING = np.array([[10.0, -6.0, -1.5], [-15.0, 8.0, 1.5], [6.0, -3.0, -0.5]])
-"""Times change, velocity and acceleration in units of the duration: powers 3 to 5 of a polynomial that ends at rest."""
 
 
 class HeldJoints:
@@ -64,20 +62,23 @@ class HeldJoints:
         values = np.array(list(self.targets.values()))
         samples, now = self._samples, self._index
         begin = samples.positions[now], samples.velocities[now], samples.accelerations[now]
-        duration = SLOWEST_S + float(np.abs(values - begin[0]).max()) / SPEED
+        duration = SLOWEST_S + float(np.abs(values - begin[0]).max(initial=0.0)) / SPEED
         ticks = math.ceil(duration * self._config.rate_hz)
-        path = _path(begin, values, ticks * self._config.tick).sample(np.arange(ticks + 1) * self._config.tick)
+        still, breaks = np.zeros_like(values), np.array([0.0, ticks * self._config.tick])
+        motion = Trajectory(breaks, quintic(begin, (values, still, still), breaks[1])[None])
+        path = motion.sample(np.arange(ticks + 1) * self._config.tick)
         path.positions[-1], path.velocities[-1], path.accelerations[-1] = values, 0.0, 0.0
         self._follow(path)
         return ticks * self._config.tick
 
-    def accelerations(self) -> np.ndarray:
-        """Return the accelerations (H,) that the servos want in the coming tick; one call is one tick."""
+    def accelerations(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the accelerations (H,) on the way in the coming tick, and what errors add; one call is one tick."""
         samples, now = self._samples, self._index
         self._index = then = min(now + 1, len(samples) - 1)
         feedforward = (samples.velocities[then] - samples.velocities[now]) * self._config.rate_hz
         reference = samples.positions[now], samples.velocities[now], feedforward
-        return tracking_acceleration(GAIN * self._config.rate_hz, reference, *self._measured())
+        wanted = tracking_acceleration(GAIN * self._config.rate_hz, reference, *self._measured())
+        return feedforward, wanted - feedforward
 
     def positions(self) -> dict[str, float]:
         """Return where the joints are, rad or m."""
@@ -114,12 +115,3 @@ class HeldJoints:
                 sentence = f"{name} at {value:.6g} lies outside its range {low:.6g} to {high:.6g}"
                 bound = low if value < low else high
                 raise Refusal("limit", sentence, joint=name, quantity="position", value=value, bound=bound)
-
-
-def _path(begin: tuple[np.ndarray, np.ndarray, np.ndarray], end: np.ndarray, duration: float) -> Trajectory:
-    """Return the polynomials from a state (positions, velocities, accelerations), (H,) each, to rest at `end`."""
-    scale = duration ** np.arange(6.0)
-    start = np.stack([begin[0], begin[1] * scale[1], begin[2] * scale[2] / 2])
-    ending = _ENDING @ np.stack([end - begin[0], start[1], 2 * start[2]])
-    coefficients = np.concatenate([start, ending]) / scale[:, None]
-    return Trajectory(np.array([0.0, duration]), coefficients.T[None])

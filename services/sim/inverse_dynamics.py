@@ -38,6 +38,14 @@ class InverseDynamics:
         mujoco.mj_solveM(scene.model, scene.data, applied, applied.copy())
         return applied[0, on]
 
+    def servo(self, accelerations: np.ndarray) -> np.ndarray:
+        """Forces (n,), N·m, on the last n joints that add q̈ (n,), rad/s², to theirs, while the others get none."""
+        scene, on = self._scene, self._dofs[-len(accelerations) :]
+        mobility = np.zeros((len(on), scene.model.nv))
+        mobility[np.arange(len(on)), on] = 1.0
+        mujoco.mj_solveM(scene.model, scene.data, mobility, mobility.copy())
+        return np.linalg.solve(mobility[:, on], accelerations)
+
     def torques(self, accelerations: np.ndarray) -> np.ndarray:
         """Torques (D,), N·m, that accelerate the joints with q̈ (D,), rad/s², where nothing touches them."""
         data, dofs = self._scene.data, self._dofs

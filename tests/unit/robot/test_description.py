@@ -11,6 +11,7 @@ from robot.description import Collision, RobotError, Tolerance, load_robot
 from robot.kinematics import Kinematics
 from robot.model import Tool, compile_model
 from robot.shipped import DEFAULT_ROBOT_CONFIG
+from robot.urdf import read_urdf
 
 PAPER_POSES = {
     "home": (0.0, 0.52, 0.82, -0.2, 0.0, 0.09),
@@ -141,8 +142,10 @@ def test_a_position_servos_control_range_is_no_torque(tmp_path: Path):
         ('tool = "tip"', 'tool = {body = "lower", position = [0, 0, inf]}', "tool.position: [0.0, 0.0, inf] is not"),
         ('name = "two"', 'name = "two*"', "name: 'two*' cannot be a part of a key"),
         ('name = "two"', 'name = "/two"', "name: '/two' cannot be a part of a key"),
+        ('name = "two"', 'name = "../two"', "name: '../two' cannot be a part of a key"),
+        ('name = "two"', 'name = "two\\n"', "name: 'two\\n' cannot be a part of a key"),
         ("alpha = 50.0", "alpha = 1001.0", "alpha: 1001 makes tracking unstable at 500 ticks a second; it must be at"),
-        ("alpha = 50.0", 'alpha = 50.0\non_fault = "go on"', "Invalid enum value 'go on' - at `$.on_fault`"),
+        ("alpha = 50.0", 'alpha = 50.0\non_fault = "go on"', '\'go on\' - at `$.on_fault`; write "hold" or "stop"'),
         ("[joints]", "[tolerance]\npositions = 0.0\n[joints]", "tolerance.positions: 0.0 is not greater than 0"),
         (
             "[joints]",
@@ -163,7 +166,9 @@ def test_a_position_servos_control_range_is_no_torque(tmp_path: Path):
         ("[joints]", "[joints]\npositions = [[1.0, -1.0], [-1.0, 1.0]]", "joints.positions: a: 1 to -1 is no range"),
         ("[joints]", "[joints]\ntorques = [9.0, 1.0]", "joints.torques: a: 9 N·m is more than the model's 7 N·m"),
         ("home = [0.1, 0.2]", 'home = "keyframe:away"', "'keyframe:away' is no keyframe of the model; it has"),
-        ('model = "two.xml"', 'model = "three.xml"', "model: 'three.xml' cannot be loaded"),
+        ('model = "two.xml"', 'model = "three.xml"', "three.xml'; name an MJCF or URDF file"),
+        ('model = "two.xml"', 'model = ""', "model: there is no file"),
+        ('model = "two.xml"', 'model = "two.toml"', "model: 'two.toml' ends neither in .xml (MJCF) nor in .urdf"),
     ],
 )
 def test_errors_are_sentences_that_name_file_and_key(tmp_path: Path, old: str, new: str, sentence: str):
@@ -227,7 +232,7 @@ def test_links_of_a_urdf_stay_bodies(model: Path):
     """So that the tool can be any of them, and the picture has their names; neighbours may overlap."""
     spec = mujoco.MjSpec.from_file(str(model))
     names = {body.name for body in spec.bodies} - {"world"}
-    compiled = compile_model(model, Tool("tip", max(names)))
+    compiled = compile_model(model, Tool("tip", max(names)), read_urdf(model))
     assert {compiled.body(i).name for i in range(compiled.nbody)} >= names
     assert compiled.site("tip").name == "tip"
     data = mujoco.MjData(compiled)

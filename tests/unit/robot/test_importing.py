@@ -66,7 +66,7 @@ def test_arms_are_imported(
 def test_values_come_from_the_urdf(tmp_path: Path) -> None:
     """Velocities and efforts, which MuJoCo drops in part, with their origin beside them."""
     robot, text = imported(tmp_path, models.UR5E_URDF)
-    np.testing.assert_allclose(robot.limits.velocities, np.pi, rtol=1e-5)
+    np.testing.assert_array_equal(robot.limits.velocities, np.pi)
     np.testing.assert_array_equal(robot.torques, [150, 150, 150, 28, 28, 28])
     assert "# file: velocity" in text
     assert "# derived: (torque - gravity) / inertia" in text
@@ -143,6 +143,8 @@ def test_meshes_of_packages_are_found(tmp_path: Path, monkeypatch: pytest.Monkey
         ("collision/shoulder.obj", "collision/shoulder.dae", "convert it"),
         ("collision/shoulder.obj", "meshes/shoulder.obj", "it is looked for at"),
         ('effort="150.0"', 'effort="strong"', "is no number"),
+        ('lower="-3.141592653589793" upper="3.141592653589793"', 'upper="-1"', "begins at 0 and ends at -1; exchange"),
+        ("</robot>", '<joint name="j" type="fixed"><mimic joint="elbow"/></joint></robot>', "j follows elbow, which"),
         ('<mass value="8.393"/>', '<mass value="0"/>', "give each link a mass and an inertia"),
     ],
 )
@@ -150,3 +152,36 @@ def test_a_urdf_that_cannot_be_read_is_one_sentence(tmp_path: Path, old: str, ne
     with pytest.raises(RobotError, match=sentence) as caught:
         import_robot(ur5e_urdf(tmp_path, old, new), None)
     assert "\n" not in str(caught.value)
+
+
+LINK = """<link name="{0}"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><sphere radius="0.1"/></geometry></collision></link>"""
+JOINT = """<joint name="{1}_joint" type="{2}"><parent link="{0}"/><child link="{1}"/>
+<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="99" velocity="6.283185307179586"/></joint>"""
+
+
+def test_a_hand_is_the_tool_and_overlaps_have_the_cure_of_a_urdf(tmp_path: Path) -> None:
+    """No finger is the tool, no limit is rounded up, and a URDF has no place for <exclude>."""
+    links = "".join(LINK.format(name) for name in ("base", "arm", "panda_hand", "panda_rightfinger"))
+    chain = (
+        ("base", "arm", "revolute"),
+        ("arm", "panda_hand", "revolute"),
+        ("panda_hand", "panda_rightfinger", "prismatic"),
+    )
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_text(f'<robot name="r">{links}{"".join(JOINT.format(*joint) for joint in chain)}</robot>')
+    robot, _ = imported(tmp_path, urdf)
+    assert robot.tool.body == "panda_hand"
+    assert robot.joint_names == ("arm_joint", "panda_hand_joint")
+    np.testing.assert_array_equal(robot.limits.velocities, 6.283185307179586)
+    (overlap, *_) = (finding.sentence for finding in check_robot(robot, robot.model) if "overlap" in finding.sentence)
+    assert overlap.endswith("change home, or where they always overlap, remove one <collision>")
+
+
+def test_meshes_are_found_where_mujoco_looks(tmp_path: Path) -> None:
+    """By their bare names, as URDFs for MuJoCo have them."""
+    file = ur5e_urdf(tmp_path, "collision/", "../../elsewhere/")
+    for mesh in (models.UR5E_URDF.parent / "collision").iterdir():
+        (tmp_path / mesh.name).symlink_to(mesh)
+    assert "tool0" in import_robot(file, None).text

@@ -1,13 +1,11 @@
 """Checks of motions against collisions and torques, on an arm small enough to work them out."""
 
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from motion.errors import MotionError
-from robot.description import load_robot
 from robot.motion_check import Collides, MotionCheck
 from robot.torque_check import TorqueExceeded
 from tests.unit.robot.small_arm import small_arm, straight
@@ -81,20 +79,3 @@ def test_checks_can_be_left_out(check: MotionCheck):
     found = check.check(motion, 1.0, collision=False)
     assert (found.scope, found.nearest) == ("all", None)
     assert check.check(motion, 1.0, collision=False, torque=False).scope == "none"
-
-
-def test_without_time_the_nearest_future_is_checked(check: MotionCheck):
-    """The arm meets itself near the end; what comes before passes."""
-    motion = straight(NORTH, [1.57, 3.1, 0.0], 20.0)
-    assert check.check(motion, 20.0, deadline=time.perf_counter() + 0.002).scope == "part"
-    late = straight([1.57, 3.0, 0.0], [1.57, 3.1, 0.0], 20.0)
-    with pytest.raises(Collides):
-        check.check(late, 20.0, deadline=time.perf_counter() + 0.05)
-
-
-def test_without_any_time_no_distance_is_said():
-    """The floor is a plane, which no sphere holds: its distance is not known before it is measured."""
-    robot = load_robot()
-    motion = straight(robot.home.tolist(), (robot.home + 0.3).tolist())
-    found = MotionCheck(robot).check(motion, 1.0, deadline=time.perf_counter() - 1.0)
-    assert (found.scope, found.nearest) == ("part", None)

@@ -73,7 +73,7 @@ MUTATIONS: dict[str, tuple[Path, Change, Change, str]] = {
         models.UR5E_URDF,
         swap(ELBOW_LIMITS, ELBOW_LIMITS.replace('velocity="3.141592653589793"', 'velocity="0"')),
         same,
-        "elbow_joint: its velocity of 0 in the URDF is taken for unknown; write the true limit",
+        "elbow_joint: velocity is 0, which is taken for unknown; write the true limit",
     ),
     "no effort": (
         models.UR5E_URDF,

@@ -104,6 +104,36 @@ def test_a_gripper_of_closed_loops_is_held(gripper: ClosedLoop):
     assert gripper.arm.observe().held["gripper/right_driver_joint"] == pytest.approx(0.6, abs=0.003)
 
 
+JAWS = """
+<mujoco>
+  <worldbody>
+    <body name="link">
+      <joint name="a" axis="0 0 1"/>
+      <geom size="0.05" mass="1"/>
+      <geom name="object" type="box" size="0.02 0.02 0.02" pos="0.3 0.07 0" mass="0.1"/>
+      <site name="tip" pos="0.3 0 0"/>
+      <body name="jaw" pos="0.3 0 0">
+        <joint name="jaw" type="slide" axis="0 1 0" range="0 0.1"/>
+        <geom name="jaw" type="box" size="0.02 0.02 0.02" mass="0.1"/>
+      </body>
+    </body>
+  </worldbody>
+  <contact><pair geom1="object" geom2="jaw"/></contact>
+</mujoco>
+"""
+
+
+def test_a_jaw_that_an_object_stops_does_not_move_the_arm(tmp_path: Path):
+    """Its servo goes on pressing, with the acceleration that the jaw no longer has."""
+    model = tmp_path / "jaws.xml"
+    model.write_text(JAWS)
+    loop = ClosedLoop(write_robot(tmp_path, model, '"tip"', ["a"], "[0.0]", "[held]\njaw = 0.0"))
+    loop.arm.hold({"jaw": 0.1})
+    loop.turn(800)
+    assert loop.arm.observe().held["jaw"] < 0.04
+    assert np.abs(loop.arm.observe().positions).max() < 1e-4
+
+
 def pressing(loop: ClosedLoop, joint: str, change: float) -> m.Result:
     """Move a joint until that is a fault, and return the result of the motion."""
     result = loop.move({f"ur5e/{joint}_joint": change}, 2.0)

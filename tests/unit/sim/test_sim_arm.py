@@ -196,6 +196,14 @@ def test_a_ball_in_flight_needs_no_tee():
     np.testing.assert_allclose(ball.velocity, [1, 0, -0.981], atol=5e-3)
 
 
+def test_an_arm_without_held_joints_leads_none():
+    """As a request `hold` that names none."""
+    arm = SimulatedArm(ROBOT)
+    arm.hold({})
+    with pytest.raises(Refusal):
+        arm.hold({"finger": 0.0})
+
+
 def test_joint_limits_are_hard_stops():
     arm = SimulatedArm(ROBOT)
     arm.reset(positions=[2.1, 0.5, 0.8, 0, 0, 0], ball=FAR_BALL)

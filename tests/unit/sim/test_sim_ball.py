@@ -48,7 +48,7 @@ def test_the_flight_has_gravity_drag_and_magnus():
 def test_a_throw_needs_no_new_run_and_takes_the_tee_away():
     """The place of the tee is on the way: nothing touches the ball there."""
     arm = SimulatedArm(ROBOT)
-    tee = arm._scene.data.mocap_pos[arm._scene.tee]
+    tee = arm.scene.data.mocap_pos[arm.scene.tee]
     x, y, z = tee.tolist()
     fly(arm, 10)
     assert arm.throw(Throw(position=(x + 0.25, y, z), velocity=(-5.0, 0.0, 0.25))) == 0.01
@@ -70,13 +70,13 @@ def test_a_throw_needs_no_new_run_and_takes_the_tee_away():
 )
 def test_a_refused_throw_moves_nothing(throw: Throw, field: str, sentence: str):
     arm = SimulatedArm(ROBOT)
-    before, tee = arm.ball(), arm._scene.data.mocap_pos.copy()
+    before, tee = arm.ball(), arm.scene.data.mocap_pos.copy()
     with pytest.raises(Refusal) as raised:
         arm.throw(throw)
     assert (raised.value.code, raised.value.detail) == ("bad_message", {"field": field})
     assert sentence in raised.value.message
     assert arm.ball() == before
-    np.testing.assert_array_equal(arm._scene.data.mocap_pos, tee)
+    np.testing.assert_array_equal(arm.scene.data.mocap_pos, tee)
 
 
 def test_without_noise_the_ball_is_seen_exactly_and_at_once():
