@@ -30,7 +30,7 @@ from protocol.messages import BallState, Contact, Disturb, Throw
 from robot.description import load_robot
 from robot.motion_check import MotionCheck
 from robot.striking.choice import Choice, NoHit, State
-from robot.striking.launcher import Launcher
+from robot.striking.launcher import HEIGHTS, Launcher
 from robot.striking.scoring import Score, score
 from services.common.robot_side.backend import Setpoint
 from services.sim.arm import SimulatedArm
@@ -53,7 +53,7 @@ class Flags:
     balls: how many. noise: of each coordinate of a sight, m. latency: of a sight, s. drag_error, restitution_error:
     parts by which beliefs are wrong. wind: across the court, m/s, of which the striker knows nothing. first_lead, lead:
     from a sight's arrival to the begin of the motion that it leads to, s. period: between corrections, s. until: none
-    begins later before the touch, s.
+    begins later before the touch, s. heights: at which balls arrive, m.
     """
 
     balls: int = 20
@@ -68,6 +68,7 @@ class Flags:
     lead: float = 0.015
     period: float = 0.02
     until: float = 0.05
+    heights: tuple[float, float] = HEIGHTS
     json: bool = False
     verbose: bool = False
 
@@ -100,7 +101,7 @@ class Rally:
             court=replace(config.court, restitution=config.court.restitution * (1 + flags.restitution_error)),
         )
         self._arm = SimulatedArm(config)
-        self._launcher = Launcher(config, flags.seed)
+        self._launcher = Launcher(config, flags.seed, heights=flags.heights)
         self._mind = Mind(believed, folder / "learned.json", logging.getLogger("striker"))
         self._order = Order(np.array(flags.target), None, (), flags.period, flags.until)
         self._check = MotionCheck(config)
@@ -138,6 +139,10 @@ class Rally:
         """Return at how many instants what was played passes a limit, counted without the planner's code."""
         motions = stroke.motions
         return violations(self._config.limits, motions, motions[-1].hit + 0.2) if motions else 0
+
+    def touched(self, stroke: Stroke) -> bool:
+        """Return whether the arm touched anything but the ball: itself, the floor, the net."""
+        return any(self._mind.ball_body not in contact.bodies for contact in stroke.contacts)
 
     def _score(self, stroke: Stroke) -> Score:
         return score(stroke.contacts, stroke.sights, self._court, self._config.bodies, self._flags.target)
@@ -208,13 +213,14 @@ class Rally:
         if current is None:
             return
         try:
-            better = self._timed("correction", lambda: self._mind.correct(start, self._order, last))
+            choices = self._mind.correct(start, self._order, last)
+            while (better := self._timed("correction", lambda: next(choices, None))) is not None:
+                if self._plan(stroke, better, start, current.phase_at(start.time)):
+                    stroke.attempt.revisions += 1
+                    stroke.attempt.choice = self._timed("rehearsal", lambda: self._mind.rehearsed(better))
+                    break
         except NoHit as reason:
             stroke.attempt.reason = str(reason)
-            return
-        if self._plan(stroke, better, start, current.phase_at(start.time)):
-            stroke.attempt.revisions += 1
-            stroke.attempt.choice = self._timed("rehearsal", lambda: self._mind.rehearsed(better))
 
     def _plan(self, stroke: Stroke, choice: Choice, start: State, phase: float) -> bool:
         """Play a hit from now on, if there is a motion to it inside the limits that touches nothing."""
@@ -258,6 +264,7 @@ def summary(rally: Rally, played: list[tuple[Stroke, Score]]) -> dict[str, objec
         "corrections": round(sum(stroke.attempt.revisions for stroke, _ in played) / len(played), 1),
         "refused": round(sum(stroke.refused for stroke, _ in played) / len(played), 1),
         "violations": sum(rally.violations(stroke) for stroke, _ in played),
+        "touched_other_than_ball": sum(rally.touched(stroke) for stroke, _ in played),
     }
     for leg, values in rally.seconds.items():
         found[leg] = {name: round(ms, 2) for name, ms in milliseconds(values).items()}

@@ -12,10 +12,9 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.table_tennis.balls import HEADING, Ball, append, read, rows
+from benchmarks.table_tennis.ending import status
 from benchmarks.table_tennis.player import Player
-from benchmarks.table_tennis.scene import NotInstalled
 from benchmarks.table_tennis.variants import VARIANTS, Variant
-from motion.errors import MotionError
 
 SIDE_BY_SIDE = ("calm", "calm-dmp", "calm-quintic", "noise", "noise-once", "noise-dmp", "noise-quintic")
 """The planner and what it is compared with, on the same balls."""
@@ -32,15 +31,7 @@ class Arguments:
     success.
     """
 
-    variants: tuple[str, ...] = (
-        "calm",
-        "calm-dmp",
-        "calm-quintic",
-        "noise",
-        "noise-once",
-        "noise-dmp",
-        "noise-quintic",
-    )
+    variants: tuple[str, ...] = SIDE_BY_SIDE
     balls: int = 100
     seed: int = 0
     json: Path | None = None
@@ -72,25 +63,21 @@ def run(variant: Variant, arguments: Arguments, deadline: float) -> dict[int, Ba
     return balls
 
 
-def main() -> int:
-    """Play, and print a table."""
-    arguments = tyro.cli(Arguments)
+def play(arguments: Arguments) -> None:
+    """Play, and print a table.
+
+    Raises:
+        ValueError: there is no such variant, or what was played before cannot be read.
+    """
     unknown = [name for name in arguments.variants if name not in VARIANTS]
     if unknown:
-        print(f"variants: there is no {unknown[0]!r}; there are {', '.join(VARIANTS)}", file=sys.stderr)
-        return 2
+        raise ValueError(f"variants: there is no {unknown[0]!r}; there are {', '.join(VARIANTS)}")
     deadline = time.monotonic() + arguments.seconds
     print(HEADING)
-    try:
-        for name in arguments.variants:
-            run(VARIANTS[name], arguments, deadline)
-    except (NotInstalled, ValueError, MotionError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    for name in arguments.variants:
+        run(VARIANTS[name], arguments, deadline)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    flags = tyro.cli(Arguments)
+    sys.exit(status(lambda: play(flags)))

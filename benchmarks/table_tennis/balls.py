@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.table_tennis.variants import SERIES
 
 Z = 1.959964
-"""Of a two-sided 95 % interval."""
+"""Quantile of a two-sided 95 % interval."""
 LEARNED = 20
 """Balls of a series after which the racket counts as learned."""
 
@@ -24,7 +24,8 @@ class Ball:
     was outside its range or faster than its velocity limits. arm_velocity, arm_acceleration: largest part of a limit
     that the arm used before the hit, from step to step of the physics. off_plan: rad, the largest distance from the
     plan before the hit. refused: choices and corrections for which there was no hit or no plan; note: why, of the last.
-    first_ms, correction_ms: processor time of the choice.
+    first_ms, correction_ms: processor time until the first hit was chosen that is then planned. planned_ms: of a
+    correction with all that was planned and checked.
     """
 
     planned: bool = False
@@ -41,6 +42,7 @@ class Ball:
     refused: int = 0
     first_ms: float | None = None
     correction_ms: list[float] = field(default_factory=list, repr=False)
+    planned_ms: list[float] = field(default_factory=list, repr=False)
     note: str = ""
 
 
@@ -92,6 +94,7 @@ COLUMNS = (
     "corrections, refused",
     "first choice p50, p99",
     "correction p50, p99",
+    "with planning",
 )
 HEADING = f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}"
 
@@ -105,6 +108,7 @@ def row(name: str, balls: Sequence[Ball]) -> str:
     errors = [ball.error for ball in balls if ball.error is not None]
     firsts = [ball.first_ms for ball in balls if ball.first_ms is not None]
     later = [ms for ball in balls for ms in ball.correction_ms]
+    planned = [ms for ball in balls for ms in ball.planned_ms]
     cells = [
         name,
         str(count),
@@ -116,6 +120,7 @@ def row(name: str, balls: Sequence[Ball]) -> str:
         f"{_mean([ball.corrections for ball in balls])}, {_mean([ball.refused for ball in balls])}",
         _times(firsts),
         _times(later),
+        _times(planned),
     ]
     return f"| {' | '.join(cells)} |"
 

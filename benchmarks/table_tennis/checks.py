@@ -7,13 +7,14 @@ import numpy as np
 
 from benchmarks.table_tennis.balls import Ball
 from benchmarks.table_tennis.played import Motion
+from benchmarks.table_tennis.scene import was_hit
 from motion.limits import Limits
 from motion.trajectory import COEFFICIENTS, Trajectory
 from protocol.messages import Command
 
 CHECK_HZ = 10_000
 SLACK = 1e-6
-"""Of rounding: rad of a position, and a part of the other limits."""
+"""Rounding errors: rad of a position, and a part of the other limits."""
 JOINTS = 7
 
 
@@ -67,7 +68,7 @@ class ArmCheck:
         def do_simulation(action: np.ndarray, frames: int) -> None:
             simulate(action, frames)
             # The environment looks for a hit after the step, so the step of the hit itself is still recorded.
-            if not env._hit_ball:
+            if not was_hit(env):
                 self._states.append(self._state())
 
         env.do_simulation = do_simulation
@@ -81,7 +82,7 @@ class ArmCheck:
 
         Between two steps the environment's arm moves with constant velocity, so no instant is left out.
         """
-        states = np.array(self._states[:-1] if self._env._hit_ball else self._states)
+        states = np.array(self._states[:-1] if was_hit(self._env) else self._states)
         times = self._step * np.arange(len(states))
         states, times = states[times < until], times[times < until]
         positions, velocities = states[:, :JOINTS], states[:, JOINTS:]

@@ -12,9 +12,10 @@ from robot.description import RobotConfig
 from robot.striking.arm import Arm
 from robot.striking.calibration import calibrate
 from robot.striking.choice import State
-from robot.striking.chooser import Chooser, Options
+from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw
 from robot.striking.estimator import Belief, Estimator
+from robot.striking.options import Options
 from robot.striking.reachability import Reachability
 from robot.striking.simulated_contact import SimulatedContact
 
@@ -58,7 +59,7 @@ def quintic(arm: Arm, table: Reachability, law: ContactLaw, home: np.ndarray) ->
         estimator.observe(time, np.array([-0.6, 0.0, 1.85]) + flown)
     start = State(FIRST_S, home, 0 * home, 0 * home)
     chooser = Chooser(arm, table, court(), law, replace(Options(), use=2.0))
-    choice = chooser.choose(estimator.path(1.5), start, np.array([-0.6, 0.0, 0.77]))[0]
+    choice = next(chooser.choose(estimator.path(1.5), start, np.array([-0.6, 0.0, 0.77])))
     times = np.linspace(0, choice.goal_time - FIRST_S, 200)
     s = (times / times[-1])[:, None]
     way, arrival = choice.positions - home, choice.velocities * times[-1]

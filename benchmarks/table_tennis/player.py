@@ -1,6 +1,5 @@
 """Plays balls of the environment: sees, chooses, plans, tracks, corrects, learns."""
 
-import contextlib
 import itertools
 import time as clock
 from collections.abc import Iterator
@@ -15,33 +14,39 @@ from benchmarks.table_tennis.demonstrations import learned, quintic
 from benchmarks.table_tennis.motions import make_motion
 from benchmarks.table_tennis.motors import Motors
 from benchmarks.table_tennis.played import Motion
-from benchmarks.table_tennis.scene import BALL, CONTROL_S, FIRST_S, OFFSET, RACKET, court, environment, robot
+from benchmarks.table_tennis.scene import BALL, CONTROL_S, FIRST_S, OFFSET, RACKET, court, environment, robot, was_hit
 from benchmarks.table_tennis.variants import SERIES, Variant
 from robot.motion_check import Collides, MotionCheck
 from robot.striking.arm import Arm
 from robot.striking.calibration import calibrate
-from robot.striking.choice import Choice, NoHit, State
-from robot.striking.chooser import Chooser, Options
+from robot.striking.choice import Choice, NoHit, State, unlike_first
+from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw
+from robot.striking.corrections import HORIZON_S, Corrections
 from robot.striking.estimator import Belief, Estimator
 from robot.striking.flight import Air
 from robot.striking.learning import Learner, left_with
-from robot.striking.path import Path
+from robot.striking.options import Options
 from robot.striking.reachability import Reachability
+from robot.striking.recoil import Recoil
 from robot.striking.simulated_contact import SimulatedContact
+from robot.torque_check import TorqueExceeded
 
 LATENCY_S = 0.008
 """A new motion begins so long after the sight that it is made from."""
-CANDIDATES = 24
+CANDIDATES = 40
 """Hits that are planned one after the other until one is inside the limits and touches nothing."""
-HORIZON_S = 1.5
-"""How far ahead the ball is predicted."""
-ELSEWHERE_S = 0.15
-"""Until so long before the touch another hit is looked for where all near to the last one are refused."""
+TRIES = 12
+"""The same of a correction, of hits near the last one and of others."""
+HOPELESS_M = 0.18
+"""Where a correction expects to land so far from the target, any hit is looked for first."""
+EXACT_M = 1e-4
+"""Standard deviation (m) that is believed of a sight without noise. With a hundredth of it the sights after the bounce
+would be of another ball, which may bounce once more, as it were on a table without end."""
 UNTIL_S = 0.05
 """No correction begins later before the touch."""
 OMEGA, DAMPING = 40.0, 1.4
-"""Of the tracking: ω², and 1.4 ω."""
+"""Gains of the tracking: ω², and 1.4 ω."""
 
 
 class Player:
@@ -71,7 +76,8 @@ class Player:
         self._law = law
         self.learner, self._played = Learner.of(law), -1
         simulate = self._contact if variant.simulated else None
-        self._chooser = Chooser(self._arm, self._table, court(), law, Options(**variant.options), simulate)
+        options, room = Options(**variant.options), Recoil(self._arm).has_room
+        self._chooser = Chooser(self._arm, self._table, court(), law, options, simulate, room)
         self._check = MotionCheck(config)
         self._motors = Motors(self._env, config.joint_names)
         self._arm_check = ArmCheck(self._env, config.limits)
@@ -101,7 +107,7 @@ class Player:
         believed = court(1 + _sign(rng) * variant.table)
         wind = (1.0, 1.0, 0.0) if variant.wind else (0.0, 0.0, 0.0)
         belief = Belief(
-            max(variant.noise, 1e-6),
+            max(variant.noise, EXACT_M),
             velocity_std=1e-6,
             restitution_std=0.08 if variant.table else 1e-4,
             wind_std=wind,
@@ -123,7 +129,7 @@ class Player:
             place = observation[14:17] + np.array([0.0, 0.0, OFFSET])
             seen = place + variant.noise * rng.normal(size=3)
             # Only to know which sights are of the outgoing ball.
-            if env.unwrapped._hit_ball:
+            if was_hit(env.unwrapped):
                 after.append((now, seen))
             else:
                 velocity = observation[17:20] if variant.wind else None
@@ -132,7 +138,10 @@ class Player:
                 due = now - planned_at >= variant.period - 1e-9
                 late = choice is not None and now + LATENCY_S > choice.time - UNTIL_S
                 if wanted and due and not late:
+                    began = clock.thread_time()
                     decided = self._decide(estimator, motions, now, target, choice, result)
+                    if choice is not None:
+                        result.planned_ms.append(_ms_since(began))
                     if decided is not None:
                         choice, planned_at = decided, now
             observation, _, done, _, info = env.step(self._action(observation, motions, now))
@@ -154,68 +163,67 @@ class Player:
         """Choose or correct, and plan; return the hit that is played from now on, None where nothing changes."""
         begin = now + LATENCY_S
         began = clock.thread_time()
+        if last is None:
+            home, phase = self._config.home, 0.0
+            start = State(begin, home, np.zeros_like(home), np.zeros_like(home))
+            choices = self._first(estimator, start, target)
+        else:
+            start, phase = motions[-1].state(begin), motions[-1].phase_at(begin)
+            corrections = Corrections(self._chooser, estimator, TRIES, HOPELESS_M, self.variant.earliest)
+            choices = corrections.of(last, start, target)
         try:
-            path = estimator.path(now + HORIZON_S if last is None else last.time + 0.1)
+            best = next(choices)
+            spent = _ms_since(began)
             if last is None:
-                home = self._config.home
-                start = State(begin, home, np.zeros_like(home), np.zeros_like(home))
-                choices = self._first(path, start, target)
-                phase = 0.0
+                result.first_ms = spent
             else:
-                start = motions[-1].state(begin)
-                choices = self._chooser.correct(path, start, target, last)
-                phase = motions[-1].phase_at(begin)
+                result.correction_ms.append(spent)
+            for rank, choice in enumerate(itertools.chain([best], choices)):
+                motion = self._motion(start, choice, phase)
+                if motion is not None and last is None and rank:
+                    finer = self._chooser.refined(choice, start)
+                    again = self._motion(start, finer, phase)
+                    choice, motion = (choice, motion) if again is None else (finer, again)
+                if motion is not None:
+                    motions.append(motion)
+                    result.planned = True
+                    result.corrections += last is not None
+                    return choice if last is None else self._chooser.rehearsed(choice)
+            result.note = "plan"
         except NoHit as error:
             result.note = error.reason
-            result.refused += 1
-            return None
-        spent = round(1e3 * (clock.thread_time() - began), 2)
-        if last is None:
-            result.first_ms = spent
-        else:
-            result.correction_ms.append(spent)
-        elsewhere = self._elsewhere(estimator, start, target, last)
-        for rank, choice in enumerate(itertools.chain(choices, elsewhere)):
-            motion = self._motion(start, choice, phase)
-            if motion is not None and last is None and rank:
-                finer = self._chooser.refined(choice, start)
-                again = self._motion(start, finer, phase)
-                choice, motion = (choice, motion) if again is None else (finer, again)
-            if motion is not None:
-                motions.append(motion)
-                result.planned = True
-                result.corrections += last is not None
-                return choice if last is None else self._chooser.rehearsed(choice)
         result.refused += 1
-        result.note = "plan"
         return None
 
     def _motion(self, start: State, choice: Choice, phase: float) -> Motion | None:
-        """Return the motion to a hit, None where it is refused, or the arm touched itself or the table."""
+        """Return the motion to a hit, None where it is refused: limits, collisions, torques."""
         motion = make_motion(self.variant.method, self.primitive, self._limits, start, choice, phase)
         try:
             if motion is not None:
-                self._check.check(motion.trajectory, motion.trajectory.duration, torque=False)
-        except Collides:
+                self._check.check(motion.trajectory, motion.trajectory.duration)
+        except (Collides, TorqueExceeded):
             return None
         return motion
 
-    def _elsewhere(
-        self, estimator: Estimator, start: State, target: np.ndarray, last: Choice | None
-    ) -> Iterator[Choice]:
-        """Yield hits far from the last one, where there is time for them: all near it were refused."""
-        if last is not None and last.time - start.time > ELSEWHERE_S:
-            with contextlib.suppress(NoHit):
-                yield from self._chooser.choose(estimator.path(start.time + HORIZON_S), start, target, count=CANDIDATES)
+    def _first(self, estimator: Estimator, start: State, target: np.ndarray) -> Iterator[Choice]:
+        """Yield hits not sooner than the variant asks for; where there are none, or all are refused, earlier ones.
 
-    def _first(self, path: Path, start: State, target: np.ndarray) -> list[Choice]:
-        """Return hits not sooner than the variant asks for, as near to that as there are any."""
-        for earliest in np.arange(self.variant.earliest, 0.7, -0.05):
+        Raises NoHit where there is none at all.
+        """
+        path = estimator.path(start.time + HORIZON_S)
+        until, found = np.inf, False
+        for earliest in (*np.arange(self.variant.earliest, 0.7, -0.05), -np.inf):
             try:
-                return self._chooser.choose(path, start, target, earliest=float(earliest), count=CANDIDATES)
+                choices = self._chooser.choose(path, start, target, earliest=float(earliest), count=CANDIDATES)
             except NoHit:
+                if np.isneginf(earliest) and not found:
+                    raise
                 continue
-        return self._chooser.choose(path, start, target, count=CANDIDATES)
+            for choice in unlike_first(choices):
+                if choice.time < until:
+                    found = True
+                    yield choice
+            until = earliest
 
     def _action(self, observation: np.ndarray, motions: list[Motion], now: float) -> np.ndarray:
         """Return the torques, as parts of the motors' own, that track the reference over the coming 8 ms."""
@@ -248,6 +256,10 @@ class Player:
             return
         velocity, std = found
         self.learner.observe(choice, BALL.mass, velocity, max(std, 0.02), choice.beside)
+
+
+def _ms_since(began: float) -> float:
+    return round(1e3 * (clock.thread_time() - began), 2)
 
 
 def _sign(rng: np.random.Generator) -> int:

@@ -87,6 +87,11 @@ def environment(variant: str = "TableTennisEnv") -> Any:
     return getattr(importlib.import_module(MODULE), variant)()
 
 
+def was_hit(env: Any) -> bool:
+    """Return whether the racket has met the ball, which the environment says nowhere else."""
+    return env._hit_ball  # noqa: SLF001
+
+
 def robot(folder: Path, scale: float = 1.0) -> RobotConfig:
     """Return the environment's arm; its description is written into `folder`, its limits scaled."""
     path = folder / "wam.toml"

@@ -20,7 +20,8 @@ from benchmarks.table_tennis.balls import HEADING, Ball, append, read, row
 from benchmarks.table_tennis.cell import EnvironmentArm, TableLoop, write_robot
 from benchmarks.table_tennis.checks import ArmCheck, command_violations, largest
 from benchmarks.table_tennis.demonstrations import learned, quintic_of, still
-from benchmarks.table_tennis.scene import CONTROL_S, TABLE, NotInstalled, robot
+from benchmarks.table_tennis.ending import status
+from benchmarks.table_tennis.scene import CONTROL_S, TABLE, robot
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
@@ -28,7 +29,7 @@ from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig, load_robot
 from services.common.cli import Options, free_endpoint, open_bus
-from services.common.supervisor import NotReady, Supervisor, command_lines
+from services.common.supervisor import Supervisor, command_lines
 from services.planner.library import Arm, Library
 
 WAIT_TICKS = 110
@@ -202,18 +203,6 @@ def play(arguments: Arguments) -> None:
     print(row(arguments.name, list(balls.values())))
 
 
-def main() -> int:
-    """Play, and print a table."""
-    arguments = tyro.cli(Arguments)
-    try:
-        play(arguments)
-    except (NotInstalled, NotReady, Refusal, NoAnswer, ValueError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    flags = tyro.cli(Arguments)
+    sys.exit(status(lambda: play(flags)))

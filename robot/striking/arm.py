@@ -12,7 +12,7 @@ from robot.striking.chain import Chain
 from robot.striking.flight import Ball
 
 DAMPING = 1e-3
-"""Of the descent, in units of its rows, m and rad."""
+"""Damping of the descent, in units of its rows, m and rad."""
 LONGEST = 0.4
 """Longest step of a descent on one joint, rad."""
 TURNING = 0.02
@@ -75,9 +75,11 @@ class Arm:
         self._data.qpos[:] = config.pose_at_home
         joints = joint_ids(config.model, config.joint_names)
         self._qpos = config.model.jnt_qposadr[joints]
-        dofs = config.model.jnt_dofadr[joints]
+        self._dofs = dofs = config.model.jnt_dofadr[joints]
         self._square = np.ix_(dofs, dofs)
         self._full = np.zeros((config.model.nv, config.model.nv))
+        self._site = config.model.site(config.tool.site).id
+        self._jacobian = np.zeros((3, config.model.nv))
 
     @cached_property
     def fixed(self) -> np.ndarray:
@@ -91,16 +93,22 @@ class Arm:
         """Distance of the ball's centre from the racket's middle when they touch, m."""
         return self.ball.radius + self.racket.thickness
 
-    def descend(self, positions: np.ndarray, normals: np.ndarray, seeds: np.ndarray, rounds: int) -> "Postures":
+    def descend(
+        self, positions: np.ndarray, normals: np.ndarray, seeds: np.ndarray, rounds: int, turning: float = 1.0
+    ) -> "Postures":
         """Return postures near seeds (n, J) with the racket at positions and normals (n, 3), inside the ranges.
 
-        Damped Gauss–Newton, a joint at its range held there. Whether a posture is exact its caller must see.
+        Damped Gauss–Newton, a joint at its range held there. Whether a posture is exact its caller must see. turning:
+        m, what a radian of the normal counts where not all can be met.
         """
         low, high = self.limits.positions.T
         q, wanted = np.clip(seeds, low, high), np.concatenate([positions, normals], axis=1)
         for _ in range(rounds):
             position, normal, rows = self.chain.jacobians(q)
             error = wanted - np.concatenate([position, normal], axis=1)
+            if turning != 1:
+                rows[:, 3:] *= turning
+                error[:, 3:] *= turning
             step = _least(rows, error)
             blocked = ((q <= low) & (step < 0)) | ((q >= high) & (step > 0))
             if blocked.any():
@@ -122,6 +130,12 @@ class Arm:
         masses = np.array([self._mass(posture) for posture in values]).reshape(-1, *[values.shape[1]] * 2)
         return moves @ np.linalg.solve(masses, moves.transpose(0, 2, 1)) + np.eye(3) / self.ball.mass
 
+    def response(self, posture: np.ndarray, impulse: np.ndarray) -> np.ndarray:
+        """Return M⁻¹ Jᵀ p (J,), rad/s: by how much an impulse p (3,), N·s, at the racket changes joint velocities."""
+        masses = self._mass(posture)
+        mujoco.mj_jacSite(self._model, self._data, self._jacobian, None, self._site)
+        return np.linalg.solve(masses, self._jacobian[:, self._dofs].T @ impulse)
+
     def velocities(self, postures: "Postures", wanted: np.ndarray) -> np.ndarray:
         """Return joint velocities (n, J) that move the racket with `wanted` (n, 3), m/s, and turn it little."""
         moves, turns = postures.moves, postures.turns
@@ -130,6 +144,17 @@ class Arm:
         eased = np.linalg.solve(weights, moves.transpose(0, 2, 1))
         inner = moves @ eased + 1e-9 * np.eye(3)
         return (eased @ np.linalg.solve(inner, wanted[:, :, None]))[:, :, 0]
+
+    def stoppable(self, postures: np.ndarray, after: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lowest and highest joint velocities (n, J) that stop inside the ranges, kept for `after` (s)."""
+        limits = self.limits
+        low, high = limits.positions.T
+        # v t + v²/2a + v a/2j is the way to rest, as `quintic_use` has it.
+        a, t = limits.accelerations, after + limits.accelerations / limits.jerks / 2
+        down, up = (
+            a * (np.sqrt(t * t + 2 * np.maximum(room, 0) / a) - t) for room in (postures - low, high - postures)
+        )
+        return -down, up
 
     def _mass(self, posture: np.ndarray) -> np.ndarray:
         model, data = self._model, self._data

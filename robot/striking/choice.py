@@ -1,6 +1,6 @@
 """A hit that was chosen, and why there is none."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -8,7 +8,9 @@ import numpy as np
 
 ALIKE = 0.5
 """rad on any joint, by which two postures differ at most that are alike."""
-Reason = Literal["no ball", "out of reach", "target", "limits", "late"]
+ALIKE_HIT = 0.03, 0.15
+"""rad on any joint and m/s of the ball, by which two choices differ at most whose contact does the same."""
+Reason = Literal["no ball", "out of reach", "target", "limits", "late", "room"]
 
 
 class NoHit(Exception):
@@ -66,11 +68,21 @@ class Choice:
         return self.mobility[None], self.incoming[None], self.racket_velocity[None], self.racket_normal[None]
 
 
-def unlike_first(choices: Sequence[Choice]) -> list[Choice]:
-    """Return hits in their order, those last that are like an earlier one: a planner that refuses one refuses both."""
+def unlike_first(choices: Iterable[Choice]) -> Iterator[Choice]:
+    """Yield hits in their order, those last that are like an earlier one: a planner that refuses one refuses both."""
     first: list[Choice] = []
     last: list[Choice] = []
     for choice in choices:
-        alike = any(np.abs(choice.positions - other.positions).max() < ALIKE for other in first)
-        (last if alike else first).append(choice)
-    return first + last
+        if any(np.abs(choice.positions - other.positions).max() < ALIKE for other in first):
+            last.append(choice)
+        else:
+            first.append(choice)
+            yield choice
+    yield from last
+
+
+def hit_alike(choice: Choice, other: Choice) -> bool:
+    """Return whether two hits are so near to each other that a contact does the same."""
+    turned = np.abs(choice.positions - other.positions).max()
+    faster = np.abs(np.stack([choice.incoming - other.incoming, choice.outgoing - other.outgoing])).max()
+    return bool(turned < ALIKE_HIT[0] and faster < ALIKE_HIT[1] and choice.side == other.side)

@@ -1,70 +1,37 @@
 """Chooses when, where and how to hit a ball so that it lands at a target, and corrects that choice."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import chain, islice
 
 import numpy as np
 
 from robot.striking.arm import Arm
-from robot.striking.choice import Choice, NoHit, State
-from robot.striking.contact import ContactLaw
+from robot.striking.choice import Choice, NoHit, State, hit_alike
+from robot.striking.contact import ContactLaw, first_normal, outgoing
 from robot.striking.flight import Court, above_net, aim
-from robot.striking.hits import Hits, Shots, solve
-from robot.striking.landing import landing_error
+from robot.striking.hits import Hits, Shots, meets, solve, touch
+from robot.striking.landing import doubt, landing_error
+from robot.striking.options import Options
 from robot.striking.path import Path
 from robot.striking.quintic import quintic_use
 from robot.striking.reachability import Reachability
+from robot.striking.times import first_times
 
-BLOCKED_STEP_S = 0.02
-"""Between places of the ball that are compared with the arm's base."""
-ALIKE = 0.03, 0.15
-"""rad on any joint and m/s of the ball, by which hits may differ of which one is simulated."""
+TOUCH_SHIFTS = -0.06, -0.04, -0.02, 0.0, 0.02, 0.04, 0.06
+"""s, by which the time of a touch may differ from that of the hit that it replaces."""
+BLOCKED = 0.5
+"""Part of its velocity with which a ball leaves a racket that hardly moves."""
+Shifts = tuple[float, ...]
 ContactModel = Callable[[Choice], np.ndarray]
 """Simulates a hit: returns by how much (3,), m/s, the outgoing velocity differs from the contact law's."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """How hits are searched for.
-
-    time_step, flights: candidates, s. soonest: shortest motion, s. seeds: postures for each. farthest: of a seed, m.
-    most: candidates that are looked at closely. use: largest part of a limit in the quick estimate; first_use and
-    last_use: of what a choice and a correction leave to the planner, after all others. time_shifts, flight_shifts: what
-    a correction tries, s. shift_cost: m of landing error that a second of the first is worth. effort_cost: the same of
-    all of the limits. rounds: of a simulated contact. settled: s after a bounce, until when young_cost counts, m of
-    landing error for a m of the ball's spread; use_cost: the same for all of the limits. keep_off: m; no hit after the
-    ball came so near to the arm's base. room: rad to the ends of the joints' ranges that a m of the ball's spread asks
-    for; edge_cost: m of landing error for a m of the spread where there is none. elsewhere: s before the touch, until
-    when a correction that finds nothing near chooses again.
-    """
-
-    time_step: float = 0.025
-    flights: tuple[float, ...] = (0.4, 0.5, 0.6, 0.7, 0.8)
-    soonest: float = 0.15
-    seeds: int = 2
-    farthest: float = 0.25
-    most: int = 260
-    use: float = 0.97
-    first_use: float = 1.4
-    last_use: float = 2.5
-    time_shifts: tuple[float, ...] = (-0.06, -0.03, -0.01, 0.0, 0.01, 0.03, 0.06)
-    flight_shifts: tuple[float, ...] = (-0.1, -0.05, 0.0, 0.05, 0.1)
-    shift_cost: float = 0.3
-    effort_cost: float = 0.06
-    rounds: int = 2
-    settled: float = 0.3
-    young_cost: float = 3.0
-    use_cost: float = 1.0
-    keep_off: float = 0.25
-    room: float = 4.0
-    edge_cost: float = 2.0
-    elsewhere: float = 0.25
 
 
 class Chooser:
     """Chooses hits of one arm on one court.
 
     law: what a hit does; assign what was learned. simulate: a finer model of the contact, None for the law alone.
+    may_play: says which hits may be played.
     """
 
     def __init__(
@@ -75,9 +42,11 @@ class Chooser:
         law: ContactLaw,
         options: Options | None = None,
         simulate: ContactModel | None = None,
+        may_play: Callable[[Choice], bool] = lambda _: True,
     ) -> None:
         self.law = law
         self.simulate = simulate
+        self._may_play = may_play
         self._simulated: tuple[Choice, np.ndarray] | None = None
         self._arm = arm
         self._reachability = reachability
@@ -94,54 +63,89 @@ class Chooser:
         flight_time: float | None = None,
         earliest: float = -np.inf,
         count: int = 8,
-    ) -> list[Choice]:
+        within: float = np.inf,
+        refine: bool = True,
+    ) -> Iterator[Choice]:
         """Return up to `count` hits of a ball on `path`, the one with the least expected landing error first.
 
         start: where the arm's motion begins. target: (3,), m, where the ball is to touch the surface. flight_time: s,
-        any if None. earliest: s, no hit before.
+        any if None. earliest: s, no hit before. within: m, expected landing errors are less. refine: whether the first
+        one is `refined`; a correction has no time for that. Hits after it are checked by `may_play` as they are taken.
 
         Raises:
             NoHit: there is none.
         """
         options = self._options
-        first = max(start.time + options.soonest, earliest, float(path.times[0]))
-        times = np.arange(first, path.times[-1] - 1e-9, options.time_step)
         flights = options.flights if flight_time is None else (flight_time,)
-        times = times[path.bounced(times) % 1 == 0] if len(times) else times
-        if not len(times):
-            raise NoHit("late", f"the ball is gone before the arm could move for {options.soonest:g} s")
-        times = times[times < self._blocked(path)]
-        if not len(times):
-            raise NoHit("out of reach", "the ball's path meets the arm's base before the arm could move")
+        times = first_times(path, self._arm.fixed, options, start.time, earliest)
         shots = self._shots(path, np.repeat(times, len(flights)), np.tile(flights, len(times)), target)
-        return self._best(self._seeded(shots, start), start, target, count, None)
+        seeded = self._seeded(shots, start, first_normal(shots.incoming, shots.wanted))
+        hits = solve(self._arm, self.law, seeded)
+        found = self._ranked(hits, seeded, start, target, count, None, within=within)
+        return chain([self.refined(next(found), start)], found) if refine else found
 
-    def correct(self, path: Path, start: State, target: np.ndarray, last: Choice, count: int = 4) -> list[Choice]:
-        """Return hits near `last` as `choose` does, for a ball that is known better now; any hit where none is near.
+    def blocks(self, path: Path, start: State, target: np.ndarray, count: int = 8) -> Iterator[Choice]:
+        """Return hits that send a ball back where it comes from, slower. Raises NoHit."""
+        times = first_times(path, self._arm.fixed, self._options, start.time)
+        flights = np.full(len(times), np.median(self._options.flights))
+        shots = self._shots(path, times, flights, target, must_clear=False)
+        shots = self._seeded(shots, start, first_normal(shots.incoming, -shots.incoming))
+        back = replace(shots, wanted=-BLOCKED * shots.incoming)
+        hits = solve(self._arm, self.law, back)
+        beside = (back.wanted - shots.wanted)[hits.shots]
+        error = landing_error(self.law, self._arm, hits, shots, beside)
+        found = self._ranked(hits, back, start, target, count, None, error)
+        return chain([self.refined(next(found), start)], found)
+
+    def correct(
+        self, path: Path, start: State, target: np.ndarray, last: Choice, earliest: float = -np.inf, count: int = 4
+    ) -> Iterator[Choice]:
+        """Return hits near `last` as `choose` does, for a ball that is known better now.
 
         start: where the corrected motion begins. Hits that a quintic cannot reach inside the limits come last, the
-        easiest first: the planner may find a motion. Hand the one that is played to `rehearsed`.
-
-        Raises:
-            NoHit: there is none.
+        easiest first: the planner may find a motion. Hand the one that is played to `rehearsed`. Raises NoHit.
         """
-        try:
-            return self._best(self._near(path, start, target, last), start, target, count, last)
-        except NoHit:
-            if last.time - start.time < self._options.elsewhere:
-                raise
-        return self.choose(path, start, target, count=count)
-
-    def _near(self, path: Path, start: State, target: np.ndarray, last: Choice) -> Shots:
-        """Return the shots near to the last hit. Raises NoHit where there is none."""
         options = self._options
-        times = last.time + np.array(options.time_shifts)
+        shifts = tuple(shift for shift in options.time_shifts if last.time + shift >= earliest)
+        shots = self._near(path, start, target, last, shifts, options.flight_shifts)
+        hits = solve(self._arm, self.law, shots, last.mobility)
+        return self._ranked(hits, shots, start, target, count, last)
+
+    def touches(self, path: Path, start: State, target: np.ndarray, last: Choice, count: int = 2) -> list[Choice]:
+        """Return hits like `last` that touch a ball, wherever it lands; none where `last` does, or there is time left.
+
+        For a ball of which `correct` found nothing, or only what the planner refused.
+        """
+        if last.time - start.time >= self._options.touching or meets(self._arm, path, last):
+            return []
+        try:
+            shots = self._near(path, start, target, last, TOUCH_SHIFTS, None)
+            hits = touch(self._arm, self.law, shots, last)
+            shots = shots.take(hits.shots)
+            hits = replace(hits, shots=np.arange(len(shots)))
+            leaves = outgoing(
+                self.law, self._arm.ball.mass, hits.mobility, shots.incoming, hits.velocities, hits.normals
+            )
+            error = landing_error(self.law, self._arm, hits, shots, leaves - shots.wanted)
+            return list(self._ranked(hits, replace(shots, wanted=leaves), start, target, count, last, error))
+        except NoHit:
+            return []
+
+    def _near(
+        self, path: Path, start: State, target: np.ndarray, last: Choice, shifts: Shifts, flight_shifts: Shifts | None
+    ) -> Shots:
+        """Return the shots near to the last hit; without `flight_shifts` with its flight, and the net does not count.
+
+        Raises NoHit where there is none.
+        """
+        times = last.time + np.array(shifts)
         times = times[(times > start.time) & (times > path.times[0]) & (times < path.times[-1])]
         times = times[path.bounced(times) % 1 == 0] if len(times) else times
         if not len(times):
             raise NoHit("late", "the ball is not where it was expected at any time near to the hit")
-        flights = np.maximum(last.flight_time + np.array(options.flight_shifts), 0.1)
-        shots = self._shots(path, np.repeat(times, len(flights)), np.tile(flights, len(times)), target)
+        flights = np.maximum(last.flight_time + np.array(flight_shifts or (0.0,)), 0.1)
+        times, flights = np.repeat(times, len(flights)), np.tile(flights, len(times))
+        shots = self._shots(path, times, flights, target, must_clear=flight_shifts is not None)
         seeds = np.broadcast_to(last.positions, (len(shots), len(last.positions)))
         sides = np.full(len(shots), last.side)
         return replace(shots, wanted=shots.wanted - last.beside, sides=sides, seeds=seeds)
@@ -165,9 +169,10 @@ class Chooser:
             if not len(hits):
                 break
             use = float(self._use(hits, asked, start)[0])
-            if use > 1:
+            better = self._choice(hits, asked, 0, choice.target, choice.error, use, beside)
+            if use > 1 or not self._may_play(better):
                 break
-            best = self._choice(hits, asked, 0, choice.target, choice.error, use, beside)
+            best = better
         return best
 
     def rehearsed(self, choice: Choice) -> Choice:
@@ -177,43 +182,38 @@ class Chooser:
         """
         if self.simulate is None:
             return choice
-        if self._simulated is None or not _are_alike(choice, self._simulated[0]):
+        if self._simulated is None or not hit_alike(choice, self._simulated[0]):
             self._simulated = choice, self.simulate(choice)
         return replace(choice, beside=self._simulated[1])
 
-    def _shots(self, path: Path, times: np.ndarray, flights: np.ndarray, target: np.ndarray) -> Shots:
-        """Return all shots to the target that clear the net. Raises NoHit where none does."""
+    def _shots(
+        self, path: Path, times: np.ndarray, flights: np.ndarray, target: np.ndarray, must_clear: bool = True
+    ) -> Shots:
+        """Return all shots to the target that clear the net, or that `must_clear` nothing. Raises NoHit without one."""
         ball, net = self._arm.ball, self._court.net
         positions, incoming = path.at(times)
         goal = target + np.array([0.0, 0.0, ball.radius])
         # During the contact the ball moves with the mean of both velocities.
         wanted, leaves, arrivals = aim(ball, path.air, positions, goal, flights, incoming, self.law.duration)
-        clears = arrivals[:, 2] < 0
-        if net is not None:
+        clears = np.ones(len(times), dtype=bool)
+        if must_clear:
+            clears &= arrivals[:, 2] < 0
+        if must_clear and net is not None:
             clears &= above_net(ball, path.air, net, leaves, wanted, flights) >= self._court.clearance
         if not clears.any():
             raise NoHit("target", "no flight from the ball's path to the target comes down on it and clears the net")
-        nothing = np.zeros((len(times), 0))
-        covariances = path.covariance(times)
-        ages = path.since_bounce(times)
-        sides = np.ones(len(times))
+        covariances, ages = path.covariance(times), path.since_bounce(times)
+        sides, nothing = np.ones(len(times)), np.zeros((len(times), 0))
         shots = Shots(times, flights, ages, positions, incoming, covariances, wanted, arrivals, sides, nothing)
         return shots.take(np.flatnonzero(clears))
 
-    def _blocked(self, path: Path) -> float:
-        """Return when (s) the ball comes near to the arm's base; inf if it does not."""
-        times = np.arange(path.times[0], path.times[-1], BLOCKED_STEP_S)
-        places, _ = path.at(times)
-        away = np.linalg.norm(places[:, None] - self._arm.fixed, axis=2).min(axis=1, initial=np.inf)
-        near = np.flatnonzero(away < self._options.keep_off)
-        return float(times[near[0]]) if len(near) else np.inf
+    def _seeded(self, shots: Shots, start: State, normals: np.ndarray) -> Shots:
+        """Return the shots with postures to search from, those nearest to one of the table. Raises NoHit.
 
-    def _seeded(self, shots: Shots, start: State) -> Shots:
-        """Return the shots with postures to search from, those nearest to one of the table. Raises NoHit."""
+        normals: (n, 3), of the racket on the ball's side.
+        """
         arm, options = self._arm, self._options
         sides = (1, -1) if arm.racket.two_sided else (1,)
-        change = shots.wanted - shots.incoming
-        normals = change / np.linalg.norm(change, axis=1, keepdims=True)
         places = np.tile(shots.positions - arm.offset * normals, (len(sides), 1))
         signs = np.repeat(sides, len(shots))
         faces = signs[:, None] * np.tile(normals, (len(sides), 1))
@@ -226,44 +226,43 @@ class Chooser:
         picked = shots.take(rows % len(shots))
         return replace(picked, sides=signs[rows], seeds=seeds.reshape(-1, seeds.shape[2])[order])
 
-    def _best(self, shots: Shots, start: State, target: np.ndarray, count: int, last: Choice | None) -> list[Choice]:
+    def _ranked(
+        self,
+        hits: Hits,
+        shots: Shots,
+        start: State,
+        target: np.ndarray,
+        count: int,
+        last: Choice | None,
+        error: np.ndarray | None = None,
+        within: float = np.inf,
+    ) -> Iterator[Choice]:
+        """Return the best hits, at least one. error: m, as expected if None, less than `within`. Raises NoHit."""
         options = self._options
-        hits = solve(self._arm, self.law, shots, None if last is None else last.mobility)
         if not len(hits):
             raise NoHit("out of reach", "no posture has the racket where the ball comes by, turned to the target")
         use = self._use(hits, shots, start)
         most = options.first_use if last is None else options.last_use
         if use.min() > most:
             raise NoHit("limits", f"the easiest hit needs {use.min():.2f} of the arm's limits")
-        error = landing_error(self.law, self._arm, hits, shots)
+        if error is None:
+            error = landing_error(self.law, self._arm, hits, shots)
         if last is None:
-            cost = error + self._doubt(hits, shots, use)
+            cost = error + doubt(self._arm, options, hits, shots, use)
         else:
             cost = error + options.shift_cost * np.abs(shots.times[hits.shots] - last.time) + options.effort_cost * use
         hard = use > options.use
-        order = np.lexsort([np.where(hard, use, cost), hard])[:count]
-        order = order[use[order] <= most]
+        order = np.lexsort([np.where(hard, use, cost), hard])
+        order = order[(use[order] <= most) & (error[order] < within)]
         beside = np.zeros(3) if last is None else last.beside
-        choices = [
+        found = (
             self._choice(hits, shots, int(row), target, float(error[row]), float(use[row]), beside) for row in order
-        ]
-        if last is None:
-            choices[0] = self.refined(choices[0], start)
-        return choices
-
-    def _doubt(self, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
-        """Return what it costs (n,), m, that a hit will be corrected.
-
-        For early hits, for those that leave little of the limits, and for those near to the end of a joint's range; in
-        proportion to how uncertain the ball's place is then.
-        """
-        options = self._options
-        spread = np.sqrt(np.trace(shots.covariances[hits.shots, :3, :3], axis1=1, axis2=2))
-        young = np.clip(1 - shots.ages[hits.shots] / options.settled, 0, 1)
-        low, high = self._arm.limits.positions.T
-        room = np.minimum(hits.postures - low, high - hits.postures).min(axis=1)
-        edge = np.clip(1 - room / (options.room * spread), 0, 1)
-        return spread * (options.young_cost * young + options.use_cost * use + options.edge_cost * edge)
+        )
+        playable = filter(self._may_play, found)
+        best = next(playable, None)
+        if best is None:
+            raise NoHit("room", "the recoil of every hit would throw the arm into what stands around it")
+        return chain([best], islice(playable, count - 1))
 
     def _use(self, hits: Hits, shots: Shots, start: State) -> np.ndarray:
         begin = start.positions, start.velocities, start.accelerations
@@ -294,10 +293,3 @@ class Chooser:
             error,
             use,
         )
-
-
-def _are_alike(choice: Choice, other: Choice) -> bool:
-    """Return whether two hits are so near to each other that a contact does the same."""
-    turned = np.abs(choice.positions - other.positions).max()
-    faster = np.abs(np.stack([choice.incoming - other.incoming, choice.outgoing - other.outgoing])).max()
-    return bool(turned < ALIKE[0] and faster < ALIKE[1] and choice.side == other.side)

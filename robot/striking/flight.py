@@ -14,7 +14,7 @@ GRAVITY = 9.81
 AIM_STEPS, AIM_ROUNDS = 2, 2
 """Steps of a flight to a target, and rounds of Newton's method, where drag or spin bend it."""
 CROSSING_ROUNDS = 4
-"""Of Newton's method for where a flight crosses the net."""
+"""Rounds of Newton's method for where a flight crosses the net."""
 
 
 @dataclass(frozen=True, slots=True)

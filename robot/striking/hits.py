@@ -5,14 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot.striking.arm import Arm, Rows
+from robot.striking.choice import Choice
 from robot.striking.contact import ContactLaw, better_normal, first_normal, racket_velocity
+from robot.striking.path import Path
 
 FIRST_ROUNDS, LAST_ROUNDS = 5, 3
-"""Of the descent: to the normal of a heavy racket, then to that which the mobility asks for."""
+"""Rounds of the descent: to the normal of a heavy racket, then to that which the mobility asks for."""
 NEARLY = 0.05, 0.05
 """m and rad (of the unit normal); what the first descent leaves farther away is given up."""
 MET = 1e-3, 5e-3
 """m and rad, within which a descent has arrived; the racket's velocity makes up for what is left of the normal."""
+TURNING, SLOWER, GOES_ON_S, TOUCHING = 0.01, np.array([1.0, 0.7, 0.4, 0.0]), 0.03, 0.7
+"""Numbers of touches: m that a radian of the normal counts, parts of a swing's joint velocities, s for which they are
+kept, and the part of the racket's radius within which its middle meets the ball."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,3 +85,29 @@ def solve(arm: Arm, law: ContactLaw, shots: Shots, mobility: np.ndarray | None =
     velocities = racket_velocity(law, mass, mobilities, incoming[met], wanted[met], normals)
     speeds = arm.velocities(found, velocities)
     return Hits(rows, found.values, speeds, found.positions, normals, velocities, mobilities)
+
+
+def meets(arm: Arm, path: Path, choice: Choice) -> bool:
+    """Return whether the ball meets the racket of a hit that is played as it is."""
+    (place,), (velocity,) = path.at(np.array([choice.time]))
+    moves, normal = velocity - choice.racket_velocity, choice.racket_normal
+    beside = place - choice.racket_position - arm.offset * normal
+    later = -(beside @ normal) / (moves @ normal)
+    return bool(np.linalg.norm(beside + later * moves) < TOUCHING * arm.racket.radius)
+
+
+def touch(arm: Arm, law: ContactLaw, shots: Shots, last: Choice) -> Hits:
+    """Return hits like `last`, moved to where the balls are and slower, wherever they send them.
+
+    A joint that could not stop inside its range moves as fast as it may.
+    """
+    places = shots.positions - arm.offset * last.racket_normal + last.racket_velocity * law.duration / 2
+    faces = np.broadcast_to(last.side * last.racket_normal, places.shape)
+    found = arm.descend(places, faces, shots.seeds, FIRST_ROUNDS, TURNING)
+    met = np.linalg.norm(found.positions - places, axis=1) < TOUCHING * arm.racket.radius
+    rows = np.repeat(np.flatnonzero(met), len(SLOWER))
+    found, mobilities = found.take(rows), np.repeat(arm.mobility(found.take(met)), len(SLOWER), axis=0)
+    speeds = np.tile(SLOWER, met.sum())[:, None] * last.velocities
+    speeds = np.clip(speeds, *arm.stoppable(found.values, GOES_ON_S))
+    velocities = (found.moves @ speeds[:, :, None])[:, :, 0]
+    return Hits(rows, found.values, speeds, found.positions, last.side * found.normals, velocities, mobilities)

@@ -1,4 +1,4 @@
-"""How far from the target a ball is expected to land."""
+"""How far from the target a ball is expected to land, and what the corrections of its hit may cost."""
 
 import numpy as np
 
@@ -6,13 +6,17 @@ from robot.striking.arm import Arm
 from robot.striking.contact import ContactLaw
 from robot.striking.flight import landing_gradient
 from robot.striking.hits import Hits, Shots
+from robot.striking.options import Options
 
 RESTITUTION_STD, NORMAL_STD, RACKET_STD = 0.05, 0.01, 0.03
 """Standard deviations of e, of the racket's normal (rad, each way) and of its velocity (m/s, each way)."""
 
 
-def landing_error(law: ContactLaw, arm: Arm, hits: Hits, shots: Shots) -> np.ndarray:
-    """Return the root of the expected squared distances of the landing points from the target, (n,), m."""
+def landing_error(law: ContactLaw, arm: Arm, hits: Hits, shots: Shots, beside: np.ndarray | None = None) -> np.ndarray:
+    """Return the root of the expected squared distances of the landing points from the target, (n,), m.
+
+    beside: (n, 3), m/s, by how much the law has the balls leave beside the wanted velocities; None: as wanted.
+    """
     rows = hits.shots
     incoming, wanted, n = shots.incoming[rows], shots.wanted[rows], hits.normals
     mass = arm.ball.mass
@@ -23,7 +27,23 @@ def landing_error(law: ContactLaw, arm: Arm, hits: Hits, shots: Shots) -> np.nda
     passed = np.eye(3) - pushed[:, :, None] * n[:, None, :]
     spread = tilt @ tilt + (RESTITUTION_STD**2 * by_restitution[:, :, None]) * by_restitution[:, None, :]
     spread = spread + RACKET_STD**2 * pushed[:, :, None] * pushed[:, None, :]
+    if beside is not None:
+        spread = spread + beside[:, :, None] * beside[:, None, :]
     spread = spread + passed @ shots.covariances[rows, 3:, 3:] @ passed.transpose(0, 2, 1)
     slope = landing_gradient(wanted, shots.arrivals[rows], shots.flights[rows])
     landed = slope @ spread @ slope.transpose(0, 2, 1) + shots.covariances[rows, :2, :2]
     return np.sqrt(np.trace(landed, axis1=1, axis2=2))
+
+
+def doubt(arm: Arm, options: Options, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
+    """Return what it costs (n,), m, that a hit will be corrected.
+
+    For early hits, for those that leave little of the limits, and for those near to the end of a joint's range; in
+    proportion to how uncertain the ball's place is then. use: (n,), largest part of a limit that each needs.
+    """
+    spread = np.sqrt(np.trace(shots.covariances[hits.shots, :3, :3], axis1=1, axis2=2))
+    young = np.clip(1 - shots.ages[hits.shots] / options.settled, 0, 1)
+    low, high = arm.limits.positions.T
+    room = np.minimum(hits.postures - low, high - hits.postures).min(axis=1)
+    edge = np.clip(1 - room / (options.room * spread), 0, 1)
+    return spread * (options.young_cost * young + options.use_cost * use + options.edge_cost * edge)

@@ -18,13 +18,13 @@ Kind = Literal["bounce", "volley", "any"]
 STEP_S = 0.001
 """Between the places of a flight that are looked at."""
 STEPS = 8
-"""Of the integration of a flight."""
+"""Number of steps of the integration of a flight."""
 POSTURES = 400
 """Postures of the striking volume."""
 FACING = 0.5
 """A posture can strike where this part of the racket's normal, or of its opposite, points to where balls come from."""
 HEIGHTS = (0.4, 1.6)
-"""m, of the points of the striking volume."""
+"""m, of the points of the striking volume, by default."""
 SPEEDS, ANGLES = (3.0, 5.0), (-0.12, 0.12)
 """Horizontal speed on arrival, m/s, and its direction to either side, rad."""
 AFTER_BOUNCE_S, BEFORE_BOUNCE_S = (0.25, 0.4), (0.45, 0.75)
@@ -61,8 +61,10 @@ class Launcher:
     court. Every quantity is uniform in the bounds above; the same seed gives the same throws.
     """
 
-    def __init__(self, config: RobotConfig, seed: int = 0, kind: Kind = "bounce") -> None:
-        """Prepare.
+    def __init__(
+        self, config: RobotConfig, seed: int = 0, kind: Kind = "bounce", heights: tuple[float, float] = HEIGHTS
+    ) -> None:
+        """Prepare; heights: m, of the points of the striking volume.
 
         Raises:
             NoThrow: the robot has no ball, no court with a net, or no posture from which it can strike.
@@ -80,10 +82,10 @@ class Launcher:
         side = np.sign(np.dot(np.subtract(net.top[:2], base[:2]), net.normal)) or 1.0
         self._forwards = np.array([*net.normal, 0.0]) * side
         """Horizontal, from the arm to the net (3,)."""
-        self._points = _striking_volume(config, kinematics, self._forwards, self._random)
+        self._points = _striking_volume(config, kinematics, self._forwards, heights, self._random)
         if not len(self._points):
             raise NoThrow(
-                f"{config.name}: no posture has its racket between {HEIGHTS[0]} and {HEIGHTS[1]} m facing the net"
+                f"{config.name}: no posture has its racket between {heights[0]:g} and {heights[1]:g} m facing the net"
             )
 
     def next(self) -> Launch:
@@ -156,13 +158,17 @@ class Launcher:
 
 
 def _striking_volume(
-    config: RobotConfig, kinematics: Kinematics, forwards: np.ndarray, random: np.random.Generator
+    config: RobotConfig,
+    kinematics: Kinematics,
+    forwards: np.ndarray,
+    heights: tuple[float, float],
+    random: np.random.Generator,
 ) -> np.ndarray:
     """Return places of the tool (N, 3), m, at which the racket can meet a ball."""
     low, high = np.where(np.isfinite(config.limits.positions), config.limits.positions, [-np.pi, np.pi]).T
     points = []
     for posture in random.uniform(low, high, (POSTURES, config.joint_count)):
         place, rotation = kinematics.tool_pose(posture)
-        if HEIGHTS[0] <= place[2] <= HEIGHTS[1] and abs(rotation[:, 2] @ forwards) >= FACING:
+        if heights[0] <= place[2] <= heights[1] and abs(rotation[:, 2] @ forwards) >= FACING:
             points.append(place)
     return np.array(points).reshape(-1, 3)

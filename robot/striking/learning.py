@@ -12,7 +12,7 @@ from robot.striking.contact import ContactLaw, derivatives, outgoing
 from robot.striking.flight import Air, Ball, travel
 
 PRIOR_STD = np.array([0.1, 0.05, 0.15, 0.15, 0.15])
-"""Of restitution, friction, and the three of the bias (m/s), before the first hit."""
+"""Standard deviations of restitution, friction, and the three of the bias (m/s), before the first hit."""
 
 DRIFT_STD = np.array([0.003, 0.002, 0.003, 0.003, 0.003])
 """How much they change from hit to hit."""

@@ -9,6 +9,8 @@ from robot.striking.transition import POSITION, STEP_S, VELOCITY, Transition
 
 LOW = 0.3
 """A ball that leaves a bounce more slowly than this, m/s, is taken to roll."""
+NEAR_STEP_S = 0.02
+"""Between places of a ball that are compared with points."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +55,14 @@ class Path:
         ends = np.flatnonzero(np.diff(self.bounces)) + 1
         last = np.searchsorted(ends, k, side="right") - 1
         return np.where(last >= 0, times - self.times[ends[last]], np.inf) if len(ends) else np.full(len(times), np.inf)
+
+    def comes_near(self, points: np.ndarray, distance: float) -> float:
+        """Return when (s) the ball is first nearer than `distance` (m) to one of the points (n, 3), or inf."""
+        times = np.arange(self.times[0], self.times[-1], NEAR_STEP_S)
+        places, _ = self.at(times)
+        away = np.linalg.norm(places[:, None] - points, axis=2).min(axis=1, initial=np.inf)
+        near = np.flatnonzero(away < distance)
+        return float(times[near[0]]) if len(near) else np.inf
 
     def _within(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the steps (m,) in which times (m,) lie, where in them, 0 to 1, (m,), and how long they are, (m, 1)."""

@@ -15,7 +15,7 @@ from robot.striking.chain import Chain
 
 COUNT = 20_000
 METRES_A_RADIAN = 0.3
-"""Of the distance by which postures are searched."""
+"""Metres that a radian counts in the distance by which postures are searched."""
 NEAREST = 8
 """Postures of the table that are looked at for each wanted one."""
 INSIDE = 0.02

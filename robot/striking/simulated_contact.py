@@ -18,11 +18,15 @@ LONGEST_S = 0.04
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Touch:
-    """The ball after a simulated hit, led back to the time of the touch: position, velocity (3,), duration (s)."""
+    """The ball after a simulated hit, led back to the time of the touch: position, velocity (3,), duration (s).
+
+    joint_velocities: the arm's as the ball leaves it, (J,), rad/s.
+    """
 
     position: np.ndarray
     velocity: np.ndarray
     duration: float
+    joint_velocities: np.ndarray
 
 
 class SimulatedContact:
@@ -31,7 +35,8 @@ class SimulatedContact:
     ball: the ball's body, on a free joint or on three slides along the axes of the world. law: which its result is
     compared with. phases: parts of a simulation step, from its begin to the touch, that are averaged; none: that of
     the hit's own time, for a ball whose flight is known exactly. alpha: 1/s, gain of the tracking law (eq. 11) with
-    which Volley's controller resists the recoil of Volley's simulation; 0: of another simulation, torques stay.
+    which Volley's controller resists the recoil of Volley's simulation; 0: of another simulation, torques stay, as
+    they do where the robot's tick is longer than a step of the model: it is then as long as a contact.
     """
 
     def __init__(
@@ -45,8 +50,8 @@ class SimulatedContact:
     ) -> None:
         self.law = law
         self.phases = phases
-        self._alpha = alpha
         self._model = model = config.load_model()
+        self._alpha = alpha if config.tick < 1.5 * model.opt.timestep else 0.0
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
         self._data = mujoco.MjData(model)
         self._pose = config.pose_at_home
@@ -121,4 +126,5 @@ class SimulatedContact:
         position = self._data.qpos[self._ball_qpos] + self._origin
         # The contacts of a step are those before it, so the ball has been free for half a step to one and a half.
         duration = max(after - 1.5 * self._model.opt.timestep, 0.0)
-        return Touch(position - velocity * after - gravity * after**2 / 2, velocity, duration)
+        at_touch = position - velocity * after - gravity * after**2 / 2
+        return Touch(at_touch, velocity, duration, self._data.qvel[self._dofs])

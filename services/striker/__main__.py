@@ -45,15 +45,16 @@ def main() -> None:
     mind = prepare(flags, config, log)
 
     def serve(bus: Bus) -> None:
-        realtime.become_polite()
         inbox: Inbox[Any] = Inbox(LENGTH)
         library = ask_library(bus, config, stopping)
         quintic = flags.own.method == "quintic"
         link = QuinticLink(bus, inbox, config) if quintic else BusLink(bus, inbox)
         striker = Striker(config, mind, link, library, log, "dmp" if flags.own.method == "dmp" else "qp")
         realtime.freeze_garbage()
+        realtime.receive_first()
         Loop(bus, inbox, striker, log).serve(stopping)
 
+    realtime.become_prompt()
     raise SystemExit(SingleInstance("striker", flags.common, config.name, log).run(serve, stopping))
 
 

@@ -42,7 +42,7 @@ class Attempt:
         ball: Its number.
         stage: seen: no hit is planned; swinging: one is; struck: it has left the racket; over: it landed or was missed.
         choice: The hit that is played.
-        further: Hits that are tried where the planner refuses the ones before them.
+        further: Hits, or touches of a correction, that are tried where the planner refuses the ones before them.
         goal_id: Of the motion that is played.
         primitive: That it imitates.
         asked: The goal on its way.

@@ -12,8 +12,10 @@ from services.striker.watching import Stillness
 
 LOST_S = 0.15
 """A ball that was not seen for so long has stopped coming."""
-AHEAD_S = 1.0
+AHEAD_S = 0.1
 """A sight that is so far ahead of the robot's clock is not of this run."""
+REACH = 100.0
+"""m, m/s: no ball that is struck is farther away or faster, on any axis."""
 
 
 class Eyes:
@@ -22,7 +24,7 @@ class Eyes:
     def __init__(self, estimator: Estimator, log: logging.Logger) -> None:
         self._estimator = estimator
         self._rejected = ThrottledLog(log)
-        self._stillness = Stillness()
+        self._stillness = Stillness(estimator.court.surface.height + estimator.ball.radius)
         self._newest = -math.inf
 
     def read(self, ball: m.BallState, now: float) -> np.ndarray | None:
@@ -31,6 +33,8 @@ class Eyes:
             self._rejected.warn(f"a ball with {len(ball.position)} coordinates was left out; space has 3")
         elif ball.time > now + AHEAD_S:
             self._rejected.warn(f"a ball seen at {ball.time:.3f} s was left out; the robot's time is {now:.3f} s")
+        elif any(abs(value) > REACH for value in (*ball.position, *(ball.velocity or ()))):
+            self._rejected.warn(f"a ball beyond {REACH:g} m or m/s was left out: {ball.position}, {ball.velocity}")
         elif ball.time <= self._newest:
             self._rejected.warn("a ball that was not seen later than the one before was left out")
         else:

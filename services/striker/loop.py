@@ -16,6 +16,7 @@ from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from services.common.logs import ThrottledLog
+from services.common.realtime import Urgency, receivers
 from services.common.refusing import OWN_ERROR, refusing
 from services.common.stray_puts import StrayPuts
 from services.striker.core import Striker
@@ -97,13 +98,16 @@ class Loop:
 
     def serve(self, stopping: threading.Event) -> None:
         """Serve requests and strike until `stopping` is set; the motion under way ends by itself, at rest."""
-        stray_puts = StrayPuts(self._bus, self._log)
-        for topic in LISTENED:
-            self._bus.listen(topic, lambda body, topic=topic: self._inbox.offer(Published(topic, body)))
-        self._bus.serve(topics.STRIKE, self._inbox)
-        self._bus.serve(topics.STRIKE_STOP, self._inbox)
-        self._bus.announce("striker")
+        with receivers():
+            stray_puts = StrayPuts(self._bus, self._log)
+            for topic in LISTENED:
+                self._bus.listen(topic, lambda body, topic=topic: self._inbox.offer(Published(topic, body)))
+            self._bus.serve(topics.STRIKE, self._inbox)
+            self._bus.serve(topics.STRIKE_STOP, self._inbox)
+            self._bus.announce("striker")
+        urgency = Urgency()
         while not stopping.is_set():
+            urgency.update(keeps_up=self._inbox.is_empty)
             item = self._inbox.take(WAIT_S)
             while item is not None:
                 self.receive(item)

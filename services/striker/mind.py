@@ -1,6 +1,8 @@
 """What the striker knows and works out: ball, court, arm, contact law. Arrays in, hits out."""
 
 import logging
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +12,16 @@ from robot.description import RobotConfig
 from robot.model import owner_name
 from robot.striking.arm import Arm, Racket
 from robot.striking.calibration import calibrate
-from robot.striking.choice import Choice, State, unlike_first
-from robot.striking.chooser import Chooser, Options
+from robot.striking.choice import Choice, NoHit, State, unlike_first
+from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw
+from robot.striking.corrections import Corrections
 from robot.striking.estimator import Belief, Estimate, Estimator
 from robot.striking.flight import Ball, Court, Net, Surface
 from robot.striking.learning import Learner, LearningError, read
+from robot.striking.options import Options
 from robot.striking.reachability import Reachability
+from robot.striking.recoil import Recoil
 from robot.striking.simulated_contact import SimulatedContact
 from services.striker.attempt import Attempt, Outcome
 from services.striker.judging import Judge
@@ -25,12 +30,16 @@ from services.striker.orders import Order
 HORIZON_S = 2.0
 """How far ahead a ball is predicted."""
 FOLLOW_THROUGH_S = 0.015
-"""For which the racket keeps its velocity after the middle of the contact."""
+"""s for which the racket keeps its velocity after the middle of the contact."""
 CLEARS_M = 0.15
 """m above the net for a ball that is returned."""
 BELIEVED = Belief(position_std=0.004, velocity_std=0.02, restitution_std=0.06, drag_std=0.2)
 CANDIDATES, ASKED = 40, 12
 """First hits that are found, and how many of them are asked for before hits are chosen once more."""
+TOUCHED = "out of reach", "room"
+"""Reasons for which there is no hit of a ball that may be touched at least."""
+BLOCK_S = 0.5
+"""s; a ball that comes later is not blocked yet: the next sights may show a hit."""
 OPTIONS = Options(
     time_step=0.04,
     flights=(0.6, 0.75, 0.9),
@@ -77,10 +86,11 @@ class Mind:
         self._learner = known or Learner.of(calibrated)
         # What the simulated contact adds is counted from the calibrated law, so that what is learned adds to it.
         contact.law = calibrated
-        self._chooser = Chooser(arm, table, court, self._learner.law, OPTIONS, contact)
+        self._chooser = Chooser(arm, table, court, self._learner.law, OPTIONS, contact, Recoil(arm).has_room)
         self._judge = Judge(ball, court, self._learner, learned, config.name, log)
         self._centre = arm.chain.pose(config.home[None])[0][0]
         self.estimator = Estimator(ball, court, BELIEVED)
+        self._corrections = Corrections(self._chooser, self.estimator, tries=1)
         self.ball_body = BALL
         self.racket_body = owner_name(config.model, config.model.geom(config.racket.geom).id)
 
@@ -94,16 +104,25 @@ class Mind:
         towards = self._centre[:2] - estimate.position[:2]
         return bool(estimate.velocity[:2] @ towards > 0.5 * np.linalg.norm(towards))
 
-    def choose(self, begin: State, order: Order) -> list[Choice]:
-        """Return hits of the ball that is followed, the best first. Raises NoHit."""
-        path = self.estimator.path(begin.time + HORIZON_S)
-        found = self._chooser.choose(path, begin, order.target, order.flight_time, count=CANDIDATES)
-        return unlike_first(found)[:ASKED]
+    def choose(self, begin: State, order: Order) -> Iterator[Choice]:
+        """Return hits of the ball that is followed, the best first; where none is found, what touches it at least.
 
-    def correct(self, begin: State, order: Order, last: Choice) -> Choice:
-        """Return a better hit near `last`. Raises NoHit."""
-        path = self.estimator.path(last.time + 0.1)
-        return self._chooser.correct(path, begin, order.target, last)[0]
+        Raises NoHit.
+        """
+        path = self.estimator.path(begin.time + HORIZON_S)
+        try:
+            found = self._chooser.choose(path, begin, order.target, order.flight_time, count=CANDIDATES)
+        except NoHit as reason:
+            if reason.reason not in TOUCHED:
+                raise
+            found = list(self._chooser.blocks(path, begin, order.target, count=CANDIDATES))
+            if min(block.time for block in found) > begin.time + BLOCK_S:
+                raise
+        return islice(unlike_first(found), ASKED)
+
+    def correct(self, begin: State, order: Order, last: Choice) -> Iterator[Choice]:
+        """Yield better hits than `last`, then what still touches the ball; see `Corrections`. Raises NoHit."""
+        return self._corrections.of(last, begin, order.target)
 
     def rehearsed(self, choice: Choice) -> Choice:
         """Return a correction that is played, its contact simulated for the next one; there is time for that now."""

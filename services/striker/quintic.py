@@ -15,7 +15,9 @@ from protocol.bus.bus import Bus
 from protocol.bus.queues import Inbox
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
+from robot.conversions import collision_refusal
 from robot.description import RobotConfig
+from robot.motion_check import Collides, MotionCheck
 from services.striker.loop import Answered, BusLink
 from services.striker.outside import Taken
 
@@ -30,6 +32,7 @@ class QuinticLink(BusLink):
     def __init__(self, bus: Bus, inbox: Inbox[Any], config: RobotConfig) -> None:
         super().__init__(bus, inbox)
         self._config = config
+        self._motions = MotionCheck(config)
 
     def ask(self, goal: m.Goal) -> None:
         """Send a goal, or plan its hit when the loop takes its answer."""
@@ -41,17 +44,19 @@ class QuinticLink(BusLink):
     def _play(self, goal: m.Goal) -> Taken:
         requested = time.time_ns()
         reference = self._bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=LEAD_S))
-        trajectory = quintic_message(goal, reference, self._config, requested)
+        trajectory = quintic_message(goal, reference, self._config, self._motions, requested)
         accepted = self._bus.ask(topics.EXECUTE, trajectory)
         rest = accepted.start_time + (trajectory.count - 1) * trajectory.dt
         return Taken(accepted.goal_id, accepted.start_time, rest)
 
 
-def quintic_message(goal: m.Goal, reference: m.Reference, config: RobotConfig, requested_ns: int) -> m.Trajectory:
-    """Return the motion from `reference` to the hit of a goal, as the controller takes it; it checks the limits.
+def quintic_message(
+    goal: m.Goal, reference: m.Reference, config: RobotConfig, motions: MotionCheck, requested_ns: int
+) -> m.Trajectory:
+    """Return the motion from `reference` to the hit of a goal, as the controller takes it; that checks the limits.
 
     Raises:
-        Refusal: `late`; `cannot_stop`.
+        Refusal: `late`; `cannot_stop`; `collision`, which the controller does not look for.
     """
     assert goal.positions is not None
     assert goal.velocities is not None
@@ -66,6 +71,9 @@ def quintic_message(goal: m.Goal, reference: m.Reference, config: RobotConfig, r
     request = MotionRequest(start, end, ticks * config.tick, config.limits, follow_through=goal.follow_through)
     try:
         motion = plan_quintic(request)
+        motions.check(motion, motion.duration, torque=False)
+    except Collides as error:
+        raise collision_refusal(error) from None
     except MotionError as error:
         raise Refusal("cannot_stop", str(error)) from None
     return m.Trajectory(

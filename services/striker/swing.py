@@ -64,7 +64,7 @@ class Swing:
         except NoHit as reason:
             self._voice.refuse(attempt, now, reason)
             return
-        attempt.further = iter(choices)
+        attempt.further = choices
         self._ask_next(attempt, order.primitives)
 
     def correct(self, attempt: Attempt, order: Order, ball: Estimate) -> None:
@@ -79,8 +79,9 @@ class Swing:
         if begin is None:
             return
         attempt.decided, attempt.began = ball.time, now
+        attempt.further = self._mind.correct(begin, order, choice)
         try:
-            better = self._mind.correct(begin, order, choice)
+            better = next(attempt.further)
         except NoHit as reason:
             self._voice.refuse(attempt, now, reason)
             return
@@ -101,6 +102,9 @@ class Swing:
                 self._ask_next(attempt, primitives)
         elif code in REPLACED:
             self._voice.miss(attempt, now, f"the swing was replaced: {reply}")
+        elif code not in HOPELESS and (touch := next(attempt.further, None)) is not None:
+            attempt.began = now
+            self._ask(attempt, touch, asked.revises)
 
     def _play(self, attempt: Attempt, asked: Asked, reply: Taken) -> None:
         """A hit was accepted, or a correction of it."""

@@ -5,7 +5,6 @@ import sys
 import tyro
 from rich.console import Console
 
-from protocol.errors import NoAnswer, Refusal
 from robot.striking.launcher import NoThrow
 from services.common import realtime
 from services.common.cli import MISUSED
@@ -25,12 +24,9 @@ def main() -> int:
     except (ValueError, NoThrow) as error:
         console.print(f"volley: {error}", highlight=False, soft_wrap=True)
         return MISUSED
-    except (NotReady, Refusal, NoAnswer) as error:
-        console.print(f"[bold red]the rally ended early[/bold red]: {error}", soft_wrap=True)
+    except NotReady as error:
+        console.print(f"[bold red]the rally did not begin[/bold red]: {error}", soft_wrap=True)
         return 1
-    except KeyboardInterrupt:
-        console.print("interrupted")
-        return 130
 
 
 if __name__ == "__main__":

@@ -14,11 +14,11 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
-from robot.court import BALL
 from robot.description import RobotConfig
 from tools.rally.exchange import away, exchange, serve
 from tools.rally.limit_watch import Findings, LimitWatch
 from tools.rally.referee import Referee
+from tools.rally.touches import touched
 
 OWN = (topics.CONTACT, topics.ENDED, topics.STRIKES)
 """What is followed of each arm, in its own time; the referee follows the first one's ball and contacts."""
@@ -97,8 +97,8 @@ class _Course:
         if name != self._first:
             return
         self.referee.touch(contact)
-        if BALL not in contact.bodies and not contact.ended:
-            self._rally.faults.append(f"{' and '.join(contact.bodies)} touched at {contact.time:.3f} s")
+        if sentence := touched(contact):
+            self._rally.faults.append(sentence)
 
 
 class Court:
@@ -166,7 +166,7 @@ class Court:
 
     def _drain(self) -> None:
         for watch in self._watches.values():
-            watch.check()
+            watch.drop()
         with contextlib.suppress(Empty):
             while True:
                 self._received.get_nowait()

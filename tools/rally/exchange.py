@@ -15,7 +15,8 @@ SERVE = 0.55, 0.25
 AWAY_M = 0.2
 """From the net and from its end, where the ball lies between rallies."""
 SPREAD_M = 0.08
-"""Standard deviation of the places where serves bounce, on each axis."""
+"""How far from the target serves bounce at most, on each axis: from 0.12 m on, to one side, no posture of the shipped
+arm returns the ball."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +71,7 @@ def serve(server: RobotConfig, play: Exchange, random: np.random.Generator) -> T
     top = np.array(court.net.top)
     begin = top + part * (home_of(server) - top)
     begin[2] = home_of(server)[2] + above
-    place = play.target + np.array([*random.normal(0, SPREAD_M, 2), ball.radius])
+    place = play.target + np.array([*random.uniform(-SPREAD_M, SPREAD_M, 2), ball.radius])
     flown = Ball(ball.mass, ball.radius, ball.drag, ball.magnus, 1 / 1000)
     velocity = aim(flown, Air(ball.drag), begin[None], place, np.array([play.flight_time]))[0][0]
     x, y, z = begin.tolist()

@@ -30,7 +30,7 @@ def latencies(said: Iterable[m.Strike], results: Iterable[m.Result], seen: Mappi
     Args:
         said: What the striker said of it.
         results: Of its motions.
-        seen: Unix ns at which the message of a sight came, by the sight's time.
+        seen: Unix ns at which the router had the message of a sight, by the sight's time.
     """
     decided = {s.goal_id: s for s in said if s.phase in ("planned", "revised")}
     found = []

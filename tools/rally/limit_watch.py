@@ -4,9 +4,9 @@ Nothing of the planner's or the controller's is used: every published command an
 differences of commanded accelerations.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -73,28 +73,35 @@ class LimitWatch:
             while (taken := source.take()) is not None:
                 bodies.append(taken[0])
 
-    def check(self, touches: Sequence[float] = ()) -> Findings:
-        """Check what was read since the last call. touches: times (s) at which the racket met the ball."""
+    def drop(self) -> None:
+        """Forget what was published until now."""
         self.read()
+        self._bodies = [[], []]
+
+    def check(self, touches: Sequence[float] = ()) -> Findings:
+        """Check what was read since the last check or drop. touches: times (s) at which the racket met the ball."""
         (commanded, did), self._bodies = self._bodies, [[], []]
-        commands, states = [decode(body, m.Command) for body in commanded], [decode(body, m.State) for body in did]
-        return check(commands, states, touches, self._config)
+        commands = (decode(body, m.Command) for body in commanded)
+        return check(commands, (decode(body, m.State) for body in did), touches, self._config)
 
 
 def check(
-    commands: Sequence[m.Command], states: Sequence[m.State], touches: Sequence[float], config: RobotConfig
+    commands: Iterable[m.Command], states: Iterable[m.State], touches: Sequence[float], config: RobotConfig
 ) -> Findings:
-    """Return what commands and states, in the order of their ticks, used of the robot's limits."""
-    if not commands or not states:
+    """Return what commands and states, in the order of their ticks, used of the robot's limits.
+
+    It keeps their numbers alone: the messages of a long rally would take gigabytes.
+    """
+    asked_rows = ([c.tick, *c.positions, *c.velocities, *(c.feedforward or c.accelerations)] for c in commands)
+    ticks, commanded = _table(asked_rows, 3, config)
+    seen, did = _table(([s.tick, *_measured(s)] for s in states), 2, config)
+    if not len(ticks) or not len(seen):
         return Findings()
-    commanded = _array(commands, lambda c: (c.positions, c.velocities, c.feedforward or c.accelerations))
-    did = _array(states, lambda s: (s.truth.positions, s.truth.velocities) if s.truth else (s.positions, s.velocities))
-    ticks = np.array([command.tick for command in commands])
     jerks = np.diff(commanded[2], axis=0, prepend=commanded[2][:1]) / config.tick
     jerks[np.diff(ticks, prepend=ticks[0]) != 1] = 0.0
     asked = _shares(np.concatenate([commanded, jerks[None]]), config.limits)
     measured = _shares(did, config.limits)
-    times = np.array([state.time for state in states])
+    times = seen * config.tick
     thrown = np.zeros(len(times), dtype=bool)
     for touch in touches:
         thrown |= (times >= touch) & (times < touch + RECOIL_S)
@@ -106,7 +113,7 @@ def check(
     wrong = int(sum(found.sum() for found in passed))
     return Findings(
         ticks=len(ticks),
-        unseen=max(_gaps(ticks), _gaps(np.array([state.tick for state in states]))),
+        unseen=max(_gaps(ticks), _gaps(seen)),
         closest=closest,
         recoil=_largest(np.where(thrown[None, :, None], measured, 0.0), times, names),
         violations=wrong,
@@ -114,9 +121,17 @@ def check(
     )
 
 
-def _array(messages: Sequence[Any], values: Any) -> np.ndarray:
-    """Return what `values` takes from each message, (quantities, n, J)."""
-    return np.array([values(message) for message in messages], dtype=float).transpose(1, 0, 2)
+def _table(rows: Iterable[Sequence[float]], quantities: int, config: RobotConfig) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ticks (n,) that rows begin with, and what follows in them, (quantities, n, J)."""
+    joints = config.joint_count
+    table = np.fromiter(rows, np.dtype((float, 1 + quantities * joints)))
+    return table[:, 0].astype(int), table[:, 1:].reshape(-1, quantities, joints).transpose(1, 0, 2)
+
+
+def _measured(state: m.State) -> list[float]:
+    """Return positions and velocities, the true ones where the robot side says them."""
+    true = state.truth or state
+    return [*true.positions, *true.velocities]
 
 
 def _shares(values: np.ndarray, limits: Limits) -> np.ndarray:

@@ -18,9 +18,11 @@ from rich.table import Table
 from deploy.processes import PROCESSES
 from robot.description import RobotConfig, load_robot
 from robot.shipped import DEFAULT_ROBOT_CONFIG
+from services.common import realtime
 from services.common.cell import RunningCell, running_cell
 from services.common.cli import Options, free_endpoint
 from tools.rally.court import Court, Rally
+from tools.rally.ending import ended
 from tools.rally.flags import Flags, noise_of
 from tools.rally.thrown import revise_hz_of
 
@@ -29,17 +31,12 @@ ROBOTS = tuple(DEFAULT_ROBOT_CONFIG.with_name(name) for name in ("near.toml", "f
 
 
 def play_partners(flags: Flags, console: Console) -> int:
-    """Let two arms rally and report; returns 0 where every motion was played inside its limits, 1 otherwise.
+    """Let two arms rally and report what was played; returns 0 where all of it was, and inside the limits.
 
-    An interruption is reported with what was played until then, and returns 130.
+    Otherwise 1, and 130 after an interruption.
     """
     played: list[Rally] = []
-    status = 0
-    try:
-        rally_with(flags, console, played)
-    except KeyboardInterrupt:
-        console.print("interrupted")
-        status = 130
+    status = ended(lambda: rally_with(flags, console, played), console)
     if flags.json:
         print(json_line(played))
     else:
@@ -65,6 +62,7 @@ def rally_with(flags: Flags, console: Console, played: list[Rally]) -> None:
     configs = load_partners()
     with two_cells(flags.common, values, flags.learned, not flags.verbose) as cells:
         buses = dict(zip(configs, (cell.bus for cell in cells), strict=True))
+        realtime.receive_first()
         court = Court(buses, configs, flags.seed, flags.strokes)
         court.begin(noise_of(flags), revise_hz_of(flags))
         play_rallies(court, flags.rallies, list(configs), console, played)

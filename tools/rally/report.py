@@ -30,7 +30,9 @@ def summary(strokes: Sequence[Stroke]) -> dict[str, object]:
         "median_error_m": round(float(np.median(distances)), 4) if distances else None,
         "corrections": sum(stroke.corrections for stroke in strokes),
         "aborted": sum(len(stroke.aborted()) for stroke in strokes),
-        "violations": sum(stroke.limits.violations for stroke in strokes),
+        "touched": sum(len(stroke.touched) for stroke in strokes),
+        "violations": sum(len(stroke.faults()) for stroke in strokes),
+        "ticks_beyond": sum(stroke.limits.violations for stroke in strokes),
         "ticks_checked": sum(stroke.limits.ticks for stroke in strokes),
         "ticks_unseen": sum(stroke.limits.unseen for stroke in strokes),
         "recoil_peak": max((round(stroke.limits.recoil.share, 3) for stroke in strokes), default=0.0),
@@ -92,7 +94,8 @@ def sentence(strokes: Sequence[Stroke]) -> str:
     for name, latency in (("a first motion", first), ("a correction", correction)):
         if latency["p50"] is not None:
             said += f"; {name} begins {latency['p50']} ms after its sight (median; p99 {latency['p99']} ms)"
-    return said + f"; limits were passed at {found['violations']} of {found['ticks_checked']} ticks"
+    beyond = f"limits were passed at {found['ticks_beyond']} of {found['ticks_checked']} ticks"
+    return f"{said}; {beyond}; {found['violations']} violations"
 
 
 def _place(place: Sequence[float]) -> str:

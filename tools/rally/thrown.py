@@ -11,6 +11,7 @@ from robot.description import RobotConfig, load_robot
 from robot.striking.launcher import Launcher
 from services.common.cell import running_cell
 from tools.rally.believed import scratch_robot
+from tools.rally.ending import ended
 from tools.rally.flags import Flags, noise_of
 from tools.rally.play import Player, Stroke
 from tools.rally.report import json_line, reasons, sentence, table
@@ -18,9 +19,14 @@ from tools.rally.targets import Targets
 
 
 def play_thrown(flags: Flags, console: Console) -> int:
-    """Play thrown balls and report; returns 0 where every motion was played inside its limits, 1 otherwise."""
+    """Play thrown balls and report what was played; returns 0 where all of it was, and inside the limits.
+
+    Otherwise 1, and 130 after an interruption.
+    """
     strokes: list[Stroke] = []
-    play(flags, console, strokes)
+    status = ended(lambda: play(flags, console, strokes), console)
+    if not strokes:
+        return status
     if flags.json:
         print(json_line(strokes))
     else:
@@ -32,7 +38,7 @@ def play_thrown(flags: Flags, console: Console) -> int:
     faults = [fault for stroke in strokes for fault in stroke.faults()]
     for fault in faults:
         console.print(f"[bold red]{fault}[/bold red]", soft_wrap=True)
-    return 1 if faults else 0
+    return status or (1 if faults else 0)
 
 
 def play(flags: Flags, console: Console, strokes: list[Stroke]) -> None:

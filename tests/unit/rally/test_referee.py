@@ -93,6 +93,24 @@ def test_a_stroke_rises_to_the_partners_racket(striker: str, partner: str):
     assert away(config).position[2] == pytest.approx(ball.radius, abs=0.01)
 
 
+def test_no_serve_bounces_where_no_arm_returns_it():
+    """Seed 61 served 0.22 m aside: from 0.12 m on, to one side, no posture of the receiver returns the ball."""
+    server, receiver = ARMS
+    play, random = exchange(ARMS[server], ARMS[receiver]), np.random.default_rng(61)
+    config = ARMS[server]
+    assert config.ball is not None
+    flown, air = (
+        Ball(config.ball.mass, config.ball.radius, config.ball.drag, config.ball.magnus, 1e-3),
+        Air(config.ball.drag),
+    )
+    thrown = [serve(config, play, random) for _ in range(40)]
+    places, velocities = (np.array([getattr(throw, name) for throw in thrown]) for name in ("position", "velocity"))
+    bounced, _ = travel(flown, air, places, velocities, np.full(len(thrown), play.flight_time))
+    aside = np.abs(bounced - play.target)[:, :2].max(axis=0)
+    assert (aside > 0.05).all()
+    assert (aside < 0.1).all(), aside
+
+
 def test_the_summary_of_rallies():
     played = [Rally("near", 3), Rally("far", 8), Rally("near", 5, faults=["near: aborted"])]
     assert summary(played) == {"rallies": 3, "strokes": [3, 8, 5], "median_strokes": 5, "violations": 1}

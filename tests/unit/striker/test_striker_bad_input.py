@@ -88,8 +88,11 @@ def test_a_ball_that_jumps_for_good_is_another_ball(striker: Striker, outside: R
         sight(0.13, 0.0, 0.0, float("inf")),
         sight(-5.0, 1.0, 0.0, 1.0),
         sight(1e9, 1.0, 0.0, 1.0),
+        sight(0.4, 1.0, 0.0, 1.0),
+        sight(0.13, 1e300, 0.0, 1.0),
+        sight(0.13, 1.0, 0.0, 1.0, velocity=(1e300, 0.0, 0.0)),
     ],
-    ids=["two coordinates", "nan", "infinite", "past", "future"],
+    ids=["two coordinates", "nan", "infinite", "past", "future", "soon", "far", "fast"],
 )
 def test_what_is_no_sight_is_left_out_and_the_swing_goes_on(
     striker: Striker, outside: Recorded, ball: m.BallState, caplog: pytest.LogCaptureFixture
@@ -100,8 +103,11 @@ def test_what_is_no_sight_is_left_out_and_the_swing_goes_on(
         striker.decide()
     assert "left out" in caplog.text
     assert not [said for said in outside.said if said.phase == "missed"]
+    correction = outside.goals[-1]
+    assert correction.revises == goal.goal_id
+    striker.answered(correction.goal_id or "", accepted(correction))
     fly(striker, outside, 0.2, since=0.14)
-    assert outside.goals[-1].revises == goal.goal_id
+    assert outside.goals[-1].revises == correction.goal_id
 
 
 def test_a_velocity_that_is_nan_does_not_spoil_the_ball(striker: Striker, outside: Recorded):

@@ -1,6 +1,7 @@
 """The striker without a bus: what it asks and says of a ball that flies as the mathematics has it."""
 
 import logging
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ import pytest
 from protocol import messages as m
 from protocol.errors import NoAnswer, Refusal
 from robot.description import load_robot
-from robot.striking.flight import Air, travel
+from robot.striking.choice import Choice
+from robot.striking.flight import Air, Ball, travel
 from robot.striking.launcher import Launcher
 from services.striker.core import Striker
 from services.striker.mind import Mind
@@ -59,7 +61,8 @@ def fly(
     """Show a volley, 100 sights a second, and another ball `beside` each sight of it."""
     launch = Launcher(ROBOT, 4, "volley").next()
     assert ROBOT.ball is not None
-    ball, air = striker._mind.estimator.ball, Air(ROBOT.ball.drag)
+    ball = Ball(ROBOT.ball.mass, ROBOT.ball.radius, ROBOT.ball.drag, ROBOT.ball.magnus, ROBOT.model.opt.timestep)
+    air = Air(ROBOT.ball.drag)
     start, speed = np.array([launch.position]), np.array([launch.velocity])
     for index in range(round(since * 100), round(until * 100)):
         time = 0.01 * index
@@ -96,6 +99,28 @@ def test_new_sights_correct_the_goal_that_is_played(striker: Striker, outside: R
     striker.answered(goal.goal_id or "", accepted(goal))
     fly(striker, outside, 0.2)
     assert outside.goals[-1].revises == goal.goal_id
+
+
+def test_after_a_refused_correction_the_next_that_touches_the_ball_is_asked_for(
+    striker: Striker, outside: Recorded, mind: Mind, monkeypatch: pytest.MonkeyPatch
+):
+    goal = begun(striker, outside)
+    striker.answered(goal.goal_id or "", accepted(goal))
+
+    def beside(hit: Choice) -> Choice:
+        return replace(hit, positions=hit.positions + 0.01)
+
+    monkeypatch.setattr(mind, "correct", lambda begin, order, last: iter([last, beside(last)]))
+    fly(striker, outside, 0.2)
+    refused = outside.goals[-1]
+    assert refused.revises == goal.goal_id
+    striker.answered(refused.goal_id or "", Refusal("late", "too fast", goal_id=""))
+    assert outside.goals[-1].revises == goal.goal_id
+    assert refused.positions is not None
+    assert outside.goals[-1].positions == [position + 0.01 for position in refused.positions]
+    count = len(outside.goals)
+    striker.answered(outside.goals[-1].goal_id or "", Refusal("late", "too fast", goal_id=""))
+    assert len(outside.goals) == count
 
 
 def test_without_an_order_nothing_moves(striker: Striker, outside: Recorded):

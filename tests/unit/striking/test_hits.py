@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motion.tracking import tracking_acceleration
 from robot.description import load_robot
 from robot.kinematics import Kinematics
 from robot.striking.arm import Arm, Racket
@@ -12,10 +13,13 @@ from robot.striking.chain import Chain
 from robot.striking.choice import NoHit, State, unlike_first
 from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw, better_normal, outgoing, racket_velocity
+from robot.striking.corrections import Corrections
 from robot.striking.estimator import Belief, Estimator
 from robot.striking.flight import Air, Ball, Court, Surface
 from robot.striking.learning import Learner, LearningError, left_with, read, write
+from robot.striking.options import Options
 from robot.striking.reachability import Reachability
+from robot.striking.recoil import GOES_ON_S, Recoil
 from robot.striking.simulated_contact import SimulatedContact
 
 BALL = Ball(0.057, 0.033, step=0.001)
@@ -52,12 +56,16 @@ def chooser(arm, table, calibration):
     return Chooser(arm, table, COURT, calibration.law)
 
 
-def path_of(velocity=(-5.0, 0.0, 4.0), place=(4.0, -0.9, 1.0)):
+def following(velocity=(-5.0, 0.0, 4.0), place=(4.0, -0.9, 1.0)):
     estimator = Estimator(BALL, COURT, Belief(1e-5, restitution_std=1e-4, unmodelled=1e-3))
     for time in (0.0, 0.01):
         fall = np.array([0, 0, -9.81]) * time * (time + BALL.step) / 2
         estimator.observe(time, np.array(place) + np.array(velocity) * time + fall)
-    return estimator.path(1.8)
+    return estimator
+
+
+def path_of(*ball, **kwargs):
+    return following(*ball, **kwargs).path(1.8)
 
 
 def rest(config, time=0.02):
@@ -101,7 +109,7 @@ def test_simulated_hits_of_the_shipped_arm_follow_the_law_with_recoil(arm, calib
 
 def test_a_chosen_hit_sends_the_ball_to_the_target_and_a_correction_keeps_the_branch(config, chooser, arm):
     path, target, start = path_of(), np.array([4.0, -0.5, 0.0]), rest(config)
-    best = chooser.choose(path, start, target)[0]
+    best = next(chooser.choose(path, start, target))
     place, axis = (value[0] for value in arm.chain.pose(best.positions[None]))
     assert place == pytest.approx(best.racket_position, abs=2e-4)
     assert best.side * axis == pytest.approx(best.racket_normal, abs=2e-3)
@@ -117,15 +125,15 @@ def test_a_chosen_hit_sends_the_ball_to_the_target_and_a_correction_keeps_the_br
     leaves = best.ball + (best.incoming - left) * chooser.law.duration / 2
     fall = np.array([0, 0, -9.81]) * best.flight_time * (best.flight_time + BALL.step) / 2
     assert leaves + left * best.flight_time + fall == pytest.approx(target + np.array([0, 0, BALL.radius]), abs=1e-3)
-    moved = chooser.correct(path_of(place=(4.0, -0.88, 1.01)), start, target, best)[0]
+    moved = next(chooser.correct(path_of(place=(4.0, -0.88, 1.01)), start, target, best))
     assert np.abs(moved.positions - best.positions).max() < 0.5
     assert abs(moved.time - best.time) <= 0.06 + 1e-9
 
 
 def test_hits_like_an_earlier_one_come_last(config, chooser):
-    best = chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0]))[0]
+    best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     like, other = replace(best, use=7.0), replace(best, positions=best.positions + 0.6)
-    assert unlike_first([best, like, other]) == [best, other, like]
+    assert list(unlike_first([best, like, other])) == [best, other, like]
 
 
 def test_hits_that_do_not_exist_are_refused_with_a_reason(config, chooser):
@@ -139,51 +147,144 @@ def test_hits_that_do_not_exist_are_refused_with_a_reason(config, chooser):
         assert error.value.reason == reason
 
 
-def test_a_simulated_contact_corrects_the_law(config, chooser, arm, calibration):
+def test_a_simulated_contact_corrects_the_law(config, chooser, arm, table, calibration):
     contact = SimulatedContact(config, "ball", calibration.law, arm.offset)
-    finer = Chooser(arm, chooser._reachability, COURT, calibration.law, simulate=contact)
+    finer = Chooser(arm, table, COURT, calibration.law, simulate=contact)
     target, start = np.array([4.0, -0.5, 0.0]), rest(config)
-    best = finer.choose(path_of(), start, target)[0]
-    plain = replace(chooser.choose(path_of(), start, target)[0])
+    best = next(finer.choose(path_of(), start, target))
+    plain = replace(next(chooser.choose(path_of(), start, target)))
     assert np.linalg.norm(contact(best) - best.beside) < max(0.3 * np.linalg.norm(contact(plain)), 0.03)
+    assert best.beside.any()
+    plain = Chooser(arm, table, COURT, calibration.law, simulate=contact, may_play=lambda hit: not hit.beside.any())
+    assert not next(plain.choose(path_of(), start, target)).beside.any()
 
 
 def test_a_correction_that_finds_nothing_near_looks_elsewhere_while_there_is_time(config, chooser):
-    path, target = path_of(), np.array([4.0, -0.5, 0.0])
-    best = chooser.choose(path, rest(config), target)[0]
+    target = np.array([4.0, -0.5, 0.0])
+    best = next(chooser.choose(path_of(), rest(config), target))
+    corrections = Corrections(chooser, following(), tries=2)
     hopeless = replace(best, positions=config.home + np.array([-1.5, 0.0, 1.0, 0.0, 0.0, 0.0]), flight_time=0.15)
-    moved = chooser.correct(path, rest(config), target, hopeless)[0]
-    assert moved.flight_time in chooser._options.flights
+    found = list(corrections.of(hopeless, rest(config), target))
+    assert len(found) == 2
+    assert all(hit.flight_time in Options().flights for hit in found)
     with pytest.raises(NoHit):
-        chooser.correct(path, rest(config, best.time - 0.2), target, hopeless)
+        next(corrections.of(hopeless, rest(config, best.time - 0.1), target))
 
 
-def test_of_hits_that_are_alike_one_is_simulated(config, chooser, arm, calibration):
+def test_a_correction_that_gets_worse_looks_elsewhere_first(config, chooser, monkeypatch):
+    target, start, ball = np.array([4.0, -0.5, 0.0]), rest(config), following()
+    best = next(chooser.choose(path_of(), start, target))
+    expected = [hit.error for hit in Corrections(chooser, ball, tries=2).of(best, start, target)]
+    assert len(expected) == 4
+    corrections = Corrections(chooser, ball, tries=2, hopeless=0.0)
+    monkeypatch.setattr("robot.striking.corrections.BETTER", 9.0)
+    assert [hit.error for hit in corrections.of(best, start, target)] == expected[2:] + expected[:2]
+    monkeypatch.setattr("robot.striking.corrections.BETTER", 0.0)
+    later = Corrections(chooser, ball, tries=9, hopeless=0.0, earliest=9.0)
+    times = [hit.time for hit in later.of(best, start, target)]
+    assert 2 < len(times) <= 9
+    assert min(times) >= best.time - 1e-6
+
+
+def test_a_swing_that_the_ball_goes_by_is_moved_to_touch_it(config, chooser, arm):
+    path, target = path_of(), np.array([4.0, -0.5, 0.0])
+    best = next(chooser.choose(path, rest(config), target))
+    before = best.time - 0.2
+    start = State(before, best.positions - 0.1 * best.velocities, best.velocities / 2, np.zeros(6))
+    aside = path_of(place=(4.0, -0.75, 1.0))
+    assert not chooser.touches(path, start, target, best)
+    assert not chooser.touches(aside, replace(start, time=best.time - 0.3), target, best)
+    touch = chooser.touches(aside, start, target, best)[0]
+    assert touch.ball == pytest.approx(aside.at(np.array([touch.time]))[0][0])
+    assert touch.racket_position - touch.ball == pytest.approx(best.racket_position - best.ball, abs=0.02)
+    assert np.abs(touch.positions - best.positions).max() > 0.05
+    low, high = arm.stoppable(touch.positions[None], 0.0)
+    assert ((touch.velocities >= low[0]) & (touch.velocities <= high[0])).all()
+    left = outgoing(chooser.law, BALL.mass, *touch.contact)[0]
+    assert left == pytest.approx(touch.outgoing, abs=1e-6)
+    assert touch.error > best.error
+
+
+def test_of_hits_that_are_alike_one_is_simulated(config, chooser, arm, table, calibration):
     simulated = []
 
     def simulate(choice):
         simulated.append(choice)
         return np.array([0.0, 0.0, 0.1 * len(simulated)])
 
-    finer = Chooser(arm, chooser._reachability, COURT, calibration.law, simulate=simulate)
-    best = chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0]))[0]
+    finer = Chooser(arm, table, COURT, calibration.law, simulate=simulate)
+    best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     near, far = (replace(best, positions=best.positions + step) for step in (0.01, 0.1))
     assert [finer.rehearsed(choice).beside[2] for choice in (best, near, far)] == pytest.approx([0.1, 0.1, 0.2])
 
 
 def test_a_controller_that_resists_the_recoil_lets_the_ball_leave_faster(config, chooser, arm, calibration):
-    best = chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0]))[0]
+    """But where its torques stay for as long as a contact."""
+    best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     left = []
-    for alpha in (0.0, config.alpha):
-        touch = SimulatedContact(config, "ball", calibration.law, arm.offset, alpha=alpha).hit(best, 0.5)
+    slow = replace(config, rate_hz=125.0)
+    for robot, alpha in ((config, 0.0), (config, config.alpha), (slow, config.alpha)):
+        touch = SimulatedContact(robot, "ball", calibration.law, arm.offset, alpha=alpha).hit(best, 0.5)
         assert touch is not None
         left.append(touch.velocity @ best.racket_normal)
     assert left[1] > 1.02 * left[0]
+    assert left[2] == left[0]
+
+
+def test_a_simulated_arm_is_thrown_as_far_as_the_recoil_says(config, chooser, arm, calibration):
+    """By the ball that leaves as the law says; the joints then swing back by the tracking law."""
+    best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
+    contact = SimulatedContact(config, "ball", calibration.law, arm.offset)
+    left = contact.hit(best, 0.5)
+    assert left is not None
+    thrown = left.joint_velocities - best.velocities
+    jump = arm.response(best.positions, BALL.mass * (best.incoming - left.velocity))
+    assert thrown == pytest.approx(jump, abs=0.07 * np.abs(jump).max())
+    farthest = Recoil(arm).postures(best)[-1] - best.positions - GOES_ON_S * best.velocities
+    jump = arm.response(best.positions, BALL.mass * (best.incoming - best.outgoing))
+    still, error, speed = (np.zeros(6), np.zeros(6), np.zeros(6)), np.zeros(6), jump.copy()
+    peak = np.zeros(6)
+    for _ in range(1000):
+        speed += 1e-4 * tracking_acceleration(config.alpha, still, error, speed)
+        error += 1e-4 * speed
+        peak = np.where(np.abs(error) > np.abs(peak), error, peak)
+    assert farthest == pytest.approx(1.2 * peak, rel=0.01)
+
+
+def test_hits_whose_recoil_throws_the_racket_into_the_floor_are_not_played(config, chooser, arm, table):
+    path, target, recoil = path_of((-5.0, 0.0, 2.0)), np.array([4.5, 0.0, 0.0]), Recoil(arm)
+    every = list(chooser.choose(path, rest(config), target, count=100))
+    without = [choice for choice in every if not recoil.has_room(choice)]
+    assert 0 < len(without) < len(every)
+    assert max(choice.ball[2] for choice in without) < 0.2
+    careful = Chooser(arm, table, COURT, chooser.law, may_play=recoil.has_room)
+    played = careful.choose(path, rest(config), target, count=100)
+    assert [hit.time for hit in played] == [hit.time for hit in every if recoil.has_room(hit)]
+    corrected = careful.correct(path, rest(config), target, without[0])
+    assert all(recoil.has_room(hit) for hit in corrected)
+    nothing = Chooser(arm, table, COURT, chooser.law, may_play=lambda _: False)
+    with pytest.raises(NoHit) as error:
+        nothing.choose(path, rest(config), target)
+    assert error.value.reason == "room"
+
+
+def test_a_ball_that_cannot_be_sent_to_the_target_is_blocked(config, chooser, arm):
+    path, far = path_of(), np.array([20.0, 0.0, 0.0])
+    with pytest.raises(NoHit):
+        chooser.choose(path, rest(config), far)
+    block = next(chooser.blocks(path, rest(config), far))
+    assert block.ball == pytest.approx(path.at(np.array([block.time]))[0][0])
+    assert block.racket_normal @ block.incoming == pytest.approx(-np.linalg.norm(block.incoming), rel=0.05)
+    assert outgoing(chooser.law, BALL.mass, *block.contact)[0] == pytest.approx(-block.incoming / 2, abs=1e-6)
+    assert np.linalg.norm(block.racket_velocity) < 0.25 * np.linalg.norm(block.incoming)
+    assert block.error > 1.0
+    with pytest.raises(NoHit):
+        chooser.blocks(path_of(place=(4.0, -6.0, 1.0)), rest(config), far)
 
 
 def test_hits_teach_a_racket_that_was_believed_wrong(config, chooser, arm, calibration, tmp_path: Path):
     true, law = calibration.law, replace(calibration.law, restitution=0.9 * calibration.law.restitution)
-    learner, best = Learner.of(law), chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0]))[0]
+    learner, best = Learner.of(law), next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     state = best.mobility[None], best.incoming[None], best.racket_velocity[None], best.racket_normal[None]
     rng = np.random.default_rng(0)
     for _ in range(15):

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -17,20 +19,34 @@ def test_wilsons_interval():
     assert wilson(98, 100) == pytest.approx((0.9300, 0.9945), abs=1e-4)
 
 
-@pytest.mark.parametrize("name", ["calm", "noise"])
-def test_a_ball_of_fancy_gym_is_returned(name: str, tmp_path):
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """For the table of postures, which takes seconds."""
+    return tmp_path_factory.mktemp("table")
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [
+        ("calm", 500_000),
+        ("noise", 500_000),
+        ("noise", 70_720),  # begins with a hit that it can correct ever worse
+        ("switching", 70_005),  # all late hits are refused
+    ],
+)
+def test_a_ball_of_fancy_gym_is_returned(name: str, seed: int, folder: Path, tmp_path: Path):
     try:
         environment().close()
     except NotInstalled as missing:
         pytest.skip(str(missing))
-    ball = Player(VARIANTS[name], tmp_path).play(500_000)
+    ball = Player(VARIANTS[name], folder).play(seed)
     assert ball.hit
     assert ball.returned
     assert ball.success
     assert not ball.violations
     assert not ball.arm_violations
-    append(tmp_path / "balls.jsonl", name, 500_000, ball)
-    assert read(tmp_path / "balls.jsonl", name) == {500_000: ball}
+    append(tmp_path / "balls.jsonl", name, seed, ball)
+    assert read(tmp_path / "balls.jsonl", name) == {seed: ball}
 
 
 def test_a_line_that_is_no_ball_is_named(tmp_path):

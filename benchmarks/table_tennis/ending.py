@@ -1,0 +1,24 @@
+"""How both commands end."""
+
+import sys
+from collections.abc import Callable
+
+from benchmarks.table_tennis.scene import NotInstalled
+from motion.errors import MotionError
+from protocol.errors import NoAnswer, Refusal
+from services.common.cli import MISUSED
+from services.common.supervisor import NotReady
+
+INTERRUPTED = 130
+
+
+def status(play: Callable[[], object]) -> int:
+    """Play, and return the exit status; what does not work is printed as a sentence."""
+    try:
+        play()
+    except (NotInstalled, NotReady, Refusal, NoAnswer, MotionError, ValueError, OSError) as error:
+        print(error, file=sys.stderr)
+        return MISUSED
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return 0

@@ -1,0 +1,26 @@
+"""When a ball may be hit first."""
+
+import numpy as np
+
+from robot.striking.choice import NoHit
+from robot.striking.options import Options
+from robot.striking.path import Path
+
+
+def first_times(path: Path, fixed: np.ndarray, options: Options, begin: float, earliest: float = -np.inf) -> np.ndarray:
+    """Return times (n,), s, at which a ball is not in a bounce, and was not near to the points `fixed` (m, 3).
+
+    begin: s, of the arm's motion. earliest: s, none before.
+
+    Raises:
+        NoHit: there is none.
+    """
+    first = max(begin + options.soonest, earliest, float(path.times[0]))
+    times = np.arange(first, path.times[-1] - 1e-9, options.time_step)
+    times = times[path.bounced(times) % 1 == 0] if len(times) else times
+    if not len(times):
+        raise NoHit("late", f"the ball is gone before the arm could move for {options.soonest:g} s")
+    times = times[times < path.comes_near(fixed, options.keep_off)]
+    if not len(times):
+        raise NoHit("out of reach", "the ball's path meets the arm's base before the arm could move")
+    return times
