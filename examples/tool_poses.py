@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from robot.description import RobotConfig, load_robot
+from robot.description import RobotConfig, RobotError, load_robot
 from robot.inverse_kinematics import InverseKinematics
 from robot.kinematics import Kinematics
 from robot.shipped import DEFAULT_ROBOT_CONFIG
-from robot.tool_target import ToolTarget, rotation_of
+from robot.tool_target import ToolTarget, Unreachable, rotation_of
 
 
 def joints_along(targets: Sequence[ToolTarget], robot: RobotConfig) -> np.ndarray:
@@ -50,18 +50,27 @@ def circle(robot: RobotConfig) -> tuple[np.ndarray, list[ToolTarget]]:
     return times, [ToolTarget(place, rotation) for place in places]
 
 
+def recorded(file: Path) -> tuple[np.ndarray, list[ToolTarget]]:
+    """Return the times, s, and targets in a file; ValueError says that it lacks an array."""
+    with np.load(file) as arrays:
+        missing = {"times", "poses"} - set(arrays)
+        if missing or arrays["poses"].shape != (len(arrays["times"]), 7):
+            raise ValueError(f"{file} must have the arrays times (n,) and poses (n, 7)")
+        times, poses = arrays["times"], arrays["poses"]
+    return times, [ToolTarget(pose[:3], rotation_of(pose[3:])) for pose in poses]
+
+
 def main() -> None:
-    """Convert the poses of a file, or the circle."""
-    file, config = sys.argv[1:3] if len(sys.argv) == 3 else (None, DEFAULT_ROBOT_CONFIG)
-    robot = load_robot(config)
-    if file is None:
-        times, targets = circle(robot)
-    else:
-        with np.load(file) as arrays:
-            times, poses = arrays["times"], arrays["poses"]
-        targets = [ToolTarget(pose[:3], rotation_of(pose[3:])) for pose in poses]
-    joints = joints_along(targets, robot)
-    out = Path("circle.npz") if file is None else Path(file).with_suffix(".joints.npz")
+    """Convert the poses of a file, or the circle. Exit with status 2 where that is not possible."""
+    file, config = (Path(sys.argv[1]), sys.argv[2]) if len(sys.argv) == 3 else (None, DEFAULT_ROBOT_CONFIG)
+    try:
+        robot = load_robot(config)
+        times, targets = recorded(file) if file else circle(robot)
+        joints = joints_along(targets, robot)
+    except (OSError, ValueError, RobotError, Unreachable) as problem:
+        print(problem, file=sys.stderr)
+        sys.exit(2)
+    out = file.with_suffix(".joints.npz") if file else Path("circle.npz")
     np.savez(out, times=times, positions=joints, joint_names=np.array(robot.joint_names))
     step = np.abs(np.diff(joints, axis=0)).max()
     print(f"wrote {out}: {len(joints)} postures, at most {step:.3f} rad from one to the next; next: volley learn {out}")

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from tools.recordings.clock import TIMES, UNITS, unit_of_steps
-from tools.recordings.names import words
+from tools.recordings.names import is_pose, words
 
 POSITIONS = (
     "qpos", "joint_positions", "joint_position", "joint_pos", "joint_states", "joint_state", "joints", "positions",
@@ -15,8 +15,9 @@ POSITIONS = (
 )  # fmt: skip
 """Names of matrices of joint positions, the likeliest first; others may stand before and after."""
 
-NAMES = "joint_names", "columns", "names", "joints_names"
-POSES = frozenset({"pose", "poses", "ee", "eef", "tcp", "quat", "tool", "orientation"})
+NAMES = "joint_names", "joint_name", "joints", "columns", "names", "name", "labels"
+"""Names of arrays and attributes that name the columns, the likeliest first."""
+
 SIDES = frozenset({"vel", "velocity", "gripper", "sin", "cos", "target", "action", "command"})
 """Words of matrices that are something else, or a second form of the same."""
 
@@ -41,11 +42,6 @@ def most_likely(found: Mapping[str, object]) -> list[str]:
     return [name for name, rank in ranks.items() if rank == min(ranks.values())]
 
 
-def is_pose(name: str) -> bool:
-    """Whether an array has the tool's poses."""
-    return bool(POSES & set(words(name)))
-
-
 def times_name(found: Mapping[str, Matrix], samples: int) -> str | None:
     """Return the name of an array with one time a sample."""
     for word in TIMES:
@@ -68,7 +64,7 @@ def scaled(name: str, times: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
 def _rank(name: str) -> int | None:
     base = re.split(r"[/]", name)[-1].lower()
     parts = words(base)
-    if set(parts) & (SIDES | POSES):
+    if set(parts) & SIDES or is_pose(base):
         return None
     for rank, known in enumerate(POSITIONS):
         if base == known or base.replace(".", "_").endswith(f"_{known}") or (known in base and len(known) > 5):

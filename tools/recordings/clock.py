@@ -58,9 +58,8 @@ def seconds(values: np.ndarray, clock: Clock) -> np.ndarray:
 
 def unit_of_steps(times: np.ndarray) -> float:
     """Return the largest unit, s, in which the median step between times is at most LONGEST_STEP."""
-    steps = np.diff(times)
-    rising = steps[steps > 0]
-    step = float(np.median(rising)) if len(rising) else 0.0
+    steps = np.diff(np.unique(times))
+    step = float(np.median(steps)) if len(steps) else 0.0
     return next((unit for unit in SPOKEN if step * unit <= LONGEST_STEP), 1e-9)
 
 

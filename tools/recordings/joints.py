@@ -106,6 +106,8 @@ def _found(
         alike = [index for index, key in keys.items() if like(key, wanted)]
         if len(alike) > 1:
             choices = " and ".join(columns[index] for index in alike)
+            if len({columns[index] for index in alike}) == 1:
+                raise Mismatch(f"{len(alike)} columns are named {columns[alike[0]]}; rename or delete one")
             raise Mismatch(
                 f"{len(alike)} columns can be {joint}: {choices}; choose with --map, as "
                 f"--map {_star(columns[alike[0]], joint)}"
@@ -194,13 +196,15 @@ def _number(name: str) -> int | None:
 
 def _left_out(columns: Sequence[str], taken: Iterable[int]) -> tuple[str, ...]:
     chosen = set(taken)
-    rest = [column for index, column in enumerate(columns) if index not in chosen]
+    rest = [column or "a column without a name" for index, column in enumerate(columns) if index not in chosen]
     return (f"not a joint of the robot, left out: {_listed(rest)}",) if rest else ()
 
 
 def _missing(columns: Sequence[str], joints: Sequence[str], found: Mapping[str, int]) -> str:
     missing = [joint for joint in joints if joint not in found]
     free = [column for index, column in enumerate(columns) if index not in found.values()]
+    if not found and names.are_poses(columns):
+        return f"it {names.ONLY_POSES.format(_listed(columns))}"
     return (
         f"it has no column for {_listed(missing)}; its columns are {_listed(free or columns)}, "
         f"the robot has {len(joints)} joints; name them with --map {(free or columns)[0]}={missing[0]} …"

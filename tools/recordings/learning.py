@@ -14,6 +14,11 @@ from tools.recordings.recording import Recording, Unit, Unreadable
 LEARNED_SAMPLES = 100_000
 """Samples that the planner takes at most, `services.planner.learning.MAX_SAMPLES`; importing that is slow."""
 
+EVEN = 0.01
+"""Part of a step by which the steps of a column of times or indices differ at most."""
+
+QUATERNION_ERROR = 1e-3
+"""Largest distance of a recorded quaternion's length from 1."""
 
 SHORTEST = 0.01
 """s, of a demonstration: `services.planner.learning.DURATION_RANGE`."""
@@ -55,6 +60,9 @@ def arranged(recording: Recording, joints: Sequence[str], mapping: Mapping[str, 
         Unreadable: a joint has no column, or no numbers.
     """
     ours = tuple(joints) or _own(recording)
+    if not recording.columns and not mapping and _are_poses(recording.values):
+        raise Unreadable(f"{recording.source} {names.ONLY_POSES.format('x, y, z and a quaternion')}")
+    recording = _without_counter(recording, len(ours)) if not mapping else recording
     try:
         matching = match(recording.columns, recording.values.shape[1], ours, mapping)
     except Mismatch as mismatch:
@@ -87,15 +95,52 @@ def in_radians(recording: Recording) -> Recording:
     )
 
 
+def _are_poses(values: np.ndarray) -> bool:
+    """Whether columns without names are positions and quaternions: the last four of seven have the length 1."""
+    if values.shape[1] != 7 or not len(values):
+        return False
+    return bool(np.all(np.abs(np.linalg.norm(values[:, 3:], axis=1) - 1) < QUATERNION_ERROR))
+
+
 def _own(recording: Recording) -> tuple[str, ...]:
     """Return the file's own joints, for a robot that nobody describes."""
     own = tuple(name for name in recording.columns if not names.is_other(name) and not names.is_gripper(name))
     return own or tuple(str(index) for index in range(recording.values.shape[1]))
 
 
+def _without_counter(recording: Recording, joints: int) -> Recording:
+    """Leave out a first column without a name that rises evenly, as a time or an index does and no joint.
+
+    Raises:
+        Unreadable: the column before it was taken as the time.
+    """
+    values = recording.values
+    if recording.columns or values.shape[1] <= joints or not _rises_evenly(values[:, 0]):
+        return recording
+    if recording.stamped:
+        raise Unreadable(
+            f"{recording.source}: its columns have no names, and more than one rises evenly, as times and indices do; "
+            "name them in a first line, or leave out all but the times"
+        )
+    note = "the first column rises evenly, as a time or an index does, and is left out"
+    return replace(recording, values=values[:, 1:], notes=(*recording.notes, note))
+
+
+def _rises_evenly(column: np.ndarray) -> bool:
+    steps = np.diff(column)
+    return bool(len(steps) > 1 and np.all(steps > 0) and np.ptp(steps) < EVEN * steps.mean())
+
+
 def _selected(recording: Recording, joints: Sequence[str], matching: Matching) -> Recording:
-    values = recording.values[:, list(matching.columns)]
-    return replace(recording, columns=tuple(joints), values=values, notes=(*recording.notes, *matching.notes))
+    chosen = list(matching.columns)
+    values, unit = recording.values[:, chosen], recording.unit
+    if unit is None and recording.columns:
+        said = [names.unit_of(recording.columns[column]) for column in chosen]
+        unit = "rad" if "rad" in said else "deg" if "deg" in said else None
+        if unit == "rad":
+            values = np.where([one == "deg" for one in said], np.radians(values), values)
+    notes = (*recording.notes, *matching.notes)
+    return replace(recording, columns=tuple(joints), values=values, unit=unit, notes=notes)
 
 
 def _finite(recording: Recording) -> Recording:

@@ -1,6 +1,7 @@
 """Words in the names of columns: units, times, and quantities that are no joint position."""
 
 import re
+from collections.abc import Iterable
 
 from tools.recordings.recording import Unit
 
@@ -23,12 +24,20 @@ OTHER = frozenset(
         "qdd", "ddq", "effort", "efforts", "torque", "torques", "tau", "moment", "force", "current", "currents",
         "temperature", "voltage", "target", "desired", "command", "commanded", "cmd", "goal", "action", "tcp", "ee",
         "eef", "pose", "quat", "error", "stamp", "timestamp", "time", "seq", "frame", "index", "id", "mode", "status",
-        "reference", "planned", "demonstrated", "limits",
+        "reference", "planned", "demonstrated", "limits", "des", "ref", "setpoint", "qdot", "qddot", "accel", "temp",
+        "power", "load", "pwm", "ticks", "counts", "turns", "revs", "mrad", "percent",
     }
 )  # fmt: skip
-"""Words of quantities that are no measured joint position."""
+"""Words of quantities that are no measured joint position, and of units that are not read."""
 
 GRIPPER = frozenset({"gripper", "finger", "fingers", "fingertip", "hand", "jaw", "claw"})
+
+
+POSES = frozenset({"pose", "poses", "ee", "eef", "tcp", "quat", "quaternion", "tool", "orientation"})
+"""Words of quantities that are poses of the tool."""
+
+POSES_CURE = "examples/tool_poses.py makes joint positions of poses, by inverse kinematics along the path"
+ONLY_POSES = "has poses of the tool ({}) and no joint positions; " + POSES_CURE
 
 
 def words(name: str) -> tuple[str, ...]:
@@ -49,6 +58,16 @@ def joint_words(name: str) -> tuple[str, ...]:
         if word != "joint" or (spelled[index + 1 : index + 2] and spelled[index + 1].isdecimal())
     ]
     return tuple(str(int(word)) if word.isdecimal() else word for word in joints)
+
+
+def is_pose(name: str) -> bool:
+    """Whether an array, column or message has the tool's poses."""
+    return bool(POSES & set(words(name)))
+
+
+def are_poses(columns: Iterable[str]) -> bool:
+    """Whether columns are poses: some are named x, y and z."""
+    return {"x", "y", "z"} <= {word for column in columns for word in words(column)}
 
 
 def unit_of(name: str) -> Unit | None:

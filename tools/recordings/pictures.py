@@ -19,8 +19,11 @@ RAW, FITTED, IMITATED = (150, 150, 160), (38, 139, 210), (245, 158, 66)
 REPAIRED, LEFT = (63, 160, 90), (200, 60, 60)
 """Findings that the doctor repaired, and those that are left."""
 
-LINE = 130
-"""Letters of a line under the curves."""
+FEW_SPANS = 20
+"""Stretches of a finding whose beginnings are drawn as lines; more would hide the curves."""
+
+LINE, TITLE = 130, 90
+"""Letters of a line under the curves, and of the title."""
 
 
 def picture(preview: Preview, path: Path) -> None:
@@ -57,14 +60,17 @@ def _png(preview: Preview, path: Path) -> None:
     upper, lower = parts
     grid = upper.subplots(rows, columns, sharex=True, squeeze=False)
     upper.subplots_adjust(left=0.07, right=0.98, top=1 - 0.5 / height, bottom=0.5 / height, hspace=0.25, wspace=0.16)
-    upper.suptitle(f"{preview.raw.source.name}, {preview.raw.episode}", fontsize=11, x=0.07, ha="left")
+    source, episode = preview.raw.source, preview.raw.episode
+    title = source.name if episode == source.stem else f"{source.name}, {episode}"
+    upper.suptitle(title[:TITLE], fontsize=11, x=0.07, ha="left")
     axes = list(grid.T.flat)
     for number, ax in enumerate(axes[: len(names)]):
         _draw(ax, preview, number)
     for ax in axes[len(names) :]:
         ax.set_visible(False)
-    for ax in axes[rows - 1 :: rows]:
+    for ax in (axes[rows - 1], axes[len(names) - 1]):  # the lowest of each column
         ax.set_xlabel("time, s", fontsize=8)
+        ax.tick_params(labelbottom=True)
     upper.legend(*axes[0].get_legend_handles_labels(), loc="upper right", ncols=3, fontsize=8, frameon=False)
     lower.text(0.02, 0.98, "\n".join(lines), va="top", fontsize=7.5, linespacing=1.3)
     figure.savefig(path)
@@ -91,7 +97,8 @@ def _mark(ax: "Axes", finding: Finding, number: int) -> None:
     colour = _colour(REPAIRED if finding.repaired else LEFT)
     for index, (first, last) in enumerate(finding.spans):
         ax.axvspan(first, last, color=colour, alpha=0.18, lw=0)
-        ax.axvline(first, color=colour, alpha=0.5, lw=0.8)
+        if len(finding.spans) <= FEW_SPANS:
+            ax.axvline(first, color=colour, alpha=0.5, lw=0.8)
         if not index:
             at = ax.get_xaxis_transform()
             ax.text(first, 1.0, str(number), transform=at, color=colour, fontsize=7, va="bottom", ha="center")

@@ -21,7 +21,7 @@ GRID = 100
 """Phases at which recordings are compared."""
 
 ROUNDS = 3
-"""Of aligning to the mean, and taking the mean again."""
+"""Number of rounds of aligning to the mean and taking the mean again."""
 
 STIFF = 0.02
 """Price of a warp that is not even, in units of the movement's ranges."""

@@ -114,3 +114,42 @@ def test_faults_do_not_hide_each_other() -> None:
 def test_without_an_arm_angles_beyond_two_turns_are_degrees() -> None:
     assert not examine(recording(5 * swing()), None).findings
     assert examine(recording(50 * swing()), None).findings[0].code == "degrees"
+
+
+@pytest.mark.parametrize("held", [3, 5])
+def test_samples_held_by_a_slower_source_keep_their_time(held: int) -> None:
+    values = swing()[np.arange(201) // held * held]
+    repaired = examine(recording(values), ARM).recording
+    assert np.ptp(repaired.times) == pytest.approx(2.0, abs=0.05)
+    late = np.stack([np.interp(repaired.times, np.linspace(0, 2, 201), joint) for joint in swing().T], axis=1)
+    assert np.abs(repaired.values - late).max() < 0.05
+
+
+def strokes(hertz: float, rate: float) -> np.ndarray:
+    """Strokes in which all joints turn round together, sampled at `rate` for 10 s."""
+    times = np.arange(round(10 * rate) + 1) / rate
+    s = np.clip(np.minimum(times, 10 - times) / 0.5, 0, 1)
+    return (0.1 * s**2 * (3 - 2 * s) * np.sin(2 * np.pi * hertz * times))[:, None] * [1.0, 0.7]
+
+
+@pytest.mark.parametrize(("hertz", "rate"), [(2.0, 100.0), (4.0, 30.0)])
+def test_times_of_fast_strokes_stay(hertz: float, rate: float) -> None:
+    examination = examine(recording(strokes(hertz, rate), rate), ARM)
+    assert not any(finding.repaired for finding in examination.findings)
+
+
+@pytest.mark.parametrize("row", [0, -1])
+def test_a_first_or_last_sample_that_jumps_is_replaced(row: int) -> None:
+    values = swing()
+    values[row, 1] = 0.4
+    examination = examine(recording(values), ARM)
+    (finding,) = examination.findings
+    assert (finding.code, finding.column, finding.repaired) == ("spikes", "elbow", True)
+    assert np.abs(examination.recording.values - swing()).max() < 0.001
+
+
+def test_samples_from_the_last_to_the_first_are_sorted() -> None:
+    clean = recording(swing() + 0.1)
+    examination = examine(replace(clean, times=clean.times[::-1], values=clean.values[::-1]), ARM)
+    assert [(finding.code, finding.repaired) for finding in examination.findings] == [("backwards", True)]
+    assert np.array_equal(examination.recording.values, clean.values)

@@ -37,6 +37,13 @@ def test_inspect_says_what_it_finds_and_draws_it(spiked: Path, capsys: pytest.Ca
     assert fitted.sum() > 1000
 
 
+def test_inspect_says_which_duration_keeps_the_limits(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", str(spiked), "--duration", "0.2"]) == 0
+    said = " ".join(capsys.readouterr().err.split())
+    assert "the movement passes limits of the arm (joint_" in said
+    assert "s or more it keeps them" in said
+
+
 def test_a_picture_for_the_viewer_has_the_curves(spiked: Path) -> None:
     picture = spiked.with_suffix(".rrd")
     assert main(["inspect", str(spiked), "--plot", str(picture)]) == 0

@@ -39,6 +39,10 @@ def table(tmp_path: Path, text: str, **options) -> Recording:
         "time,q1,q2\n2026-11-29T12:00:00.25,1,2\n2026-11-29T12:00:00.75,3,4\n",
         "actual_execution_time,timestamp,actual_q_0,actual_q_1\n7,0,1,2\n7,0.5,3,4\n",
         "t,q1,q2\n0,1,2\n0.2,,\n0.5,3,4\n",
+        "0,1,2\n0.0,1.0,2.0\n0.5,3.0,4.0\n",
+        "0;1;2\n0.0;1.0;2.0\n0.5;3.0;4.0\n",
+        "t,q1,q2,q1_vel [deg/s]\n0,1,2,9\n0.5,3,4,9\n",
+        "%time,field.name0,field.name1,field.position0,field.position1\n0,joint_2,joint_1,2,1\n5e8,joint_2,joint_1,4,3\n",
         "t,q1,q2\n0,1,2\n0.5,3,4\n0.7,5",
     ],
 )
@@ -58,6 +62,32 @@ def test_a_unit_of_time_that_nobody_says_is_the_one_that_fits(tmp_path: Path, st
     assert (unit == 1.0) == (recording.notes == ())
 
 
+def test_the_unit_of_time_does_not_depend_on_the_order_of_the_lines(tmp_path: Path):
+    shuffled = np.random.default_rng(1).permutation(50) * 0.02
+    recording = table(tmp_path, "t,q1,q2\n" + "".join(f"{time:.2f},1,2\n" for time in shuffled))
+    assert np.ptp(recording.times) == pytest.approx(0.98)
+
+
+def test_a_column_of_words_that_names_several_joints_is_refused(tmp_path: Path):
+    with pytest.raises(Unreadable, match=r"field.name0 names several joints"):
+        table(tmp_path, "t,field.name0,field.position0\n0,joint_1,1\n0.1,joint_2,2\n")
+
+
+@pytest.mark.parametrize("word", ["turns", "ticks", "mrad", "des", "temp"])
+def test_other_units_and_quantities_are_not_taken_for_positions(tmp_path: Path, word: str):
+    with pytest.raises(Unreadable, match="no column for joint_1, joint_2"):
+        table(tmp_path, f"t,joint_1_{word},joint_2_{word}\n0,1,2\n0.1,3,4\n")
+
+
+def test_a_column_of_times_or_indices_is_no_joint(tmp_path: Path):
+    timed = "".join(f"{k / 100},{k % 3},{k % 2}\n" for k in range(9))
+    recording = table(tmp_path, timed, rate=50.0)
+    assert (recording.values[:3].tolist(), recording.times[1]) == ([[0, 0], [1, 1], [2, 0]], 0.02)
+    assert recording.notes[0] == "the first column rises evenly, as a time or an index does, and is left out"
+    with pytest.raises(Unreadable, match="more than one rises evenly"):
+        table(tmp_path, "".join(f"{k},{line}\n" for k, line in enumerate(timed.splitlines())))
+
+
 def test_degrees_in_names(tmp_path: Path):
     assert table(tmp_path, "t,q1_deg,q2_deg\n0,1,2\n0.5,3,4\n").unit == "deg"
     mixed = table(tmp_path, "t,q1 [deg],q2 [rad]\n0,180,2\n0.5,90,4\n")
@@ -67,7 +97,7 @@ def test_degrees_in_names(tmp_path: Path):
 def test_the_last_line_of_a_program_that_was_stopped_is_left_out(tmp_path: Path):
     recording = table(tmp_path, "t,q1,q2\n0,1,2\n0.5,3,4\n0.7,5")
     assert recording.notes == (
-        "the last line is cut off and was left out (line 4 has 2 columns where there must be 3)",
+        "the last line is cut off and was left out (line 4 has 2 columns where the first line has 3)",
     )
 
 

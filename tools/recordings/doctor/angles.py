@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from motion.demonstration import Demonstration
-from motion.plausibility import OUTSIDE, TURN_TOLERANCE, outside
+from robot.recordings.plausibility import OUTSIDE, TURN_TOLERANCE, outside
 from tools.recordings.doctor.finding import Finding, Robot
 from tools.recordings.doctor.signals import counted
 from tools.recordings.recording import Recording

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from tools.recordings.doctor import angles, frames, movement, samples, stamps
+from tools.recordings.doctor import angles, frames, movement, samples, stamps, stutter
 from tools.recordings.doctor.finding import Examination, Finding, Robot
 from tools.recordings.recording import Recording
 
@@ -44,6 +44,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("synthetic", "synthetic stamps, frames repeated", "left out", frames.synthetic, frames.drop_with_time),
     Fault("synthetic", "synthetic stamps, frames lost", "record the times of capture", frames.lost),
     Fault("jitter", "jitter", "evened out", stamps.jitter, stamps.even_out),
+    Fault("stutter", "samples early or late", "their times are moved", stutter.stutter, stutter.retime),
     Fault("idle", "idle ends", "trimmed", movement.idle_ends, stamps.drop_rows),
     Fault("short", "too few samples", "refused", stamps.too_short),
     Fault("gap", "gaps", "filled by the spline; record again if it matters there", stamps.gaps),

@@ -18,12 +18,12 @@ class Robot(Protocol):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Of its J joints, in the order of every vector."""
+        """Names of its J joints, in the order of every vector."""
         ...
 
     @property
     def limits(self) -> Limits:
-        """Of its J joints."""
+        """Limits of its J joints."""
         ...
 
 

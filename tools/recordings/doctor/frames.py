@@ -13,6 +13,9 @@ SUDDEN, GRAINS = 0.3, 3.0
 """A sample that repeats the one before is stale where the steps before and after it are more than this part of the
 usual ones around it, and more than this many times noise or resolution: the arm did not stop."""
 
+AROUND = 11
+"""Steps on either side that say what is usual."""
+
 EVEN = 1e-3
 """Stamps are even where none is off by more than this part of a step."""
 
@@ -24,7 +27,7 @@ step longer than 1.75 times these."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Repeat:
-    """Samples `first` + 1 to `last` repeat the sample `first`; the step after them is so many usual ones."""
+    """Samples `first` + 1 to `last` repeat the sample `first`; the step after them is that of so many samples."""
 
     first: int
     last: int
@@ -58,7 +61,7 @@ def lost(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     """Even stamps, and steps that are twice as long as those around them."""
     if not _is_even(recording.times):
         return
-    rows = _lost_frames(recording)
+    rows = lost_frames(recording)
     if len(rows):
         sentence = (
             f"the stamps are even, but at {counted(len(rows), 'place')} the arm moves twice as far or more from one "
@@ -77,7 +80,8 @@ def drop_with_time(recording: Recording, findings: list[Finding], robot: Robot |
 
 def _repeats(recording: Recording) -> list[_Repeat]:
     """Runs of samples that are equal in all columns, where the movement around them did not stop."""
-    steps = np.abs(np.diff(recording.values, axis=0))
+    signed = np.diff(recording.values, axis=0)
+    steps = np.abs(signed)
     same = np.flatnonzero(~steps.any(axis=1))
     clear = GRAINS * grain(recording) + LEAST_NOISE
     found = []
@@ -88,20 +92,28 @@ def _repeats(recording: Recording) -> list[_Repeat]:
         if not len(before) or not len(after):
             continue
         usual = (np.median(before, axis=0) + np.median(after, axis=0)) / 2
-        stopped, started = before[0], after[0]
+        stopped, started = steps[first - 1], steps[last + 1]
         full = (np.minimum(stopped, started) > np.maximum(clear, SUDDEN * usual)) & (usual > 0)
+        full &= signed[first - 1] * signed[last + 1] > 0  # where an arm turns round, two samples may well be equal
         if full.any():
             number = int(np.argmax(np.where(full, usual / clear, 0.0)))
-            found.append(_Repeat(first, last + 1, float(started[number] / usual[number])))
+            a_sample = usual[number] * _moving_share(steps, first, last)
+            found.append(_Repeat(first, last + 1, float(started[number] / a_sample)))
     return found
 
 
 def _moving(steps: np.ndarray, row: int, direction: int) -> np.ndarray:
     """Up to five steps (k, C) before or after a row that are not zero, nearest first; none near an end."""
-    rows = np.arange(row + direction, row + 12 * direction, direction)
+    rows = np.arange(row + direction, row + (AROUND + 1) * direction, direction)
     rows = rows[(rows >= 0) & (rows < len(steps))]
     found = steps[rows][steps[rows].any(axis=1)][:5]
     return found if len(found) >= 3 else found[:0]
+
+
+def _moving_share(steps: np.ndarray, first: int, last: int) -> float:
+    """Part of the steps around a run that are not zero: small where every value is held, as by a slower source."""
+    around = np.concatenate([steps[max(first - AROUND, 0) : first], steps[last + 1 : last + 1 + AROUND]])
+    return float(np.mean(around.any(axis=1)))
 
 
 def _time_stood_still(repeats: list[_Repeat]) -> bool:
@@ -120,7 +132,7 @@ def _is_even(times: np.ndarray) -> bool:
     return bool(np.abs(times - even).max() < EVEN * usual_step(times))
 
 
-def _lost_frames(recording: Recording) -> np.ndarray:
+def lost_frames(recording: Recording) -> np.ndarray:
     """Indices of samples before which frames are missing: all columns that move steadily make a longer step."""
     if len(recording.times) < 6:
         return np.zeros(0, int)

@@ -6,9 +6,9 @@ from functools import lru_cache
 import numpy as np
 
 from motion.demonstration import Demonstration
-from motion.inspection import moving_ends
-from motion.plausibility import too_fast
 from motion.primitive import Primitive, learn
+from robot.recordings.inspection import moving_ends
+from robot.recordings.plausibility import too_fast
 from tools.recordings.doctor.finding import Finding, Robot
 from tools.recordings.doctor.signals import noise, resolution
 from tools.recordings.recording import Recording
@@ -29,7 +29,7 @@ NOTHING = 1e-3
 """A recording in which no joint goes farther than this, rad, shows no movement."""
 
 FUNCTIONS = 20, 60
-"""Of the spline that is asked about ends and speeds; more would take longer and tell no more of them."""
+"""Functions of the spline that is asked about ends and speeds; more take longer and say no more of them."""
 
 SLOW, LONG = 1e-3, 60.0
 """A recording is slow where no joint reaches this part of its velocity limit and it takes longer than this, s."""

@@ -18,6 +18,9 @@ OUTLIER_GRAIN, OUTLIER_FLOOR = 8.0, 0.003
 LONGEST_OUTLIER = 3
 """Samples in a row."""
 
+END_STEP = 8.0
+"""The first or last sample is an outlier where the step beside it is this many times the largest of the steps near."""
+
 AROUND = 12
 """Samples on either side that say what is usual."""
 
@@ -35,7 +38,9 @@ def spikes(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     """Samples far beside the curve of their neighbours, one to three in a row."""
     floor = np.maximum(OUTLIER_GRAIN * grain(recording), OUTLIER_FLOOR)
     for number, column in enumerate(recording.columns):
-        rows = _outliers(recording.times, recording.values[:, number], float(floor[number]))
+        values = recording.values[:, number]
+        found = _outliers(recording.times, values, float(floor[number]))
+        rows = np.union1d(found, _ends(values, float(floor[number])))
         if len(rows):
             sentence = (
                 f"{column} has {counted(len(rows), 'outlier')}, the first at "
@@ -98,6 +103,13 @@ def _outliers(times: np.ndarray, values: np.ndarray, floor: float) -> np.ndarray
         good = np.setdiff1d(np.arange(len(values)), rows)
         values[rows] = np.interp(times[rows], times[good], values[good])
     return rows
+
+
+def _ends(values: np.ndarray, floor: float) -> np.ndarray:
+    """The first and the last sample where they are outliers, as where a program was stopped within a number."""
+    steps = np.abs(np.diff(values))
+    ends = (0, steps[0], steps[1 : AROUND + 1]), (len(values) - 1, steps[-1], steps[-AROUND - 1 : -1])
+    return np.array([row for row, step, near in ends if step > max(floor, END_STEP * near.max())], int)
 
 
 def _outlier_at(times: np.ndarray, values: np.ndarray, distances: np.ndarray, first: int, floor: float) -> range:

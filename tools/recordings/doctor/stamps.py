@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from motion.demonstration import MIN_SAMPLES
-from motion.inspection import filled_gaps
+from robot.recordings.inspection import filled_gaps
 from tools.recordings.doctor.finding import Finding, Robot, kept
 from tools.recordings.doctor.signals import beside, counted, usual_step
 from tools.recordings.recording import Recording
@@ -16,6 +16,9 @@ GAP, SHORTEST_GAP = 5.0, 0.02
 
 IRREGULAR = 0.02
 """Stamps jitter where half of them are off by more than this part of a step …"""
+
+ROUNDING = 1e-9
+"""Of a sum of steps, which is the same where the samples were written from the last to the first."""
 
 SMOOTHER = 0.6
 """… and the movement is smoother by this factor or a smaller one when the stamps are evened out."""
@@ -37,9 +40,8 @@ def backwards(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
         return
     order = np.argsort(recording.times, kind="stable")
     steps = np.abs(np.diff(recording.values, axis=0)).sum()
-    if np.abs(np.diff(recording.values[order], axis=0)).sum() <= steps and len(np.unique(recording.times)) == len(
-        order
-    ):
+    sorted_steps = np.abs(np.diff(recording.values[order], axis=0)).sum()
+    if sorted_steps <= steps * (1 + ROUNDING) and len(np.unique(recording.times)) == len(order):
         sentence = f"{counted(len(rows), 'stamp')} went back: the samples are sorted by their stamps"
         yield Finding(sentence, True, rows=rows)
         return

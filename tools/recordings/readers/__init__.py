@@ -37,6 +37,7 @@ class Format:
         fits: Whether a file, or a directory (whose head is empty), is of the format, by its first bytes.
         needs: Distribution and extra, where the reader needs more than Volley does.
         joints: What a file of this format needs before it can be learned, for a sentence.
+        recovery: A command that may save a file that was cut off.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Format:
     fits: Callable[[Path, bytes], bool]
     joints: str
     needs: tuple[str, str] | None = None
+    recovery: str = ""
 
     def load(self, path: Path) -> Reader:
         """Import the reader. Raises Unreadable with the command that installs what is missing."""
@@ -77,13 +79,17 @@ def _is_text(path: Path, begin: bytes) -> bool:
 
 
 ROS = ("rosbags", "ros")
+STATES = "a topic of sensor_msgs/JointState"
+
+LARGE = 256 * 2**20
+"""Bytes: the size of a file that cannot be read is said above this."""
 
 FORMATS: tuple[Format, ...] = (
     Format("LeRobot", "lerobot", _holds("meta/info.json"), "the feature observation.state", ("pyarrow", "lerobot")),
-    Format("ROS 2", "ros", _holds("metadata.yaml"), "a topic of sensor_msgs/JointState", ROS),
-    Format("ROS 2 MCAP", "ros", _begins(b"\x89MCAP0\r\n"), "a topic of sensor_msgs/JointState", ROS),
-    Format("ROS 2 db3", "ros", _begins(b"SQLite format 3\0"), "a topic of sensor_msgs/JointState", ROS),
-    Format("ROS 1 bag", "ros", _begins(b"#ROSBAG V2.0"), "a topic of sensor_msgs/JointState", ROS),
+    Format("ROS 2", "ros", _holds("metadata.yaml"), STATES, ROS, "ros2 bag reindex"),
+    Format("ROS 2 MCAP", "ros", _begins(b"\x89MCAP0\r\n"), STATES, ROS, "mcap recover"),
+    Format("ROS 2 db3", "ros", _begins(b"SQLite format 3\0"), STATES, ROS, "ros2 bag reindex"),
+    Format("ROS 1 bag", "ros", _begins(b"#ROSBAG V2.0"), STATES, ROS, "rosbag reindex"),
     Format("HDF5", "hdf5", _begins(b"\x89HDF\r\n\x1a\n"), "a matrix named qpos or …joint_pos…", ("h5py", "hdf5")),
     Format("NPZ", "npz", _begins(b"PK\x03\x04", b"\x93NUMPY"), "a matrix named positions, samples × joints"),
     Format("Rerun", "rrd", _begins(b"RRF"), "Scalars of joint positions"),
@@ -113,7 +119,13 @@ def format_of(path: Path) -> Format:
         raise Unreadable(f"{path} is one part of a LeRobot data set; name the directory that holds meta/info.json")
     names = ", ".join(dict.fromkeys(known.name for known in FORMATS))
     what = "directory" if path.is_dir() else "file"
-    raise Unreadable(f"{path} is a {what} of no format that is read: {names}")
+    raise Unreadable(f"{path}{_size(path)} is a {what} of no format that is read: {names}")
+
+
+def _size(path: Path) -> str:
+    """Return how large a file is, where that may be why it cannot be read."""
+    size = 0 if path.is_dir() else path.stat().st_size
+    return f", {size / 2**20:.0f} MiB," if size > LARGE else ""
 
 
 def episodes(path: Path, rate: float | None = None) -> list[Episode]:
@@ -168,4 +180,6 @@ def _reading(path: Path, known: Format, ask: Callable[[Reader], T]) -> T:
     # Each library raises its own errors on damaged files, among them KeyError, struct.error and RuntimeError.
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise Unreadable(f"{path} looks like {known.name} but cannot be read; is it whole? {reason}") from None
+        cure = f"try {known.recovery}, or copy it again" if known.recovery else "copy or record it again"
+        what = f"{path}{_size(path)} looks like {known.name} but is damaged or cut off"
+        raise Unreadable(f"{what}: {cure} ({reason})") from None

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tools.recordings import names
 from tools.recordings.clock import Clock, clock_of, seconds
-from tools.recordings.recording import MAX_SAMPLES, Episode, Recording, Unit, Unreadable
+from tools.recordings.recording import MAX_SAMPLES, Episode, Recording, Unreadable
 
 MAX_BYTES = 256 * 2**20
 """Numbers in text are slow to read: this much takes a minute."""
@@ -40,9 +39,9 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
     if not rest:
         raise Unreadable(f"{path} has times and no joint positions; a line needs one number a joint")
     columns = tuple(table.columns[index] for index in rest) if table.columns else ()
-    unit, values = _one_unit(columns, table.values[:, rest])
+    values = table.values[:, rest]
     times = seconds(table.values, clock) if rate is None else np.arange(len(values)) / rate
-    return Recording(times, columns, values, unit, path, episode, rate is None, (*table.notes, *clock.notes))
+    return Recording(times, columns, values, None, path, episode, rate is None, (*table.notes, *clock.notes))
 
 
 @dataclass(slots=True)
@@ -52,6 +51,8 @@ class _Table:
     numbers: array = field(default_factory=lambda: array("d"))
     words: dict[int, tuple[int, int, str]] = field(default_factory=dict)
     """By column: how many cells are no numbers, line and text of the first."""
+    changing: set[int] = field(default_factory=set)
+    """Columns with several words."""
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -75,6 +76,8 @@ def _parse(path: Path) -> _Table:
         for number, cells in _rows(file, delimiter):
             if not table.width:
                 table.width = len(_without_end(cells))
+                if _counts(cells, head, delimiter):
+                    continue
                 if not _is_numbers(cells, comma):
                     table.columns = tuple(cell.strip() for cell in _without_end(cells))
                     continue
@@ -128,7 +131,7 @@ def _append(path: Path, table: _Table, number: int, cells: list[str], comma: boo
         raise Unreadable(f"{path}: {table.notes[0]}; mend the line or delete it")
     if len(cells) != table.width:
         # Only the last line may be short: a program that was stopped wrote it.
-        table.notes.append(f"line {number} has {len(cells)} columns where there must be {table.width}")
+        table.notes.append(f"line {number} has {len(cells)} columns where the first line has {table.width}")
         return
     try:
         table.numbers.extend([float(cell) for cell in cells])
@@ -146,6 +149,8 @@ def _number(table: _Table, column: int, line: int, cell: str, comma: bool) -> fl
             return stamp
         count, first, said = table.words.get(column, (0, line, text))
         table.words[column] = count + 1, first, said
+        if text != said:
+            table.changing.add(column)
         return math.nan
 
 
@@ -173,18 +178,38 @@ def _finished(path: Path, table: _Table) -> _Table:
     if not kept:
         raise Unreadable(f"{path} has words and no numbers; a recording has a line a sample: a time, then the joints")
     columns = tuple(table.columns[column] for column in kept) if table.columns else ()
+    if columns:
+        columns = _named_by_words(path, table, columns, text)
     numbers = array("d", np.ascontiguousarray(table.values[:, kept]).tobytes())
-    return _Table(columns, len(kept), numbers, {}, table.notes)
+    return _Table(columns, len(kept), numbers, notes=table.notes)
 
 
-def _one_unit(columns: Sequence[str], values: np.ndarray) -> tuple[Unit | None, np.ndarray]:
-    """Return the unit that the names of joints say; where they differ, degrees are turned into rad."""
-    units = [names.unit_of(column) for column in columns]
-    if not any(units):
-        return None, values
-    if "rad" not in units:
-        return "deg", values
-    return "rad", np.where([unit == "deg" for unit in units], np.radians(values), values)
+def _named_by_words(path: Path, table: _Table, kept: tuple[str, ...], text: Sequence[int]) -> tuple[str, ...]:
+    """Return the names of the kept columns, those of positions by the columns of words that name their joints.
+
+    `rostopic echo -p` writes a joint's name into every line, as field.name0, and its position as field.position0.
+    """
+    joints: dict[str, str] = {}
+    for column in text:
+        name = table.columns[column]
+        position = name.replace("name", "position")
+        if position != name and position in kept:
+            if column in table.changing:
+                raise Unreadable(f"{path}: {name} names several joints; make a file for each, or read the bag itself")
+            joints[position] = table.words[column][2]
+    return tuple(joints.get(name, name) for name in kept)
+
+
+def _counts(cells: Sequence[str], head: Sequence[str], delimiter: str | None) -> bool:
+    """Whether a first line numbers the columns from 0 on, as pandas does where they have no names.
+
+    Then it has whole numbers, and the next line has none; before them pandas may write an index without a name.
+    """
+    index = 0 if cells[0].strip() else 1
+    if len(cells) < 2 or [cell.strip() for cell in cells[index:]] != [str(k) for k in range(len(cells) - index)]:
+        return False
+    _, following = [*_rows(iter(head), delimiter), (0, [])][1]
+    return len(following) == len(cells) and all("." in cell for cell in following[index:])
 
 
 def _is_numbers(cells: Sequence[str], comma: bool) -> bool:

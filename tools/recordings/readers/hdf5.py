@@ -8,12 +8,13 @@ import h5py
 import numpy as np
 
 from tools.recordings import arrays
+from tools.recordings.names import ONLY_POSES, is_pose, unit_of
 from tools.recordings.recording import Episode, Recording, Unreadable, check_size
 
 ALOHA_RATE_HZ = 50.0
 ALOHA_JOINTS = "waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate", "gripper"
 ALOHA_COLUMNS = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ALOHA_JOINTS)
-"""Of ALOHA's qpos, which the file does not name; grippers are in parts of their opening."""
+"""Joints of ALOHA's qpos, which the file does not name; grippers are in parts of their opening."""
 
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:
@@ -38,7 +39,7 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
         if times is None:
             raise Unreadable(f"{path} has no times for {place}; give --rate, in samples a second")
         stamps, stamped, notes = times
-        return Recording(stamps, _columns(matrix, place), values, None, path, episode, stamped, notes)
+        return Recording(stamps, _columns(file, matrix, place), values, unit_of(place), path, episode, stamped, notes)
 
 
 def _places(file: h5py.File) -> list[str]:
@@ -52,7 +53,10 @@ def _places(file: h5py.File) -> list[str]:
     file.visititems(visit)
     measured = {name: thing for name, thing in found.items() if not set(name.split("/")) & {"action", "actions"}}
     inside = {name: thing for name, thing in measured.items() if not {"next_obs"} & set(name.split("/"))}
-    return sorted(arrays.most_likely(inside), key=_natural)
+    chosen = arrays.most_likely(inside)
+    if not chosen and (poses := [name for name in inside if is_pose(name)]):
+        raise Unreadable(f"{file.filename} {ONLY_POSES.format(', '.join(poses[:3]))}")
+    return sorted(chosen, key=_natural)
 
 
 def _named(places: list[str]) -> dict[str, str]:
@@ -104,9 +108,14 @@ def _from_rate(file: h5py.File, place: str, samples: int) -> tuple[np.ndarray, b
     return None
 
 
-def _columns(matrix: h5py.Dataset, place: str) -> tuple[str, ...]:
-    for name in arrays.NAMES:
-        names = matrix.attrs.get(name)
-        if isinstance(names, np.ndarray) and names.shape == matrix.shape[1:]:
-            return tuple(text.decode() if isinstance(text, bytes) else str(text) for text in names)
+def _columns(file: h5py.File, matrix: h5py.Dataset, place: str) -> tuple[str, ...]:
+    """Return the names in an attribute of the matrix, or in an attribute or array beside it or above it."""
+    for thing in (matrix, *(file[str(folder)] for folder in PurePosixPath("/", place).parents)):
+        for name in arrays.NAMES:
+            names = thing.attrs.get(name)
+            beside = thing.get(name) if isinstance(thing, h5py.Group) else None
+            if names is None and isinstance(beside, h5py.Dataset) and beside.shape == matrix.shape[1:]:
+                names = beside[()]
+            if isinstance(names, np.ndarray) and names.shape == matrix.shape[1:] and names.dtype.kind in "SUO":
+                return tuple(text.decode() if isinstance(text, bytes) else str(text) for text in names)
     return ALOHA_COLUMNS if place == "observations/qpos" and matrix.shape[1] == len(ALOHA_COLUMNS) else ()

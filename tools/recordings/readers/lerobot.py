@@ -83,8 +83,10 @@ def _matrix(column: pa.ChunkedArray) -> np.ndarray:
 
 
 def _columns(info: dict[str, Any], count: int) -> tuple[str, ...]:
-    """Return the names of the state's numbers: a list, or a list below a heading such as `motors`."""
+    """Return the names of the state's numbers: a list, one below a heading as `motors`, or their places by name."""
     names = info["features"][STATE].get("names")
-    if isinstance(names, dict):
+    if isinstance(names, dict) and all(isinstance(place, int) for place in names.values()):
+        names = sorted(names, key=names.__getitem__)
+    elif isinstance(names, dict):
         names = next(iter(names.values()), None)
     return tuple(map(str, names)) if isinstance(names, list) and len(names) == count else ()

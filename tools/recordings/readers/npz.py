@@ -10,6 +10,7 @@ from numpy.lib import format as npy
 
 from tools.recordings import arrays
 from tools.recordings.clock import clock_of, seconds
+from tools.recordings.names import ONLY_POSES, is_pose, unit_of
 from tools.recordings.recording import Episode, Recording, Unreadable, check_size, head
 
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -47,7 +48,7 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
             times, notes, values = seconds(values, clock), clock.notes, values[:, 1:]
     if times is None:
         raise Unreadable(f"{path} has no array of times with {len(values)} numbers; give --rate, in samples a second")
-    return Recording(times, columns, values, None, path, episode, rate is None, notes)
+    return Recording(times, columns, values, unit_of(array), path, episode, rate is None, notes)
 
 
 def _matrices(path: Path) -> dict[str, tuple[str, int | None]]:
@@ -55,7 +56,7 @@ def _matrices(path: Path) -> dict[str, tuple[str, int | None]]:
     headers = _headers(path)
     numbers = {name: header for name, header in headers.items() if header.dtype.kind in "fiu"}
     wide = {name: header for name, header in numbers.items() if len(header.shape) in (2, 3) and header.shape[-2] > 1}
-    chosen = arrays.most_likely(wide) or [name for name in wide if not arrays.is_pose(name)]
+    chosen = arrays.most_likely(wide) or [name for name in wide if not is_pose(name)]
     if not chosen:
         raise Unreadable(_without_joints(path, headers))
     found: dict[str, tuple[str, int | None]] = {}
@@ -69,13 +70,10 @@ def _matrices(path: Path) -> dict[str, tuple[str, int | None]]:
 
 
 def _without_joints(path: Path, headers: dict[str, Header]) -> str:
-    poses = [name for name in headers if arrays.is_pose(name)]
+    poses = [name for name in headers if is_pose(name)]
     listed = ", ".join(f"{name} {header.shape}" for name, header in headers.items()) or "nothing"
     if poses:
-        return (
-            f"{path} has poses of the tool ({', '.join(poses)}) and no joint positions; "
-            "examples/tool_poses.py makes joint positions of them, by inverse kinematics along the path"
-        )
+        return f"{path} {ONLY_POSES.format(', '.join(poses))}"
     if any(header.dtype.hasobject for header in headers.values()):
         return f"{path} has Python objects, which could run code and are not read; save plain arrays of numbers"
     return f"{path} has no matrix samples × joints; it has {listed}"
@@ -90,8 +88,14 @@ def _times(path: Path, array: str, samples: int, rate: float | None) -> np.ndarr
 
 
 def _columns(path: Path, count: int) -> tuple[str, ...]:
-    for name, header in _headers(path).items():
-        if name.lower() in arrays.NAMES and header.shape == (count,) and header.dtype.kind in "US":
+    listed = {name: header for name, header in _headers(path).items() if header.shape == (count,)}
+    for name in sorted(set(listed) & set(arrays.NAMES), key=arrays.NAMES.index):
+        if listed[name].dtype.hasobject:
+            raise Unreadable(
+                f"{path}: {name} has Python objects, which could run code and are not read; save it as "
+                f"np.array({name}, dtype=str)"
+            )
+        if listed[name].dtype.kind in "US":
             return tuple(text.decode() if isinstance(text, bytes) else str(text) for text in _load(path, name))
     return ()
 

@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 from rosbags.rosbag1 import Reader as Bag1
 from rosbags.rosbag2 import Reader as Bag2
+from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 from rosbags.typesys import Stores, get_typestore
 
+from tools.recordings.names import POSES_CURE, is_pose
 from tools.recordings.recording import Episode, Recording, Unreadable, check_size, head
 
 TYPE = "sensor_msgs/msg/JointState"
@@ -32,7 +34,9 @@ def episodes(path: Path, rate: float | None) -> list[Episode]:
             found.append(Episode(topic, samples, bag.metadata.duration / NS if _is_2(bag) else bag.duration / NS))
         if not found and bag.connections:
             topics = ", ".join(sorted(f"{one.topic} ({one.msgtype})" for one in bag.connections)[:8])
-            raise Unreadable(f"{path} has no topic of {TYPE}; it has {topics}")
+            poses = any(is_pose(one.msgtype.split("/")[-1]) for one in bag.connections)
+            cure = f"; {POSES_CURE}" if poses else ""
+            raise Unreadable(f"{path} has no topic of {TYPE}; it has {topics}{cure}")
         return found
 
 
@@ -58,9 +62,13 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
 def _times(stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return the messages' own times, s, or those of the recorder where the messages have none."""
     own, received = stamps[:, 0], stamps[:, 1]
-    has_own = len(own) < 2 or bool(np.ptp(own))
+    has_own = len(own) < 2 or bool(np.ptp(own) and own[1:].all())  # a clock of a simulation begins at 0
     chosen = own if has_own else received
-    notes = () if has_own else ("its messages have no stamps; the times at which they were recorded are taken",)
+    notes = (
+        ()
+        if has_own
+        else ("its messages have no stamps, or some have none; the times at which they were recorded are taken",)
+    )
     return (chosen - chosen[0]) / NS, notes
 
 
@@ -73,7 +81,14 @@ def _opened(path: Path) -> Iterator[tuple[Any, Callable[[bytes, str], Any]]]:
             yield bag, get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
         return
     bag = Bag2(path).storage if path.is_dir() else McapReader(path) if begin[1:5] == b"MCAP" else Sqlite3Reader(path)
-    bag.open()
+    try:
+        bag.open()
+    except ReaderError as error:
+        if "Profile" not in str(error):
+            raise
+        raise Unreadable(
+            f"{path} is an MCAP file that ROS 2 did not write; save its joint positions as CSV or NPZ"
+        ) from None
     try:
         yield bag, get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr
     finally:

@@ -1,17 +1,17 @@
 """Rerun's recordings: the goals of a trace that Volley's recorder wrote, or any entities with Scalars."""
 
 import re
-import warnings
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from rerun.chunk import RrdReader
 
 from services.recorder.entities import GOAL_LANE, MEASURED_POSITION
 from tools.recordings.recording import Episode, Recording, Unreadable, check_size, head
+from tools.trace_reader import count_recordings, read_chunks
 
 SCALARS = "Scalars:scalars"
 STATE = "StateChange:state"
@@ -33,12 +33,15 @@ class _Series:
 
 
 @dataclass(slots=True)
-class _Scan:
+class Scan:
     """What a file has: series by name, and the changes of the goal that the reference serves."""
 
     series: dict[str, _Series] = field(default_factory=dict)
     changes: list[tuple[float, str]] = field(default_factory=list)
     is_trace: bool = False
+    counters: set[str] = field(default_factory=set)
+    """Timelines of scalars that have no times."""
+    notes: tuple[str, ...] = ()
 
     def goals(self) -> dict[str, tuple[float, float]]:
         """Return begin and end, s, of each goal of a trace."""
@@ -58,7 +61,12 @@ class _Scan:
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:
     """Return the goals that a trace shows, in their order; or the whole recording."""
-    scan = _scan(path)
+    scan = scan_of(path)
+    if not scan.series and scan.counters:
+        raise Unreadable(
+            f"{path} has Scalars without times, on {', '.join(sorted(scan.counters))}; log them with "
+            "rr.set_time(NAME, duration=SECONDS)"
+        )
     if not scan.series:
         return []
     times, _ = scan.table()
@@ -71,7 +79,7 @@ def episodes(path: Path, rate: float | None) -> list[Episode]:
 
 def read(path: Path, episode: str, rate: float | None) -> Recording:
     """Return measured positions during a goal, or all that the recording has."""
-    scan = _scan(path)
+    scan = scan_of(path)
     return _between(scan, *scan.goals().get(episode, (-np.inf, np.inf)), path, episode, rate)
 
 
@@ -87,7 +95,7 @@ def cut(path: Path, begin: float, end: float) -> Recording:
         raise Unreadable(f"{path} cannot be read: {error.strerror}") from None
     if not is_rerun:
         raise Unreadable(f"{path} is no .rrd file; name a trace that the recorder wrote")
-    scan = _scan(path)
+    scan = scan_of(path)
     if not scan.is_trace:
         raise Unreadable(f"{path} is no trace of Volley's recorder; learn it with volley learn {path}")
     taken = _between(scan, begin, end, path, "part", None)
@@ -97,38 +105,44 @@ def cut(path: Path, begin: float, end: float) -> Recording:
     return taken
 
 
-def _between(scan: _Scan, begin: float, end: float, path: Path, episode: str, rate: float | None) -> Recording:
+def _between(scan: Scan, begin: float, end: float, path: Path, episode: str, rate: float | None) -> Recording:
     times, values = scan.table()
     inside = (begin <= times) & (times <= end)
     chosen = times[inside] - times[inside][:1] if rate is None else np.arange(np.count_nonzero(inside)) / rate
     unit = "rad" if scan.is_trace else None
-    return Recording(chosen, tuple(scan.series), values[inside], unit, path, episode, rate is None)
+    return Recording(chosen, tuple(scan.series), values[inside], unit, path, episode, rate is None, scan.notes)
 
 
-def _scan(path: Path) -> _Scan:
-    """Read a file once, chunk by chunk, and keep positions and goals."""
-    scan = _Scan()
-    with warnings.catch_warnings():
-        # A trace that is being written has no footer yet.
-        warnings.simplefilter("ignore")
-        for chunk in RrdReader(path).stream():
-            if chunk.is_static:
-                continue
-            batch = chunk.to_record_batch()
-            if SCALARS in batch.schema.names:
-                _add_scalars(scan, chunk.entity_path, batch, path)
-            elif chunk.entity_path == GOAL_LANE.path and STATE in batch.schema.names:
-                stamps, rows = batch.column(TIMELINE).cast(pa.int64()).to_numpy() * NS, batch.column(STATE).to_pylist()
-                scan.changes += [(time, row[0]) for time, row in zip(stamps.tolist(), rows, strict=True) if row]
+def scan_of(path: Path) -> Scan:
+    """Return what a file has. One that has not changed is read once, though `episodes` and `read` ask for it."""
+    state = path.stat()
+    return _scan(path, state.st_size, state.st_mtime_ns)
+
+
+@lru_cache(maxsize=1)
+def _scan(path: Path, _size: int, _changed_ns: int) -> Scan:
+    """Read a file chunk by chunk, and keep positions and goals."""
+    scan = Scan()
+    if (count := count_recordings(path)) > 1:
+        scan.notes = (f"the first of its {count} recordings is read; save the others in files of their own",)
+    for chunk in read_chunks(path):
+        batch = chunk.to_record_batch()
+        if SCALARS in batch.schema.names:
+            _add_scalars(scan, chunk.entity_path, batch, path)
+        elif chunk.entity_path == GOAL_LANE.path and STATE in batch.schema.names:
+            stamps, rows = batch.column(TIMELINE).cast(pa.int64()).to_numpy() * NS, batch.column(STATE).to_pylist()
+            scan.changes += [(time, row[0]) for time, row in zip(stamps.tolist(), rows, strict=True) if row]
     return scan
 
 
-def _add_scalars(scan: _Scan, entity: str, batch: pa.RecordBatch, path: Path) -> None:
+def _add_scalars(scan: Scan, entity: str, batch: pa.RecordBatch, path: Path) -> None:
     """Add a chunk's rows; an entity with several numbers a row becomes several columns."""
     trace = MEASURED.fullmatch(entity)
     if trace and not scan.is_trace:
         scan.is_trace, scan.series = True, {}
     timeline = _timeline(batch)
+    if timeline is None:
+        scan.counters |= {one.name for one in batch.schema if pa.types.is_int64(one.type)}
     if timeline is None or (scan.is_trace and not trace):
         return
     name = trace[1] if trace else entity.strip("/")
