@@ -12,7 +12,7 @@ from protocol.topics import CANCEL, RESULT
 
 
 class Following:
-    """What a handle of any motion can do.
+    """What a handle of any motion can do. Every method raises NoAnswer where the controller is silent.
 
     Attributes:
         goal_id: Names the motion in everything that is published of it.
@@ -38,7 +38,6 @@ class Following:
         Raises:
             TimeoutError: it has not ended by then.
             Refusal: `unknown_goal`, where the controller was restarted meanwhile.
-            NoAnswer: the controller is silent.
         """
         return await self._results.wait(self.goal_id, timeout)
 
@@ -48,17 +47,12 @@ class Following:
 
         Raises:
             Refusal: `unknown_goal`, where the controller was restarted meanwhile.
-            NoAnswer: the controller is silent.
         """
         return await self._link.ask(RESULT, m.ResultRequest(goal_id=self.goal_id))
 
     @Twofold
     async def cancel(self) -> m.Canceled:
-        """Stop this motion inside the limits; another one that took its place moves on.
-
-        Raises:
-            NoAnswer: the controller is silent.
-        """
+        """Stop this motion inside the limits; another one that took its place moves on."""
         return await self._link.ask(CANCEL, m.Cancel(goal_id=self.goal_id))
 
 
@@ -96,7 +90,6 @@ class Correcting(Following):
         Raises:
             Refusal: `late` where the hit has passed, `superseded` where another motion replaced it, `unknown_goal`
                 where it is not under way, and whatever refuses a goal. The motion then goes on as it was.
-            NoAnswer: the planner or the controller is silent.
         """
         return await self._send(self.primitive, {**fields, "revises": self.goal_id})
 

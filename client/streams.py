@@ -12,11 +12,11 @@ from protocol.topics import MessageT, Publication
 LENGTH = 1024
 """Messages that a stream keeps by default: a second of the arm's states."""
 MAX_BYTES = 1 << 26
-"""Of a message: a plan of 60 s has 17 MB."""
+"""Largest message that is decoded: a plan of 60 s has 17 MB."""
 
 
 class StreamEnded(Exception):
-    """The stream was closed, or its connection."""
+    """The stream or its connection was closed."""
 
 
 class Listening(Generic[MessageT]):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 ROUNDING = 1e-6
-"""Of a tick."""
+"""Rounding of a duration, ticks."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

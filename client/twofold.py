@@ -47,7 +47,7 @@ class Twofold(Generic[P, R]):
 
 
 def run(coroutine: Coroutine[Any, Any, R]) -> R:
-    """Return what a coroutine returns that waits for blocking mailboxes alone."""
+    """Run a coroutine that waits only for blocking mailboxes, and return its result."""
     try:
         coroutine.send(None)
     except StopIteration as ended:

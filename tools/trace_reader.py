@@ -1,16 +1,23 @@
 """Read a trace into arrays, entity by entity; docs/trace.md lists the entities."""
 
+import shutil
+import struct
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from rerun.chunk import RrdReader
+from rerun.chunk import Chunk, LazyChunkStream, RrdReader
 
 SCALARS = "Scalars:scalars"
 TIMELINES = ("sim_time", "tick", "wall")
+FILE_HEADER_BYTES = 12
+MESSAGE_HEADER = struct.Struct("<QQ")
+"""Kind of a message of the file, and its length in bytes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,12 +76,7 @@ class Trace:
 def read_trace(path: Path) -> Trace:
     """Read a .rrd file; static data is left out."""
     pieces: dict[tuple[str, str], list[tuple[dict[str, np.ndarray], list[list[Any]]]]] = {}
-    with warnings.catch_warnings():  # a trace without an index, which `volley up` writes, is complete
-        warnings.filterwarnings("ignore", "RRD file has no footer")
-        reader = RrdReader(path)
-    for chunk in reader.stream():
-        if chunk.is_static:
-            continue
+    for chunk in read_chunks(path):
         batch = chunk.to_record_batch()
         times = {name: _integers(batch, name) for name in TIMELINES if name in batch.schema.names}
         for name in batch.schema.names:
@@ -82,6 +84,56 @@ def read_trace(path: Path) -> Trace:
                 values = [row or [] for row in batch.column(name).to_pylist()]
                 pieces.setdefault((chunk.entity_path, name), []).append((times, values))
     return Trace({key: _join(found) for key, found in pieces.items()})
+
+
+def read_chunks(path: Path) -> Iterator[Chunk]:
+    """Yield the chunks of a .rrd file up to its last complete message; static data is left out.
+
+    The last message is incomplete while a recorder writes it, and where a recorder was killed.
+
+    Raises:
+        RuntimeError, ValueError: Rerun cannot read what is before that.
+    """
+    with TemporaryDirectory() as directory:
+        try:
+            stream = _open(path)
+        except RuntimeError:
+            stream = _open(_without_incomplete_message(path, Path(directory)))
+        yield from (chunk for chunk in stream if not chunk.is_static)
+
+
+def count_recordings(path: Path) -> int:
+    """Return how many recordings a .rrd file has, 1 where it has no index; `read_chunks` reads the first."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "RRD file has no footer")  # or all of it would be read to count them
+        try:
+            return len(RrdReader(path).recordings())
+        except (RuntimeError, Warning):
+            return 1
+
+
+def _open(path: Path) -> LazyChunkStream:
+    with warnings.catch_warnings():  # a trace without an index, which `volley up` writes, is complete
+        warnings.filterwarnings("ignore", "RRD file has no footer|RRD contains")  # `count_recordings` says the latter
+        return RrdReader(path).stream()
+
+
+def _without_incomplete_message(path: Path, directory: Path) -> Path:
+    """Copy a file into a directory, up to the end of its last complete message."""
+    copy = directory / path.name
+    shutil.copyfile(path, copy)
+    size, end, following = copy.stat().st_size, 0, FILE_HEADER_BYTES
+    with copy.open("r+b") as file:
+        while following <= size:
+            end = following
+            file.seek(end)
+            header = file.read(MESSAGE_HEADER.size)
+            if len(header) < MESSAGE_HEADER.size:
+                break
+            _, length = MESSAGE_HEADER.unpack(header)
+            following = end + MESSAGE_HEADER.size + length
+        file.truncate(end)
+    return copy
 
 
 def _integers(batch: pa.RecordBatch, name: str) -> np.ndarray:

@@ -22,11 +22,7 @@ class Flags:
 
 
 def main() -> None:
-    """Run until SIGTERM or Ctrl-C.
-
-    Raises:
-        SystemExit: with the `Outcome` of the instance, or 1 where the arm is not the one in the robot config.
-    """
+    """Run until SIGTERM or Ctrl-C, and exit with the `Outcome`: FAILED too where the arm is another one."""
     flags = tyro.cli(Flags)
     log = start_logging("controller", flags.common.log)
     stopping = realtime.stop_on_signals()

@@ -1,6 +1,5 @@
 """The controller without its bus: a command for each state, and requests between two ticks."""
 
-import math
 from collections.abc import Container
 
 import numpy as np
@@ -11,13 +10,13 @@ from protocol.codec import bad_message
 from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
+from services.common.ticks import ticks_ahead
 from services.controller.checks import Checked, check_continuity
 from services.controller.conditions import ArmCondition
 from services.controller.incidents import lost_track
 from services.controller.ledger import Ledger, active_goal, error_of
 from services.controller.loop_statistics import LoopStatistics
 from services.controller.modes import Event, Mode, next_mode
-from services.controller.ranges import TIGHT
 from services.controller.recoil import RecoilWatch
 from services.controller.states import States
 from services.controller.timeline import Timeline
@@ -25,11 +24,16 @@ from services.controller.timeline import Timeline
 AT_REST = 0.05
 """Measured speed (rad/s) below which the arm counts as at rest."""
 
+RESETTABLE: tuple[m.Condition, ...] = "ready", "braking"
+RECOVER = "send `recover` to the arm first"
+"""Conditions in which `reset` leaves a fault, and what does in the others."""
+
 
 class Controller:
     """Tracks the reference trajectory by eq. 11, and keeps the goals that it is made of.
 
-    Time is the tick of the newest state; Unix times are passed in as `now_ns`.
+    Time is the tick of the newest state; Unix times are passed in as `now_ns`. Before the first state every request is
+    refused as `unavailable`.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -115,14 +119,15 @@ class Controller:
         """Splice in a checked trajectory; `clients` are those that hold their liveliness tokens.
 
         Raises:
-            Refusal: `unavailable`, `fault`, `duplicate`, `not_holder`, `busy`, `superseded`, `late`, or `invalid_goal`
-                where it does not continue the reference.
+            Refusal: `fault`, `duplicate`, `not_holder`, `busy`, `superseded`, `late`, or `invalid_goal` where it does
+                not continue the reference.
         """
         trajectory, segment = checked.message, checked.segment
         goal_id = trajectory.goal_id
         state = self.states.require()
         if self.fault is not None:
-            sentence = f"the controller is in fault: {self.fault}; send `reset` once the arm is at rest"
+            cure = "send `reset` once the arm is at rest" if self._condition.now in RESETTABLE else RECOVER
+            sentence = f"the controller is in fault: {self.fault}; {cure}"
             raise Refusal("fault", sentence, fault=self.fault)
         self._condition.require("send this goal once the arm's condition is ready", "ready")
         self.ledger.admit(trajectory, clients)
@@ -145,12 +150,12 @@ class Controller:
         """Return a point of the reference trajectory, with all motions accepted so far.
 
         Raises:
-            Refusal: `unavailable` before the first state; `bad_message` for a lead outside 0 … 60 s.
+            Refusal: `bad_message` for a lead outside 0 … 60 s.
         """
         state = self.states.require()
         if not 0.0 <= request.lead <= MAX_PLAN_S:
             raise bad_message("lead", f"lead is {request.lead} s; it must lie between 0 and {MAX_PLAN_S} s")
-        tick = state.tick + max(1, math.ceil(request.lead * self.config.rate_hz - TIGHT))
+        tick = state.tick + ticks_ahead(request.lead, self.config.rate_hz)
         positions, velocities, accelerations = (vector.tolist() for vector in self._timeline.at(tick))
         return m.Reference(
             time=tick * self.config.tick,
@@ -165,7 +170,7 @@ class Controller:
         """Stop at the first tick from which a jerk-limited stop stays inside all limits.
 
         Raises:
-            Refusal: `unavailable` before the first state; `unknown_goal`.
+            Refusal: `unknown_goal`.
         """
         state = self.states.require()
         newest = self.ledger.active[-1] if self.ledger.active else None
@@ -185,11 +190,10 @@ class Controller:
         """Leave a latched fault and hold the measured pose.
 
         Raises:
-            Refusal: `unavailable` before the first state; `fault` for an arm that must `recover` first; `busy` while
-                the arm or its reference moves.
+            Refusal: `fault` for an arm that must `recover` first; `busy` while the arm or its reference moves.
         """
         state = self.states.require()
-        self._condition.require("send `recover` to the arm first", "ready", "braking")
+        self._condition.require(RECOVER, *RESETTABLE)
         fastest = max(abs(velocity) for velocity in (state.truth or state).velocities)
         if state.tick < self._timeline.end or (self.fault is not None and fastest > AT_REST):
             goal = self.ledger.current(state.tick)
@@ -210,11 +214,7 @@ class Controller:
             self._halt(f"client {client_id} lost its lease")
 
     def status(self) -> m.Status:
-        """Return the status.
-
-        Raises:
-            Refusal: `unavailable` before the first state.
-        """
+        """Return the status."""
         state = self.states.require()
         reference = self._timeline.at(state.tick)
         goal = self.ledger.current(state.tick)

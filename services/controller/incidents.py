@@ -16,9 +16,9 @@ def touch_of(contact: m.Contact, config: RobotConfig) -> m.FirstContact | None:
 
 
 def lost_track(errors: np.ndarray, result: m.Result | None, config: RobotConfig, recoils: bool) -> str | None:
-    """Return in words by which of its `errors` (J,), rad, the arm is too far from its reference, or None.
+    """Return a sentence on the joint that is too far from its reference, None where none is.
 
-    result: of the goal under way. recoils: whether a recoil would be accepted now.
+    errors: (J,), rad. result: of the goal under way. recoils: whether a recoil would be accepted now.
     """
     worst = int(errors.argmax())
     if errors[worst] <= config.max_tracking_error:

@@ -14,7 +14,7 @@ class Judge:
     joint_names: tuple[str, ...]
 
     def miss(self, hit: m.Hit) -> str:
-        """Return by what the arm missed, in words; empty where it did not. The true state counts where it is known."""
+        """Return a sentence on the error that made it a miss, or "". The true state counts where it is known."""
         errors = hit.truth_error or m.Point(positions=hit.position_error, velocities=hit.velocity_error)
         for values, bound, unit in (
             (errors.positions, self.tolerance.positions, "rad"),

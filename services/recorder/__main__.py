@@ -1,6 +1,7 @@
 """`python -m services.recorder`: write everything that is published into a trace, show it live, or both."""
 
 import logging
+import sys
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -12,7 +13,7 @@ from protocol.bus.bus import Bus
 from protocol.bus.sessions import RECORDER
 from robot.description import RobotConfig
 from services.common import realtime
-from services.common.cli import Common, Options, RecorderFlags
+from services.common.cli import MISUSED, Common, Options, RecorderFlags
 from services.common.single_instance import SingleInstance
 from services.common.startup import start_beside_loops
 from services.recorder.blueprint import build_blueprint
@@ -30,14 +31,14 @@ class Flags:
 
 
 def main() -> None:
-    """Run until SIGTERM or Ctrl-C.
-
-    Raises:
-        SystemExit: with the `Outcome` of the instance.
-    """
+    """Run until SIGTERM or Ctrl-C, and exit with the `Outcome` of the instance."""
     flags = tyro.cli(Flags)
+    file = flags.own.record
+    if file and not file.parent.is_dir():
+        print(f"recorder: --record {file}: there is no directory {file.parent}", file=sys.stderr)
+        raise SystemExit(MISUSED)
     log, stopping, config = start_beside_loops("recorder", flags.common)
-    realtime.become_polite()
+    realtime.become_nice(realtime.STEADY_NICE)
     instance = SingleInstance("recorder", flags.common, config.name, log, timeouts=RECORDER)
 
     def serve(bus: Bus) -> None:

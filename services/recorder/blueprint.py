@@ -14,6 +14,7 @@ from services.recorder.writer import TraceWriter
 MEASURED, REFERENCE, PLANNED = (38, 139, 210), (245, 158, 66), (110, 190, 110)
 DEMONSTRATED, LIMITS, PUSH, ERROR = (150, 150, 160), (200, 60, 60), (220, 38, 127), (190, 120, 220)
 MODES = {"holding": (122, 134, 154), "tracking": (63, 160, 90), "stopping": (227, 155, 45), "fault": (212, 60, 60)}
+AXES = {"x": (220, 80, 80), "y": (110, 190, 110), "z": (80, 140, 230)}
 LIVE_WINDOW_S = 10.0
 EYE = np.array([1.5, -1.7, 0.6])
 """From the middle of the arm to the camera, in radii of the arm: beside it and a little above."""
@@ -26,8 +27,9 @@ def build_blueprint(config: RobotConfig, live: bool) -> rrb.Blueprint:
     """
     names, window = config.joint_names, _window() if live else None
     strikes = [_strikes(window)] if config.court else []
-    lanes = 3 if strikes else 2
-    left = rrb.Vertical(_scene(Scene(config).view()), _lanes(window), _events(), row_shares=[5, lanes, 2])
+    lanes = rrb.StateTimelineView(origin="/lanes", name="Mode, goal, disturbance, brake", time_ranges=window)
+    events = rrb.TextLogView(origin="/events", name="Events")
+    left = rrb.Vertical(_scene(Scene(config).view()), lanes, events, row_shares=[5, 3 if strikes else 2, 2])
     tabs = [_overview(names, window), *(_joint(name, window) for name in names), *strikes, _loop(window)]
     return rrb.Blueprint(
         rrb.Horizontal(left, rrb.Tabs(*tabs, active_tab=0), column_shares=[1, 1]),
@@ -46,9 +48,10 @@ def style(trace: TraceWriter, names: Sequence[str]) -> None:
             trace.static(entity.at(name), _line(f"push, {entity.unit}", PUSH, 1.5))
     for entity in (entities.TORQUES, entities.POSITION_ERROR, entities.VELOCITY_ERROR):
         trace.static(entity.path, rr.SeriesLines(names=list(names)))
-    for entity in (entities.BALL_POSITION, entities.PREDICTION_SPREAD):
-        trace.static(entity.path, rr.SeriesLines(names=["x", "y", "z"]))
-    trace.static(entities.EXPECTED_ERROR.path, _line("expected", REFERENCE, 1.5))
+    trace.static(entities.BALL_POSITION.path, rr.SeriesLines(names=list(AXES), colors=list(AXES.values()), widths=1.5))
+    trace.static(entities.PREDICTION_SPREAD.path, _decided(AXES))
+    trace.static(entities.EXPECTED_ERROR.path, _decided({"expected": REFERENCE}))
+    trace.static(entities.REVISIONS.path, _decided({"corrections": PLANNED}))
     landed = rr.SeriesPoints(colors=[MEASURED], names=["landed"], markers="Diamond", marker_sizes=5.0)
     trace.static(entities.LANDING_DISTANCE.path, landed)
     trace.static(entities.LATE.path, rr.SeriesLines(names=["p50", "p99", "max"]))
@@ -84,6 +87,12 @@ def _line(name: str, colour: tuple[int, int, int], width: float) -> rr.SeriesLin
     return rr.SeriesLines(colors=colour, names=name, widths=width)
 
 
+def _decided(colours: dict[str, tuple[int, int, int]]) -> rr.SeriesLines:
+    """Style of what holds from one decision to the next, and from a ball's last one until the next ball's first."""
+    names, colors = list(colours), list(colours.values())
+    return rr.SeriesLines(names=names, colors=colors, widths=1.5, interpolation_mode="StepAfter")
+
+
 def _window() -> rrb.VisibleTimeRange:
     return rrb.VisibleTimeRange(
         "sim_time",
@@ -106,14 +115,6 @@ def _scene(view: View) -> rrb.Spatial3DView:
         line_grid=rrb.LineGrid3D(visible=False),
         background=rrb.Background(color=(24, 28, 36)),
     )
-
-
-def _lanes(window: rrb.VisibleTimeRange | None) -> rrb.StateTimelineView:
-    return rrb.StateTimelineView(origin="/lanes", name="Mode, goal, disturbance, brake", time_ranges=window)
-
-
-def _events() -> rrb.TextLogView:
-    return rrb.TextLogView(origin="/events", name="Events")
 
 
 def _plot(

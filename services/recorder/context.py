@@ -63,31 +63,20 @@ class Context:
         """Write a sentence among the events."""
         self.trace.texts(entity.path, row, [sentence], level)
 
-    def place_state(self, one: Received[m.State]) -> int:
-        """Return the trace tick of a state; write the begin of a run that it begins."""
-        before = self.runs.count
-        tick = self.runs.add_state(one.message.run, one.message.tick)
-        self._write_begin(before, tick, one.wall_ns)
-        return tick
-
-    def place_command(self, one: Received[m.Command]) -> int:
-        """Return the trace tick of a command; write the begin of a run that it begins."""
-        before = self.runs.count
-        tick = self.runs.add_command(one.message.run, one.message.tick)
-        self._write_begin(before, tick, one.wall_ns)
+    def place(self, one: Received[m.State] | Received[m.Command]) -> int:
+        """Return the trace tick of a state or a command; write number and offset of a run that it begins."""
+        before, message = self.runs.count, one.message
+        add = self.runs.add_state if isinstance(message, m.State) else self.runs.add_command
+        tick = add(message.run, message.tick)
+        if self.runs.count > before:
+            present, row = self.runs.present, self.row(tick, one.wall_ns)
+            seconds = present.offset / self.rate_hz
+            sentence = f"run {present.run} begins; its tick 0 is tick {present.offset} of the trace, {seconds:.3f} s"
+            self.event(RUN_EVENT, row, sentence)
+            self.trace.values(RUNS.path, row, run=[present.run], tick_offset=[present.offset], time_offset=[seconds])
         return tick
 
     def forget_old(self) -> None:
         """Drop measurements whose command will not come any more."""
         oldest = self.runs.newest - MEMORY_TICKS
         self.measured = {tick: positions for tick, positions in self.measured.items() if tick > oldest}
-
-    def _write_begin(self, runs_before: int, tick: int, wall_ns: int) -> None:
-        """Write number and offset of the present run where it is a new one."""
-        if self.runs.count == runs_before:
-            return
-        present, row = self.runs.present, self.row(tick, wall_ns)
-        seconds = present.offset / self.rate_hz
-        sentence = f"run {present.run} begins; its tick 0 is tick {present.offset} of the trace, {seconds:.3f} s"
-        self.event(RUN_EVENT, row, sentence)
-        self.trace.values(RUNS.path, row, run=[present.run], tick_offset=[present.offset], time_offset=[seconds])

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from protocol import topics
@@ -15,12 +16,16 @@ Event = Literal[
 
 NAME = re.compile("[A-Z]+")
 
+SECTIONS: "dict[str, list[Entity]]" = {}
+"""The table, in the order of the page."""
+
 
 @dataclass(frozen=True, slots=True)
 class Entity:
-    """One entity, or one for each joint, body or part of a body.
+    """A row of the table: one entity, or one for each joint, body or part of a body.
 
     Attributes:
+        section: Of the page, with this title.
         path: JOINT, BODY and PART stand for names.
         archetype: Rerun's; `AnyValues` has columns of its own.
         source: Publications whose messages it shows; empty: the recorder's own, or the robot's model.
@@ -30,6 +35,7 @@ class Entity:
         static: Holds at all times; it is on no timeline.
     """
 
+    section: str
     path: str
     archetype: str
     source: tuple[Publication, ...]
@@ -38,38 +44,15 @@ class Entity:
     needs: Event = ""
     static: bool = False
 
+    def __post_init__(self) -> None:
+        SECTIONS.setdefault(self.section, []).append(self)
+
     def at(self, *names: str) -> str:
         """Return the path with names in place of JOINT, BODY and PART, in their order."""
         path = self.path
         for word, name in zip(NAME.findall(self.path), names, strict=True):
             path = path.replace(word, name, 1)
         return path
-
-
-SECTIONS: dict[str, list[Entity]] = {}
-"""The table, in the order of the page."""
-
-
-class Section:
-    """A section of the table; each entity that it makes is added to it."""
-
-    def __init__(self, title: str) -> None:
-        self._entities: list[Entity] = []
-        SECTIONS[title] = self._entities
-
-    def __call__(
-        self,
-        path: str,
-        archetype: str,
-        source: tuple[Publication, ...],
-        shows: str,
-        unit: str = "",
-        needs: Event = "",
-        static: bool = False,
-    ) -> Entity:
-        """Return a new entity of this section."""
-        self._entities.append(Entity(path, archetype, source, shows, unit, needs, static))
-        return self._entities[-1]
 
 
 STATE, COMMAND, STATUS = (topics.STATE,), (topics.COMMAND,), (topics.STATUS,)
@@ -82,7 +65,7 @@ OWN: tuple[Publication, ...] = ()
 SCALARS, LANE, EVENT, VALUES = "Scalars", "StateChange", "TextLog", "AnyValues"
 POSE, LINES, POINTS, ARROWS, SHAPES = "Transform3D", "LineStrips3D", "Points3D", "Arrows3D", "Boxes3D, Mesh3D, …"
 
-section = Section("Joints")
+section = partial(Entity, "Joints")
 
 MEASURED_POSITION = section("/joints/JOINT/position/measured", SCALARS, STATE, "measured position", "rad")
 MEASURED_VELOCITY = section("/joints/JOINT/velocity/measured", SCALARS, STATE, "measured velocity", "rad/s")
@@ -119,7 +102,7 @@ PUSHES = {
     for kind, unit in (("acceleration", "rad/s²"), ("torque", "N·m"))
 }
 
-section = Section("Arm")
+section = partial(Entity, "Arm")
 
 TORQUES = section("/arm/torques", SCALARS, STATE, "torque of each joint", "N·m")
 SATURATED = section("/arm/saturated", SCALARS, STATE, "whether each joint's torque is at its limit, 0 or 1")
@@ -127,15 +110,16 @@ APPLIED_TICK = section("/arm/applied_tick", SCALARS, STATE, "tick of the command
 TRUE_POSITION = section("/arm/true_position", SCALARS, STATE, "positions without sensor noise", "rad", "known truth")
 TRUE_VELOCITY = section("/arm/true_velocity", SCALARS, STATE, "velocities without sensor noise", "rad/s", "known truth")
 
-section = Section("Runs and goals")
+section = partial(Entity, "Runs and goals")
 
 RUNS = section("/runs", VALUES, (*STATE, *COMMAND), "`run`, `tick_offset`, `time_offset` (s) of each run")
 PLANS = section(
     "/plans",
     VALUES,
     PLAN,
-    "`goal_id`, `primitive`, `start_time` as in the message, `epoch`, `revises` (empty: none), `phase`; `clearance` "
-    "(m) and `torque_use` (the largest of all joints), NaN where they are not known",
+    "`goal_id`, `primitive`, `start_time` as in the message, `epoch`, `revises` (empty: none), `phase`; `deviation` "
+    "from the demonstration (rad, the largest of all joints), `clearance` (m) and `torque_use` (the largest of all "
+    "joints), NaN where they are not known",
     needs="a plan",
 )
 GOALS = section(
@@ -160,7 +144,7 @@ REFUSALS = section(
     needs="a refusal",
 )
 
-section = Section("Events")
+section = partial(Entity, "Events")
 
 RUN_EVENT = section("/events/run", EVENT, (*STATE, *COMMAND), "a run begins")
 GOAL_EVENT = section("/events/goal", EVENT, GOAL, "a goal is planned, refused or ended", needs="a goal")
@@ -169,14 +153,14 @@ CONTROLLER_EVENT = section("/events/controller", EVENT, (*STATUS, *STATE), "mode
 DISTURBANCE_EVENT = section("/events/disturbance", EVENT, DISTURBANCE, "disturbances change", needs="a disturbance")
 RECORDER_EVENT = section("/events/recorder", EVENT, OWN, "what is missing in the trace", needs="something missing")
 
-section = Section("Lanes")
+section = partial(Entity, "Lanes")
 
 MODE_LANE = section("/lanes/mode", LANE, STATUS, "the controller's mode")
 GOAL_LANE = section("/lanes/goal", LANE, COMMAND, "the goal that the reference serves", needs="a plan")
 CONDITION_LANE = section("/lanes/condition", LANE, STATE, "the arm's condition, empty while it is ready")
 DISTURBANCE_LANE = section("/lanes/disturbance", LANE, DISTURBANCE, "kinds that are active", needs="a disturbance")
 
-section = Section("Timing")
+section = partial(Entity, "Timing")
 
 LATE = section("/timing/late_us", SCALARS, STATUS, "p50, p99 and maximum from state to command", "µs")
 LOOP = {
@@ -192,13 +176,13 @@ VELOCITY_ERROR = section(
     "/timing/error/velocity", SCALARS, STATUS, "tracking error of each joint as the controller has it", "rad/s"
 )
 
-section = Section("Recorder")
+section = partial(Entity, "Recorder")
 
 STATES_MISSING = section("/recorder/states_missing", SCALARS, OWN, "gaps among the states, ticks in all")
 COMMANDS_MISSING = section("/recorder/commands_missing", SCALARS, OWN, "gaps among the commands, ticks in all")
 MALFORMED = section("/recorder/messages_malformed", SCALARS, OWN, "messages that could not be read, in all")
 
-section = Section("World")
+section = partial(Entity, "World")
 
 WORLD = section("/world", "ViewCoordinates", OWN, "right-handed axes, z up", "m", static=True)
 WORLD_SHAPE = section("/world/PART", SHAPES, OWN, "geometry that belongs to no body", "m", static=True)
@@ -220,7 +204,7 @@ BALL_POSITION = section("/ball/position", SCALARS, BALL, "x, y, z of the ball", 
 BALL_VELOCITY = section("/ball/velocity", SCALARS, BALL, "x, y, z of the ball's velocity", "m/s", "a ball")
 CONTACTS = section("/contacts", SCALARS, CONTACT, "impulse of each contact", "N·s", "a contact")
 
-section = Section("Strikes")
+section = partial(Entity, "Strikes")
 
 STRIKE_EVENT = section("/events/strike", EVENT, STRIKES, "the striker decides or sees something", needs="a strike")
 STRIKE_LANE = section("/lanes/strike", LANE, STRIKES, "phase of the ball that the striker follows", needs="a strike")

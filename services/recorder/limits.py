@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from protocol import messages as m
-from robot.description import RobotConfig
+from robot.conversions import limit_fields
 from services.recorder.context import Context
 from services.recorder.entities import LIMITS
 from services.recorder.writer import Rows
@@ -14,7 +14,7 @@ Limits = dict[str, np.ndarray]
 """By quantity (J, 2): lowest and highest, NaN where there is none."""
 
 REPEAT_S = 1.0
-"""So often limits are written that do not change, so that a view of a few seconds shows them."""
+"""Period with which unchanged limits are written again, s, so that a view of a few seconds shows them."""
 
 
 class LimitsInForce:
@@ -22,7 +22,7 @@ class LimitsInForce:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        self._robot = robot_limits(context.config)
+        self._robot = limits_by_quantity(m.PlanLimits(**limit_fields(context.config.limits)))
         self._limits: Limits | None = None
         self._tick = -1
 
@@ -47,22 +47,12 @@ class LimitsInForce:
                     self._context.trace.scalars(LIMITS[quantity].at(name), row, pair[None])
 
 
-def plan_limits(limits: m.PlanLimits) -> Limits:
-    """Return the limits of a plan."""
+def limits_by_quantity(limits: m.PlanLimits) -> Limits:
+    """Return limits as they are written."""
     return {
         "position": _rows(limits.positions),
         "velocity": _rows(limits.velocities),
         "acceleration": _rows(limits.accelerations),
-    }
-
-
-def robot_limits(config: RobotConfig) -> Limits:
-    """Return the robot's own limits."""
-    limits = config.limits
-    return {
-        "position": np.asarray(limits.positions, dtype=float),
-        "velocity": np.stack([-limits.velocities, limits.velocities], axis=1),
-        "acceleration": np.stack([-limits.accelerations, limits.accelerations], axis=1),
     }
 
 

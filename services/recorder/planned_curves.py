@@ -12,11 +12,11 @@ from robot.conversions import samples_of
 from services.common.ticks import tick_of
 from services.recorder import entities
 from services.recorder.context import Context
-from services.recorder.limits import Limits, plan_limits
+from services.recorder.limits import Limits, limits_by_quantity
 from services.recorder.writer import Rows
 
 STOPPED_GOALS = 64
-"""Goals that were stopped and whose plan has not come, as many as are remembered."""
+"""Largest number of stopped goals that are remembered until their plans come."""
 
 
 @dataclass(slots=True, eq=False)
@@ -69,13 +69,13 @@ def planned_motion(plan: m.Plan, context: Context) -> PlannedMotion:
         demonstration=matrix(plan.demonstration, demonstrated, joints, "demonstration"),
         target_ticks=first + np.array([tick_of(time, context.rate_hz) for time, _ in points]),
         targets=np.array([values for _, values in points], dtype=float),  # a free joint's null becomes NaN
-        limits=plan_limits(plan.limits),
+        limits=limits_by_quantity(plan.limits),
         end=int(ticks[-1]) + 1,
     )
 
 
 class PlannedCurves:
-    """The motions that are not over, and what of their curves is written."""
+    """Writes the curves of the motions that are not over."""
 
     def __init__(self, context: Context) -> None:
         self._context = context

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import rerun as rr
 
 from protocol import messages as m
@@ -27,7 +28,7 @@ class PlanWriter:
         trace.static(entities.PLANNED_PATH.path, path)
         shown = rr.LineStrips3D.from_fields(colors=DEMONSTRATED, radii=0.002)
         trace.static(entities.DEMONSTRATED_PATH.path, shown)
-        hit = rr.Points3D.from_fields(colors=HIT, radii=0.02, labels=["hit"])
+        hit = rr.Points3D.from_fields(colors=HIT, radii=rr.Radius.ui_points(6.0), labels=["hit"])
         trace.static(entities.PLANNED_HIT.path, hit)
 
     def write(self, received: list[Received[m.Plan]]) -> None:
@@ -35,7 +36,7 @@ class PlanWriter:
         self._curves.end_before(self._context.runs.offset)  # a new run ends what was planned in the one before
         for one in received:
             motion = planned_motion(one.message, self._context)
-            self._write_facts(one)
+            self._write_facts(one, motion)
             self._write_paths(one, motion)
             self._curves.add(motion)
         newest = self._context.runs.newest
@@ -48,7 +49,7 @@ class PlanWriter:
         """End the curves of a motion that was stopped, even where its plan comes later."""
         self._curves.end(goal_id)
 
-    def _write_facts(self, one: Received[m.Plan]) -> None:
+    def _write_facts(self, one: Received[m.Plan], motion: PlannedMotion) -> None:
         plan, row = one.message, self._context.row_at(one.wall_ns)
         through = f", through {len(plan.waypoints)} waypoint(s)" if plan.waypoints else ""
         corrects = f", corrects {plan.revises} at phase {plan.phase:.3f}" if plan.revises is not None else ""
@@ -67,6 +68,7 @@ class PlanWriter:
             epoch=[plan.epoch],
             revises=[plan.revises or ""],
             phase=[float(plan.phase)],
+            deviation=[_deviation(motion)],
             clearance=[plan.clearance.distance if plan.clearance else math.nan],
             torque_use=[_largest(plan)],
         )
@@ -88,6 +90,12 @@ def _space(plan: m.Plan) -> str:
     near, largest = plan.clearance, _largest(plan)
     distance = f", {near.body} {near.distance:.3f} m from {near.other} at the nearest" if near else ""
     return distance + (f", up to {100 * largest:.0f} % of a joint's torque" if largest >= 0 else "")
+
+
+def _deviation(motion: PlannedMotion) -> float:
+    """The largest distance (rad) of a joint from the demonstration, NaN where there is none."""
+    shown = motion.demonstration
+    return float(np.abs(motion.curves["position"][: len(shown)] - shown).max(initial=0.0)) if len(shown) else math.nan
 
 
 def _largest(plan: m.Plan) -> float:

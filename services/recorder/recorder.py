@@ -15,6 +15,7 @@ from services.recorder.entities import Entity
 from services.recorder.events import BallWriter, ContactWriter, RefusalWriter, ResultWriter, StatusWriter
 from services.recorder.plans import PlanWriter
 from services.recorder.pushes import DisturbanceWriter
+from services.recorder.runs import Runs
 from services.recorder.streams import CommandWriter, StateWriter
 from services.recorder.strikes import StrikeWriter
 from services.recorder.surroundings import SurroundingsWriter
@@ -22,7 +23,7 @@ from services.recorder.validation import Receiver, Source
 from services.recorder.writer import TraceWriter
 
 BATCH_S = 0.5
-"""Each batch costs the same few hundred calls of Rerun, however much is in it."""
+"""Period of the batches, s: each costs a few hundred calls of Rerun, however much is in it."""
 
 MAX_COMPLAINTS = 20
 """Malformed messages that are logged; all are counted."""
@@ -71,9 +72,9 @@ class Recorder:
             self._log.warning("not in the trace: %s", counts)
 
     @property
-    def newest(self) -> int:
-        """The newest tick in the trace, −1 before the first."""
-        return self._context.runs.newest
+    def runs(self) -> Runs:
+        """The runs that are in the trace, and how far the newest has come."""
+        return self._context.runs
 
     def write_batch(self) -> None:
         """Write what has arrived."""

@@ -31,7 +31,7 @@ class StateWriter:
         if not received:
             return
         context, trace = self._context, self._context.trace
-        ticks = [context.place_state(one) for one in received]
+        ticks = [context.place(one) for one in received]
         context.state_times.add_batch([one.wall_ns for one in received], ticks)
         states = [one.message for one in received]
         context.measured.update((tick, state.positions) for tick, state in zip(ticks, states, strict=True))
@@ -131,7 +131,7 @@ class CommandWriter:
 
     def _write(self, received: list[Received[m.Command]]) -> None:
         context, trace = self._context, self._context.trace
-        ticks = [context.place_command(one) for one in received]
+        ticks = [context.place(one) for one in received]
         commands = [one.message for one in received]
         rows = context.rows(ticks, received)
         trace.joints(entities.REFERENCE_POSITION, context.names, rows, [command.positions for command in commands])

@@ -46,10 +46,11 @@ class StrikeWriter:
                 self._write_landing(strike.landing, one.wall_ns)
 
     def _write_event(self, row: Rows, strike: m.Strike) -> None:
-        self._context.trace.states(entities.STRIKE_LANE.path, row, [f"{strike.ball} {strike.phase}"])
+        is_correction = strike.phase == "refused" and strike.goal_id is not None  # its swing goes on
+        if not is_correction:
+            self._context.trace.states(entities.STRIKE_LANE.path, row, [f"{strike.ball} {strike.phase}"])
         if strike.phase == "revised":
             return  # up to fifty a second
-        is_correction = strike.phase == "refused" and strike.goal_id is not None  # its swing goes on
         said = "goes on uncorrected" if is_correction else strike.phase
         if strike.phase == "landed" and strike.landing is not None:
             said = f"lands at {strike.landing.time:.2f} s, {strike.landing.distance:.2f} m from the target"

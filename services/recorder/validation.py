@@ -11,7 +11,7 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.codec import bad_message, check_lengths, decode, matrix
 from protocol.errors import Refusal
-from protocol.topics import MIB, Publication
+from protocol.topics import MAX_PLAN_S, MIB, Publication
 from robot.conversions import samples_of
 
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
@@ -72,10 +72,13 @@ class Receiver:
         """Return what has arrived since the last call, by topic, each in order of arrival.
 
         The table begins with the states. They are taken last, so that a batch has the state behind each of its
-        messages. All bodies are taken before the first is decoded, because decoding takes longer than the lead of a
-        plan: a batch with states of a plan has the plan too.
+        messages; and so that one with states of a plan has the plan too, once more where plans came meanwhile, which
+        may take long on a busy machine. Decoding takes longer than the lead of a plan, so nothing is decoded before.
         """
         waiting = {topic: self._drain(topic) for topic in reversed(list(self._sources))}
+        while late := self._drain(topics.PLAN):
+            waiting[topics.PLAN] += late
+            waiting[topics.STATE] += self._drain(topics.STATE)
         return {topic: self._read(topic, bodies) for topic, bodies in waiting.items()}
 
     def _drain(self, topic: Publication) -> list[tuple[bytes, int]]:
@@ -168,7 +171,8 @@ def _value_at(message: Any, field: str) -> Any:
 
 def _check_plan(plan: m.Plan, joint_count: int) -> None:
     """Refuse a plan whose matrices or waypoints do not fit each other."""
-    if not 0 <= plan.hit_index < plan.count or not MIN_DT_S <= plan.dt < MAX_TIME_S:
+    # A long motion is sampled coarsely, and its last sample lies behind its end.
+    if not (0 <= plan.hit_index < plan.count and plan.dt >= MIN_DT_S and plan.dt * plan.count <= 2 * MAX_PLAN_S):
         raise bad_message("count", f"count {plan.count}, hit_index {plan.hit_index}, dt {plan.dt} are no trajectory")
     samples_of(plan)
     if plan.demonstration:

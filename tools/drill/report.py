@@ -11,6 +11,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
+from services.common.realtime import may_be_real_time
 from tools.drill.scenario import Bound, Scenario, ScenarioOutcome, Value, judge
 from tools.drill.table import FAMILIES
 
@@ -81,7 +82,7 @@ def machine() -> dict[str, str]:
         "processor": _processor(),
         "cores": str(len(os.sched_getaffinity(0))),
         "kernel": f"{platform.system()} {platform.release().partition('-')[0]} {_preemption()}",
-        "scheduler": "SCHED_FIFO" if _may_be_real_time() else "SCHED_OTHER",
+        "scheduler": "SCHED_FIFO" if may_be_real_time() else "SCHED_OTHER",
         "python": platform.python_version(),
     }
 
@@ -157,14 +158,3 @@ def _processor() -> str:
 
 def _preemption() -> str:
     return next((word for word in platform.version().split() if word.startswith("PREEMPT")), "")
-
-
-def _may_be_real_time() -> bool:
-    """Whether this process may use SCHED_FIFO, as the services do."""
-    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(40))
-    except OSError:
-        return False
-    os.sched_setscheduler(0, policy, parameters)
-    return True

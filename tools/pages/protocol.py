@@ -70,7 +70,7 @@ MEANINGS = {
     "bad_message": "the body is malformed; an empty `field` means the whole body",
     "invalid_goal": "well-formed, but contradictory or outside what this robot accepts",
     "unknown_primitive": "the library has no primitive of this name",
-    "unknown_goal": "there is no such goal, or it is no longer known; of `revises`: this planner never had it played",
+    "unknown_goal": "there is no such goal, or it is no longer known; of `revises`: this planner sent no such motion",
     "exists": "the library has a primitive of this name; `replace` it",
     "duplicate": "another goal has the same id",
     "limit": "a value that the goal fixes is outside a limit, or a joint needs more `torque` than it has; the detail "

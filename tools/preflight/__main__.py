@@ -10,8 +10,12 @@ from rich.markup import escape
 from rich.table import Table
 
 from services.common import realtime
+from services.common.cli import MISUSED
 from tools.preflight.facts import Fact, read_facts
 from tools.preflight.verdict import Sample, measure, promise
+
+SHORTEST_S, LONGEST_S = 0.1, 3600.0
+"""Bounds of `seconds`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,10 @@ class Flags:
 def main() -> int:
     """Ask for what the loops ask for, read the facts, run the loop, print."""
     flags = tyro.cli(Flags)
+    if not SHORTEST_S <= flags.seconds <= LONGEST_S:
+        bounds = f"{SHORTEST_S:g} and {LONGEST_S:g}"
+        print(f"preflight: seconds is {flags.seconds:g}; it must lie between {bounds}", file=sys.stderr)
+        return MISUSED
     facts = read_facts(realtime.become_real_time(priority=50))
     loops, _ = realtime.split_cores(None)
     realtime.keep_to(loops)

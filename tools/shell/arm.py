@@ -7,21 +7,20 @@ from tyro.conf import Positional, arg
 
 from protocol import messages as m
 from tools.shell import joints
-from tools.shell.flags import Number, Seconds, Words
+from tools.shell.flags import MaybePlace, Number, Place, Seconds, Words
 from tools.shell.shell import Shared, UsageError, reach
 
 DisturbanceKind = Literal["acceleration", "torque", "sensor_noise", "ball_noise", "wind", "loss"]
 Kind = Literal["acceleration", "torque", "noise", "ball-noise", "wind", "loss"]
-KINDS: Mapping[Kind, DisturbanceKind] = {
-    "acceleration": "acceleration",
-    "torque": "torque",
-    "noise": "sensor_noise",
-    "ball-noise": "ball_noise",
-    "wind": "wind",
-    "loss": "loss",
+KINDS: Mapping[Kind, tuple[DisturbanceKind, set[str], set[str]]] = {
+    "acceleration": ("acceleration", {"--values", "--duration"}, {"--at"}),
+    "torque": ("torque", {"--values", "--duration"}, {"--at"}),
+    "noise": ("sensor_noise", {"--position-std", "--velocity-std"}, set()),
+    "ball-noise": ("ball_noise", {"--position-std"}, {"--latency", "--drop-rate"}),
+    "wind": ("wind", {"--values"}, set()),
+    "loss": ("loss", {"--stream", "--duration"}, set()),
 }
-"""The contract's word for each."""
-Point = tuple[float, float, float]
+"""The contract's word for each, the flags that it needs, and those that it may have besides."""
 
 
 def state(*, shell: Shared) -> None:
@@ -68,8 +67,8 @@ def step(ticks: Positional[Annotated[int, arg(metavar="TICKS")]] = 1, *, shell: 
 def reset_sim(
     *,
     positions: Words = (),
-    ball: Annotated[Point | None, arg(metavar="X Y Z", help_behavior_hint="")] = None,
-    ball_velocity: Annotated[Point, arg(metavar="X Y Z", help_behavior_hint="")] = (0.0, 0.0, 0.0),
+    ball: MaybePlace = None,
+    ball_velocity: Place = (0.0, 0.0, 0.0),
     seed: Annotated[int, arg(metavar="N")] = 0,
     shell: Shared,
 ) -> None:
@@ -125,7 +124,7 @@ def disturb(
     push = joints.vector(values, "--values") if values else None
     with reach(shell) as link:
         disturbed = link.arm.disturb(
-            KINDS[kind],
+            KINDS[kind][0],
             values=push,
             start_time=at,
             duration=duration,
@@ -144,17 +143,7 @@ def check_flags(kind: Kind, given: set[str]) -> None:
     Raises:
         UsageError: one is missing, or belongs to another kind.
     """
-    needed = {
-        "acceleration": {"--values", "--duration"},
-        "torque": {"--values", "--duration"},
-        "noise": {"--position-std", "--velocity-std"},
-        "ball-noise": {"--position-std"},
-        "wind": {"--values"},
-        "loss": {"--stream", "--duration"},
-    }[kind]
-    optional = {"acceleration": {"--at"}, "torque": {"--at"}, "ball-noise": {"--latency", "--drop-rate"}}.get(
-        kind, set()
-    )
+    _, needed, optional = KINDS[kind]
     if missing := sorted(needed - given):
         raise UsageError(f"disturb {kind} needs {' and '.join(missing)}")
     if alien := sorted(given - needed - optional):

@@ -4,11 +4,9 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from tools.shell.flags import Seconds, Switch
+from tools.shell.flags import Place, Seconds, Switch
 from tools.shell.shell import Shared, UsageError, reach
 
-Point = tuple[float, float, float]
-Place = Annotated[Point, arg(metavar="X Y Z", help_behavior_hint="")]
 Words = Annotated[tuple[str, ...], arg(metavar="NAME ...", help_behavior_hint="")]
 
 

@@ -17,6 +17,8 @@ Identifier = Annotated[str | None, _quiet("ID")]
 Words = Annotated[tuple[str, ...], _quiet("X ...")]
 """One word a joint."""
 Coordinates = Annotated[tuple[str, ...], _quiet("X Y Z")]
+Place = Annotated[tuple[float, float, float], _quiet("X Y Z")]
+MaybePlace = Annotated[tuple[float, float, float] | None, _quiet("X Y Z")]
 Endpoints = Annotated[tuple[str, ...], _quiet("ENDPOINT ...")]
 File = Annotated[Path | None, _quiet("FILE")]
 

@@ -11,18 +11,7 @@ from client import GoalFields, executable
 from protocol import messages as m
 from protocol.codec import encode
 from tools.shell import joints
-from tools.shell.flags import (
-    Coordinates,
-    File,
-    Identifier,
-    Name,
-    Number,
-    Points,
-    Seconds,
-    Switch,
-    ToolPoints,
-    Words,
-)
+from tools.shell.flags import Coordinates, File, Identifier, Name, Number, Points, Seconds, Switch, ToolPoints, Words
 from tools.shell.following import follow
 from tools.shell.shell import Shared, Shell, UsageError, reach
 from tools.shell.tool import tool, tool_waypoint
@@ -68,7 +57,7 @@ class GoalFlags:
         follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
         no_collision_check: Play it even where the arm meets itself or the scene.
         no_torque_check: Play it even where it needs more torque than the joints have.
-        tail: Behind the goal: stop inside the limits, or coast on (--plan-only).
+        tail: After the goal: stop inside the limits, or coast on (--plan-only).
         method: The quadratic program, the same as the paper has it, or the movement primitive both are compared with.
         goal_id: Name of the motion; by default the planner makes one.
         client_id: Your name, for a lease.
@@ -143,12 +132,14 @@ def check(flags: GoalFlags) -> None:
     """Check what the planner cannot: flags that do not reach it.
 
     Raises:
-        UsageError: they contradict each other.
+        UsageError: they contradict each other, or --save names a directory that is not there.
     """
     if (flags.start_velocities or flags.start_accelerations) and not flags.start_positions:
         raise UsageError("--start-velocities and --start-accelerations need --start-positions")
     if flags.plan_only and (flags.wait or flags.lease):
         raise UsageError("--plan-only moves nothing; leave out --wait and --lease")
+    if flags.save and not flags.save.parent.is_dir():
+        raise UsageError(f"--save {flags.save}: there is no directory {flags.save.parent}")
 
 
 def to_fields(flags: GoalFlags, count_joints: Callable[[], int]) -> GoalFields:
@@ -195,8 +186,13 @@ def to_fields(flags: GoalFlags, count_joints: Callable[[], int]) -> GoalFields:
 
 def _save(flags: GoalFlags, reply: m.GoalReply, link: Shell) -> None:
     """Write the trajectory where --save says, as `execute` takes it."""
-    if flags.save:
-        flags.save.write_bytes(encode(executable(reply, link.arm.description().rate_hz)))
+    if not flags.save:
+        return
+    body = encode(executable(reply, link.arm.description().rate_hz))
+    try:
+        flags.save.write_bytes(body)
+    except OSError as error:
+        raise UsageError(f"--save {flags.save} cannot be written: {error.strerror}") from None
 
 
 def _given(parse: Callable[[Sequence[str], str], Parsed], words: Words, flag: str) -> Parsed | None:

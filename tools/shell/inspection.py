@@ -8,8 +8,9 @@ from tyro.conf import arg
 
 from motion.errors import InvalidMotion
 from robot.description import RobotError, load_robot
+from robot.recordings.plausibility import beyond_limits
 from robot.shipped import DEFAULT_ROBOT_CONFIG
-from tools.recordings.doctor import examine
+from tools.recordings.doctor import Finding, examine
 from tools.recordings.learning import load
 from tools.recordings.pictures import picture
 from tools.recordings.preview import preview
@@ -57,10 +58,13 @@ def inspect(
         print_findings(raw.notes, examination.findings)
         if refusal := examination.refusal:
             raise UsageError(f"{file} cannot be learned: {refusal.sentence}")
+        shown = preview(raw, examination, robot)
+        slower = [Finding(said) for said in beyond_limits(shown.primitive, robot.limits, robot.joint_names)]
+        print_findings((), slower)
         if plot is not None:
-            picture(preview(raw, examination, robot), plot)
+            picture(shown, plot)
             print(f"wrote {plot}")
     except (RobotError, Unreadable, InvalidMotion) as problem:
         raise UsageError(str(problem)) from None
-    if not examination.findings:
+    if not examination.findings and not slower:
         print("nothing is wrong with it", file=sys.stderr)

@@ -28,7 +28,9 @@ def execute(file: Source, *, lead: Seconds = None, wait: Switch = False, shell: 
         body = file.read_bytes()
         check_request_size(EXECUTE, len(body))
         trajectory = decode(body, m.Trajectory, EXECUTE.max_bytes)
-    except (OSError, Refusal) as error:
+    except OSError as error:
+        raise UsageError(f"{file} cannot be read: {error.strerror}") from None
+    except Refusal as error:
         raise UsageError(f"{file} holds no trajectory: {error}") from None
     with reach(shell) as link:
         motion: MotionHandle = link.arm.execute(trajectory, lead)

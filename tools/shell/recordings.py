@@ -18,7 +18,7 @@ from tools.recordings.doctor import Arm, Finding, examine
 from tools.recordings.learning import in_radians, load
 from tools.recordings.recording import Recording, Unit, Unreadable
 from tools.shell.flags import File, Number, Seconds, Source, Switch
-from tools.shell.shell import Shared, UsageError, reach
+from tools.shell.shell import Flags, Shared, UsageError, reach
 from tools.shell.tables import cell, table
 
 Sources = Positional[Annotated[tuple[Path, ...], arg(metavar="FILE ...", help_behavior_hint="")]]
@@ -92,6 +92,8 @@ def learn(
             spread=lesson.spread if follow_spread else None,
         )
         link.print(learned)
+        if learned.start:
+            print_findings((way_to_begin(learned.name, learned.start.positions, shell),), ())
 
 
 def episodes(file: Source, *, rate: Number = None) -> None:
@@ -131,6 +133,15 @@ def export(
     except Unreadable as problem:
         raise UsageError(str(problem)) from None
     Console().print(f"wrote {output}: {chosen}, {len(recording.times)} samples, {recording.times[-1]:.3f} s")
+
+
+def way_to_begin(name: str, positions: Sequence[float], flags: Flags) -> str:
+    """Return the commands that bring an arm to where a primitive begins, rad, so that it plays as recorded."""
+    begin = " ".join(f"{value:.6f}" for value in positions) + flags.way
+    return (
+        f"it plays as recorded from where it begins: first volley goal {name} --wait --positions {begin}, or for a "
+        f"simulated arm volley reset-sim --positions {begin}"
+    )
 
 
 def primitive_name(file: Path) -> str:

@@ -1,6 +1,7 @@
 """What all commands share: their flags, the way to the robot, and the way to the screen."""
 
 import json
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -41,6 +42,14 @@ class Flags:
     zenoh_config: File = None
     json: Switch = False
     timeout: Seconds = None
+
+    @property
+    def way(self) -> str:
+        """The flags that lead another command to the same robot, each after a blank."""
+        words = ["--connect", *self.connect] if self.connect else []
+        words += ["--robot", self.robot] if self.robot != ROBOT else []
+        words += ["--zenoh-config", str(self.zenoh_config)] if self.zenoh_config else []
+        return "".join(f" {shlex.quote(word)}" for word in words)
 
 
 Shared = Annotated[Flags, tyro.conf.arg(name="")]

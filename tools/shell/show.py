@@ -1,8 +1,9 @@
 """Replies as tables and sentences for a person; units stand in the headers."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import singledispatch
+from typing import Any
 
 from msgspec import Struct
 from rich.console import Group, RenderableType
@@ -10,16 +11,47 @@ from rich.text import Text
 
 from protocol import messages as m
 from tools.shell import show_goal
-from tools.shell.tables import UNITS, cell, joint_table, sentence, table
+from tools.shell.tables import UNITS, by_quantity, cell, joint_table, sentence, table
 
 MODE_STYLES = {"holding": "green", "tracking": "cyan", "stopping": "yellow", "fault": "bold red"}
+
+
+def _stopping(reply: m.Canceled) -> Sequence[str]:
+    if reply.goal_id is None:
+        return ["nothing moves"]
+    return [f"stopping goal {reply.goal_id}", f"at rest at {reply.stop_time:.3f} s"]
+
+
+def _leading(reply: m.Held) -> Sequence[str]:
+    targets = ", ".join(f"{name} to {cell(value)}" for name, value in reply.joints.items())
+    return [f"leading {targets}", "" if reply.arrival_time is None else f"there at {reply.arrival_time:.3f} s"]
+
+
+def _words(condition: m.Condition) -> str:
+    return condition.replace("_", " ")
+
+
+SENTENCES: dict[type[Struct], Callable[[Any], Sequence[str]]] = {
+    m.Forgotten: lambda reply: [f"forgot {reply.name}"],
+    m.Accepted: lambda reply: [f"goal {reply.goal_id}", f"starts at {reply.start_time:.3f} s"],
+    m.Canceled: _stopping,
+    m.Recovered: lambda reply: [f"the arm is {_words(reply.condition)}", f"run {reply.run}"],
+    m.Guided: lambda reply: [f"the arm is {_words(reply.condition)}"],
+    m.Held: _leading,
+    m.ModeReply: lambda reply: [f"the controller is {reply.mode}"],
+    m.Stepped: lambda reply: [f"tick {reply.tick}", f"{reply.time:.3f} s"],
+    m.ResetDone: lambda reply: [f"run {reply.run} begins", f"tick {reply.tick}"],
+    m.Disturbed: lambda reply: [f"disturbs from {reply.start_time:.3f} s on"],
+    m.Thrown: lambda reply: [f"the ball flies from {reply.time:.3f} s on"],
+    m.Striking: lambda reply: ["the striker returns balls" if reply.active else "the striker strikes no further ball"],
+}
+"""Parts of the sentence that says a reply which needs no table."""
 
 
 @singledispatch
 def show(reply: Struct, names: Sequence[str]) -> RenderableType:
     """Return what to print for a reply; `names` of the joints, empty where they are not known."""
-    fields = [(name, getattr(reply, name)) for name in reply.__struct_fields__ if name != "version"]
-    return sentence(*(f"{name} {value}" for name, value in fields))
+    return sentence(*SENTENCES[type(reply)](reply))
 
 
 show.register(show_goal.goal_reply)
@@ -78,7 +110,7 @@ def _(reply: m.State, names: Sequence[str]) -> RenderableType:
 
 @show.register
 def _(reply: m.Reference, names: Sequence[str]) -> RenderableType:
-    columns = [(f"{name} [{UNITS[name]}]", getattr(reply, name)) for name in list(UNITS)[:3]]
+    columns = by_quantity(reply, ("positions", "velocities", "accelerations"))
     played = f"goal {reply.goal_id}" if reply.goal_id else ""
     return Group(sentence(f"at {reply.time:.3f} s", f"epoch {reply.epoch}", played), joint_table(names, columns))
 
@@ -92,8 +124,7 @@ def _(reply: m.Description, names: Sequence[str]) -> RenderableType:
         f"run {reply.run}",
         f"the ball is seen at {reply.ball_rate_hz:.0f} Hz" if reply.ball_rate_hz else "",
     )
-    quantities = [(f"{name} [{unit}]", getattr(reply.limits, name)) for name, unit in UNITS.items()]
-    columns = [("home [rad]", reply.home), *quantities, ("torques [N·m]", reply.limits.torques)]
+    columns = [("home [rad]", reply.home), *by_quantity(reply.limits), ("torques [N·m]", reply.limits.torques)]
     return Group(head, joint_table(reply.joint_names, columns, "limits"))
 
 
@@ -135,70 +166,4 @@ def _(reply: m.Learned, names: Sequence[str]) -> RenderableType:
 
 def _smoothing(used: m.SavitzkyGolay | None) -> str:
     """The filter, empty for a penalised spline and for no smoothing, whose replies are the same."""
-    if used is None:
-        return ""
-    return f"smoothed over {used.window_s:g} s, order {used.order}"
-
-
-@show.register
-def _(reply: m.Forgotten, names: Sequence[str]) -> RenderableType:
-    return sentence(f"forgot {reply.name}")
-
-
-@show.register
-def _(reply: m.Accepted, names: Sequence[str]) -> RenderableType:
-    return sentence(f"goal {reply.goal_id}", f"starts at {reply.start_time:.3f} s")
-
-
-@show.register
-def _(reply: m.Canceled, names: Sequence[str]) -> RenderableType:
-    if reply.goal_id is None:
-        return sentence("nothing moves")
-    return sentence(f"stopping goal {reply.goal_id}", f"at rest at {reply.stop_time:.3f} s")
-
-
-@show.register
-def _(reply: m.Recovered, names: Sequence[str]) -> RenderableType:
-    return sentence(f"the arm is {reply.condition.replace('_', ' ')}", f"run {reply.run}")
-
-
-@show.register
-def _(reply: m.Guided, names: Sequence[str]) -> RenderableType:
-    return sentence(f"the arm is {reply.condition.replace('_', ' ')}")
-
-
-@show.register
-def _(reply: m.Held, names: Sequence[str]) -> RenderableType:
-    targets = ", ".join(f"{name} to {cell(value)}" for name, value in reply.joints.items())
-    there = "" if reply.arrival_time is None else f"there at {reply.arrival_time:.3f} s"
-    return sentence(f"leading {targets}", there)
-
-
-@show.register
-def _(reply: m.ModeReply, names: Sequence[str]) -> RenderableType:
-    return sentence(f"the controller is {reply.mode}")
-
-
-@show.register
-def _(reply: m.Stepped, names: Sequence[str]) -> RenderableType:
-    return sentence(f"tick {reply.tick}", f"{reply.time:.3f} s")
-
-
-@show.register
-def _(reply: m.ResetDone, names: Sequence[str]) -> RenderableType:
-    return sentence(f"run {reply.run} begins", f"tick {reply.tick}")
-
-
-@show.register
-def _(reply: m.Disturbed, names: Sequence[str]) -> RenderableType:
-    return sentence(f"disturbs from {reply.start_time:.3f} s on")
-
-
-@show.register
-def _(reply: m.Thrown, names: Sequence[str]) -> RenderableType:
-    return sentence(f"the ball flies from {reply.time:.3f} s on")
-
-
-@show.register
-def _(reply: m.Striking, names: Sequence[str]) -> RenderableType:
-    return sentence("the striker returns balls" if reply.active else "the striker strikes no further ball")
+    return "" if used is None else f"smoothed over {used.window_s:g} s, order {used.order}"

@@ -6,7 +6,7 @@ from itertools import pairwise
 from rich.console import Group, RenderableType
 
 from protocol import messages as m
-from tools.shell.tables import UNITS, cell, joint_table, sentence
+from tools.shell.tables import by_quantity, cell, joint_table, sentence
 
 OUTCOME_STYLES = {
     "succeeded": "green",
@@ -35,28 +35,19 @@ def goal_reply(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
         f"{report.basis_count} functions a joint" if report.basis_count else "",
         "inside all limits at all times" if report.certified else "limits are NOT certified between samples",
     )
-    quantities = [(f"{name} [{unit}]", getattr(report.extremes, name)) for name, unit in UNITS.items()]
-    joints = [("imitation rms [rad/s²]", report.imitation_rms), *quantities]
+    joints = [("imitation rms [rad/s²]", report.imitation_rms), *by_quantity(report.extremes)]
     if report.torque_use is not None:
         joints.append(("torque [of limit]", report.torque_use))
-    margins = [(f"{name} [{unit}]", getattr(report.margin, name)) for name, unit in UNITS.items()]
     tables = [
         joint_table(names, joints, "extremes, the stop included"),
-        joint_table(names, margins, "distance to limits, the stop included"),
+        joint_table(names, by_quantity(report.margin), "distance to limits, the stop included"),
     ]
     if reply.positions:
-        ends = [("position [rad]", reply.positions), ("velocity [rad/s]", reply.velocities)]
-        tables.insert(
-            0,
-            joint_table(
-                names,
-                [*ends, *_deviations(report.deviation)],
-                "at the goal; deviation from the demonstration, and the part that the limits cause",
-            ),
-        )
-    active = [f"{a.quantity} of {a.joint} at {a.time_from_start:.3f} s" for a in report.active]
-    free = "no limit shapes the motion up to the hit"
-    shaped = sentence(f"shaped by the limits on {', '.join(active)}" if active else free)
+        ends = [*by_quantity(reply, ("positions", "velocities")), *_deviations(report.deviation)]
+        title = "at the goal; deviation from the demonstration, and the part that the limits cause"
+        tables.insert(0, joint_table(names, ends, title))
+    active = ", ".join(f"{a.quantity} of {a.joint} at {a.time_from_start:.3f} s" for a in report.active)
+    shaped = sentence(f"shaped by the limits on {active}" if active else "no limit shapes the motion up to the hit")
     return Group(head, solved, *tables, shaped, sentence(_space(report)))
 
 

@@ -1,6 +1,6 @@
 """Tables, cells and lines for a person."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from rich import box
 from rich.table import Table
@@ -17,6 +17,11 @@ def joint_table(names: Sequence[str], columns: Sequence[tuple[str, Sequence[obje
         name = names[index] if len(names) == count else str(index + 1)
         made.add_row(name, *(cell(values[index]) for _, values in columns))
     return made
+
+
+def by_quantity(values: object, names: Iterable[str] = UNITS) -> list[tuple[str, Sequence[object]]]:
+    """Return columns for `joint_table` from the fields of a message, each a quantity of `UNITS`."""
+    return [(f"{name} [{UNITS[name]}]", getattr(values, name)) for name in names]
 
 
 def table(headers: Sequence[str], title: str = "") -> Table:

@@ -401,6 +401,8 @@ def test_an_arm_that_follows_no_commands_is_a_fault(arm: PerfectArm, condition: 
     arm.tick += 1
     arm.velocities[:] = 0.0
     assert arm.controller.answer(arm.state(condition=condition, reason="joint_2 says so"), 0) is not None
+    cure = "`reset`" if condition == "braking" else "`recover`"
+    assert cure in refused(arm, trajectory(arm.controller, 200, "meanwhile")).message
     if condition == "braking":
         assert arm.controller.reset().mode == "holding"
     else:

@@ -54,7 +54,6 @@ def test_every_experiment_is_in_the_table_once():
     assert {name.split(".")[0] for name in names} == {*EXPERIMENTS, "live"}
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.parametrize(("name", "run"), EXPERIMENTS.items(), ids=EXPERIMENTS)
 def test_the_experiments_bring_the_committed_numbers(name: str, run: Callable[[], Outcome]):
     """Each to 5 %, but for times; and each picture exists."""

@@ -2,7 +2,6 @@
 
 import logging
 import random
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -33,6 +32,7 @@ from robot.description import load_robot
 from robot.kinematics import Kinematics
 from services.common.cli import free_endpoint
 from services.recorder import entities
+from services.recorder.__main__ import main
 from services.recorder.blueprint import build_blueprint
 from services.recorder.context import Context
 from services.recorder.geometry import Geometry
@@ -54,13 +54,13 @@ from tests.unit.recorder.recorder_messages import (
     state,
     status,
 )
+from tests.waiting import eventually
 from tools.drill.harness.mutations import mutate
 from tools.trace_reader import Trace, read_trace
 
 RECORDED = tuple(topic for topic in PUBLICATIONS if topic.recorded)
 CONFIG = load_robot()
 PLAIN = [entity for entity in entities.ENTITIES if "BODY" not in entity.path and "PART" not in entity.path]
-PATIENCE_S = 30.0
 LOG = logging.getLogger("test")
 
 
@@ -142,6 +142,21 @@ def test_a_trace_reads_alike_with_and_without_its_index(tmp_path: Path, index: b
     writer.close()
     assert np.array_equal(read_trace(file).scalars("/x").ravel(), values)
     assert (b"FOOT" in file.read_bytes()[-64:]) is index
+
+
+@pytest.mark.parametrize("beyond", [0, 7, 16, 100])
+def test_a_trace_reads_up_to_a_message_that_is_being_written(tmp_path: Path, beyond: int) -> None:
+    """Of the last message nothing, a part of its header, its header, or some of its data is in the file."""
+    file = tmp_path / "trace.rrd"
+    writer = TraceWriter(build_blueprint(CONFIG, live=False), file, None, False)
+    lengths = []
+    for first in range(0, 30, 10):
+        writer.scalars("/x", Rows(np.arange(first, first + 10), 1000.0), np.arange(first, first + 10.0))
+        writer.recording.flush()
+        lengths.append(file.stat().st_size)
+    writer.close()
+    file.write_bytes(file.read_bytes()[: lengths[1] + beyond])
+    assert np.array_equal(read_trace(file).scalars("/x").ravel(), np.arange(20.0))
 
 
 def test_states_read_back_to_the_last_bit(desk: Desk) -> None:
@@ -243,6 +258,17 @@ def test_further_run_is_placed_behind_the_first(desk: Desk) -> None:
     assert "tick 0 is tick 100 of the trace" in trace.texts("/events/run")[1]
 
 
+def test_a_trace_in_an_absent_directory_is_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "absent" / "trace.rrd"
+    monkeypatch.setattr("sys.argv", ["recorder", "--record", str(file)])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    sentence = f"recorder: --record {file}: there is no directory {file.parent}\n"
+    assert (stopped.value.code, capsys.readouterr().err) == (2, sentence)
+
+
 def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:
     published = plan(0.010, count=40)
     desk.publish(STATE, *(state(tick) for tick in range(20)))
@@ -258,6 +284,8 @@ def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:
     accelerations = np.frombuffer(published.accelerations).reshape(40, 6)
     assert np.array_equal(_joints(trace, "/joints/{}/acceleration/planned"), accelerations)
     assert np.array_equal(_joints(trace, "/joints/{}/position/demonstrated"), positions[:39] / 2)
+    shown = np.frombuffer(published.demonstration).reshape(-1, 6)
+    assert trace.column("/plans", "deviation").values == [[np.abs(positions[: len(shown)] - shown).max()]]
     planned = trace.column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), range(10, 50))
     assert planned.times["tick"][-1] == 50  # the curve is broken
@@ -543,11 +571,8 @@ def test_from_a_real_bus_nothing_is_lost(tmp_path: Path) -> None:
                     publisher.put(MESSAGES[topic])
             if tick % 300 == 0:
                 recorder.write_batch()
-        deadline = time.monotonic() + PATIENCE_S
-        while recorder.newest < 999 and time.monotonic() < deadline:
-            time.sleep(0.05)
-            recorder.write_batch()
-        recorder.write_batch()
+        runs = recorder.runs
+        assert eventually(lambda: recorder.write_batch() or runs.present.newest == runs.present.answered == 999)
     writer.close()
     trace = read_trace(file)
     expected = [state(tick).positions for tick in range(1000)]

@@ -68,6 +68,7 @@ def test_further_fields_are_ignored(topic: Publication) -> None:
         (PLAN, "hit_index", 4),
         (PLAN, "dt", 0.0),
         (PLAN, "dt", 1e-320),
+        (PLAN, "dt", 100.0),
         (PLAN, "epoch", 1 << 63),
         (ENDED, "stamps", {"requested": 1, "accepted": 1 << 63}),
         (PLAN, "demonstration", b"\0" * 7),
@@ -123,7 +124,7 @@ def test_noise_is_counted_and_the_rest_goes_on(topic: Publication, body: bytes) 
 
 
 def test_the_states_behind_a_command_are_never_in_a_later_batch() -> None:
-    """They are taken last: what is published between the two takes belongs to the next batch, not to this one."""
+    """They are taken after it: what is published between the two takes belongs to the next batch, not to this one."""
     order: list[str] = []
 
     class Noting(Waiting):
@@ -136,4 +137,24 @@ def test_the_states_behind_a_command_are_never_in_a_later_batch() -> None:
             return super().take()
 
     Receiver({topic: Noting(topic) for topic in RECORDED}, 6, lambda *_: None).take()
-    assert order[-2:] == ["command", "state"]
+    assert order[-3:] == ["command", "state", "plan"]
+
+
+def test_a_batch_with_states_of_a_plan_has_the_plan_too() -> None:
+    """Also where plan and states come while the batch is taken; and the plan has states behind it."""
+    sources = {topic: Waiting() for topic in RECORDED}
+
+    class Late(Waiting):
+        """States that are taken slowly: meanwhile a plan comes, and a state behind it."""
+
+        def take(self) -> tuple[bytes, int] | None:
+            taken = super().take()
+            if taken and taken[1] == 1:
+                sources[PLAN].append((encode(MESSAGES[PLAN]), 2))
+                self.append((encode(MESSAGES[STATE]), 3))
+            return taken
+
+    sources[STATE] = Late([(encode(MESSAGES[STATE]), 1)])
+    batch = Receiver(sources, 6, lambda *_: None).take()
+    assert [one.wall_ns for one in batch[PLAN]] == [2]
+    assert [one.wall_ns for one in batch[STATE]] == [1, 3]

@@ -46,7 +46,8 @@ def test_an_arm_that_cannot_be_driven_has_exit_status_1(tmp_path: Path, capsys: 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["import", "absent.urdf"], "there is no such file"),
+        (["import", "absent.urdf"], "name a URDF or MJCF file"),
+        (["import", "absent.xml"], "there is no file"),
         (["import", str(models.UR5E_URDF), "--tool", "hand"], "no such site or body"),
         (["import", str(models.UR5E_URDF), "-o", "/absent/arm.toml"], "cannot be written"),
         (["check", "absent.toml"], "cannot be read"),

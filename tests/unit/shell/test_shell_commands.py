@@ -247,6 +247,12 @@ def test_plan_is_saved_and_executed(robot, tmp_path):
     assert (sent.start_time, sent.epoch) == (4.5, 13)
 
 
+def test_a_plan_that_cannot_be_saved_is_said_so(robot, tmp_path, capsys):
+    robot.answers["goal"] = [replace(EXAMPLES["GoalReply"], trajectory=EXAMPLES["Trajectory"])]
+    assert volley(robot, "goal", "forehand", "--plan-only", "--save", str(tmp_path)) == 2
+    assert f"--save {tmp_path} cannot be written: Is a directory" in capsys.readouterr().err
+
+
 def test_a_plan_whose_samples_lie_apart_is_saved_as_pieces(robot, tmp_path):
     """Of a long plan the reply has every nth sample, which `execute` does not take."""
     apart = replace(EXAMPLES["Trajectory"], pieces=PIECES, dt=0.003, count=2, hit_index=1)
@@ -266,6 +272,7 @@ def test_execute_refuses_a_file_that_is_no_trajectory(robot, tmp_path, capsys):
     assert volley(robot, "execute", str(file)) == 2
     assert "plan.msgpack holds no trajectory: ticks is not a known field" in capsys.readouterr().err
     assert volley(robot, "execute", str(tmp_path / "absent")) == 2
+    assert "absent cannot be read: No such file or directory" in capsys.readouterr().err
     assert robot.asked == []
 
 
@@ -307,6 +314,7 @@ def test_refusal_is_a_sentence_and_exits_with_1(robot, capsys):
     [
         (["goal", "forehand", "--positions", "1", "two"], "--positions: 'two' is not a finite number"),
         (["goal", "forehand", "--plan-only", "--wait"], "--plan-only moves nothing"),
+        (["goal", "forehand", "--save", "absent/plan"], "--save absent/plan: there is no directory absent"),
         (["disturb", "noise"], "disturb noise needs --position-std and --velocity-std"),
         (["reset-sim", "--ball-velocity", "1", "0", "0"], "--ball-velocity needs --ball"),
         (["learn", "absent.csv"], "absent.csv cannot be read: No such file or directory"),
@@ -354,10 +362,11 @@ def test_watch_ends_cleanly(robot, router, flags, number):
     publisher = router.publishers[STATUS.key]
     command = [Path(sys.executable).with_name("volley"), "watch", "--connect", router.endpoint, *flags]
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
-    assert eventually(lambda: not publisher_matches(publisher)), "the process of another test still listens"
+    listened = router.bus.session.declare_publisher(router.bus.key(STATUS.key))
+    assert eventually(lambda: not listened.matching_status.matching), "the process of another test still listens"
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
         try:
-            assert eventually(lambda: publisher_matches(publisher))
+            assert eventually(lambda: listened.matching_status.matching)
             for _ in range(20):
                 publisher.put(EXAMPLES["Status"])
                 time.sleep(0.02)
@@ -367,11 +376,6 @@ def test_watch_ends_cleanly(robot, router, flags, number):
             process.kill()
     assert (process.returncode, complained) == (0, b"")
     assert b"tracking" in printed
-
-
-def publisher_matches(publisher) -> bool:
-    """Whether somebody listens to what `publisher` says."""
-    return bool(publisher._publisher.matching_status.matching)
 
 
 @pytest.mark.parametrize("words", [["--help"], ["goal", "--help"]])

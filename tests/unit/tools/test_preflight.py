@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tools.preflight import facts
+from tools.preflight.__main__ import main
 from tools.preflight.facts import Fact
 from tools.preflight.verdict import measure, promise, summarise
 
@@ -99,3 +100,10 @@ def test_it_runs_with_and_without_privileges(prefix):
     if prefix:
         assert "SCHED_FIFO 50: " in done.stdout
         assert done.returncode == 1
+
+
+@pytest.mark.parametrize("seconds", ["-1", "0", "nan", "inf"])
+def test_a_time_that_cannot_be_meant_is_refused(seconds, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["preflight", f"--seconds={seconds}"])
+    assert main() == 2
+    assert capsys.readouterr().err == f"preflight: seconds is {seconds}; it must lie between 0.1 and 3600\n"

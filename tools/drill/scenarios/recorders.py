@@ -8,14 +8,13 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rerun.chunk import RrdReader
-
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.punctuality import ON_TIME, answered_since, on_time
 from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, timed
+from tools.trace_reader import read_chunks
 
 WINDOW_S = 8.0
 SPARE_BYTES = 100_000
@@ -84,7 +83,7 @@ def optimized(trace: Path) -> Path | None:
 def ticks_of(trace: Path) -> list[int]:
     """Return the ticks of the first joint's measured position in a trace, in no order."""
     ticks: list[int] = []
-    for chunk in RrdReader(trace).stream():
+    for chunk in read_chunks(trace):
         if str(chunk.entity_path).endswith("joint_1/position/measured"):
             batch = chunk.to_record_batch()
             if "tick" in batch.schema.names:

@@ -16,7 +16,7 @@ BALL = m.Throw(position=(5.16, -0.09, 1.34), velocity=(-6.32, -0.49, 0.79))
 
 
 def kill_in_swing(lab: Lab) -> Measured:
-    """Kill the striker while the arm swings, let the swing end, start a new striker and throw another ball."""
+    """Kill the striker in a swing, let that end, start a new one and throw another ball while the first one rolls."""
     flags: dict[str, object] = {"learned": lab.folder / "learned.json"}
     with lab.cell(CellConfig("paced", (*ARM, "striker"), flags=flags)) as cell:
         throw(cell)
@@ -27,7 +27,6 @@ def kill_in_swing(lab: Lab) -> Measured:
         rest, brakes = cell.status(), cell.state().brake
         cell.processes.start("striker")
         wait_for(lambda: cell.bus.is_alive("striker"), "the new striker")
-        cell.reset()  # the ball that was struck still rolls
         throw(cell)
         return {
             "the swing": cell.result(swing).outcome,
