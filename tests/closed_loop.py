@@ -1,5 +1,6 @@
 """The simulated arm and the controller in one process, without a bus: exact, and as fast as the machine."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -46,11 +47,13 @@ def write_robot(folder: Path, model: Path, tool: str, names: list[str], home: ob
 class ClosedLoop:
     """An arm under control; one turn is one tick."""
 
-    def __init__(self, config: RobotConfig, ball: m.Ball | None = None) -> None:
-        """Begin with the arm at home, and the ball where given, or on its tee."""
+    def __init__(
+        self, config: RobotConfig, ball: m.Ball | None = None, positions: Sequence[float] | None = None
+    ) -> None:
+        """Begin with the arm at `positions`, rad, or at home, and the ball where given, or on its tee."""
         self.config = config
         self.arm = SimulatedArm(config)
-        self.arm.reset(ball=ball)
+        self.arm.reset(None if positions is None else list(positions), ball=ball)
         self.controller = Controller(config)
         self.drive = Drive(config)
         self.contacts: list[m.Contact] = []

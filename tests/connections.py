@@ -1,7 +1,10 @@
 """The sockets behind sessions of this process."""
 
 import contextlib
+import fcntl
 import socket
+import struct
+import termios
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -25,3 +28,9 @@ def connections(port: int) -> Iterator[socket.socket]:
                     continue
                 if port in ports:
                     yield found
+
+
+def unread(descriptor: int) -> int:
+    """Return how many bytes that were written to a Unix socket lie unread at its other end."""
+    (count,) = struct.unpack("i", fcntl.ioctl(descriptor, termios.TIOCOUTQ, bytes(4)))
+    return count

@@ -1,6 +1,5 @@
 """A robot that answers on real Zenoh with golden messages: what clients are tested against without services."""
 
-import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from protocol.bus.queues import Inbox
 from protocol.bus.sessions import open_session
 from protocol.errors import Refusal
 from protocol.topics import DESCRIPTION, PUBLICATIONS, QUERIES, MessageT, Publication
+from services.common.cli import free_endpoint
 from tests.golden.examples import EXAMPLES
 
 
@@ -81,9 +81,7 @@ class Router:
 @contextmanager
 def hosted() -> Iterator[Router]:
     """Host a bus on which every request is served."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = free_endpoint()
     with Bus(open_session(listen=[endpoint])) as bus:
         inbox = Inbox[PendingQuery]()
         for query in QUERIES:

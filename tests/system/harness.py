@@ -3,6 +3,7 @@
 `Stack` is the drill's cell; what services log is printed, which pytest shows where a test failed.
 """
 
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -35,6 +36,11 @@ class Stack(Cell):
         with pytest.raises(Refusal) as caught:
             self.goal(**fields)
         return caught.value
+
+    def kill(self, name: str) -> None:
+        """Kill a process and return once its token is gone, or the next one would count as ready before it is."""
+        self.processes.signal(name, signal.SIGKILL)
+        wait_for(lambda: not self.bus.is_alive(name), f"the token of the {name} to vanish")
 
     def cancel(self, goal_id: str | None = None) -> m.Canceled:
         """Stop the motion."""

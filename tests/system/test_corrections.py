@@ -167,9 +167,7 @@ def test_a_restarted_planner_knows_no_motion_under_way(tmp_path: Path):
         stack.reset()
         first = stack.strike()
         begin_at(stack, first, 0.3)
-        planner = stack.services.running["planner"]
-        planner.kill()
-        planner.wait()
+        stack.kill("planner")
         stack.services.start("planner")
         stack.services.wait_ready(stack.bus)
         refusal = stack.refused_goal(revises=first.goal_id)

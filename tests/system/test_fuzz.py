@@ -3,8 +3,6 @@
 import random
 from pathlib import Path
 
-import pytest
-
 from services.common.cli import Options
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.mutations import MUTATIONS, mutate
@@ -21,7 +19,6 @@ def test_mutations_are_the_same_for_the_same_seed():
         assert len(set(once)) > 5 * len(MUTATIONS)
 
 
-@pytest.mark.timeout(300)
 def test_five_thousand_mutated_messages(tmp_path: Path):
     """The drill's scenario."""
     with Lab(Options(), tmp_path) as lab:

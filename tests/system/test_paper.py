@@ -16,7 +16,6 @@ noise seeded, so that on one machine runs are alike to every digit."""
 ABSOLUTE = 1e-6
 
 
-@pytest.mark.timeout(300)
 def test_the_arm_brings_the_committed_numbers(tmp_path: Path):
     """Each to 5 %; and it leaves a trace."""
     trace = tmp_path / "fig5.rrd"

@@ -1,6 +1,7 @@
 """From another program's file to a motion, and out of its trace again, by the shell's commands alone."""
 
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import msgspec
@@ -14,8 +15,10 @@ from services.common.cell import running_cell
 from services.common.cli import Options
 from tests.arms import PANDA
 from tests.unit.recordings import writers
+from tests.unit.recordings.playing import HOUSEHOLD, in_bounds
 from tests.waiting import eventually
 from tools.recordings import readers
+from tools.recordings.doctor import examine
 from tools.recordings.learning import load
 from tools.recordings.readers import rrd
 from tools.shell.__main__ import main
@@ -35,39 +38,58 @@ def test_from_a_file_to_a_motion_and_back(tmp_path: Path, capsys: pytest.Capture
         assert volley("learn", str(source)) == 2
         assert "choose one with --episode: demo_0, demo_1" in capsys.readouterr().err
         assert volley("learn", str(source), "--episode", "demo_0", "--name", "reach") == 0
+        begin = " ".join(f"{value:.6f}" for value in writers.movement()[0])
+        assert f"volley reset-sim --positions {begin}" in capsys.readouterr().err
         start = [f"{value:.9f}" for value in writers.movement()[0]]
         assert volley("reset-sim", "--positions", *start) == 0
         assert volley("goal", "reach", "--wait", "--goal-id", "played") == 0
         assert "succeeded" in capsys.readouterr().out
         _check_what_is_cut_out(volley, capsys, trace)
-    _check_what_was_played(trace)
+        assert volley("learn", str(trace), "--episode", "played", "--name", "copy") == 0
+        assert volley("reset-sim", "--positions", *start) == 0
+        assert volley("goal", "copy", "--wait", "--goal-id", "copied") == 0
+    for goal in ("played", "copied"):
+        _check_what_was_played(trace, goal)
     for output in (tmp_path / "out.csv", tmp_path / "out.npz", tmp_path / "out.mcap", tmp_path / "out"):
         assert main(["export", "last", "--trace", str(trace), "-o", str(output)]) == 0
-        played, back = readers.read(trace, "played"), load(output, JOINTS)
+        played, back = readers.read(trace, "copied"), load(output, JOINTS)
         assert np.abs(back.values - played.values).max() < 1e-6
         assert back.times == pytest.approx(played.times, abs=1e-6)
 
 
-@pytest.mark.skipif(not DEMOS.exists(), reason="the recordings lie outside the repository")
-def test_a_real_recording_on_its_own_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Kinesthetic teaching of a Panda, which begins in motion, is played from rest and stays near its samples."""
-    shown, trace = DEMOS / "robottasks_bottle2shelf_demo0_panda_joints_IK.csv", tmp_path / "trace.rrd"
-    table = np.loadtxt(shown, delimiter=",", skiprows=1)
-    options = Options(robot_config=PANDA.write(tmp_path))
+@pytest.fixture(scope="module")
+def panda(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path]]:
+    """The endpoint of a Panda's services, and its trace."""
+    folder = tmp_path_factory.mktemp("panda")
+    trace = folder / "trace.rrd"
+    options = Options(robot_config=PANDA.write(folder))
     with running_cell(options, {"record": trace, "no_live": True}, quiet=True) as cell:
+        yield cell.endpoint, trace
 
-        def volley(*words: str) -> int:
-            return main([*words, "--connect", cell.endpoint, "--robot", "other"])
 
-        assert volley("learn", str(shown), "--duration", "10", "--name", "shelf") == 0
-        assert "begins moving" in capsys.readouterr().out
-        assert volley("reset-sim", "--positions", *(f"{value:.9f}" for value in table[0, 1:])) == 0
-        assert volley("goal", "shelf", "--place-time", "0.05", "--wait", "--goal-id", "played") == 0
-    played = readers.read(trace, "played")
-    samples = np.stack([np.interp(10 * table[:, 0], played.times, column) for column in played.values.T], axis=1)
-    bound = np.maximum(0.01 * np.ptp(table[:, 1:], axis=0), 0.005)
+@pytest.mark.skipif(not DEMOS.exists(), reason="the recordings lie outside the repository")
+@pytest.mark.parametrize(("task", "duration"), HOUSEHOLD.items())
+def test_a_real_recording_on_its_own_arm(
+    panda: tuple[str, Path], capsys: pytest.CaptureFixture[str], task: str, duration: float
+) -> None:
+    """Kinesthetic teaching of a Panda, which begins in motion, is played from rest and stays near its samples."""
+    endpoint, trace = panda
+    (shown,) = DEMOS.glob(f"robottasks_{task}_*.csv")
+
+    def volley(*words: str) -> int:
+        return main([*words, "--connect", endpoint, "--robot", "other"])
+
+    assert volley("learn", str(shown), "--duration", str(duration), "--name", task) == 0
+    printed = capsys.readouterr()
+    assert "begins moving" in printed.out
+    assert main(shlex.split(printed.err.partition("or for a simulated arm volley ")[2])) == 0
+    assert volley("goal", task, "--place-time", "0.05", "--wait", "--goal-id", f"played-{task}") == 0
+    played, samples = readers.read(trace, f"played-{task}"), load(shown, PANDA.joints, duration=duration)
+    samples = examine(samples, load_robot(PANDA.write(trace.parent))).recording
+    at = samples.times - samples.times[0]
+    measured = np.stack([np.interp(at, played.times, column) for column in played.values.T], axis=1)
     assert played.columns == PANDA.joints
-    assert np.all(np.abs(samples - table[:, 1:]).max(axis=0) < bound)
+    assert in_bounds(measured, samples.values).max() < 1
 
 
 def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFixture[str], trace: Path) -> None:
@@ -76,7 +98,7 @@ def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFix
 
     def near(place: np.ndarray) -> np.ndarray:
         """Times, s on the trace's clock, at which the arm is at a place."""
-        times, values = rrd._scan(trace).table()
+        times, values = rrd.scan_of(trace).table()
         return times[np.abs(values - place).max(axis=1) < 1e-4]
 
     assert eventually(lambda: len(near(ends)) > 50)
@@ -93,10 +115,9 @@ def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFix
     assert "has no samples there: it lasts from" in capsys.readouterr().err
 
 
-def _check_what_was_played(trace: Path) -> None:
+def _check_what_was_played(trace: Path, goal: str) -> None:
     """The measured motion is the demonstration's, within 1 % of each joint's range or 5 mrad."""
-    played = readers.read(trace, "played")
+    played = readers.read(trace, goal)
     shown = np.stack([np.interp(played.times, writers.TIMES, column) for column in writers.movement().T], axis=1)
-    bound = np.maximum(0.01 * np.ptp(shown, axis=0), 0.005)
     assert played.columns == JOINTS
-    assert np.all(np.abs(played.values - shown).max(axis=0) < bound)
+    assert in_bounds(played.values, shown).max() < 1

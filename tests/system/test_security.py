@@ -78,6 +78,13 @@ class Participants:
         """Return a session that may ask for `topic`."""
         return self.bus(next(role for role in ("planner", "tester") if may(role, "query", topic.key)), "ask")
 
+    def publish(self, topic: topics.Publication, body: bytes) -> None:
+        """Publish as the owner; return once the router has handed it to every subscriber and one has heard it."""
+        owner = self.owner(topic)
+        owner.session.put(owner.key(topic.key), body)
+        assert up_to(self.heard, (owner.key(topic.key), body)) == []
+        fence(owner)  # the first subscriber may hear it before the router has handed it to the last
+
     def _answer(self, query: zenoh.Query) -> None:
         self.arrived.put((str(query.key_expr), query.payload.to_bytes() if query.payload else b""))
         with query:
@@ -160,8 +167,7 @@ def test_subscribing(people: Participants, who: str):
             key, at_once(lambda sample: got.put(sample.payload.to_bytes()))
         )
         fence(listener)
-        people.owner(topic).session.put(key, b"news")
-        assert up_to(people.heard, (key, b"news")) == []
+        people.publish(topic, b"news")
         fence(listener)
         subscriber.undeclare()
         assert got.qsize() == may(who, "declare_subscriber", topic.key), topic.key
@@ -177,9 +183,7 @@ def test_eavesdropping(people: Participants, who: str, wide: str):
     got: SimpleQueue[bytes] = SimpleQueue()
     subscriber = listener.session.declare_subscriber(wide, at_once(lambda sample: got.put(sample.payload.to_bytes())))
     fence(listener)
-    key = listener.key(topics.STATE.key)
-    people.owner(topics.STATE).session.put(key, b"news")
-    assert up_to(people.heard, (key, b"news")) == []
+    people.publish(topics.STATE, b"news")
     fence(listener)
     subscriber.undeclare()
     assert got.empty()

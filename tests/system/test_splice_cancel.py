@@ -193,10 +193,16 @@ def test_a_goal_that_does_not_preempt_waits_its_turn(stack: Stack):
     assert stack.finish(second).outcome == "succeeded"
 
 
+def hold(client: Bus, name: str) -> None:
+    """Hold a client's token, and return once the router has passed it on: the goal comes by another session."""
+    client.announce(f"client/{name}")
+    assert client.is_alive(f"client/{name}")
+
+
 def test_a_lease_keeps_others_out_and_ends_with_its_client(stack: Stack):
     """Others are not_holder, the holder is not; when its session closes the motion is canceled."""
     with Bus(open_session([stack.endpoint])) as client:
-        client.announce("client/alice")
+        hold(client, "alice")
         first = strike(stack, client_id="alice", lease=True)
         step_into(stack, first, 2)
         refusal = stack.refused_goal(primitive="forehand", positions=HOME, client_id="bob")
@@ -227,7 +233,7 @@ def test_a_lease_needs_a_client_that_lives(stack: Stack):
 def test_anyone_may_cancel_a_leased_motion(stack: Stack):
     """A cancel is no goal."""
     with Bus(open_session([stack.endpoint])) as client:
-        client.announce("client/carol")
+        hold(client, "carol")
         reply = strike(stack, client_id="carol", lease=True)
         step_into(stack, reply, 3)
         assert stack.cancel(reply.goal_id).goal_id == reply.goal_id

@@ -1,6 +1,5 @@
 """A striker or a planner that is killed in mid-swing, on the paced clock: the arm ends at rest inside its limits."""
 
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -33,7 +32,7 @@ def swinging(stack: Stack, seed: int) -> m.Strike:
     wait_for(lambda: stack.mode() == "tracking", "the arm to go to its ready pose")
     wait_for(lambda: stack.mode() == "holding", "the arm to be there")
     launch = Launcher(ROBOT, seed).next()
-    stack.listen(topics.STRIKES)
+    stack.drain(topics.STRIKES)  # those of the ball before
     stack.bus.ask(topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin))
     while (said := stack.next(topics.STRIKES)).phase not in ("planned", "missed"):
         pass
@@ -45,18 +44,22 @@ def swinging(stack: Stack, seed: int) -> m.Strike:
 @pytest.mark.parametrize("name", ["striker", "planner"])
 def test_a_process_that_is_killed_in_mid_swing_leaves_an_arm_that_ends_at_rest(stack: Stack, name: str):
     watch = LimitWatch(stack.bus, ROBOT)
+    stack.listen(topics.CONTACT)
     said = swinging(stack, 0)
-    stack.processes.signal(name, signal.SIGKILL)
+    stack.kill(name)
     if name == "planner":
         while not (said.phase == "refused" and "planner" in said.reason):
             said = stack.next(topics.STRIKES)
     wait_for(lambda: stack.mode() == "holding", "the arm to be at rest")
     stack.processes.start(name)
     stack.services.wait_ready(stack.bus)
+    watch.read()
     findings = watch.check((0.0,))  # the ball may throw the arm
     assert findings.ticks > 100
     assert findings.violations == 0, findings
     assert stack.status().fault is None
+    touched = [contact.bodies for contact in stack.drain(topics.CONTACT)]
+    assert all("ball" in bodies for bodies in touched), touched
 
 
 @pytest.mark.realtime

@@ -11,7 +11,7 @@ from protocol import messages as m
 from protocol import topics
 from protocol.codec import decode
 from robot.kinematics import Kinematics
-from robot.striking.scoring import score
+from robot.striking.scoring import Score, score
 
 TARGET = (4.0, 0.0, 0.0)
 
@@ -32,6 +32,11 @@ def flight(throw: m.Throw, times: list[float]) -> np.ndarray:
     return np.array(path)[[round(time * ROBOT.rate_hz) for time in times]]
 
 
+def scored_of(contacts: list[m.Contact], sights: list[m.BallState]) -> Score:
+    assert ROBOT.court is not None
+    return score(contacts, sights, ROBOT.court, ROBOT.bodies, TARGET)
+
+
 def test_a_thrown_ball_flies_is_hit_and_scored(tmp_path: Path):
     """The racket rests; the flight before the touch is exact to the rounding of the sum of 250 steps."""
     x, y, z = Kinematics(ROBOT).tool_pose(ROBOT.home)[0].tolist()
@@ -49,10 +54,10 @@ def test_a_thrown_ball_flies_is_hit_and_scored(tmp_path: Path):
         begun = stack.bus.ask(topics.SIM_BALL, throw).time
         stack.step(1000)
         assert eventually(lambda: sights and sights[-1].time >= begun + 0.99)
+        assert eventually(lambda: scored_of(contacts, sights).landed_at is not None)  # contacts come by another thread
         assert stack.bus.ask(topics.STATE_QUERY, m.Empty()).run == run, "no new run"
         assert len(kept) == 2
-    assert ROBOT.court is not None
-    scored = score(contacts, sights, ROBOT.court, ROBOT.bodies, TARGET)
+    scored = scored_of(contacts, sights)
     assert scored.hit
     assert scored.hit_time == pytest.approx(0.29, abs=0.02)
     before = [sight for sight in sights if begun < sight.time < (scored.hit_time or 0.0)]

@@ -83,4 +83,5 @@ def test_plans_that_cross_are_refused_though_each_start_is_clear(arms: tuple[Arm
     right.cancel()
     right.step(100)
     assert back.result().outcome == "canceled"
+    assert eventually(lambda: not refused())  # the left planner hears it from the right controller's status
     assert left.plan("turn", positions=away, duration=1.0).report.checked == "all"
