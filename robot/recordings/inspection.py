@@ -56,8 +56,9 @@ def moving_ends(demonstration: Demonstration, primitive: Primitive, names: Seque
     for verb, boundary, end, order in (("begins", primitive.start, "start", 1), ("ends", primitive.goal, "goal", -1)):
         moves = _moves(times[::order], positions[::order])
         shift = np.where(moves, SPREAD * primitive.duration * np.abs(boundary.velocities), 0.0)
-        joint = int(np.argmax(shift / tolerance))
-        if shift[joint] > tolerance[joint]:
+        shift[shift <= tolerance] = 0.0
+        joint = int(np.argmax(shift))
+        if shift[joint] > 0:
             yield (
                 f"the demonstration {verb} moving: {names[joint]} at {boundary.velocities[joint]:.3g} rad/s; "
                 f"a {end} at rest shifts the motion by up to {shift[joint]:.2g} rad on the way, or, with a "
