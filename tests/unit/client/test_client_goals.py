@@ -22,7 +22,8 @@ def later(call, *arguments) -> None:
     threading.Timer(LATER_S, call, arguments).start()
 
 
-def test_a_result_that_is_published_is_not_asked_for(robot, arm):
+def test_a_result_that_is_published_is_not_asked_for(robot, arm, monkeypatch):
+    monkeypatch.setattr("client.results.ASK_EVERY_S", PATIENCE_S)
     robot.then["goal"] = (ENDED, GOOD)
     goal = arm.goal("forehand", positions=HIT)
     assert goal.reply == EXAMPLES["GoalReply"]

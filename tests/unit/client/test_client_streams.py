@@ -10,7 +10,7 @@ from client.mailboxes import AwaitedMailbox, BlockingMailbox
 from client.twofold import run
 from protocol import messages as m
 from tests.golden.examples import EXAMPLES, SAMPLES, TRAJECTORY
-from tests.waiting import eventually
+from tests.waiting import PATIENCE_S, eventually
 
 
 def contact(time: float) -> m.Contact:
@@ -75,7 +75,7 @@ def test_what_is_closed_ends_an_iteration_in_another_thread(robot, what: str):
     robot.publish(topics.CONTACT, contact(1.0))
     assert eventually(lambda: heard == [1.0])
     (stream if what == "the stream" else arm).close()
-    thread.join(5.0)
+    thread.join(PATIENCE_S)
     assert not thread.is_alive()
     arm.close()
 
@@ -86,7 +86,7 @@ def test_the_twin_ends_with_its_connection(robot):
             stream = arm.stream(topics.CONTACT)
             hearing = asyncio.create_task(_all_of(stream))
             await arm.state()
-        return await asyncio.wait_for(hearing, 5.0)
+        return await asyncio.wait_for(hearing, PATIENCE_S)
 
     assert asyncio.run(hear()) == []
 

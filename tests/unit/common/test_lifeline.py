@@ -9,16 +9,17 @@ import time
 from pathlib import Path
 
 import pytest
-from waiting import eventually
+from waiting import PATIENCE_S, eventually
 
-from services.common import lifeline
 from services.common.lifeline import VARIABLE, follow_supervisor
 
 SERVICE = """
 import os, sys, time
 from pathlib import Path
+from services.common import lifeline
 from services.common.realtime import stop_on_signals
 log, name = Path(sys.argv[1]), sys.argv[2]
+lifeline.ORDER_S, lifeline.ENDING_S = float(sys.argv[3]), 60.0
 stopping = stop_on_signals()
 assert "VOLLEY_LIFELINE" not in os.environ, "processes of its own would read what is not theirs"
 (log.parent / name).touch()
@@ -29,16 +30,19 @@ with log.open("a") as file: file.write(name)
 SUPERVISOR = """
 import sys, time
 from services.common.supervisor import Supervisor
-commands = {name: [sys.executable, "-c", sys.argv[1], sys.argv[2], name] for name in "abc"}
+commands = {name: [sys.executable, "-c", *sys.argv[1:3], name, sys.argv[3]] for name in "abc"}
 with Supervisor(commands) as services:
     print(*(process.pid for process in services.running.values()), flush=True)
     time.sleep(60)
 """
 
 
-def start(log: Path) -> tuple[subprocess.Popen, list[int]]:
-    """Start a supervisor of three processes; return it and their ids once they run."""
-    line = [sys.executable, "-c", SUPERVISOR, SERVICE, str(log)]
+def start(log: Path, order_s: float) -> tuple[subprocess.Popen, list[int]]:
+    """Start a supervisor of three processes; return it and their ids once they run.
+
+    Each waits up to `order_s` for the one that stops before it, and then ends however long that takes.
+    """
+    line = [sys.executable, "-c", SUPERVISOR, SERVICE, str(log), str(order_s)]
     supervisor = subprocess.Popen(line, stdout=subprocess.PIPE, text=True)
     assert supervisor.stdout is not None
     with supervisor.stdout as printed:
@@ -56,8 +60,8 @@ def is_gone(pid: int) -> bool:
 
 
 def test_a_killed_supervisor_takes_its_processes_with_it(tmp_path: Path):
-    """In the order in which it would have stopped them."""
-    supervisor, pids = start(tmp_path / "log")
+    """In the order in which it would have stopped them, however long each takes."""
+    supervisor, pids = start(tmp_path / "log", order_s=PATIENCE_S)
     supervisor.kill()
     supervisor.wait()
     assert eventually(lambda: all(map(is_gone, pids)))
@@ -66,13 +70,13 @@ def test_a_killed_supervisor_takes_its_processes_with_it(tmp_path: Path):
 
 def test_one_that_is_stopped_delays_the_others_only_so_long(tmp_path: Path):
     """The last started is suspended and cannot end; those before it do."""
-    supervisor, pids = start(tmp_path / "log")
+    supervisor, pids = start(tmp_path / "log", order_s=1.0)
     os.kill(pids[-1], signal.SIGSTOP)
     began = time.monotonic()
     supervisor.kill()
     supervisor.wait()
     assert eventually(lambda: all(map(is_gone, pids[:-1])))
-    assert time.monotonic() - began > lifeline.ORDER_S / 2
+    assert time.monotonic() - began > 1.0
     os.kill(pids[-1], signal.SIGCONT)
     assert eventually(lambda: is_gone(pids[-1]))
 

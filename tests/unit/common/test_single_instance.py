@@ -14,7 +14,7 @@ from protocol.topics import claim_key
 from services.common.cli import Options, free_endpoint
 from services.common.single_instance import Outcome, SingleInstance
 from tests.connections import connections, port_of
-from tests.waiting import eventually
+from tests.waiting import PATIENCE_S, eventually
 
 LOG = logging.getLogger("test")
 
@@ -131,14 +131,14 @@ def test_a_bus_that_cannot_be_hosted_is_a_failure(router: str, caplog: pytest.Lo
 def test_an_instance_that_was_replaced_ends(router: str, rival: bool, caplog: pytest.LogCaptureFixture):
     """As after 20 s of SIGSTOP in which another was started: two that command one arm would both be obeyed."""
     with Bus(open_session(listen=[router])) as host, Service("controller", Options(connect=(router,))) as service:
-        assert eventually(lambda: host.is_alive("controller"), 10.0)
+        assert eventually(lambda: host.is_alive("controller"))
         place = claim_key("controller" if rival else "planner", "rival")
         token = host.session.liveliness().declare_token(host.key(place))
         for connection in connections(port_of(router)):
             with contextlib.suppress(OSError):  # the other end was first
                 connection.shutdown(socket.SHUT_RDWR)
-        assert service.stopping.wait(10.0 if rival else 2.0) is rival
-        assert eventually(lambda: host.is_alive("controller") is not rival, 10.0)
+        assert service.stopping.wait(PATIENCE_S if rival else 2.0) is rival
+        assert eventually(lambda: host.is_alive("controller") is not rival)
         assert service.end() is (Outcome.TAKEN if rival else Outcome.ENDED)
         token.undeclare()
     assert ("another controller serves robot arm" in caplog.text) is rival

@@ -15,8 +15,9 @@ from protocol import topics
 from protocol.codec import encode
 from robot.description import RobotConfig
 from services.controller.handshake import WrongRobot
-from services.controller.loop import FAREWELL_S, ControllerLoop
+from services.controller.loop import ControllerLoop
 from tests.unit.controller.stand_ins import CONFIG, NOISE, FakeBus, FakeClock, Request, description, state, staying
+from tests.waiting import PATIENCE_S
 
 A_WAIT = 1.3
 """Ticks; longer than any wait for a state."""
@@ -219,7 +220,7 @@ def test_a_request_does_not_wait_for_the_next_state(desks: Callable[..., Desk], 
     asker.start()
     while not sent.answer:
         desk.turn()
-    assert time.monotonic() - began < 5.0
+    assert time.monotonic() - began < SLOW.tick
     asker.join()
 
 
@@ -291,8 +292,9 @@ def test_in_other_clocks_a_lost_token_is_no_fault(desks: Callable[..., Desk], ar
 
 
 @pytest.mark.parametrize(("arm_clock", "last"), [("realtime", 0), ("paced", 1)])
-def test_the_farewell(desks: Callable[..., Desk], arm_clock: m.Clock, last: int):
+def test_the_farewell(desks: Callable[..., Desk], arm_clock: m.Clock, last: int, monkeypatch: pytest.MonkeyPatch):
     """A controller that ends stops the motion: by states that come in time, in paced time by slow ones as well."""
+    monkeypatch.setattr("services.controller.loop.FAREWELL_S", PATIENCE_S)
     desk = desks(arm_clock, clock=time.perf_counter_ns)
     desk.turn(state(0))
     desk.ask(topics.EXECUTE, staying(5, 1))
@@ -303,14 +305,17 @@ def test_the_farewell(desks: Callable[..., Desk], arm_clock: m.Clock, last: int)
     assert desk.answered[-1] == last
 
 
-def test_in_paced_time_a_farewell_does_not_wait_for_an_arm_that_is_gone(desks: Callable[..., Desk]):
-    desk = desks("paced")
+def test_in_paced_time_a_farewell_does_not_wait_for_an_arm_that_is_gone(
+    desks: Callable[..., Desk], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
+    desk = desks("paced", clock=time.perf_counter_ns)
     desk.turn(state(0))
     desk.ask(topics.EXECUTE, staying(5, 1))
     desk.bus.see_arm(alive=False)
     began = time.monotonic()
     desk.loop.close()
-    assert time.monotonic() - began < FAREWELL_S
+    assert time.monotonic() - began < PATIENCE_S
 
 
 def test_a_contact_on_the_bus_is_in_the_result_of_the_motion(desk: Desk):

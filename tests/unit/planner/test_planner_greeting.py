@@ -14,7 +14,7 @@ from services.common.cli import free_endpoint
 from services.planner.core import LeadTime, Planner
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
-from tests.waiting import eventually
+from tests.waiting import PATIENCE_S, eventually
 
 LOG = logging.getLogger("planner")
 ROBOT = load_robot()
@@ -35,8 +35,8 @@ def test_a_greeting_that_is_not_answered_is_repeated(tmp_path: Path):
             greetings: Inbox[PendingQuery] = Inbox()
             arm.serve(topics.DESCRIPTION, greetings)
             arm.announce(topics.ROBOT_SIDE)
-            assert greetings.take(10.0) is not None, "the first, which is left without an answer"
-            again = greetings.take(10.0)
+            assert greetings.take(PATIENCE_S) is not None, "the first, which is left without an answer"
+            again = greetings.take(PATIENCE_S)
             assert again is not None
             again.reply(STEPPED)
             assert eventually(lambda: lead.stepped)

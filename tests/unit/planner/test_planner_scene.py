@@ -1,6 +1,5 @@
 """What moves in the robot's model without the planner: the check in space must know where it is."""
 
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -43,16 +42,13 @@ def test_a_gripper_is_checked_where_it_was_opened_to(bus: Bus, tmp_path: Path):
     grip = clearance.data.joint("grip")
 
     def seen(value: float, message: m.State) -> bool:
-        for _ in range(100):
-            states.put(message)
-            time.sleep(0.01)
-            scene.look()
-            if grip.qpos[0] == value:
-                return True
-        return False
+        states.put(message)
+        scene.look()
+        return grip.qpos[0] == value
 
     assert grip.qpos[0] == 0.0
-    assert seen(0.4, state(1, {"grip": 0.4, "shoulder": 0.1})), "the arm's own joints are the plan's"
+    opened = state(1, {"grip": 0.4, "shoulder": 0.1})
+    assert eventually(lambda: seen(0.4, opened)), "the arm's own joints are the plan's"
     scene.look()
     assert grip.qpos[0] == 0.4, "without news it stays"
     clearance.place(config.home)

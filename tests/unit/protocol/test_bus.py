@@ -225,23 +225,39 @@ def test_liveliness(router, client, endpoint):
     assert eventually(lambda: [alive for _, alive in seen] == [True, False])
 
 
-def test_of_two_that_claim_a_place_at_once_one_gets_it(router, endpoint):
-    """The other leaves, as a service does; a later one does not get it either."""
+class Claimant(Bus):
+    """Declares its claim, and looks for others once `may_look` is set."""
+
+    may_look: threading.Event
+
+    def rivals(self, service: str) -> set[str]:
+        """Look, when the test lets it."""
+        assert self.may_look.wait(PATIENCE_S)
+        return super().rivals(service)
+
+
+def test_of_two_that_claim_a_place_at_once_the_smaller_id_gets_it(router, endpoint):
+    """Both have declared before either looks, so one waits for the other to give way, however slow that is."""
     with ThreadPoolExecutor(2) as pool:
-        for k in range(20):
-            together = threading.Barrier(2)
+        for k in range(6):
+            claimants = [Claimant(open_session(connect=[endpoint])) for _ in range(2)]
+            with claimants[0], claimants[1]:
+                claimants.sort(key=lambda claimant: str(claimant.session.zid()))
+                claimants[0].may_look = claimants[1].may_look = threading.Event()
+                claims = [pool.submit(each.claim, f"service-{k}", PATIENCE_S) for each in claimants]
+                assert eventually(lambda k=k: len(router.rivals(f"service-{k}")) == 2)
+                claimants[0].may_look.set()
+                assert [claim.result() for claim in claims] == [True, False]
 
-            def claim(service: str, together: threading.Barrier = together) -> Bus | None:
-                bus = Bus(open_session(connect=[endpoint]))
-                together.wait()
-                if bus.claim(service, timeout=0.5):
-                    return bus
-                bus.session.close()
-                return None
 
-            [winner] = filter(None, pool.map(claim, [f"service-{k}"] * 2))
-            with winner, Bus(open_session(connect=[endpoint])) as late:
-                assert not late.claim(f"service-{k}", timeout=0.1)
+def test_a_later_claim_gets_no_place_that_is_taken(router, endpoint):
+    """Whether its id is larger, or smaller, in which case it waits for the other to give way."""
+    buses = [Bus(open_session(connect=[endpoint])) for _ in range(3)]
+    with buses[0], buses[1], buses[2]:
+        smaller, holder, larger = sorted(buses, key=lambda bus: str(bus.session.zid()))
+        assert holder.claim("sim")
+        assert not larger.claim("sim", timeout=PATIENCE_S)
+        assert not smaller.claim("sim", timeout=0.1)
 
 
 def test_client_waits_for_a_router_and_outlives_one(endpoint, inbox):

@@ -2,12 +2,12 @@
 
 import socket
 import struct
-import time
 
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import open_session
 from services.common.cli import free_endpoint
 from tests.connections import connections, port_of
+from tests.waiting import eventually
 
 BOTH_ENDS = [0, 0]
 
@@ -19,9 +19,10 @@ def test_no_connection_lingers_at_either_end():
     with Bus(open_session(listen=[endpoint])):
         for _ in range(2):
             with Bus(open_session([endpoint])):
-                end = time.monotonic() + 10.0
-                lingering: list[int] = []
-                while lingering != BOTH_ENDS and time.monotonic() < end:
-                    raw = [each.getsockopt(socket.SOL_SOCKET, socket.SO_LINGER, 8) for each in connections(port)]
-                    lingering = [struct.unpack("ii", each)[0] for each in raw]
-                assert lingering == BOTH_ENDS
+                assert eventually(lambda: lingering(port) == BOTH_ENDS)
+
+
+def lingering(port: int) -> list[int]:
+    """Return for each end of a connection at a port whether it lingers when it is closed."""
+    raw = [each.getsockopt(socket.SOL_SOCKET, socket.SO_LINGER, 8) for each in connections(port)]
+    return [struct.unpack("ii", each)[0] for each in raw]

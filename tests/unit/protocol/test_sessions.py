@@ -21,7 +21,7 @@ with open_session([sys.argv[1]], timeouts=RECORDER) as session:
     received = session.declare_subscriber("stream", zenoh.handlers.RingChannel(1 << 14))
     session.put("ready", b"")
     sys.stdin.readline()
-    count, end = 0, time.monotonic() + 5.0
+    count, end = 0, time.monotonic() + 60.0
     while count < int(sys.argv[2]) and time.monotonic() < end:
         count += received.try_recv() is not None
     print(count, flush=True)
@@ -58,12 +58,12 @@ def test_what_is_sent_to_a_suspended_recorder_waits_for_it():
             text=True,
         )
         try:
-            assert eventually(lambda: ready.try_recv() is not None, 10.0)
+            assert eventually(lambda: ready.try_recv() is not None)
             listener.send_signal(signal.SIGSTOP)
             for _ in range(COUNT):
                 stream.put(BODY)
             listener.send_signal(signal.SIGCONT)
-            count, _ = listener.communicate("\n", timeout=30.0)
+            count, _ = listener.communicate("\n")
         finally:
             listener.kill()
             listener.communicate()
@@ -78,7 +78,7 @@ def test_a_stopped_subscriber_is_waited_for_once_and_not_for_long():
         stream = session.declare_publisher("stream", congestion_control=zenoh.CongestionControl.BLOCK)
         listener = subprocess.Popen([sys.executable, "-c", LISTENER, endpoint, "0"], stdin=subprocess.PIPE)
         try:
-            assert eventually(lambda: ready.try_recv() is not None, 10.0)
+            assert eventually(lambda: ready.try_recv() is not None)
             listener.send_signal(signal.SIGSTOP)
             began = time.monotonic()
             for _ in range(20):

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -356,26 +355,39 @@ def test_silence_exits_with_4(robot, capsys):
     assert "no router at tcp/127.0.0.1:1: start the robot with volley up" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("flags", [[], ["--json"]])
+@pytest.mark.parametrize(
+    ("words", "terminal", "shown"), [([], "1", b"tracking"), (["--json"], "0", b"tracking"), ([], "0", b"events")]
+)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_watch_ends_cleanly(robot, router, flags, number):
+def test_watch_ends_cleanly(robot, router, words, terminal, shown, number):
+    """Once it has shown a status; where it goes into a file it shows the last picture alone."""
     publisher = router.publishers[STATUS.key]
-    command = [Path(sys.executable).with_name("volley"), "watch", "--connect", router.endpoint, *flags]
-    environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+    command = [Path(sys.executable).with_name("volley"), "watch", "--connect", router.endpoint, *words]
+    environment = os.environ | {"PYTHONUNBUFFERED": "1", "TTY_COMPATIBLE": terminal}
     listened = router.bus.session.declare_publisher(router.bus.key(STATUS.key))
     assert eventually(lambda: not listened.matching_status.matching), "the process of another test still listens"
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
         try:
+            assert process.stdout is not None
             assert eventually(lambda: listened.matching_status.matching)
-            for _ in range(20):
+            printed = b""
+            os.set_blocking(process.stdout.fileno(), False)
+
+            def has_shown() -> bool:
+                nonlocal printed
                 publisher.put(EXAMPLES["Status"])
-                time.sleep(0.02)
+                printed += process.stdout.read() or b""
+                return shown in printed
+
+            if shown == b"tracking":
+                assert eventually(has_shown)
             process.send_signal(number)
-            printed, complained = process.communicate(timeout=PATIENCE_S)
+            os.set_blocking(process.stdout.fileno(), True)
+            rest, complained = process.communicate(timeout=PATIENCE_S)
         finally:
             process.kill()
     assert (process.returncode, complained) == (0, b"")
-    assert b"tracking" in printed
+    assert shown in printed + rest
 
 
 @pytest.mark.parametrize("words", [["--help"], ["goal", "--help"]])
