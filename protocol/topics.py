@@ -61,7 +61,8 @@ class Publication(Generic[MessageT]):
 
 GOAL = Query("goal", "planner", m.Goal, m.GoalReply, "plan a motion and play it", max_bytes=MIB, timeout_s=15.0)
 PRIMITIVES = Query("primitives", "planner", m.Empty, m.Primitives, "list the library", reads=True)
-LEARN = Query("learn", "planner", m.Learn, m.Learned, "learn a primitive", max_bytes=16 * MIB, timeout_s=30.0)
+LEARN = Query("learn", "planner", m.Learn, m.Learned, "learn a primitive", max_bytes=16 * MIB, timeout_s=120.0)
+"""Learning takes up to 2 s of a processor, of which a busy machine gives its low priority little."""
 FORGET = Query("forget", "planner", m.Forget, m.Forgotten, "remove a primitive")
 EXECUTE = Query(
     "execute",

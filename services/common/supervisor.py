@@ -20,8 +20,8 @@ from services.common.realtime import EXIT_TAKEN
 
 ENDING_S = 20.0
 """How long a process may take to end after SIGTERM."""
-READY_S = 60.0
-"""How long the processes may take to become ready, while all of them run."""
+READY_S = 180.0
+"""How long the processes may take to become ready on a busy machine, while all of them run."""
 LIVELINESS_S = 1.0
 """How long to wait for one answer about a token; it is asked for again."""
 TAKEN = "one of this robot runs already on this bus: use it, end it, or choose another address with --listen"

@@ -20,9 +20,8 @@ from robot.description import load_robot
 
 HOSTS = {"robot": "10.77.0.1", "planner": "10.77.0.2", "operator": "10.77.0.3"}
 PATIENCE_S = 60.0
-SOON_S = 6.0
-"""The lease, the stop and what a slow machine takes; less than Zenoh's own lease, 10 s, of which it sends a sign each
-quarter."""
+SOON_S = 9.0
+"""The lease of 2 s, the stop and what a slow machine takes; less than Zenoh's own lease, 10 s."""
 HOME = load_robot().home.tolist()
 
 

@@ -26,6 +26,8 @@ pytestmark = pytest.mark.realtime
 
 SILENCE = ROBOT.silence_ticks
 HANG_S = 2.0
+HANGS = "has not answered tick"
+"""What the sim logs where it has waited so long."""
 UNPRIVILEGED = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock", "--inh-caps=-sys_nice,-ipc_lock"]
 BUSY = [sys.executable, "-c", "while True: pass"]
 
@@ -93,14 +95,16 @@ def test_a_sim_that_stalls_faults_nothing(stack: Stack):
 
 
 def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
-    """At the twentieth tick after its last command, inside the limits; the next controller finds it braked."""
+    """At the twentieth tick after its last command, inside the limits; the next controller finds it braked.
+
+    Its token is gone at once, so nobody waits for it as for one that hangs.
+    """
     stack.under_way()
     stack.drain(topics.STATE)
-    killed = time.monotonic()
     stack.processes.signal("controller", signal.SIGKILL)
     wait_for(lambda: stack.state().brake, "the arm to brake")
-    assert time.monotonic() - killed < HANG_S
     check_brake(stack)
+    assert HANGS not in stack.processes.log("sim").read_text()
     stack.processes.start("controller")
     stack.services.wait_ready(stack.bus)
     wait_for(lambda: stack.mode() == "fault", "the next controller in fault")
@@ -133,7 +137,7 @@ def test_a_controller_that_hangs_is_waited_for_two_seconds(stack: Stack):
     wait_for(lambda: stack.state().brake, "the arm to brake")
     assert time.monotonic() - stopped >= HANG_S
     check_brake(stack)
-    assert "has not answered tick" in stack.processes.log("sim").read_text()
+    assert HANGS in stack.processes.log("sim").read_text()
     stack.processes.signal("controller", signal.SIGCONT)
     wait_for(lambda: stack.mode() == "fault", "the controller in fault")
     stack.recover()

@@ -77,5 +77,5 @@ def test_an_arm_from_its_model_to_a_picture(
 
 def run(words: list[str]) -> None:
     """Run a command of Python in the present folder."""
-    done = subprocess.run([sys.executable, *words[1:]], capture_output=True, text=True, timeout=100, check=False)
+    done = subprocess.run([sys.executable, *words[1:]], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -11,7 +11,7 @@ from client import Arm, Refusal, connect
 from protocol import topics
 from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
-from tests.waiting import eventually
+from tests.waiting import PATIENCE_S, eventually
 
 ROBOTS = Path(__file__).parents[2] / "deploy" / "robots"
 SERVICES = ["sim", "planner", "controller"]
@@ -53,8 +53,8 @@ def test_each_arm_is_where_the_other_sees_it_and_plans_around_it(arms: tuple[Arm
     assert turned.result().outcome == "succeeded"
     with left.stream(topics.SCENE) as scenes:
         left.step(40)
-        scenes.take(2.0)
-        seen = scenes.take(2.0).joints["right/joint_1"]
+        scenes.take(PATIENCE_S)
+        seen = scenes.take(PATIENCE_S).joints["right/joint_1"]
     assert seen == pytest.approx([TURN], abs=1e-6)
     left.goal("turn", duration=1.0)
     left.step(1200)

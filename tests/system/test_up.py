@@ -22,11 +22,11 @@ from protocol.bus.bus import Bus
 from protocol.bus.sessions import open_session
 from protocol.errors import Refusal
 from services.common.cli import free_endpoint
+from services.common.supervisor import READY_S
 
 pytestmark = pytest.mark.realtime
 
 ALL = len(SERVICES) + 1
-READY_S = 60.0
 KILLED_S = 4.0
 """How long services may live on without their supervisor; by themselves they take 1 s, and a busy machine is slow."""
 

@@ -17,6 +17,12 @@ RUNNING = m.Result(goal_id="forehand-7", outcome="running")
 LATER_S = 0.2
 
 
+@pytest.fixture
+def impatient(monkeypatch) -> None:
+    """A client that soon asks for a result that is not published."""
+    monkeypatch.setattr("client.results.ASK_EVERY_S", 0.05)
+
+
 def later(call, *arguments) -> None:
     """Call something a little later."""
     threading.Timer(LATER_S, call, arguments).start()
@@ -39,6 +45,7 @@ def test_a_result_that_comes_while_it_is_waited_for(robot, arm, monkeypatch):
     assert [key for key, _ in robot.asked] == ["goal"]
 
 
+@pytest.mark.usefixtures("impatient")
 def test_a_result_whose_publication_was_lost_is_asked_for(robot, arm):
     robot.answers["result"] = [RUNNING, GOOD]
     robot.publish(ENDED, replace(GOOD, goal_id="another"))
@@ -61,6 +68,7 @@ def test_no_patience_asks_once(robot, arm):
     assert [key for key, _ in robot.asked] == ["goal", "result"]
 
 
+@pytest.mark.usefixtures("impatient")
 def test_a_controller_that_knows_nothing_of_it_refuses(robot, arm):
     robot.answers["result"] = [Refusal("unknown_goal", "no goal 'forehand-7' was accepted", goal_id="forehand-7")]
     with pytest.raises(Refusal, match="no goal"):
@@ -77,6 +85,7 @@ def test_many_are_waited_for_at_once(robot):
     assert asyncio.run(play()) == [GOOD] * 3
 
 
+@pytest.mark.usefixtures("impatient")
 def test_the_twin_survives_a_lost_publication(robot):
     async def play() -> m.Result:
         async with connect_async(robot.endpoint) as arm:
