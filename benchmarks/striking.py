@@ -233,7 +233,8 @@ class Rally:
         return True
 
     def _motion(self, choice: Choice, start: State, phase: float) -> Motion | None:
-        motion = make_motion("qp", self._primitive, self._config.limits, start, choice, phase)
+        follow_through = self._mind.follow_through
+        motion = make_motion("qp", self._primitive, self._config.limits, start, choice, phase, follow_through)
         try:
             if motion is not None:
                 self._check.check(motion.trajectory, motion.trajectory.duration)

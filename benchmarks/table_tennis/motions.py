@@ -14,28 +14,36 @@ from motion.quintic_plan import plan_quintic
 from motion.request import Boundary, MotionRequest
 from motion.sampled import check_limits
 from robot.striking.choice import Choice, State
+from robot.striking.options import Options
 
-AFTER_S = 0.015
-"""The velocity of the hit is kept so long after the middle of the contact."""
 TICK_S = 0.001
 
 
 def make_motion(
-    method: Method, primitive: Primitive, limits: Limits, state: State, choice: Choice, phase: float
+    method: Method,
+    primitive: Primitive,
+    limits: Limits,
+    state: State,
+    choice: Choice,
+    phase: float,
+    follow_through: float = Options().follow_through,
 ) -> Motion | None:
-    """Return the motion from `state` to a hit, None where the method refuses it or does not keep the limits."""
+    """Return the motion from `state` to a hit, None where the method refuses it or does not keep the limits.
+
+    follow_through: s after the middle of the contact for which the velocities of the hit are kept.
+    """
     duration = choice.goal_time - state.time
     start = Boundary(state.positions, state.velocities, state.accelerations)
     goal = Boundary(choice.positions, choice.velocities, np.full(len(choice.positions), np.nan))
     try:
         if method == "quintic":
-            trajectory = plan_quintic(MotionRequest(start, goal, duration, limits, follow_through=AFTER_S))
+            trajectory = plan_quintic(MotionRequest(start, goal, duration, limits, follow_through=follow_through))
         elif method == "dmp":
             made = plan_dmp(primitive, MotionRequest(start, goal, duration, limits), TICK_S)
             check_limits(made)
             trajectory = made.trajectory
         else:
-            request = MotionRequest(start, goal, duration, limits, follow_through=AFTER_S, phase=phase)
+            request = MotionRequest(start, goal, duration, limits, follow_through=follow_through, phase=phase)
             trajectory = plan(primitive, request, TICK_S, remedy=False, thorough=False).trajectory
     except MotionError:
         return None

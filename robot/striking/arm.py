@@ -149,7 +149,7 @@ class Arm:
         """Return the lowest and highest joint velocities (n, J) that stop inside the ranges, kept for `after` (s)."""
         limits = self.limits
         low, high = limits.positions.T
-        # v t + v²/2a + v a/2j is the way to rest, as `quintic_use` has it.
+        # The way to rest is at most v t + v²/2a + v a/2j.
         a, t = limits.accelerations, after + limits.accelerations / limits.jerks / 2
         down, up = (
             a * (np.sqrt(t * t + 2 * np.maximum(room, 0) / a) - t) for room in (postures - low, high - postures)

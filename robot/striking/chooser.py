@@ -243,6 +243,8 @@ class Chooser:
             raise NoHit("out of reach", "no posture has the racket where the ball comes by, turned to the target")
         use = self._use(hits, shots, start)
         most = options.first_use if last is None else options.last_use
+        if np.isinf(use.min()):
+            raise NoHit("limits", "after every hit the arm could not come to rest inside its joints' ranges")
         if use.min() > most:
             raise NoHit("limits", f"the easiest hit needs {use.min():.2f} of the arm's limits")
         if error is None:
@@ -267,7 +269,8 @@ class Chooser:
     def _use(self, hits: Hits, shots: Shots, start: State) -> np.ndarray:
         begin = start.positions, start.velocities, start.accelerations
         durations = shots.times[hits.shots] + self.law.duration / 2 - start.time
-        return quintic_use(self._arm.limits, begin, hits.postures, hits.speeds, durations)
+        follow_through = self._options.follow_through
+        return quintic_use(self._arm.limits, begin, hits.postures, hits.speeds, durations, follow_through)
 
     def _choice(
         self, hits: Hits, shots: Shots, row: int, target: np.ndarray, error: float, use: float, beside: np.ndarray

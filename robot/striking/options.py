@@ -16,6 +16,7 @@ class Options:
     keep_off: m; no hit after the ball came so near to the arm's base. room: rad to the ends of the joints' ranges that
     a m of the ball's spread asks for; edge_cost: m of landing error for a m of the spread where there is none.
     touching: s before the touch, from when on a swing that cannot be corrected is moved to touch the ball at least.
+    follow_through: s after the middle of the contact for which the arm keeps its velocities before it stops.
     """
 
     time_step: float = 0.025
@@ -39,3 +40,4 @@ class Options:
     room: float = 4.0
     edge_cost: float = 2.0
     touching: float = 0.25
+    follow_through: float = 0.015

@@ -5,6 +5,8 @@ import numpy as np
 from motion.limits import Limits
 
 SAMPLES = 20
+ROUNDING = 1e-9
+"""rad, by which a limit may be passed."""
 
 
 def _basis() -> np.ndarray:
@@ -33,11 +35,13 @@ def quintic_use(
     positions: np.ndarray,
     velocities: np.ndarray,
     durations: np.ndarray,
+    follow_through: float = 0.0,
 ) -> np.ndarray:
-    """Return the largest part (n,) of any limit that motions from `start` to final states (n, J) need, with their stop.
+    """Return the largest part (n,) of any limit that motions from `start` to final states (n, J) need.
 
     start: positions, velocities, accelerations (J,). durations: (n,), s. The final acceleration is 0. A position limit
-    that is kept counts as 0, one that is passed as more than 1.
+    that is kept counts as 0, one that is passed as at least 2. inf where the arm, after `follow_through` (s) with the
+    final velocities, cannot stop inside the ranges: no motion to such a state is planned.
     """
     q, v, a = start
     t = durations[:, None]
@@ -46,9 +50,15 @@ def quintic_use(
     scales = np.stack([limits.velocities, limits.accelerations, limits.jerks])[:, None] * t**_ORDERS
     use = (np.abs(curves[1:]).max(axis=3) / scales).max(axis=(0, 2))
     way = q[:, None] + curves[0]
-    speed = np.abs(velocities)
-    stop = np.sign(velocities) * speed * (speed / limits.accelerations + limits.accelerations / limits.jerks) / 2
-    way = np.concatenate([way, (positions + stop)[:, :, None]], axis=2)
-    low, high = limits.positions.T[:, :, None]
-    outside = ((way < low - 1e-9) | (way > high + 1e-9)).any(axis=(1, 2))
-    return np.where(outside, np.maximum(use, 2.0), use)
+    low, high = limits.positions.T
+    outside = ((way < low[:, None] - ROUNDING) | (way > high[:, None] + ROUNDING)).any(axis=(1, 2))
+    rest = positions + follow_through * velocities + np.sign(velocities) * stopping_distance(limits, np.abs(velocities))
+    stuck = ((rest < low - ROUNDING) | (rest > high + ROUNDING)).any(axis=1)
+    return np.where(stuck, np.inf, np.where(outside, np.maximum(use, 2.0), use))
+
+
+def stopping_distance(limits: Limits, speeds: np.ndarray) -> np.ndarray:
+    """Return the ways (n, J), rad, of the fastest stops from speeds (n, J), rad/s, at the acceleration 0."""
+    bends = limits.accelerations / limits.jerks
+    slow = speeds * np.sqrt(speeds / limits.jerks)
+    return np.where(speeds < limits.accelerations * bends, slow, speeds * (speeds / limits.accelerations + bends) / 2)

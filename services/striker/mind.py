@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -30,7 +31,7 @@ from services.striker.orders import Order
 HORIZON_S = 2.0
 """How far ahead a ball is predicted."""
 FOLLOW_THROUGH_S = 0.015
-"""s for which the racket keeps its velocity after the middle of the contact."""
+"""s for which the racket keeps its velocity after the contact."""
 CLEARS_M = 0.15
 """m above the net for a ball that is returned."""
 BELIEVED = Belief(position_std=0.004, velocity_std=0.02, restitution_std=0.06, drag_std=0.2)
@@ -61,6 +62,7 @@ class Mind:
         estimator: Follows the ball.
         ball_body: Name of the ball in contacts.
         racket_body: Name of the racket in contacts.
+        follow_through: s for which the arm keeps its velocities after the middle of the contact.
     """
 
     def __init__(self, config: RobotConfig, learned: Path, log: logging.Logger) -> None:
@@ -86,18 +88,15 @@ class Mind:
         self._learner = known or Learner.of(calibrated)
         # What the simulated contact adds is counted from the calibrated law, so that what is learned adds to it.
         contact.law = calibrated
-        self._chooser = Chooser(arm, table, court, self._learner.law, OPTIONS, contact, Recoil(arm).has_room)
+        self.follow_through = self._learner.law.duration / 2 + FOLLOW_THROUGH_S
+        options = replace(OPTIONS, follow_through=self.follow_through)
+        self._chooser = Chooser(arm, table, court, self._learner.law, options, contact, Recoil(arm).has_room)
         self._judge = Judge(ball, court, self._learner, learned, config.name, log)
         self._centre = arm.chain.pose(config.home[None])[0][0]
         self.estimator = Estimator(ball, court, BELIEVED)
         self._corrections = Corrections(self._chooser, self.estimator, tries=1)
         self.ball_body = BALL
         self.racket_body = owner_name(config.model, config.model.geom(config.racket.geom).id)
-
-    @property
-    def follow_through(self) -> float:
-        """For how long (s) the racket goes on after a hit."""
-        return self._learner.law.duration / 2 + FOLLOW_THROUGH_S
 
     def comes(self, estimate: Estimate) -> bool:
         """Return whether a ball comes towards the arm."""
