@@ -167,7 +167,8 @@ class Planner:
                 self._log.warning("goal %s: %s", goal_id, refusal, extra={"goal_id": goal_id, "code": refusal.code})
                 continue
             finally:
-                self._lead.note(time.monotonic() - began, effort_of(goal), late)
+                took = (self._foresight.pace or 1.0) * (time.monotonic() - began)
+                self._lead.note(took, effort_of(goal), late)
             self._newest = turn
             self._note_played(goal, goal_id, made)
             sampled = partial(sampled_message, made, goal, goal_id, self._config, stamps)

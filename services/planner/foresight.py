@@ -87,13 +87,20 @@ class Foresight:
             goal_id=played.goal_id,
         )
 
+    @property
+    def pace(self) -> float | None:
+        """The robot's seconds in one of wall time, at most 1; None where it is not known."""
+        received = self._received
+        if len(received) < 2 or (passed := received[-1].at - received[0].at) <= 0:
+            return None
+        return min((received[-1].time - received[0].time) / passed, 1.0)
+
     def _now(self) -> float | None:
         """Return the robot's time, s, None where it is not known.
 
         A status may be taken in late, never early: of the last few the one that says the latest time is right.
         """
-        received, now = self._received, time.monotonic()
-        if not received or now - received[-1].at > STALE_S or (passed := received[-1].at - received[0].at) <= 0:
+        received, pace, now = self._received, self.pace, time.monotonic()
+        if pace is None or now - received[-1].at > STALE_S:
             return None
-        pace = min((received[-1].time - received[0].time) / passed, 1.0)
         return max(status.time + pace * (now - status.at) for status in received[-NEWEST:])

@@ -14,11 +14,11 @@ SECOND_TRY, SECOND_CORRECTION = 2.0, 1.5
 class LeadTime:
     """The lead of the next plan: the second longest of the last 50 planning times of its kind plus a tick.
 
-    A planning time lasts from the answer with the reference to the answer with the acceptance. Both take the same way
-    back, so this is the time from the one tick of the controller to the other. A late plan moves nothing and is planned
-    again with the lead of the slowest, at least twice its own time, 1.5 times for a correction. Before anything was
-    measured, and for the first ten plans, 25 ms (300 ms for "gaussian", 60 ms for "tool", 15 ms for "correction") count
-    as one that was.
+    A planning time lasts from the answer with the reference to the answer with the acceptance, in robot time, which the
+    clock `paced` may let pass more slowly. Both answers take the same way, so this is the time from the one tick of the
+    controller to the other. A late plan moves nothing and is planned again with the lead of the slowest, at least twice
+    its own time, 1.5 times for a correction. Before anything was measured, and for the first ten plans, 25 ms (300 ms
+    for "gaussian", 60 ms for "tool", 15 ms for "correction") count as one that was.
     `fixed` (s) overrides. In stepped time nothing is late, and the lead is 20 ticks.
     """
 
@@ -50,7 +50,7 @@ class LeadTime:
         return lead
 
     def note(self, seconds: float, kind: str = "qp", late: bool = False) -> None:
-        """Note what a plan took from its reference to its acceptance or refusal.
+        """Note what a plan took from its reference to its acceptance or refusal, s of robot time.
 
         What was `late` took at least the lead that it had: where the robot's time was foreseen, it was later.
         """

@@ -94,6 +94,12 @@ def test_a_status_that_is_taken_in_late_does_not_matter(swing: Swing):
     assert foreseen.time == pytest.approx(said.time, abs=1.1 * ROBOT.tick)
 
 
+def test_the_pace_is_that_of_the_robot(swing: Swing):
+    assert swing.foresight.pace is None
+    swing.turn(100)
+    assert swing.foresight.pace == pytest.approx(PACE)
+
+
 def test_what_only_the_controller_knows(swing: Swing):
     assert swing.foresight.reference(0.01) is None  # nothing was received
     swing.turn(100)

@@ -1,6 +1,7 @@
 """What the planner logs of goals and refusals: in fields, beside the sentence."""
 
 import logging
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,6 +22,7 @@ from services.planner.core import Planner
 from services.planner.lead_time import LeadTime
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
+from tests.closed_loop import ClosedLoop
 
 ROBOT = load_robot()
 ARM = Arm(ROBOT.name, ROBOT.joint_names)
@@ -86,8 +88,9 @@ class Desk:
         self.bus = FakeBus()
         library = Library(folder / "library", ARM, LOG)
         learn_shipped(library, ROBOT, LOG)
-        planner = Planner(self.bus, ROBOT, library, LeadTime(ROBOT.tick), LOG)  # type: ignore[arg-type]
-        self.loop = Loop(self.bus, planner, library, ROBOT, LeadTime(ROBOT.tick), LOG)  # type: ignore[arg-type]
+        self.lead = LeadTime(ROBOT.tick)
+        self.planner = Planner(self.bus, ROBOT, library, self.lead, LOG)  # type: ignore[arg-type]
+        self.loop = Loop(self.bus, self.planner, library, ROBOT, self.lead, LOG)  # type: ignore[arg-type]
         caplog.set_level(logging.INFO)
         self._caplog = caplog
 
@@ -124,6 +127,26 @@ def test_a_goal_that_came_late_once(desk: Desk):
     desk.bus.late = 1
     reply, lines = desk.ask(topics.GOAL, GOAL)
     assert lines == [("WARNING", reply.goal_id, "late"), ("INFO", reply.goal_id, None)]
+
+
+def test_what_a_plan_took_is_noted_in_robot_time(desk: Desk, monkeypatch: pytest.MonkeyPatch):
+    """Which passes at a tenth of the wall clock's pace."""
+    wall, noted = [100.0], list[float]()
+    monkeypatch.setattr(time, "monotonic", lambda: wall[0])
+    monkeypatch.setattr(desk.lead, "note", lambda seconds, *_: noted.append(seconds))
+    status = ClosedLoop(ROBOT).controller.status()
+    for time_s in (1.0, 1.02):
+        wall[0] += 0.2
+        desk.planner.receive_status(msgspec.structs.replace(status, time=time_s))
+    accept = desk.bus.ask
+
+    def ask(topic: topics.Query, request: Any) -> object:
+        wall[0] += 0.5 if topic is topics.EXECUTE else 0.0
+        return accept(topic, request)
+
+    monkeypatch.setattr(desk.bus, "ask", ask)
+    desk.ask(topics.GOAL, GOAL)
+    assert noted == [pytest.approx(0.05)]
 
 
 def test_a_goal_without_an_id_keeps_the_one_it_is_given(desk: Desk):
