@@ -57,6 +57,7 @@ def rally_with(flags: Flags, console: Console, played: list[Rally]) -> None:
     if flags.drag_error or flags.restitution_error:
         raise ValueError("--drag-error and --restitution-error are for thrown balls; leave them out with --partners 2")
     values: dict[str, object] = {"record": flags.record, "live": flags.live, "seed": flags.seed}
+    values["unindexed"] = True  # the index of a long rally would take gigabytes until its end
     values["method"] = "qp" if flags.method == "once" else flags.method
     values["pace"] = 1 / flags.slow
     configs = load_partners()
