@@ -8,7 +8,7 @@ UNKNOWN_GAUSSIAN_S = 0.3
 UNKNOWN_TOOL_S = 0.06
 UNKNOWN_CORRECTION_S = 0.015
 SECOND_TRY, SECOND_CORRECTION = 2.0, 1.5
-"""The lead after a late plan, in parts of what that took, if no other took longer: a correction must soon be there."""
+"""The least lead after a late plan, in parts of what that took: a correction must soon be there."""
 
 
 class LeadTime:
@@ -17,8 +17,9 @@ class LeadTime:
     A planning time lasts from the answer with the reference to the answer with the acceptance, in robot time, which the
     clock `paced` may let pass more slowly. Both answers take the same way, so this is the time from the one tick of the
     controller to the other. A late plan moves nothing and is planned again with the lead of the slowest, at least twice
-    its own time, 1.5 times for a correction. Before anything was measured, and for the first ten plans, 25 ms (300 ms
-    for "gaussian", 60 ms for "tool", 15 ms for "correction") count as one that was.
+    its own time; a late correction with that of corrections, at least 1.5 times its own time. Before anything was
+    measured, and for the first ten plans, 25 ms (300 ms for "gaussian", 60 ms for "tool", 15 ms for "correction") count
+    as one that was.
     `fixed` (s) overrides. In stepped time nothing is late, and the lead is 20 ticks.
     """
 
@@ -40,12 +41,11 @@ class LeadTime:
             return self._stepped_lead
         if self._fixed is not None:
             return self._fixed
-        took = sorted(self._took[kind])
+        took, corrects = sorted(self._took[kind]), kind == "correction"
+        lead = took[-2 if len(took) > 10 and (corrects or not again) else -1]
         if again:
-            own = self._newest.get(kind, 0.0) * (SECOND_CORRECTION if kind == "correction" else SECOND_TRY)
-            lead = self._margin + max(took[-1], own)
-        else:
-            lead = self._margin + took[-2 if len(took) > 10 else -1]
+            lead = max(lead, self._newest.get(kind, 0.0) * (SECOND_CORRECTION if corrects else SECOND_TRY))
+        lead += self._margin
         self._given[kind] = lead
         return lead
 

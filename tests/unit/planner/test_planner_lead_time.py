@@ -34,8 +34,10 @@ def test_one_slow_plan_counts_only_after_a_late_one():
     lead = LeadTime(0.001)
     for seconds in [0.1, *[0.004] * 49]:
         lead.note(seconds)
+        lead.note(seconds, "correction")
     assert lead.seconds() == pytest.approx(0.005)
     assert lead.seconds(again=True) == pytest.approx(0.101)
+    assert lead.seconds(again=True, kind="correction") == pytest.approx(0.007)
 
 
 def test_the_second_try_has_twice_what_the_first_took_and_a_correction_half_more():
