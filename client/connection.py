@@ -14,6 +14,7 @@ from client.link import Link
 from client.mailboxes import AwaitedMailbox, BlockingMailbox, Mailbox
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import DEFAULT_ENDPOINT, NO_ROUTER, open_session
+from protocol.topics import check_robot_name
 
 ROBOT = "arm"
 """The name of the robot that ships with Volley."""
@@ -45,7 +46,7 @@ def connect(
 
     Raises:
         NoRouter: nobody listens there.
-        ValueError: the endpoint or the configuration cannot be used.
+        ValueError: the endpoint, the robot's name or the configuration cannot be used.
     """
     return Arm(_link(endpoint, robot, config, BlockingMailbox, client_id, timeout))
 
@@ -77,6 +78,7 @@ def _link(
     client_id: str,
     timeout: float | None,
 ) -> Link:
+    check_robot_name(robot)
     endpoints = _endpoints(endpoint, config)
     deadline = time.monotonic() + PATIENCE_S
     file = Path(config) if config else None

@@ -84,18 +84,21 @@ def tool(
         orientation: (4,), quaternion w, x, y, z, instead of an axis; by default any.
         velocity: (3,), m/s; by default at rest.
         angular_velocity: (3,), rad/s; by default any beside a velocity.
+
+    Raises:
+        ValueError: a vector has another length.
     """
-    vectors: dict[str, Any] = {
+    given: dict[str, Any] = {
         "axis": axis,
-        "orientation": orientation,
         "velocity": velocity,
         "angular_velocity": angular_velocity,
+        "position": position,
+        "orientation": orientation,
     }
-    given: dict[str, Any] = {
-        name: None if vector is None else tuple(map(float, vector)) for name, vector in vectors.items()
-    }
-    place: Any = tuple(map(float, position))
-    return m.ToolGoal(position=place, **given)
+    for name, vector in given.items():
+        if vector is not None:
+            given[name] = _numbers(name, vector, 4 if name == "orientation" else 3)
+    return m.ToolGoal(**given)
 
 
 def triple(name: str, vector: Vector) -> tuple[float, float, float]:
@@ -104,7 +107,12 @@ def triple(name: str, vector: Vector) -> tuple[float, float, float]:
     Raises:
         ValueError: it has not three numbers.
     """
-    values = [float(value) for value in vector]
-    if len(values) != 3:
-        raise ValueError(f"{name} has {len(values)} numbers; a vector in space has 3")
-    return values[0], values[1], values[2]
+    return _numbers(name, vector, 3)
+
+
+def _numbers(name: str, vector: Vector, count: int) -> Any:
+    values = tuple(map(float, vector))
+    if len(values) != count:
+        what = "a vector in space" if count == 3 else "a quaternion"
+        raise ValueError(f"{name} has {len(values)} numbers; {what} has {count}")
+    return values

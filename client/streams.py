@@ -39,7 +39,10 @@ class Listening(Generic[MessageT]):
             StreamEnded: the stream was closed, or its connection, and what came before is taken.
             Refusal: `bad_message`, where a message cannot be read; the next one may be.
         """
-        body = await self._box.take(timeout)
+        try:
+            body = await self._box.take(timeout)
+        except TimeoutError:
+            raise TimeoutError(f"no {self.topic.key} within {timeout:g} s") from None
         if body is None:
             self._box.put(None)  # for the next take
             raise StreamEnded(f"the stream of {self.topic.key} is closed")

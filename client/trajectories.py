@@ -37,14 +37,20 @@ class Samples:
     hit_index: int
 
 
-def samples(motion: m.Trajectory | m.Plan) -> Samples:
-    """Return the samples of a planned or published trajectory as arrays.
+def samples(motion: m.GoalReply | m.Trajectory | m.Plan) -> Samples:
+    """Return the samples of a planned or published motion as arrays.
+
+    Args:
+        motion: The reply of `plan` with `include_trajectory`, a trajectory, or what is published as PLAN.
 
     Raises:
-        Refusal: `bad_message`, where it has none, as a trajectory of `pieces` alone.
+        ValueError: the reply has no trajectory.
+        Refusal: `bad_message`, where the trajectory has no samples, as one of `pieces` alone.
     """
     import numpy as np
 
+    if isinstance(motion, m.GoalReply):
+        motion = _included(motion)
     shape = motion.count, len(motion.joint_names)
     names = "positions", "velocities", "accelerations"
     columns = {name: matrix(getattr(motion, name), *shape, name) for name in names}
@@ -62,9 +68,7 @@ def executable(reply: m.GoalReply, rate_hz: float) -> m.Trajectory:
     Raises:
         ValueError: the reply has no trajectory.
     """
-    trajectory = reply.trajectory
-    if trajectory is None:
-        raise ValueError("the plan has no trajectory; ask for it with include_trajectory=True")
+    trajectory = _included(reply)
     if not trajectory.pieces:
         return trajectory
     return replace(
@@ -76,3 +80,10 @@ def executable(reply: m.GoalReply, rate_hz: float) -> m.Trajectory:
         count=math.ceil(trajectory.pieces.breaks[-1] * rate_hz - ROUNDING) + 1,
         hit_index=round(reply.duration * rate_hz),
     )
+
+
+def _included(reply: m.GoalReply) -> m.Trajectory:
+    """Return the trajectory of a reply. Raises ValueError where it has none."""
+    if reply.trajectory is None:
+        raise ValueError("the plan has no trajectory; ask for it with include_trajectory=True")
+    return reply.trajectory

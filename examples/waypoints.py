@@ -28,8 +28,7 @@ def main(endpoint: str | None = None) -> None:
         plain = arm.plan("forehand", include_trajectory=True)
         led = arm.plan("forehand", waypoints=[waypoint], include_trajectory=True)
         for name, plan in (("without", plain), ("with", led)):
-            assert plan.trajectory is not None
-            motion = samples(plan.trajectory)
+            motion = samples(plan)
             there = np.searchsorted(motion.times, plan.start_time + AT - 1e-9)
             rms = max(plan.report.imitation_rms)
             print(f"{name} it: joint 1 at {motion.positions[there, 0]:.4f} rad; unlike by {rms:.2f} rad/s² rms")

@@ -139,9 +139,9 @@ def alive_key(service: str) -> str:
 
 def claim_key(service: str, session: str) -> str:
     """Return the key of the token by which a session claims a service for itself, without the robot's prefix."""
-    return f"alive/{service}/{session}"
+    return alive_key(f"{service}/{session}")
 
 
 def client_alive_key(client_id: str) -> str:
     """Return the key of the liveliness token that a client with a lease holds, without the robot's prefix."""
-    return f"alive/client/{client_id}"
+    return alive_key(f"client/{client_id}")

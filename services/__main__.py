@@ -38,7 +38,7 @@ from services.common.cli import (
     refuse_exposure,
     robot_name,
 )
-from services.common.supervisor import NotReady
+from services.common.supervisor import NotReady, ending
 
 Unprefixed = tyro.conf.arg(name="")
 WEB_PORT = 9090
@@ -199,7 +199,7 @@ def wait(cell: RunningCell, stopping: threading.Event, console: Console) -> None
         for name, status in cell.services.ended().items():
             del cell.services.running[name]
             console.print(
-                f"[red]{name} ended with status {status}[/red]; the others go on. "
+                f"[red]{name} {ending(status)}[/red]; the others go on. "
                 "Its log says why; end this with Ctrl-C and start it again"
             )
 

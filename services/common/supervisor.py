@@ -143,9 +143,14 @@ class Supervisor:
     def _reason(self, name: str, status: int) -> str:
         """Return a sentence about a process that has ended: what its status means, or the last line of its log."""
         if status == EXIT_TAKEN:
-            return f"{name} ended with status {status}: {TAKEN}"
+            return f"{name} {ending(status)}: {TAKEN}"
         lines = (self._logs / f"{name}.log").read_text(errors="replace").splitlines() if self._logs else []
-        return f"{name} ended with status {status}" + (f": {lines[-1]}" if lines else "; its log says why")
+        return f"{name} {ending(status)}" + (f": {lines[-1]}" if lines else "; its log says why")
+
+
+def ending(status: int) -> str:
+    """Return how a process ended, in words, from its exit status as `subprocess` has it."""
+    return f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
 
 
 def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:

@@ -1,7 +1,6 @@
 """`python -m services.recorder`: write everything that is published into a trace, show it live, or both."""
 
 import logging
-import sys
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -33,11 +32,11 @@ class Flags:
 def main() -> None:
     """Run until SIGTERM or Ctrl-C, and exit with the `Outcome` of the instance."""
     flags = tyro.cli(Flags)
+    log, stopping, config = start_beside_loops("recorder", flags.common)
     file = flags.own.record
     if file and not file.parent.is_dir():
-        print(f"recorder: --record {file}: there is no directory {file.parent}", file=sys.stderr)
+        log.error("--record %s: there is no directory %s", file, file.parent)
         raise SystemExit(MISUSED)
-    log, stopping, config = start_beside_loops("recorder", flags.common)
     realtime.become_nice(realtime.STEADY_NICE)
     instance = SingleInstance("recorder", flags.common, config.name, log, timeouts=RECORDER)
 

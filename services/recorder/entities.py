@@ -16,9 +16,6 @@ Event = Literal[
 
 NAME = re.compile("[A-Z]+")
 
-SECTIONS: "dict[str, list[Entity]]" = {}
-"""The table, in the order of the page."""
-
 
 @dataclass(frozen=True, slots=True)
 class Entity:
@@ -43,9 +40,6 @@ class Entity:
     unit: str = ""
     needs: Event = ""
     static: bool = False
-
-    def __post_init__(self) -> None:
-        SECTIONS.setdefault(self.section, []).append(self)
 
     def at(self, *names: str) -> str:
         """Return the path with names in place of JOINT, BODY and PART, in their order."""
@@ -231,4 +225,10 @@ LANDING_DISTANCE = section(
     "/strikes/distance", SCALARS, STRIKES, "of the landing from the target", "m", "a returned ball"
 )
 
-ENTITIES: tuple[Entity, ...] = tuple(entity for entities in SECTIONS.values() for entity in entities)
+ENTITIES: tuple[Entity, ...] = tuple(
+    row
+    for value in list(vars().values())
+    for row in (value.values() if isinstance(value, dict) else (value,))
+    if isinstance(row, Entity)
+)
+"""Every row above, in the order of the page."""

@@ -186,8 +186,10 @@ def _check_plan(plan: m.Plan, joint_count: int) -> None:
 
 def _check_disturbance(disturbance: m.Disturbance, joint_count: int) -> None:
     for active in disturbance.active:
-        if active.values is not None:
-            check_lengths(SPACE if active.kind == "wind" else joint_count, **{"active.values": active.values})
+        if active.kind == "wind":
+            _check_in_space("active.values", active.values)
+        elif active.values is not None:
+            check_lengths(joint_count, **{"active.values": active.values})
 
 
 def _check_scene(scene: m.Scene) -> None:

@@ -1,6 +1,8 @@
 """The page of a trace's entities: `python -m tools.pages.trace > docs/trace.md`."""
 
-from services.recorder.entities import SECTIONS, Entity
+from itertools import groupby
+
+from services.recorder.entities import ENTITIES, Entity
 
 INTRODUCTION = """\
 # What a trace holds
@@ -31,7 +33,7 @@ HEADER = "| entity | shows | unit | from | archetype | in traces with |\n|---|--
 def page() -> str:
     """Return the whole page, Markdown."""
     parts = [INTRODUCTION]
-    for title, entities in SECTIONS.items():
+    for title, entities in groupby(ENTITIES, key=lambda entity: entity.section):
         parts.append("\n".join([f"## {title}\n", HEADER, *map(_row, entities)]) + "\n")
     return "\n".join(parts)
 

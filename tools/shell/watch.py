@@ -16,6 +16,7 @@ from rich.styled import Styled
 from rich.text import Text
 
 from client import Stream
+from deploy.processes import PROCESSES
 from protocol import messages as m
 from protocol.errors import Refusal
 from protocol.topics import CONTACT, DISTURBANCE, ENDED, PLAN, REFUSED, STATUS, Publication, alive_key
@@ -28,7 +29,6 @@ REFRESH_HZ = 10.0
 EVENTS_SHOWN = 8
 KEPT = 64
 """Messages of a topic between two pictures."""
-SERVICES = ("sim", "controller", "planner", "recorder")
 WATCHED: tuple[Publication, ...] = (STATUS, PLAN, REFUSED, ENDED, CONTACT, DISTURBANCE)
 
 
@@ -82,7 +82,7 @@ def render(view: View, now: float) -> RenderableType:
     """Return the screen."""
     alive = Text("  ").join(
         Text(f"● {name}" if name in view.alive else f"○ {name}", "green" if name in view.alive else "dim")
-        for name in SERVICES
+        for name in (process.name for process in PROCESSES if not process.optional or process.name in view.alive)
     )
     parts: list[RenderableType] = [alive]
     silence = silent(view, now)
@@ -90,7 +90,7 @@ def render(view: View, now: float) -> RenderableType:
         parts.append(Text(silence, "bold yellow"))
     if view.status:
         parts.append(Styled(show(view.status, view.joint_names), "dim" if silence else ""))
-    events = "\n".join(view.events) or "nothing has happened yet"
+    events = "\n".join(view.events) or "nothing has happened since this began"
     parts.append(Panel(Text(events), title="events", title_align="left", box=box.ROUNDED, border_style="dim"))
     return Group(*parts)
 

@@ -26,6 +26,13 @@ def test_an_endpoint_that_is_none():
         connect("localhost:7447")
 
 
+@pytest.mark.parametrize("name", ["", "*", "a*"])
+def test_a_name_that_no_robot_can_have(name, robot):
+    """Before the bus is asked: a wildcard would be answered by any robot."""
+    with pytest.raises(ValueError, match="cannot be a part of a key"):
+        connect(robot.endpoint, robot=name)
+
+
 def test_a_configuration_names_its_endpoints(tmp_path, robot):
     file = tmp_path / "operator.json5"
     with pytest.raises(ValueError, match=r"operator\.json5 is no Zenoh configuration"):

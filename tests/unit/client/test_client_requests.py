@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from client import AsyncArm, GoalFields, Refusal, connect_async
+from client import AsyncArm, GoalFields, Refusal, connect_async, tool
 from client.requests import Requests
 from protocol import messages as m
 from protocol.codec import matrix_bytes
@@ -119,6 +119,8 @@ def test_a_demonstration_is_a_matrix(arm, robot):
 def test_a_vector_in_space_has_three_numbers(arm, robot):
     with pytest.raises(ValueError, match="velocity has 2 numbers; a vector in space has 3"):
         arm.throw((4.0, 0.0, 1.0), (-6.0, 0.0))
+    with pytest.raises(ValueError, match="orientation has 3 numbers; a quaternion has 4"):
+        tool((0.2, -0.9, 1.2), orientation=(1.0, 0.0, 0.0))
     assert robot.asked == []
 
 

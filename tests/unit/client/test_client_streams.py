@@ -4,6 +4,7 @@ import asyncio
 import threading
 
 import pytest
+from msgspec.structs import replace
 
 from client import AsyncStream, Refusal, StreamEnded, connect, connect_async, samples, topics
 from client.mailboxes import AwaitedMailbox, BlockingMailbox
@@ -106,7 +107,7 @@ def test_the_twin_iterates_too(robot):
                 heard.append(message.time)
                 if message.time == 2.0:
                     break
-            with pytest.raises(TimeoutError):
+            with pytest.raises(TimeoutError, match=r"no contact within 0\.05 s"):
                 await stream.take(timeout=0.05)
             return heard
 
@@ -119,5 +120,10 @@ def test_samples_are_arrays():
     assert planned.positions.tolist() == SAMPLES.tolist()
     assert planned.times.tolist() == pytest.approx([4.25, 4.251, 4.252, 4.253])
     assert planned.hit_index == 2
+    reply = EXAMPLES["GoalReply"]
+    assert isinstance(reply, m.GoalReply)
+    assert samples(replace(reply, trajectory=TRAJECTORY)).times.tolist() == planned.times.tolist()
+    with pytest.raises(ValueError, match="ask for it with include_trajectory=True"):
+        samples(replace(reply, trajectory=None))
     with pytest.raises(Refusal, match="positions is missing"):
         samples(m.Trajectory(goal_id="g", epoch=1, joint_names=["a"], start_time=0.0, dt=0.001, count=1, hit_index=0))

@@ -167,6 +167,15 @@ def test_one_that_ends_is_not_waited_for(bus: Bus):
         assert services.ended() == {"brief": 3}
 
 
+def test_one_that_is_killed_is_said_to_be(bus: Bus):
+    """Its log says nothing of it."""
+    with Supervisor({"slow": SLEEP}) as services:
+        services.running["slow"].kill()
+        services.running["slow"].wait()
+        with pytest.raises(NotReady, match="slow was killed by signal 9"):
+            services.wait_ready(bus)
+
+
 def test_logs_go_into_a_file_each(tmp_path: Path):
     """What a process says before and after it was started anew."""
     line = [sys.executable, "-c", "import sys; sys.exit('out of oil')"]

@@ -2,6 +2,7 @@
 
 import logging
 import random
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -259,14 +260,15 @@ def test_further_run_is_placed_behind_the_first(desk: Desk) -> None:
 
 
 def test_a_trace_in_an_absent_directory_is_a_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     file = tmp_path / "absent" / "trace.rrd"
     monkeypatch.setattr("sys.argv", ["recorder", "--record", str(file)])
+    start = logging.getLogger(), threading.Event(), load_robot()
+    monkeypatch.setattr("services.recorder.__main__.start_beside_loops", lambda *_: start)
     with pytest.raises(SystemExit) as stopped:
         main()
-    sentence = f"recorder: --record {file}: there is no directory {file.parent}\n"
-    assert (stopped.value.code, capsys.readouterr().err) == (2, sentence)
+    assert (stopped.value.code, caplog.messages) == (2, [f"--record {file}: there is no directory {file.parent}"])
 
 
 def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:

@@ -94,6 +94,12 @@ def test_what_cannot_be_written_is_refused_naming_the_field(topic: Publication, 
     assert field in str(caught.value)
 
 
+def test_a_wind_of_six_values_is_not_compared_with_joints() -> None:
+    wind = m.Disturbance(time=1.0, active=[m.ActiveDisturbance(kind="wind", values=[1.0] * 6)])
+    with pytest.raises(Refusal, match=r"^active\.values has 6 entries; space has 3$"):
+        read(DISTURBANCE, encode(wind), 6)
+
+
 def test_wind_has_three_values_for_an_arm_of_six_joints() -> None:
     wind = m.Disturbance(time=1.0, active=[m.ActiveDisturbance(kind="wind", values=[1.0, 0.0, 0.0])])
     assert read(DISTURBANCE, encode(wind), 6) == wind

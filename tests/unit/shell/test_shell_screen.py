@@ -93,9 +93,15 @@ def view_of(*stems: str, stepped: bool = False) -> View:
     return view
 
 
+def test_an_optional_service_is_shown_while_it_runs():
+    view = view_of("Status")
+    view.alive |= {"striker"}
+    assert "● striker" in printed(render(view, 100.1))
+
+
 def test_screen_shows_status_and_events():
     text = printed(render(view_of("Status", "Plan", "Refused", "Contact", "Result", "Disturbance"), 100.1))
-    assert "● sim  ● controller  ○ planner  ○ recorder" in text
+    assert "● sim  ○ recorder  ○ planner  ● controller" in text
     assert "tracking · goal forehand-7 · at 4.500 s, 0.250 s into the motion" in text
     assert "99.95 % on time" in text
     assert "plan forehand-7: forehand, corrects forehand-6 at phase 0.625, hits at 4.252 s" in text
