@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from protocol.bus.bus import Bus, PendingQuery, Publisher
 from protocol.bus.queues import Inbox
-from protocol.bus.sessions import open_session
+from protocol.bus.sessions import SERVICE, open_session
 from protocol.errors import Refusal
 from protocol.topics import DESCRIPTION, PUBLICATIONS, QUERIES, MessageT, Publication
 from services.common.cli import free_endpoint
@@ -82,7 +82,7 @@ class Router:
 def hosted() -> Iterator[Router]:
     """Host a bus on which every request is served."""
     endpoint = free_endpoint()
-    with Bus(open_session(listen=[endpoint])) as bus:
+    with Bus(open_session(listen=[endpoint], timeouts=SERVICE)) as bus:
         inbox = Inbox[PendingQuery]()
         for query in QUERIES:
             bus.serve(query, inbox)

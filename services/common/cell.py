@@ -10,6 +10,7 @@ from pathlib import Path
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
+from protocol.bus.sessions import SERVICE
 from protocol.errors import NoAnswer, Refusal
 from services.common.cli import Options, free_endpoint, open_bus, robot_name
 from services.common.supervisor import READY_S, NotReady, Supervisor, command_lines
@@ -19,7 +20,7 @@ Wrap = Callable[[str, list[str]], list[str]]
 
 @dataclass(frozen=True, slots=True)
 class RunningCell:
-    """The processes of a cell, a session on its bus, and the endpoint where others join."""
+    """The processes of a cell, a session on its bus, which outlives stalls of this process, and where others join."""
 
     services: Supervisor
     bus: Bus
@@ -70,7 +71,7 @@ def running_cell(
             services.check_running()
             return give_up()
 
-        bus = stack.enter_context(open_bus(reach, robot, give_up=check))
+        bus = stack.enter_context(open_bus(reach, robot, give_up=check, timeouts=SERVICE))
         services.wait_ready(bus, give_up=give_up)
         if {"sim", "controller"} <= set(lines):
             _wait_for_controller(bus, check)

@@ -1,4 +1,4 @@
-"""A robot cell over TLS: certificates, configurations, and sessions of every role."""
+"""A robot cell over TLS: certificates, configurations, and sessions of every role, which outlive stalls of the test."""
 
 import json
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from deploy.zenoh.certificates import Authority, make_authority, make_certificate
 from deploy.zenoh.configure import Cell, client_config, texts
 from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
+from protocol.bus.sessions import SERVICE, open_session
 from services.common.cli import free_endpoint
 
 STRANGERS = {"stranger": "stranger.arm", "neighbour": "controller.leg"}
@@ -43,8 +43,8 @@ class SecureCell:
 
     def host(self) -> Bus:
         """Host the bus with the permission table."""
-        return Bus(open_session(listen=[self.endpoint], config_file=self.file("router")))
+        return Bus(open_session(listen=[self.endpoint], config_file=self.file("router"), timeouts=SERVICE))
 
     def join(self, role: str) -> Bus:
         """Join the bus as a role or as a stranger."""
-        return Bus(open_session(config_file=self.file(role)))
+        return Bus(open_session(config_file=self.file(role), timeouts=SERVICE))

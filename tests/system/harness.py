@@ -14,6 +14,8 @@ import pytest
 
 from protocol import messages as m
 from protocol import topics
+from protocol.bus.bus import Bus
+from protocol.bus.sessions import SERVICE, open_session
 from protocol.codec import decode
 from protocol.errors import Refusal
 from robot.description import load_robot
@@ -73,6 +75,11 @@ def running(
             print(f"--- {file.name}\n{file.read_text(errors='replace')}")
     statuses = {name: process.returncode for name, process in processes.items()}
     assert statuses == dict.fromkeys(processes, 0), statuses
+
+
+def joined(endpoint: str) -> Bus:
+    """Join a bus with the patience of a service: a stall of this process ends no client's session."""
+    return Bus(open_session([endpoint], timeouts=SERVICE))
 
 
 def wait_for_controller(stack: Stack) -> None:

@@ -10,12 +10,10 @@ import time
 from pathlib import Path
 
 import pytest
-from harness import ROBOT, SERVICES, Stack, running, wait_for, wait_for_controller
+from harness import ROBOT, SERVICES, Stack, joined, running, wait_for, wait_for_controller
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
 from protocol.codec import matrix
 from protocol.errors import NoAnswer, Refusal
 from services.common.cli import Options, free_endpoint
@@ -41,7 +39,7 @@ def test_services_start_in_any_order(tmp_path: Path):
         time.sleep(1.0)
         assert supervisor.ended() == {}
         supervisor.start("sim")
-        with Bus(open_session([endpoint])) as bus:
+        with joined(endpoint) as bus:
             supervisor.wait_ready(bus)
             stack = Stack(supervisor, bus, endpoint, tmp_path, ROBOT, True)
             wait_for_controller(stack)
@@ -123,7 +121,7 @@ def test_a_planner_alone_plans(tmp_path: Path):
     """It hosts the bus itself and serves plan-only goals from home; others have nobody to play them."""
     endpoint = free_endpoint()
     line = [sys.executable, "-m", "services.planner", "--listen", endpoint, "--library", str(tmp_path / "library")]
-    with Supervisor({"planner": line}) as supervisor, Bus(open_session([endpoint])) as bus:
+    with Supervisor({"planner": line}) as supervisor, joined(endpoint) as bus:
         supervisor.wait_ready(bus)
         stack = Stack(supervisor, bus, endpoint, tmp_path, ROBOT, True)
         reply = stack.goal(primitive="forehand", positions=HOME, plan_only=True, include_trajectory=True)

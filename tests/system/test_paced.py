@@ -12,12 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from harness import ROBOT, SERVICES, Stack, running, wait_for, wait_for_controller
+from harness import ROBOT, SERVICES, Stack, joined, running, wait_for, wait_for_controller
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
 from protocol.errors import Refusal
 from services.common.cli import Options, free_endpoint
 from services.common.supervisor import Supervisor, command_lines
@@ -73,7 +71,7 @@ def test_goals_succeed_without_rights_beside_busy_processes(tmp_path: Path):
     lines = command_lines(Options(listen=(endpoint,)), {"library": tmp_path / "library"})
     prefix = UNPRIVILEGED if os.geteuid() == 0 and shutil.which("setpriv") else []
     supervisor = Supervisor({name: [*prefix, *lines[name]] for name in SERVICES}, logs=tmp_path)
-    with busy(2), supervisor as services, Bus(open_session([endpoint])) as bus:
+    with busy(2), supervisor as services, joined(endpoint) as bus:
         services.wait_ready(bus)
         stack = Stack(services, bus, endpoint, tmp_path, ROBOT, False)
         wait_for_controller(stack)

@@ -8,12 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from backends import COMMANDS
-from harness import ROBOT, SERVICES, Stack, wait_for, wait_for_controller
+from harness import ROBOT, SERVICES, Stack, joined, wait_for, wait_for_controller
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
 from services.common.cli import Options, free_endpoint
 from services.common.realtime import EXIT_TAKEN
 from services.common.supervisor import Supervisor, command_lines
@@ -34,7 +32,7 @@ def services(robot: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[S
     lines = command_lines(Options(listen=(endpoint,)), {"library": folder / "library"})
     lines["sim"] = [*COMMANDS[robot], "--listen", endpoint]
     supervisor = Supervisor({name: lines[name] for name in SERVICES}, logs=folder)
-    with supervisor as running, Bus(open_session([endpoint])) as bus:
+    with supervisor as running, joined(endpoint) as bus:
         running.wait_ready(bus)
         stack = Stack(running, bus, endpoint, folder, ROBOT, False)
         wait_for_controller(stack)

@@ -14,12 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from harness import SERVICES, wait_for
+from harness import SERVICES, joined, wait_for
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
 from protocol.errors import Refusal
 from services.common.cli import free_endpoint
 from services.common.supervisor import READY_S
@@ -95,7 +93,7 @@ def test_everything_from_start_to_ctrl_c(tmp_path: Path):
         assert found is not None, said
         wait_for(lambda: is_web_page(found[0]), "the web viewer to answer")
         assert listening_addresses(int(found[2])) == {"127.0.0.1"}
-        with Bus(open_session([services.endpoint])) as bus:
+        with joined(services.endpoint) as bus:
             assert all(bus.is_alive(name) for name in (*SERVICES, "recorder"))
             with pytest.raises(Refusal) as caught:
                 bus.ask(topics.SIM_STEP, m.Step(ticks=1))
@@ -128,7 +126,7 @@ def test_a_killed_supervisor_takes_everything_with_it(tmp_path: Path):
     """Services, the process that learns and the web viewer; the arm, in the middle of a motion, is stopped first."""
     with up(tmp_path) as services:
         services.wait_ready()
-        with Bus(open_session([services.endpoint])) as bus:
+        with joined(services.endpoint) as bus:
             samples = [[0.1 * k / 100, *5 * [0.0]] for k in range(100)]
             bus.ask(topics.LEARN, m.Learn(name="nod", positions=samples, rate=100.0))
             started = services.descendants()
@@ -212,7 +210,7 @@ def test_services_started_by_hand_outlive_their_parent(tmp_path: Path):
     line = f"{sys.executable} -m services.sim --listen {endpoint} < /dev/null > {log} 2>&1 & echo $!"
     pid = int(subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=True).stdout)
     try:
-        with Bus(open_session([endpoint])) as bus:
+        with joined(endpoint) as bus:
             wait_for(lambda: bus.is_alive("sim"), "the sim to be ready")
             assert is_running(pid)
     finally:

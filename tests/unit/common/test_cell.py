@@ -1,13 +1,22 @@
 """A cell is started and awaited in one way, and why it did not come up is said."""
 
+import signal
+import subprocess
 import sys
+import time
 
 import pytest
 import zenoh
 
+from protocol import topics
+from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.queues import Inbox
+from protocol.bus.sessions import CLIENT, SERVICE, open_session
 from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
 from services.common.supervisor import NotReady
+from tests.golden.examples import STATUS
+from tests.waiting import PATIENCE_S
 
 
 def broken(program: str):
@@ -51,3 +60,31 @@ def test_who_gives_up_before_there_is_a_bus_is_told_so():
     sleeping = broken("import time; time.sleep(60)")
     with pytest.raises(zenoh.ZError), running_cell(names=["sim"], quiet=True, wrap=sleeping, give_up=lambda: True):
         pass
+
+
+ASKING = """
+import sys
+from protocol import messages as m
+from protocol import topics
+from services.common.cell import running_cell
+from services.common.cli import Options
+waiting = lambda name, line: [sys.executable, "-c", "import threading; threading.Event().wait()"]
+with running_cell(Options(connect=(sys.argv[1],)), names=["planner"], quiet=True, wrap=waiting) as cell:
+    print(cell.bus.ask(topics.STATUS_QUERY, m.Empty(), timeout=60.0).mode)
+"""
+
+
+def test_a_stall_of_this_process_does_not_end_its_session():
+    """It has the patience of a service: a client's session is lost sooner, and with it the answers it waits for."""
+    endpoint, inbox = free_endpoint(), Inbox[PendingQuery]()
+    with Bus(open_session(listen=[endpoint], timeouts=SERVICE)) as bus:
+        bus.serve(topics.STATUS_QUERY, inbox)
+        bus.announce("planner")
+        with subprocess.Popen([sys.executable, "-c", ASKING, endpoint], stdout=subprocess.PIPE, text=True) as asker:
+            pending = inbox.take(PATIENCE_S)
+            assert pending is not None
+            asker.send_signal(signal.SIGSTOP)
+            time.sleep(1.5 * CLIENT.lease_ms / 1000)
+            asker.send_signal(signal.SIGCONT)
+            pending.reply(STATUS)
+            assert asker.communicate()[0] == "tracking\n"

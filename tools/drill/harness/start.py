@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from protocol import messages as m
 from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
+from protocol.bus.sessions import SERVICE, open_session
 from robot.description import load_robot
 from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
@@ -68,5 +68,5 @@ def _host(endpoint: str | None) -> Iterator[None]:
     if endpoint is None:
         yield
         return
-    with Bus(open_session(listen=[endpoint])):
+    with Bus(open_session(listen=[endpoint], timeouts=SERVICE)):
         yield
