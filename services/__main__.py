@@ -38,6 +38,7 @@ from services.common.cli import (
     refuse_exposure,
     robot_name,
 )
+from services.common.signals import stop_on_signals
 from services.common.supervisor import NotReady, ending
 
 Unprefixed = tyro.conf.arg(name="")
@@ -74,7 +75,7 @@ def main() -> None:
     flags = tyro.cli(Flags)
     os.environ.setdefault("RUST_LOG", "warn,re_log_encoding=error")  # rerun warns of traces without an index
     console = Console(soft_wrap=True, highlight=False)
-    stopping = realtime.stop_on_signals()
+    stopping = stop_on_signals()
     try:
         options, recorder = prepare(flags)
         values = {**asdict(flags.sim), **asdict(flags.planner), **asdict(recorder), **asdict(flags.striker)}

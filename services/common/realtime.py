@@ -1,22 +1,16 @@
-"""Real-time scheduling, deadlines, and the signals that end a process."""
+"""Real-time scheduling and deadlines."""
 
 import contextlib
 import ctypes
 import gc
 import os
 import platform
-import signal
 import sys
 import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-
-from services.common.lifeline import follow_supervisor
-
-EXIT_TAKEN = 3
-"""Exit status of a service that finds its place on the bus taken."""
 
 SPIN_NS = 30_000
 """Busy-wait the last 30 µs: shorter adds jitter, longer takes time from processes on this core."""
@@ -32,42 +26,6 @@ SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
 """Number of the system call, for which the C library has no function."""
 PR_SET_TIMERSLACK = 29
 MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
-
-
-def stop_on_signals() -> threading.Event:
-    """Return an event that SIGTERM, SIGINT and the end of the supervisor set, in place of killing the process.
-
-    A separate thread waits for the signals, and this one blocks them: in Python 3.11 a signal that interrupts
-    `SimpleQueue.get` near the end of its timeout leaves it waiting for ever. Threads that a library made before this
-    call do not block them. The handlers keep a signal that reaches one of those from killing the process, and set the
-    event when this thread next runs: wait for the event with a short timeout, in a loop.
-    """
-    stopping = threading.Event()
-    numbers = {signal.SIGTERM, signal.SIGINT}
-    for number in numbers:
-        signal.signal(number, lambda *_: stopping.set())
-    signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
-
-    def wait() -> None:
-        signal.sigwait(numbers)
-        stopping.set()
-
-    threading.Thread(target=wait, name="signals", daemon=True).start()
-    follow_supervisor(stopping)
-    return stopping
-
-
-def end_like_ctrl_c() -> None:
-    """Make the first SIGTERM raise KeyboardInterrupt, so that context managers end what they started.
-
-    Later ones are ignored: they would interrupt that and leave processes behind. `timeout` sends two.
-    """
-
-    def interrupt(*_: object) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        raise KeyboardInterrupt
-
-    signal.signal(signal.SIGTERM, interrupt)
 
 
 def split_cores(loop_core: int | None) -> tuple[set[int], set[int]]:

@@ -15,7 +15,6 @@ from protocol.bus.bus import CLAIM_PERIOD_S, Bus
 from protocol.bus.sessions import DEFAULT_ENDPOINT, SERVICE, SessionTimeouts, session_config
 from protocol.errors import NoAnswer
 from services.common.cli import Options, open_bus
-from services.common.realtime import EXIT_TAKEN
 from services.common.tls_check import listening
 
 RETURN_WAITS_S = 0.0, 0.1, 1.0, 5.0
@@ -31,7 +30,7 @@ class Outcome(IntEnum):
 
     ENDED = 0
     FAILED = 1
-    TAKEN = EXIT_TAKEN
+    TAKEN = 3
 
 
 @dataclass(frozen=True, slots=True)

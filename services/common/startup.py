@@ -8,6 +8,7 @@ from robot.description import RobotConfig, load_robot
 from services.common import realtime
 from services.common.cli import MISUSED, Options
 from services.common.logs import start_logging
+from services.common.signals import stop_on_signals
 
 
 def start_beside_loops(name: str, options: Options) -> tuple[logging.Logger, threading.Event, RobotConfig]:
@@ -19,7 +20,7 @@ def start_beside_loops(name: str, options: Options) -> tuple[logging.Logger, thr
         SystemExit: the description or the name on the bus cannot be used; the log says why.
     """
     log = start_logging(name, options.log)
-    stopping = realtime.stop_on_signals()
+    stopping = stop_on_signals()
     _, others = realtime.split_cores(options.loop_core)
     realtime.keep_to(others)
     return log, stopping, load_configured(options, log)

@@ -16,7 +16,7 @@ from protocol.bus.bus import Bus
 from protocol.bus.sessions import DEFAULT_ENDPOINT
 from services.common.cli import Options
 from services.common.lifeline import Lifelines
-from services.common.realtime import EXIT_TAKEN
+from services.common.single_instance import Outcome
 
 ENDING_S = 20.0
 """How long a process may take to end after SIGTERM."""
@@ -142,7 +142,7 @@ class Supervisor:
 
     def _reason(self, name: str, status: int) -> str:
         """Return a sentence about a process that has ended: what its status means, or the last line of its log."""
-        if status == EXIT_TAKEN:
+        if status == Outcome.TAKEN:
             return f"{name} {ending(status)}: {TAKEN}"
         lines = (self._logs / f"{name}.log").read_text(errors="replace").splitlines() if self._logs else []
         return f"{name} {ending(status)}" + (f": {lines[-1]}" if lines else "; its log says why")

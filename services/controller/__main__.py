@@ -8,6 +8,7 @@ from protocol.bus.bus import Bus
 from services.common import realtime
 from services.common.cli import Common, Options
 from services.common.logs import start_logging
+from services.common.signals import stop_on_signals
 from services.common.single_instance import Outcome, SingleInstance
 from services.common.startup import load_configured
 from services.controller.handshake import WrongRobot
@@ -25,7 +26,7 @@ def main() -> None:
     """Run until SIGTERM or Ctrl-C, and exit with the `Outcome`: FAILED too where the arm is another one."""
     flags = tyro.cli(Flags)
     log = start_logging("controller", flags.common.log)
-    stopping = realtime.stop_on_signals()
+    stopping = stop_on_signals()
     config = load_configured(flags.common, log)
     loops, others = realtime.split_cores(flags.common.loop_core)
     for missing in realtime.keep_to(loops) + realtime.become_real_time(priority=50):

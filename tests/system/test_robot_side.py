@@ -13,7 +13,7 @@ from harness import ROBOT, SERVICES, Stack, joined, wait_for, wait_for_controlle
 from protocol import messages as m
 from protocol import topics
 from services.common.cli import Options, free_endpoint
-from services.common.realtime import EXIT_TAKEN
+from services.common.single_instance import Outcome
 from services.common.supervisor import Supervisor, command_lines
 
 pytestmark = pytest.mark.realtime
@@ -131,5 +131,5 @@ def test_silence_brakes_it_and_recovery_begins_a_new_run(stack: Stack):
 def test_there_is_one_robot_side(robot: str, stack: Stack):
     """A second one ends with status 3."""
     second = subprocess.run([*COMMANDS[robot], "--listen", stack.endpoint], capture_output=True, text=True, check=False)
-    assert second.returncode == EXIT_TAKEN, second.stderr
+    assert second.returncode == Outcome.TAKEN, second.stderr
     assert "Traceback" not in second.stderr

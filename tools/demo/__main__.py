@@ -13,9 +13,9 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.errors import NoAnswer, Refusal
 from robot.description import load_robot
-from services.common import realtime
 from services.common.cell import running_cell
 from services.common.cli import MISUSED, Common, Options
+from services.common.signals import end_like_ctrl_c
 from services.common.supervisor import NotReady
 from tools.demo.play import Outcome, Player
 from tools.demo.report import speed, table
@@ -46,7 +46,7 @@ def main() -> int:
     """Return 0 where every strike kept its promises, 1 otherwise."""
     flags = tyro.cli(Flags)
     console = Console()
-    realtime.end_like_ctrl_c()
+    end_like_ctrl_c()
     try:
         outcomes, cycle = run(flags, console)
     except ValueError as error:

@@ -13,8 +13,8 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 
 from robot.schema import RobotError
 from robot.shipped import DEFAULT_ROBOT_CONFIG
-from services.common import realtime
 from services.common.cli import MISUSED, Options
+from services.common.signals import end_like_ctrl_c
 from tools.drill.harness.lab import Lab
 from tools.drill.report import listing, save, table, write_markdown
 from tools.drill.run import carry_out
@@ -55,7 +55,7 @@ def main() -> int:
     """Return 0 where every bound held, 1 otherwise."""
     flags = tyro.cli(Flags)
     console = Console()
-    realtime.end_like_ctrl_c()
+    end_like_ctrl_c()
     try:
         scenarios = chosen(flags.only)
     except KeyError as error:

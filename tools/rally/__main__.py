@@ -6,8 +6,8 @@ import tyro
 from rich.console import Console
 
 from robot.striking.launcher import NoThrow
-from services.common import realtime
 from services.common.cli import MISUSED
+from services.common.signals import end_like_ctrl_c
 from services.common.supervisor import NotReady
 from tools.rally.flags import Flags
 from tools.rally.partners import play_partners
@@ -18,7 +18,7 @@ def main() -> int:
     """Return 0 where every motion was played inside its limits, 1 otherwise."""
     flags = tyro.cli(Flags)
     console = Console(stderr=flags.json)
-    realtime.end_like_ctrl_c()
+    end_like_ctrl_c()
     try:
         return play_partners(flags, console) if flags.partners == 2 else play_thrown(flags, console)
     except (ValueError, NoThrow) as error:

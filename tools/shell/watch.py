@@ -20,7 +20,7 @@ from deploy.processes import PROCESSES
 from protocol import messages as m
 from protocol.errors import Refusal
 from protocol.topics import CONTACT, DISTURBANCE, ENDED, PLAN, REFUSED, STATUS, Publication, alive_key
-from services.common.realtime import stop_on_signals
+from services.common.signals import stop_on_signals
 from tools.shell.shell import Shared, Shell, reach
 from tools.shell.show import show
 from tools.shell.tables import cell

@@ -13,6 +13,7 @@ from services.common.logs import start_logging
 from services.common.robot_side.backend import RobotFailed
 from services.common.robot_side.clocks import keep_time
 from services.common.robot_side.loop import RobotLoop
+from services.common.signals import stop_on_signals
 from services.common.single_instance import Outcome, SingleInstance
 from services.common.startup import load_configured
 
@@ -36,7 +37,7 @@ def run_robot(
     pass. beside: names of further robots whose robot side this is.
     """
     log = start_logging(name, options.log)
-    stopping = realtime.stop_on_signals()
+    stopping = stop_on_signals()
     config = load_configured(options, log)
     loops, others = realtime.split_cores(options.loop_core)
     _ask_for_real_time(loops, clock, log)

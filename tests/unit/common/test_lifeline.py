@@ -17,7 +17,7 @@ SERVICE = """
 import os, sys, time
 from pathlib import Path
 from services.common import lifeline
-from services.common.realtime import stop_on_signals
+from services.common.signals import stop_on_signals
 log, name = Path(sys.argv[1]), sys.argv[2]
 lifeline.ORDER_S, lifeline.ENDING_S = float(sys.argv[3]), 60.0
 stopping = stop_on_signals()

@@ -11,7 +11,8 @@ import tyro
 
 import deploy
 from deploy.processes import PROCESSES, Process
-from services.common.realtime import EXIT_TAKEN, PROMPT_NICE, RECEIVING_PRIORITY, STEADY_NICE
+from services.common.realtime import PROMPT_NICE, RECEIVING_PRIORITY, STEADY_NICE
+from services.common.single_instance import Outcome
 from services.common.supervisor import ENDING_S
 
 DIRECTORY = Path(deploy.__file__).parent / "systemd"
@@ -84,7 +85,7 @@ def test_limits_and_ends(process: Process):
         assert settings.get("LimitRTPRIO") == prompt
         assert "LimitMEMLOCK" not in settings
     assert "RestrictRealtime" not in settings, "it forbids SCHED_FIFO"
-    assert str(EXIT_TAKEN) in settings["RestartPreventExitStatus"].split()
+    assert str(Outcome.TAKEN) in settings["RestartPreventExitStatus"].split()
     assert settings["Restart"] == "on-failure"
     assert settings["TimeoutStopSec"] == f"{ENDING_S:.0f}s"
     assert (settings["User"], settings["NoNewPrivileges"], settings["CapabilityBoundingSet"]) == ("volley", "yes", "")

@@ -10,7 +10,7 @@ from protocol import messages as m
 from protocol import topics
 from protocol.bus.sessions import SERVICE
 from services.common.cli import Options
-from services.common.realtime import EXIT_TAKEN
+from services.common.single_instance import Outcome
 from services.common.supervisor import command_lines
 from tools.drill.harness import short_demo
 from tools.drill.harness.cell import Cell, code_of
@@ -21,6 +21,7 @@ from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 
 AT_ONCE = 5
+TAKEN = int(Outcome.TAKEN)
 
 
 def reset_moving(lab: Lab) -> Measured:
@@ -105,7 +106,7 @@ def start_at_once(lab: Lab) -> Measured:
                     one.wait(30.0)
     return {
         "times that one serves": statuses["serves"],
-        f"times that the other exits with {EXIT_TAKEN}": statuses[str(EXIT_TAKEN)],
+        f"times that the other exits with {TAKEN}": statuses[str(TAKEN)],
     }
 
 
@@ -177,7 +178,7 @@ SCENARIOS = (
         "second-owner",
         "a second sim, planner and controller for one robot",
         "stepped",
-        (*(exactly(f"exit status of the second {name}", EXIT_TAKEN) for name in ARM), PLAYS),
+        (*(exactly(f"exit status of the second {name}", TAKEN) for name in ARM), PLAYS),
         start_twice,
     ),
     Scenario(
@@ -186,7 +187,7 @@ SCENARIOS = (
         "stepped",
         (
             exactly("times that one serves", AT_ONCE),
-            exactly(f"times that the other exits with {EXIT_TAKEN}", AT_ONCE),
+            exactly(f"times that the other exits with {TAKEN}", AT_ONCE),
         ),
         start_at_once,
     ),
@@ -195,7 +196,7 @@ SCENARIOS = (
         "a controller stopped until its session has expired, replaced by another, then continued",
         "realtime",
         (
-            exactly("exit status of the first", EXIT_TAKEN),
+            exactly("exit status of the first", TAKEN),
             timed(at_most("it exits after", 1.0, "s")),
             timed(PLAYS),
         ),
