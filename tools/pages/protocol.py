@@ -10,10 +10,11 @@ from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hin
 import msgspec
 from msgspec import Struct
 
+from deploy.processes import PROCESSES
 from protocol import messages as m
 from protocol.bus.sessions import CLIENT
 from protocol.errors import CODES
-from protocol.topics import MAX_PLAN_S, MIB, PUBLICATIONS, QUERIES, QUEUE_LENGTH, SMALL, Publication, Query
+from protocol.topics import MAX_PLAN_S, MIB, PUBLICATIONS, QUERIES, QUEUE_LENGTH, ROBOT_SIDE, SMALL, Publication, Query
 
 INTRODUCTION = f"""\
 # The wire contract, version 1
@@ -53,13 +54,15 @@ readers ignore unknown fields. A refused request changes nothing; the reply is `
 error whose body is not a map comes from Zenoh itself (a timeout): the owner does not answer.
 """
 
+SERVICES = ", ".join(f"`{process.name}`" for process in PROCESSES)
 LIVELINESS = f"""\
 ## Liveliness
 
-Every service holds a liveliness token on `alive/SERVICE` (`sim`, `controller`, `planner`, `recorder`). A client whose
-goals carry a lease holds one on `alive/client/CLIENT_ID`; when that token is lost, the client's motion is cancelled. A
-process that exits loses its tokens at once. A process that is suspended or unreachable loses them when its session
-expires: after the `transport/link/tx/lease` that the session announced (Zenoh's default is 10 s, Volley's clients set
+Every service holds a liveliness token on `alive/SERVICE`, where SERVICE is one of
+{SERVICES}; `{ROBOT_SIDE}` stands for every robot side, simulated or real. A client whose goals carry a lease holds one on
+`alive/client/CLIENT_ID`; when that token is lost, the client's motion is cancelled. A process that exits loses its
+tokens at once. A process that is suspended or unreachable loses them when its session expires: after the
+`transport/link/tx/lease` that the session announced (Zenoh's default is 10 s, Volley's clients set
 {CLIENT.lease_ms} ms).
 
 A service also holds a claim `alive/SERVICE/SESSION_ID` from its start on, which ensures a single instance: of two that
