@@ -13,7 +13,7 @@ from client.arms import Arm, AsyncArm
 from client.link import Link
 from client.mailboxes import AwaitedMailbox, BlockingMailbox, Mailbox
 from protocol.bus.bus import Bus
-from protocol.bus.sessions import DEFAULT_ENDPOINT, NO_ROUTER, open_session
+from protocol.bus.sessions import DEFAULT_ENDPOINT, NO_ROUTER, open_session, read_config
 from protocol.topics import check_robot_name
 
 ROBOT = "arm"
@@ -108,8 +108,7 @@ def _endpoints(endpoint: str | Sequence[str] | None, config: Path | str | None) 
 def _configured(config: Path | str) -> Sequence[str]:
     """Return the endpoints that a Zenoh configuration connects to."""
     try:
-        said = json.loads(zenoh.Config.from_file(str(config)).get_json("connect/endpoints"))
+        said = json.loads(read_config(config).get_json("connect/endpoints"))
     except zenoh.ZError as error:
-        what = str(error).partition(" at /")[0]  # without the line of Zenoh's source
-        raise ValueError(f"{config} is no Zenoh configuration: {what}") from None
+        raise ValueError(str(error)) from None
     return said.get("client", []) if isinstance(said, dict) else said

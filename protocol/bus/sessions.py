@@ -1,8 +1,10 @@
 """Zenoh sessions with the project's settings."""
 
+import contextlib
 import json
+import re
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,6 +21,9 @@ BLOCKED_US = 500_000
 stopped. Then the connection is closed. In paced time the arm waits too: with Zenoh's default of 5 s for 10 s."""
 NO_ROUTER = "Unable to connect"
 """Part of Zenoh's error if no endpoint to connect to answers."""
+_SOURCE = re.compile(r" at /\S+\.rs:\d+\.?")
+_SETTING = re.compile(r'(?:Json5Err\(|JSON error: )Message \{ msg: "(.*)", location: .*\}\)?$')
+"""What Zenoh adds to its sentences: a line of its source, and how it read a setting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,12 +82,23 @@ def open_session(
     config = session_config(connect, listen, config_file, timeouts)
     while True:
         try:
-            return zenoh.open(config)
+            with _plain_errors():
+                return zenoh.open(config)
         except zenoh.ZError as error:
             if listen or NO_ROUTER not in str(error) or give_up():
                 raise
 
 
+@contextlib.contextmanager
+def _plain_errors(beginning: str = "") -> Iterator[None]:
+    """Raise the errors of Zenoh with their sentence alone, behind a `beginning`."""
+    try:
+        yield
+    except zenoh.ZError as error:
+        raise zenoh.ZError(beginning + _SETTING.sub(r"\1", _SOURCE.sub("", str(error)))) from None
+
+
+@_plain_errors()
 def session_config(
     connect: Sequence[str], listen: Sequence[str], config_file: Path | None, timeouts: SessionTimeouts = CLIENT
 ) -> zenoh.Config:
@@ -91,7 +107,7 @@ def session_config(
     Raises:
         zenoh.ZError: the configuration is invalid.
     """
-    config = zenoh.Config.from_file(config_file) if config_file else zenoh.Config()
+    config = read_config(config_file) if config_file else zenoh.Config()
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("scouting/delay", "0")  # nobody is scouted for, so there is nothing to wait for
     config.insert_json5("transport/shared_memory/enabled", "false")
@@ -118,3 +134,13 @@ def session_config(
     if connect:
         config.insert_json5("connect/endpoints", json.dumps(list(connect)))
     return config
+
+
+def read_config(file: Path | str) -> zenoh.Config:
+    """Return the Zenoh configuration in a file (json5).
+
+    Raises:
+        zenoh.ZError: there is none; the sentence names the file.
+    """
+    with _plain_errors(f"{file} is no Zenoh configuration: "):
+        return zenoh.Config.from_file(file)

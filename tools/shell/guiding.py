@@ -56,9 +56,7 @@ def _window(flags: Flags, shown: Path | None) -> Iterator[Callable[[], bool]]:
     if shown is None:
         yield lambda: False
         return
-    words = [sys.executable, "-m", "tools.shell", "drag", "--robot-config", str(shown), "--robot", flags.robot]
-    words += ["--connect", *flags.connect] if flags.connect else []
-    words += ["--zenoh-config", str(flags.zenoh_config)] if flags.zenoh_config else []
+    words = [sys.executable, "-m", "tools.shell", "drag", "--robot-config", str(shown), *flags.words]
     with subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None

@@ -44,12 +44,16 @@ class Flags:
     timeout: Seconds = None
 
     @property
-    def way(self) -> str:
-        """The flags that lead another command to the same robot, each after a blank."""
+    def words(self) -> list[str]:
+        """The flags that lead another command to the same robot."""
         words = ["--connect", *self.connect] if self.connect else []
         words += ["--robot", self.robot] if self.robot != ROBOT else []
-        words += ["--zenoh-config", str(self.zenoh_config)] if self.zenoh_config else []
-        return "".join(f" {shlex.quote(word)}" for word in words)
+        return words + (["--zenoh-config", str(self.zenoh_config)] if self.zenoh_config else [])
+
+    @property
+    def way(self) -> str:
+        """The same, each after a blank."""
+        return "".join(f" {shlex.quote(word)}" for word in self.words)
 
 
 Shared = Annotated[Flags, tyro.conf.arg(name="")]

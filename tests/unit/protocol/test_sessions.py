@@ -5,6 +5,7 @@ import socket
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 import zenoh
@@ -27,6 +28,31 @@ with open_session([sys.argv[1]], timeouts=RECORDER) as session:
     print(count, flush=True)
 """
 COUNT, BODY = 2000, bytes(3000)
+
+
+@pytest.mark.parametrize(
+    ("setting", "sentence"),
+    [
+        (None, "FILE is no Zenoh configuration: No such file or directory (os error 2)"),
+        ('{mode: "blob"}', "FILE is no Zenoh configuration: unknown variant `blob`, expected one of `router`, `peer`"),
+    ],
+)
+def test_a_configuration_that_cannot_be_read_is_named(tmp_path: Path, setting: str | None, sentence: str):
+    """By its file, without Zenoh's source."""
+    file = tmp_path / "cell.json5"
+    if setting:
+        file.write_text(setting)
+    with pytest.raises(zenoh.ZError) as error:
+        open_session(config_file=file)
+    assert str(error.value).startswith(sentence.replace("FILE", str(file)))
+    assert ".rs:" not in str(error.value)
+
+
+def test_errors_of_endpoints_are_sentences():
+    with pytest.raises(zenoh.ZError, match=r"^Endpoints must be of the form .*: x$"):
+        open_session(["x"])
+    with pytest.raises(zenoh.ZError, match=r"^Can not create a new TCP listener .*\(os error 99\)\]$"):
+        open_session(listen=["tcp/192.0.2.1:7447"])
 
 
 def test_the_kernel_keeps_a_backlog():
