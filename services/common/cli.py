@@ -35,13 +35,22 @@ LIBRARIES = Path.home() / ".local" / "share" / "volley" / "library"
 """Where each robot's library is by default, in a directory of the robot's name."""
 
 
+def _shown_as(metavar: str) -> object:
+    """Name the value of a flag in a help screen, without a default that would say nothing."""
+    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+
+
+OptionalFile = Annotated[Path | None, _shown_as("FILE")]
+Endpoints = Annotated[tuple[str, ...], _shown_as("ENDPOINT ...")]
+
+
 @dataclass(frozen=True, slots=True)
 class Options:
     """Flags of one service.
 
     Attributes:
         robot: Name of the robot on the bus, the second part of every key; by default the one in the robot config.
-        robot_config: TOML file that describes the robot, beside its MJCF file.
+        robot_config: TOML file that describes the robot, beside its MJCF file; by default that of the shipped arm.
         connect: Endpoints of the bus to join, as tcp/HOST:PORT; by default tcp/127.0.0.1:7447, unless this service
             hosts the bus.
         listen: Endpoints on which this service hosts the bus.
@@ -52,13 +61,13 @@ class Options:
         log: Form of the log on stderr: text for a terminal, json for one object a line.
     """
 
-    robot: str | None = None
-    robot_config: Path = DEFAULT_ROBOT_CONFIG
-    connect: tuple[str, ...] = ()
-    listen: tuple[str, ...] = ()
-    zenoh_config: Path | None = None
+    robot: Annotated[str | None, _shown_as("NAME")] = None
+    robot_config: Annotated[Path, _shown_as("FILE")] = DEFAULT_ROBOT_CONFIG
+    connect: Endpoints = ()
+    listen: Endpoints = ()
+    zenoh_config: OptionalFile = None
     insecure: bool = False
-    loop_core: int | None = None
+    loop_core: Annotated[int | None, _shown_as("N")] = None
     log: LogForm = "text"
 
 
@@ -163,7 +172,7 @@ class SimFlags:
     clock: Clock = "paced"
     seed: int = 0
     pace: float = 1.0
-    also: tuple[Path, ...] = ()
+    also: Annotated[tuple[Path, ...], _shown_as("FILE ...")] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,8 +185,8 @@ class PlannerFlags:
         lead: Fixed time from now to the start of a plan, s; by default it follows the time that planning takes.
     """
 
-    library: Path | None = None
-    lead: float | None = None
+    library: Annotated[Path | None, _shown_as("DIRECTORY")] = None
+    lead: Annotated[float | None, _shown_as("S")] = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +200,7 @@ class StrikerFlags:
             polynomial without a demonstration, which the striker has executed without the planner.
     """
 
-    learned: Path | None = None
+    learned: OptionalFile = None
     method: Literal["qp", "dmp", "quintic"] = "qp"
 
 
@@ -208,7 +217,7 @@ class RecorderFlags:
         live_port: Port of the live view.
     """
 
-    record: Path | None = None
+    record: OptionalFile = None
     unindexed: bool = False
     live: bool = False
     live_port: int = 9876
