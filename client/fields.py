@@ -34,8 +34,8 @@ class GoalFields(TypedDict, total=False):
         waypoints: Places or velocities on the way, of the joints or of the tool.
         limits: Tighter limits than the robot's own.
         tolerance: Largest error at the hit; where it is larger the outcome is `missed`. By default the robot's own.
-        rest_fraction: Final part of the duration without acceleration, 0 to below 1.
-        place_time: Keep the demonstrated places but for about this long at both ends, s.
+        rest_fraction: Final part of the duration without acceleration, 0 to 0.99.
+        place_time: Keep the demonstrated places but for about this long at both ends, s, at least 0.05.
         follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
         checks: What the plan is checked for besides its limits: by default collisions and torques.
         tail: `stop` after the goal; `coast` on where the motion is only planned.

@@ -167,10 +167,10 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         """Learn a primitive from a demonstration, and return how well it was learned, with warnings.
 
         Args:
-            name: 1 to 64 letters, digits, - or _.
+            name: 1 to 64 letters, digits, - or _, the first a letter or digit.
             positions: (N, J), rad: 10 to 100,000 samples of J joints.
             rate: Samples a second; this or `times`.
-            times: (N,), s, rising.
+            times: (N,), s, not falling; of samples with one time the mean is learned.
             joint_names: Of the columns, in any order; by default the arm's own, in its order.
             smoothing: `auto` smooths each joint as its noise asks for; `none` follows every sample; or this filter.
             replace: Overwrite a primitive of this name; False refuses it as `exists`.

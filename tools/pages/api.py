@@ -17,7 +17,8 @@ INTRODUCTION = """\
 # API
 
 Made from docstrings by `python -m tools.pages.api`; a test keeps this page equal to the code. J is the number of
-joints. Arrays are of float64; their shapes are in the docstrings.
+joints. Arrays are of float64; their shapes are in the docstrings. `m` stands for `client.messages`, whose fields
+[protocol.md](protocol.md) lists: `m.Waypoint(time_from_start=0.5, positions=[…])`.
 """
 
 MARGIN = 100

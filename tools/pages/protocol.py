@@ -59,11 +59,11 @@ LIVELINESS = f"""\
 ## Liveliness
 
 Every service holds a liveliness token on `alive/SERVICE`, where SERVICE is one of
-{SERVICES}; `{ROBOT_SIDE}` stands for every robot side, simulated or real. A client whose goals carry a lease holds one on
-`alive/client/CLIENT_ID`; when that token is lost, the client's motion is cancelled. A process that exits loses its
-tokens at once. A process that is suspended or unreachable loses them when its session expires: after the
-`transport/link/tx/lease` that the session announced (Zenoh's default is 10 s, Volley's clients set
-{CLIENT.lease_ms} ms).
+{SERVICES}; `{ROBOT_SIDE}` stands for every robot side, simulated or real.
+A client whose goals carry a lease holds one on `alive/client/CLIENT_ID`; when that token is lost, the client's motion is
+cancelled. A process that exits loses its tokens at once. A process that is suspended or unreachable loses them when its
+session expires: after the `transport/link/tx/lease` that the session announced (Zenoh's default is 10 s, Volley's
+clients set {CLIENT.lease_ms} ms).
 
 A service also holds a claim `alive/SERVICE/SESSION_ID` from its start on, which ensures a single instance: of two that
 start at once one exits, and a service whose session expired exits if another instance has taken over.

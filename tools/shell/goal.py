@@ -51,7 +51,7 @@ class GoalFlags:
         start_accelerations: With --start-positions: the acceleration there, rad/s², _ for free; by default free.
         tolerance: Largest position error of a joint at the hit, rad; a larger one is a miss. By default the robot's.
         velocity_tolerance: The same for velocities, rad/s.
-        rest_fraction: Final part of the duration without acceleration, 0 to below 1.
+        rest_fraction: Final part of the duration without acceleration, 0 to 0.99.
         place_time: Keep the demonstrated places but for about this long at both ends, s; by default a start or goal
             that differs moves all of them.
         follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
