@@ -10,10 +10,11 @@ from typing import Literal, get_args
 import mujoco
 import numpy as np
 
+from robot.court import TEE
 from robot.description import RobotConfig
 from robot.levers import PLANE, Levers
 from robot.model import addresses, body_name, joint_ids, owner_name
-from robot.tree import flies, path_to_world
+from robot.tree import flies, is_moved_by, path_to_world
 
 FAR = 1.0
 """Distances are measured up to here, m; what is farther counts as this far."""
@@ -38,9 +39,9 @@ class Ignored:
 class Pair:
     """Two bodies that could meet.
 
-    bodies: their names; of the world that of its geom. geoms: what could meet. rates: (J + O,), by how much their
-    distance can shrink a unit of each joint, the arm's and then other robots'. centres, reach: a geom of each, and how
-    far the bodies' geoms reach from their centres, in all, m.
+    bodies: their names, first the one that the arm moves; of the world that of its geom. geoms: what could meet. rates:
+    (J + O,), by how much their distance can shrink a unit of each joint, the arm's and then other robots'. centres,
+    reach: a geom of each, and how far the bodies' geoms reach from their centres, in all, m.
     """
 
     bodies: tuple[str, str]
@@ -56,8 +57,9 @@ class Clearance:
     MuJoCo's filter decides which geoms can meet: `contype`, `conaffinity`, `<exclude>`. Pairs count whose distance the
     arm's joints change, but for neighbours (a body and its parent, bodies without a joint taken as part of what they
     are welded to), what is nearer than the margin at home, and what the robot's TOML ignores. The world body is
-    nobody's neighbour, and each of its geoms makes a pair of its own. Bodies with a free joint and mocap bodies do not
-    count. Held joints are at their values until `surround` moves them, all others as in the model.
+    nobody's neighbour, and each of its geoms makes a pair of its own. Bodies with a free joint and the tee, which the
+    simulation moves, do not count; other mocap bodies, that of a base too, stand where the model has them. Held joints
+    are at their values until `surround` moves them, all others as in the model.
 
     margin: m. ignored: pairs that are not looked at. rates: (P, J + O), those of all pairs.
     """
@@ -151,26 +153,34 @@ def _candidates(model: mujoco.MjModel, joints: list[int], others: list[int]) -> 
             if not levers.between(one, other, joints).any():
                 continue
             if _neighbours(model, *bodies):
-                ignored[frozenset(bodies)] = Ignored(*_names(model, (one, other)), "neighbours")
+                ignored[frozenset(bodies)] = Ignored(*_names(model, (one, other), joints), "neighbours")
                 continue
             keys = (bodies[0] or -1 - one), (bodies[1] or -1 - other)
             found[keys].append((one, other))
-    return [_pair(model, levers, tuple(geoms), joints + others) for geoms in found.values()], list(ignored.values())
+    pairs = [_pair(model, levers, tuple(geoms), joints, others) for geoms in found.values()]
+    return pairs, list(ignored.values())
 
 
-def _pair(model: mujoco.MjModel, levers: Levers, geoms: tuple[tuple[int, int], ...], joints: list[int]) -> Pair:
-    rates = np.max([levers.between(one, other, joints) for one, other in geoms], axis=0)
+def _pair(
+    model: mujoco.MjModel, levers: Levers, geoms: tuple[tuple[int, int], ...], joints: list[int], others: list[int]
+) -> Pair:
+    rates = np.max([levers.between(one, other, joints + others) for one, other in geoms], axis=0)
     reach = sum(max(_reach(model, pair[side], geoms[0][side]) for pair in geoms) for side in range(2))
-    return Pair(_names(model, geoms[0]), geoms, rates, geoms[0], reach)
+    return Pair(_names(model, geoms[0], joints), geoms, rates, geoms[0], reach)
 
 
-def _names(model: mujoco.MjModel, geoms: tuple[int, int]) -> tuple[str, str]:
-    """Return the names of two geoms' bodies, that of the later in the model first: the arm moves it farther.
+def _names(model: mujoco.MjModel, geoms: tuple[int, int], joints: list[int]) -> tuple[str, str]:
+    """Return the names of two geoms' bodies, first the one that the arm moves, or moves farther: the later of two.
 
     Of the world it is the geom's name, as in messages on contacts.
     """
-    later, earlier = sorted(geoms, key=lambda geom: -int(model.geom_bodyid[geom]))
-    return owner_name(model, later), owner_name(model, earlier)
+
+    def farther(geom: int) -> tuple[bool, int]:
+        body = int(model.geom_bodyid[geom])
+        return is_moved_by(model, body, set(joints)), body
+
+    first, second = sorted(geoms, key=farther, reverse=True)
+    return owner_name(model, first), owner_name(model, second)
 
 
 def _reach(model: mujoco.MjModel, geom: int, centre: int) -> float:
@@ -186,8 +196,8 @@ def _can_touch(model: mujoco.MjModel, one: int, other: int) -> bool:
 
 
 def _loose(model: mujoco.MjModel, body: int) -> bool:
-    """Return whether something else than the robot's joints places the body: it flies, or is a mocap body."""
-    return flies(model, body) or any(model.body_mocapid[part] >= 0 for part in path_to_world(model, body))
+    """Return whether the simulation moves the body beside the joints: it flies, or is the tee."""
+    return flies(model, body) or any(model.body(part).name == TEE for part in path_to_world(model, body))
 
 
 def _neighbours(model: mujoco.MjModel, one: int, other: int) -> bool:

@@ -12,6 +12,8 @@ from robot.tree import joints_of, path_to_world
 
 HINGE, SLIDE = SINGLE_AXIS
 PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+UNLIMITED_SLIDE = 10.0
+"""m. How far a slide without a range is taken to go: a lever without end would bound nothing."""
 
 
 class Levers:
@@ -76,7 +78,8 @@ class Levers:
         for joint in joints_of(model, body):
             length += 2 * float(np.linalg.norm(model.jnt_pos[joint]))
             if model.jnt_type[joint] == SLIDE:
-                length += float(np.abs(model.jnt_range[joint]).max()) if model.jnt_limited[joint] else np.inf
+                ways = model.jnt_range[joint] - model.qpos0[model.jnt_qposadr[joint]]
+                length += float(np.abs(ways).max()) if model.jnt_limited[joint] else UNLIMITED_SLIDE
         return length
 
 

@@ -19,6 +19,7 @@ TOOL_SITE = "volley_tool"
 """Name of the site that stands for a tool which is given as a frame on a body."""
 CURES = {
     "mass and inertia of moving bodies": "give each link a mass and an inertia (<inertial>)",
+    "missing element: 'inertia'": "add <inertia> to that <inertial>, or remove <inertial>",
     "repeated name": "give each a name of its own",
     "Error opening file": "put that file where the model says it is",
     "range[0] should be smaller": "exchange or correct the two numbers",

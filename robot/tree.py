@@ -11,6 +11,8 @@ CONNECTIONS = int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)
 JOINT_EQUALITY = int(mujoco.mjtEq.mjEQ_JOINT)
 BODY = int(mujoco.mjtObj.mjOBJ_BODY)
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
+ROUNDING = 1e-6
+"""m. Bodies that overlap by less only touch."""
 
 
 def path_to_world(model: mujoco.MjModel, body: int) -> list[int]:
@@ -113,7 +115,7 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, joints: set[int]) -> di
             names = sorted(body_name(model, body) for body in bodies)
             pair = names[0], names[1]
             pairs[pair] = min(pairs.get(pair, np.inf), float(data.contact.dist[index]))
-    return {pair: distance for pair, distance in pairs.items() if distance < 0}
+    return {pair: distance for pair, distance in pairs.items() if distance < -ROUNDING}
 
 
 def flies(model: mujoco.MjModel, body: int) -> bool:

@@ -29,11 +29,12 @@ def contacts_at_home(subject: Subject) -> Iterator[Finding]:
     for (first, second), distance in touching(subject.model, data, {*subject.joints, *subject.held}).items():
         if frozenset((first, second)) not in subject.config.collision.ignore or distance < -DEEP:
             exclude = f'add to the model <contact><exclude body1="{first}" body2="{second}"/></contact>'
-            cure = "remove one <collision>" if subject.config.urdf else exclude
+            always = "remove one <collision>" if subject.config.urdf else exclude
+            pose = "home" if subject.config.bodies.intersection((first, second)) else "[held]"
             yield Finding(
                 "unusable" if distance < -DEEP else "warning",
                 f"at home {first} and {second} overlap by {-distance * 1e3:.3g} mm and push each other off; "
-                f"change home, or where they always overlap, {cure}",
+                f"change {pose}, or where they always overlap, {always}",
             )
 
 
@@ -72,11 +73,9 @@ def undriven(subject: Subject) -> Iterator[Finding]:
         )
     limp = (same_tree(model, subject.joints) | actuated(model)) - driven - subject.followers - set(inside)
     if limp:
-        yield Finding(
-            "warning",
-            f"nobody drives or holds {_listed(subject, limp)}: they hang limp; add them to [held], as "
-            f"{subject.joint_name(min(limp))} = 0.0",
-        )
+        name = model.joint(min(limp)).name
+        named = f"add them to [held], as {name} = 0.0" if name else "name them in the model, and add them to [held]"
+        yield Finding("warning", f"nobody drives or holds {_listed(subject, limp)}: they hang limp; {named}")
 
 
 def order(subject: Subject) -> Iterator[Finding]:

@@ -8,7 +8,7 @@ import mujoco
 
 from robot.description import RobotConfig
 from robot.dynamics import Load, load_at, sample_poses
-from robot.model import joint_ids
+from robot.model import body_name, joint_ids
 from robot.tree import followers
 
 Level = Literal["unusable", "warning", "note"]
@@ -70,4 +70,4 @@ class Subject:
 
     def joint_name(self, joint: int) -> str:
         """Return a joint's name, or its body's where it has none."""
-        return self.model.joint(joint).name or f"a joint of {self.model.body(int(self.model.jnt_bodyid[joint])).name}"
+        return self.model.joint(joint).name or f"a joint of {body_name(self.model, int(self.model.jnt_bodyid[joint]))}"

@@ -52,7 +52,8 @@ def find_arm(model: mujoco.MjModel, tool: str | None) -> Arm:
         notes.append(f"{names[chain[-1]]} moves a gripper or follows another joint: it is no joint of the arm")
         chain.pop()
     if not chain:
-        raise RobotError(f"no joint moves {tool or frame.body or frame.site!r}; name the arm's last body with --tool")
+        moves = "only a gripper's joints move" if notes else "no joint moves"
+        raise RobotError(f"{moves} {tool or frame.body or frame.site!r}; name the last body of an arm with --tool")
     _check_mimics(model, chain, names)
     return Arm(frame, origin, chain, _beside(model, chain), notes)
 

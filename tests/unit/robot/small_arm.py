@@ -40,9 +40,9 @@ MODEL = """
 """
 
 
-def small_arm(folder: Path, more: str = "", home: str = "[1.57, 0.0, 0.0]") -> RobotConfig:
+def small_arm(folder: Path, more: str = "", home: str = "[1.57, 0.0, 0.0]", model: str = MODEL) -> RobotConfig:
     """Return the arm; `more` is added to its TOML."""
-    (folder / "small.xml").write_text(MODEL)
+    (folder / "small.xml").write_text(model)
     file = folder / "small.toml"
     file.write_text(
         'name = "small"\nmodel = "small.xml"\ntool = "tip"\nrate_hz = 1000\nalpha = 50.0\nsilence_ticks = 20\n'

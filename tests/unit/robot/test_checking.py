@@ -22,7 +22,7 @@ MODEL = """
           <geom type="capsule" size=".03" fromto=".1 0 0 .4 0 0" mass=".5" {shape}/>
           <site name="tip" pos=".5 0 0"/>
           <body name="finger" pos=".5 0 0">
-            <joint name="f" type="slide" axis="0 1 0" range="0 .04"/>
+            <joint name="{finger}" type="slide" axis="0 1 0" range="0 .04"/>
             <geom size=".01" mass=".05" {shape}/>
           </body>
         </body>
@@ -41,6 +41,7 @@ SOUND = {
     "mass": "1",
     "shape": "",
     "post": "3",
+    "finger": "f",
     "equality": "",
 }
 TOML = """
@@ -95,6 +96,7 @@ def test_a_sound_robot_is_sound(tmp_path: Path) -> None:
         ),
         ({"equality": '<joint joint1="b" joint2="a"/>'}, "unusable", "couples a, b to"),
         ({"held": ""}, "warning", "nobody drives or holds f: they hang limp; add them to [held], as f = 0.0"),
+        ({"held": "", "finger": ""}, "warning", "holds a joint of finger: they hang limp; name them in the model, and"),
         ({"names": '["b", "a"]'}, "warning", "b stands before a, which carries it"),
         ({"upper": ""}, "warning", "1 bodies of the arm have no name (body 2)"),
         ({"shape": 'contype="0" conaffinity="0"'}, "warning", "no link of the arm has collision geometry"),
@@ -117,6 +119,10 @@ def test_a_sound_robot_is_sound(tmp_path: Path) -> None:
 def test_what_is_wrong_is_found(tmp_path: Path, changes: dict[str, str], level: str, sentence: str) -> None:
     found = findings(tmp_path, **changes)
     assert any(finding.level == level and sentence in finding.sentence for finding in found), found
+
+
+def test_what_only_touches_at_home_is_sound(tmp_path: Path) -> None:
+    assert findings(tmp_path, post="0.479999999", home="[0.0, 0.0]") == []
 
 
 def test_radians_read_as_degrees_are_found(tmp_path: Path) -> None:

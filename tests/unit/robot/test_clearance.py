@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from robot.clearance import Clearance, Ignored
-from tests.unit.robot.small_arm import small_arm
+from tests.unit.robot.small_arm import MODEL, small_arm
 
 EAST = [0.0, 0.0, 0.0]
+BLOCK = '</body><body name="block" mocap="true" pos="0.5 0.5 0">'
+"""Ends a base that is wrapped around the arm, and begins what stood there as the ball."""
 
 
 def made(folder: Path, more: str = "", **fields: str) -> Clearance:
@@ -34,6 +36,16 @@ def test_what_flies_or_is_moved_by_hand_does_not_count(tmp_path: Path):
         ("finger", "upper"),
         ("finger", "lower"),
     }
+
+
+def test_what_stands_on_a_mocap_body_counts(tmp_path: Path):
+    """A base that is a mocap body carries the arm; a body that somebody may move stands where the model has it."""
+    on_the_world = pairs(made(tmp_path))
+    model = MODEL.replace('<body name="upper">', '<body name="base" mocap="true"><body name="upper">')
+    model = model.replace('<body name="ball" pos="0.5 0.5 0"><freejoint/>', BLOCK)
+    found = pairs(made(tmp_path, model=model))
+    assert found - on_the_world == {(body, "block") for body in ("upper", "lower", "hand", "finger")}
+    assert on_the_world <= found
 
 
 def test_what_is_ignored_is_listed_with_its_reason(tmp_path: Path):
@@ -74,3 +86,10 @@ def test_held_joints_are_at_their_values(tmp_path: Path):
         distances.append(clearance.distance(index))
     assert distances[0] == pytest.approx(0.13, abs=1e-6)
     assert distances[1] > distances[0]
+
+
+def test_the_body_that_the_arm_moves_is_named_first(tmp_path: Path):
+    """Also where what it meets stands after it in the model."""
+    clearance = made(tmp_path, model=MODEL.replace("<freejoint/>", ""))
+    assert ("lower", "ball") in pairs(clearance)
+    assert all("ball" not in one for one, _ in pairs(clearance))
