@@ -22,6 +22,9 @@ FAR = 1.0
 ROUGH = 0.2
 """Beyond this (m) the distance of the spheres around two bodies will do."""
 
+UNMEASURED = int(mujoco.mjtGeom.mjGEOM_HFIELD), int(mujoco.mjtGeom.mjGEOM_SDF)
+"""Height fields and signed distance fields: MuJoCo finds their contacts, but returns no true distance."""
+
 Reason = Literal["neighbours", "near at home", "collision.ignore"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
 
@@ -59,7 +62,7 @@ class Clearance:
     are welded to), what is nearer than the margin at home, and what the robot's TOML ignores. The world body is
     nobody's neighbour, and each of its geoms makes a pair of its own. Bodies with a free joint and the tee, which the
     simulation moves, do not count; other mocap bodies, that of a base too, stand where the model has them. Held joints
-    are at their values until `surround` moves them, all others as in the model.
+    are at their values until `surround` moves them, all others as in the model. `UNMEASURED` geoms do not count.
 
     margin: m. ignored: pairs that are not looked at. rates: (P, J + O), those of all pairs.
     """
@@ -144,7 +147,8 @@ def _candidates(model: mujoco.MjModel, joints: list[int], others: list[int]) -> 
     excluded = {frozenset(divmod(int(signature), 1 << 16)) for signature in model.exclude_signature}
     found: defaultdict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
     ignored: dict[frozenset[int], Ignored] = {}
-    geoms = [g for g in range(model.ngeom) if not _loose(model, int(model.geom_bodyid[g]))]
+    measured = np.flatnonzero(~np.isin(model.geom_type, UNMEASURED)).tolist()
+    geoms = [geom for geom in measured if not _loose(model, int(model.geom_bodyid[geom]))]
     for index, one in enumerate(geoms):
         for other in geoms[index + 1 :]:
             bodies = int(model.geom_bodyid[one]), int(model.geom_bodyid[other])

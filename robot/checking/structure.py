@@ -3,9 +3,11 @@
 from collections.abc import Iterator
 
 import mujoco
+import numpy as np
 
 from robot.checking.subject import Finding, Subject
-from robot.model import body_name
+from robot.clearance import UNMEASURED
+from robot.model import body_name, owner_name
 from robot.tree import (
     actuated,
     carrying_joints,
@@ -110,14 +112,17 @@ def unnamed_bodies(subject: Subject) -> Iterator[Finding]:
 
 
 def shapes(subject: Subject) -> Iterator[Finding]:
-    """Links that nothing can touch."""
+    """Links that nothing can touch, and shapes whose distances are not known."""
     model, arm = subject.model, set(subject.joints)
-    solid = {
-        int(model.geom_bodyid[geom])
-        for geom in range(model.ngeom)
-        if model.geom_contype[geom] or model.geom_conaffinity[geom]
-    }
-    if not any(is_moved_by(model, body, arm) for body in solid):
+    solid = np.flatnonzero(model.geom_contype | model.geom_conaffinity).tolist()
+    for geom in solid:
+        if model.geom_type[geom] in UNMEASURED:
+            yield Finding(
+                "warning",
+                f"plans are not checked against the height or distance field of {owner_name(model, geom)}, whose "
+                "distances MuJoCo does not compute; add boxes or meshes in its place",
+            )
+    if not any(is_moved_by(model, int(model.geom_bodyid[geom]), arm) for geom in solid):
         yield Finding(
             "warning",
             "no link of the arm has collision geometry: contacts are neither simulated nor planned around; "

@@ -11,7 +11,9 @@ from robot.description import load_robot
 MODEL = """
 <mujoco>
   <compiler angle="{angle}"/>
+  <asset><hfield name="hills" nrow="4" ncol="4" size="1 1 .1 .1"/></asset>
   <worldbody>
+    {ground}
     <body name="base">
       <geom size=".05" pos="0 0 -.2"/>
       <body name="{upper}">
@@ -40,6 +42,7 @@ SOUND = {
     "second": "-2.5 2.5",
     "mass": "1",
     "shape": "",
+    "ground": "",
     "post": "3",
     "finger": "f",
     "equality": "",
@@ -100,6 +103,11 @@ def test_a_sound_robot_is_sound(tmp_path: Path) -> None:
         ({"names": '["b", "a"]'}, "warning", "b stands before a, which carries it"),
         ({"upper": ""}, "warning", "1 bodies of the arm have no name (body 2)"),
         ({"shape": 'contype="0" conaffinity="0"'}, "warning", "no link of the arm has collision geometry"),
+        (
+            {"ground": '<geom name="soil" type="hfield" hfield="hills" pos="0 0 -2"/>'},
+            "warning",
+            "plans are not checked against the height or distance field of soil",
+        ),
         ({"mass": "40"}, "unusable", "a cannot hold the arm at home: gravity takes"),
         ({"mass": "9.5"}, "warning", "a hardly holds the arm at home"),
         ({"first": 'actuatorfrcrange="-30 30" frictionloss=".5"'}, "note", "a rubs with 0.5 N·m, 1.7% of its torque"),

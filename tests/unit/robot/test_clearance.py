@@ -88,6 +88,14 @@ def test_held_joints_are_at_their_values(tmp_path: Path):
     assert distances[1] > distances[0]
 
 
+def test_what_has_no_true_distance_does_not_count(tmp_path: Path):
+    model = MODEL.replace(
+        "<worldbody>", '<asset><hfield name="h" nrow="4" ncol="4" size="2 2 1 1"/></asset><worldbody>'
+    )
+    hills = model.replace('<geom name="pedestal"', '<geom name="hills" type="hfield" hfield="h"/><geom name="pedestal"')
+    assert pairs(made(tmp_path, model=hills)) == pairs(made(tmp_path))
+
+
 def test_the_body_that_the_arm_moves_is_named_first(tmp_path: Path):
     """Also where what it meets stands after it in the model."""
     clearance = made(tmp_path, model=MODEL.replace("<freejoint/>", ""))
