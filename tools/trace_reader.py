@@ -86,10 +86,11 @@ def read_trace(path: Path) -> Trace:
     return Trace({key: _join(found) for key, found in pieces.items()})
 
 
-def read_chunks(path: Path) -> Iterator[Chunk]:
-    """Yield the chunks of a .rrd file up to its last complete message; static data is left out.
+def read_chunks(path: Path, *, static: bool = False) -> Iterator[Chunk]:
+    """Yield the chunks of a .rrd file up to its last complete message.
 
-    The last message is incomplete while a recorder writes it, and where a recorder was killed.
+    Static data, which has no times, is left out unless `static` asks for it. The last message is incomplete while a
+    recorder writes it, and where a recorder was killed.
 
     Raises:
         RuntimeError, ValueError: Rerun cannot read what is before that.
@@ -99,7 +100,7 @@ def read_chunks(path: Path) -> Iterator[Chunk]:
             stream = _open(path)
         except RuntimeError:
             stream = _open(_without_incomplete_message(path, Path(directory)))
-        yield from (chunk for chunk in stream if not chunk.is_static)
+        yield from (chunk for chunk in stream if static or not chunk.is_static)
 
 
 def count_recordings(path: Path) -> int:

@@ -46,7 +46,7 @@ def times_name(found: Mapping[str, Matrix], samples: int) -> str | None:
     """Return the name of an array with one time a sample."""
     for word in TIMES:
         for name, array in found.items():
-            if word in words(name) and array.shape in ((samples,), (samples, 1)) and array.dtype.kind in "fiu":
+            if word in words(name) and array.shape in ((samples,), (samples, 1)) and array.dtype.kind in "fiumM":
                 return name
     return None
 
@@ -54,6 +54,8 @@ def times_name(found: Mapping[str, Matrix], samples: int) -> str | None:
 def scaled(name: str, times: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return times from the first on, s, by the unit that their name says, or that fits, and what was assumed."""
     flat = np.asarray(times).reshape(-1)
+    if flat.dtype.kind in "mM":
+        return (flat - flat[:1]) / np.timedelta64(1, "ns") * 1e-9, ()
     rest = (flat - flat[0]).astype(float) if len(flat) else flat.astype(float)
     said = [UNITS[word] for word in words(name) if word in UNITS]
     unit = said[-1] if said else unit_of_steps(rest)

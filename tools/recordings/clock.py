@@ -9,17 +9,21 @@ from tools.recordings.names import words
 
 UNITS = {
     "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0,
+    "min": 60.0, "mins": 60.0, "minute": 60.0, "minutes": 60.0, "h": 3600.0, "hour": 3600.0, "hours": 3600.0,
     "ms": 1e-3, "msec": 1e-3, "millis": 1e-3, "milliseconds": 1e-3,
-    "us": 1e-6, "µs": 1e-6, "usec": 1e-6, "micros": 1e-6, "microseconds": 1e-6,
+    "us": 1e-6, "µs": 1e-6, "usec": 1e-6, "usecs": 1e-6, "micros": 1e-6, "microseconds": 1e-6,
     "ns": 1e-9, "nsec": 1e-9, "nsecs": 1e-9, "nanosec": 1e-9, "nanos": 1e-9, "nanoseconds": 1e-9,
 }  # fmt: skip
 SPOKEN = {1.0: "s", 1e-3: "ms", 1e-6: "µs", 1e-9: "ns"}
 
-TIMES = "time", "timestamp", "timestamps", "times", "stamp", "t", "elapsed", "clock"
+TIMES = "time", "timestamp", "timestamps", "times", "stamp", "t", "elapsed", "clock", "zeit", "tv"
 """Words that name a column of times, the likeliest first."""
 
 LONGEST_STEP = 0.5
 """s: what lies further apart is no movement, so that the unit must be smaller."""
+
+LONGEST_SMALL_STEP = 0.25
+"""s, in smaller units: whole numbers 500 apart are µs at 2 kHz rather than ms at 2 Hz."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,7 @@ def clock_of(names: Sequence[str], values: np.ndarray) -> Clock:
     if not said:
         return _guessed(column, names[column], values[:, column])
     fraction = _fraction(names, column) if said[-1] == 1.0 else None
-    return Clock((column,), (said[-1],)) if fraction is None else Clock((column, fraction), (1.0, 1e-9))
+    return Clock((column,), (said[-1],)) if fraction is None else Clock((column, fraction[0]), (1.0, fraction[1]))
 
 
 def seconds(values: np.ndarray, clock: Clock) -> np.ndarray:
@@ -57,10 +61,11 @@ def seconds(values: np.ndarray, clock: Clock) -> np.ndarray:
 
 
 def unit_of_steps(times: np.ndarray) -> float:
-    """Return the largest unit, s, in which the median step between times is at most LONGEST_STEP."""
+    """Return the largest unit, s, in which the median step between times is short enough for a movement."""
     steps = np.diff(np.unique(times))
     step = float(np.median(steps)) if len(steps) else 0.0
-    return next((unit for unit in SPOKEN if step * unit <= LONGEST_STEP), 1e-9)
+    longest = {unit: LONGEST_STEP if unit == 1.0 else LONGEST_SMALL_STEP for unit in SPOKEN}
+    return next((unit for unit in SPOKEN if step * unit <= longest[unit]), 1e-9)
 
 
 def _rank(name: str) -> tuple[int, int] | None:
@@ -79,11 +84,12 @@ def _guessed(column: int, name: str, times: np.ndarray) -> Clock:
     return Clock((column,), (unit,), note)
 
 
-def _fraction(names: Sequence[str], column: int) -> int | None:
-    """Return the column of nanoseconds that belongs to one of seconds, as ROS writes stamps."""
+def _fraction(names: Sequence[str], column: int) -> tuple[int, float] | None:
+    """Return the column of nano- or microseconds that belongs to one of seconds, and its unit, as in stamps of ROS."""
     stem = words(names[column])[:-1]
     for index, name in enumerate(names):
         parts = words(name)
-        if index != column and parts[:-1] == stem and parts and UNITS.get(parts[-1]) == 1e-9:
-            return index
+        unit = UNITS.get(parts[-1]) if index != column and parts[:-1] == stem and parts else None
+        if unit in (1e-6, 1e-9):
+            return index, unit
     return None

@@ -13,6 +13,8 @@ class Mismatch(Exception):
     """Columns that cannot be matched to the robot's joints; `str()` is a sentence without the file's name."""
 
 
+DIGITS = "0123456789"
+
 GRIPPER_COLUMNS = 2
 """A gripper has one column, or one a finger; they follow the arm's."""
 
@@ -207,8 +209,17 @@ def _missing(columns: Sequence[str], joints: Sequence[str], found: Mapping[str, 
         return f"it {names.ONLY_POSES.format(_listed(columns))}"
     return (
         f"it has no column for {_listed(missing)}; its columns are {_listed(free or columns)}, "
-        f"the robot has {len(joints)} joints; name them with --map {(free or columns)[0]}={missing[0]} …"
+        f"the robot has {len(joints)} joints; name them with --map {_family_map(free or columns, missing)} …"
     )
+
+
+def _family_map(columns: Sequence[str], joints: Sequence[str]) -> str:
+    """Return a mapping for columns and joints that have the same numbers, as 'A*=joint_*', or for the first of each."""
+    theirs, ours = columns[0].rstrip(DIGITS), joints[0].rstrip(DIGITS)
+    numbers = [joint.removeprefix(ours) for joint in joints]
+    if theirs and all(number and f"{theirs}{number}" in columns for number in numbers):
+        return f"'{theirs}*={ours}*'"
+    return f"{columns[0]}={joints[0]}"
 
 
 def _listed(words: Sequence[str], most: int = 8) -> str:

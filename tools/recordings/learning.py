@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from tools.recordings import names, readers
+from tools.recordings.calibration import in_degrees
 from tools.recordings.joints import Matching, Mismatch, match
 from tools.recordings.recording import Recording, Unit, Unreadable
+from tools.recordings.together import together
 
 LEARNED_SAMPLES = 100_000
 """Samples that the planner takes at most, `services.planner.learning.MAX_SAMPLES`; importing that is slow."""
@@ -19,6 +21,11 @@ EVEN = 0.01
 
 QUATERNION_ERROR = 1e-3
 """Largest distance of a recorded quaternion's length from 1."""
+
+DEGREE = math.pi / 180
+
+LEROBOT = ".pos"
+"""End of a joint's name in what LeRobot's arms report."""
 
 SHORTEST = 0.01
 """s, of a demonstration: `services.planner.learning.DURATION_RANGE`."""
@@ -33,6 +40,7 @@ def load(
     unit: Unit | None = None,
     rate: float | None = None,
     duration: float | None = None,
+    calibration: Path | None = None,
 ) -> Recording:
     """Return a movement of a file with one column a joint of the robot, in its order and under its names.
 
@@ -44,11 +52,13 @@ def load(
         unit: Of the file's angles, in place of what it says itself.
         rate: Samples a second, for a file without times.
         duration: Stretches the times to last this long, s; for recordings against a phase.
+        calibration: Of the arm that recorded positions of -100 to 100, by LeRobot.
 
     Raises:
         Unreadable: one sentence on what is wrong with the file and what to do.
     """
     chosen = arranged(readers.read(path, episode, rate), joints, mapping or {})
+    chosen = chosen if calibration is None else in_degrees(chosen, calibration)
     times = chosen.times if duration is None else _stretched(chosen, duration)
     return replace(chosen, unit=unit or chosen.unit, times=times)
 
@@ -67,7 +77,8 @@ def arranged(recording: Recording, joints: Sequence[str], mapping: Mapping[str, 
         matching = match(recording.columns, recording.values.shape[1], ours, mapping)
     except Mismatch as mismatch:
         raise Unreadable(f"{recording.source}: {mismatch}") from None
-    return _finite(_selected(recording, ours, matching))
+    normalised = recording.normalised or any(column.endswith(LEROBOT) for column in recording.columns)
+    return together(replace(_selected(recording, ours, matching), normalised=normalised))
 
 
 def in_radians(recording: Recording) -> Recording:
@@ -134,33 +145,16 @@ def _rises_evenly(column: np.ndarray) -> bool:
 def _selected(recording: Recording, joints: Sequence[str], matching: Matching) -> Recording:
     chosen = list(matching.columns)
     values, unit = recording.values[:, chosen], recording.unit
-    if unit is None and recording.columns:
-        said = [names.unit_of(recording.columns[column]) for column in chosen]
-        unit = "rad" if "rad" in said else "deg" if "deg" in said else None
-        if unit == "rad":
-            values = np.where([one == "deg" for one in said], np.radians(values), values)
+    named = [recording.columns[column] for column in chosen] if recording.columns else []
+    if wrong := next(filter(names.is_no_angle, named), None):
+        raise Unreadable(f"{recording.source}: {wrong} is no angle by its name; convert it to rad or degrees")
+    scales = {names.scale_of(name) for name in named} - {None}
+    if unit is None and scales == {DEGREE}:
+        unit = "deg"
+    elif unit is None and scales:
+        unit, values = "rad", values * [names.scale_of(name) or 1.0 for name in named]
     notes = (*recording.notes, *matching.notes)
     return replace(recording, columns=tuple(joints), values=values, unit=unit, notes=notes)
-
-
-def _finite(recording: Recording) -> Recording:
-    """Leave out samples without a number for each joint, as of another device in the same topic."""
-    whole = np.isfinite(recording.values).all(axis=1) & np.isfinite(recording.times)
-    if whole.all():
-        return recording
-    if not whole.any():
-        empty = [
-            name for name, column in zip(recording.columns, recording.values.T, strict=True) if np.isnan(column).all()
-        ]
-        what = f"{', '.join(empty)} has no number" if empty else "no sample has a number for every joint"
-        raise Unreadable(f"{recording.source}: {what} in {recording.episode}; record all joints together")
-    note = f"{np.count_nonzero(~whole)} of {len(whole)} samples lack a joint and were left out"
-    return replace(
-        recording,
-        times=recording.times[whole],
-        values=recording.values[whole],
-        notes=(*recording.notes, note),
-    )
 
 
 def _stretched(recording: Recording, duration: float) -> np.ndarray:

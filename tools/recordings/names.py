@@ -1,21 +1,32 @@
 """Words in the names of columns: units, times, and quantities that are no joint position."""
 
+import math
 import re
 from collections.abc import Iterable
 
 from tools.recordings.recording import Unit
 
-WORD = re.compile(r"[a-z°µ]+|\d+")
+WORD = re.compile(r"[a-z°µ%]+|\d+")
 
-DEGREES = frozenset({"deg", "degree", "degrees", "°"})
-RADIANS = frozenset({"rad", "rads", "radian", "radians"})
+ANGLES = {
+    **dict.fromkeys(("rad", "rads", "radian", "radians"), 1.0), "mrad": 1e-3,
+    **dict.fromkeys(("deg", "degree", "degrees", "°"), math.pi / 180), "mdeg": math.pi / 180e3, "gon": math.pi / 200,
+    "arcmin": math.pi / 10_800,
+    **dict.fromkeys(("rev", "revs", "revolutions", "turn", "turns"), 2 * math.pi),
+}  # fmt: skip
+"""Units of angles, in rad."""
+
+NO_ANGLES = frozenset(
+    {"%", "percent", "ticks", "tick", "counts", "count", "steps", "pulses", "normalized", "normalised"}
+)
+"""Units of joint positions that are no angles, unless an arm's calibration is known."""
 
 POSITION = frozenset(
     {"pos", "position", "positions", "actual", "measured", "value", "field", "qpos", "angle", "angles"}
 )
 """Words that a joint position's name may have beside the joint's."""
 
-JOINT = frozenset({"q", "j", "joint", "joints", "axis", "motor", "dof", "theta"})
+JOINT = frozenset({"q", "j", "joint", "joints", "axis", "motor", "dof", "theta", "rax", "gelenk", "achse"})
 """Words for a joint; before a number they all mean the same."""
 
 OTHER = frozenset(
@@ -25,10 +36,10 @@ OTHER = frozenset(
         "temperature", "voltage", "target", "desired", "command", "commanded", "cmd", "goal", "action", "tcp", "ee",
         "eef", "pose", "quat", "error", "stamp", "timestamp", "time", "seq", "frame", "index", "id", "mode", "status",
         "reference", "planned", "demonstrated", "limits", "des", "ref", "setpoint", "qdot", "qddot", "accel", "temp",
-        "power", "load", "pwm", "ticks", "counts", "turns", "revs", "mrad", "percent",
+        "power", "load", "pwm",
     }
 )  # fmt: skip
-"""Words of quantities that are no measured joint position, and of units that are not read."""
+"""Words of quantities that are no measured joint position."""
 
 GRIPPER = frozenset({"gripper", "finger", "fingers", "fingertip", "hand", "jaw", "claw"})
 
@@ -42,7 +53,8 @@ ONLY_POSES = "has poses of the tool ({}) and no joint positions; " + POSES_CURE
 
 def words(name: str) -> tuple[str, ...]:
     """Return a name's words and numbers in lower case, camel case taken apart: ("panda", "joint", "1")."""
-    return tuple(WORD.findall(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()))
+    text = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower().replace("μ", "µ")
+    return tuple(WORD.findall(text.lstrip("%")))
 
 
 def joint_words(name: str) -> tuple[str, ...]:
@@ -50,7 +62,7 @@ def joint_words(name: str) -> tuple[str, ...]:
 
     `joint` stays before a number only, so that `shoulder_pan_joint` and `shoulder_pan.pos` are the same.
     """
-    kept = [word for word in words(name) if word not in POSITION | DEGREES | RADIANS]
+    kept = [word for word in words(name) if word not in POSITION | NO_ANGLES and word not in ANGLES]
     spelled = ["joint" if word in JOINT else word for word in kept]
     joints = [
         word
@@ -71,9 +83,19 @@ def are_poses(columns: Iterable[str]) -> bool:
 
 
 def unit_of(name: str) -> Unit | None:
-    """Return the unit that a column's name says."""
-    said = set(words(name))
-    return "deg" if said & DEGREES else "rad" if said & RADIANS else None
+    """Return the unit that an array's name, or an attribute, says."""
+    scale = scale_of(name)
+    return "rad" if scale == 1.0 else "deg" if scale == math.pi / 180 else None
+
+
+def scale_of(name: str) -> float | None:
+    """Return the unit of angles that a column's name says, in rad."""
+    return next((ANGLES[word] for word in words(name) if word in ANGLES), None)
+
+
+def is_no_angle(name: str) -> bool:
+    """Whether a column's name says a unit that is none of angles."""
+    return bool(NO_ANGLES & set(words(name)))
 
 
 def is_gripper(name: str) -> bool:

@@ -27,6 +27,7 @@ class Recording:
         episode: Its name in the file, as `volley episodes` lists it.
         stamped: Whether the file has a time for each sample; False: `times` are made from a rate.
         notes: Sentences on what the reader assumed.
+        normalised: Whether values without a unit may be parts of ranges, -100 to 100, as in LeRobot's recordings.
     """
 
     times: np.ndarray
@@ -37,6 +38,7 @@ class Recording:
     episode: str
     stamped: bool
     notes: tuple[str, ...] = ()
+    normalised: bool = False
 
 
 @dataclass(frozen=True, slots=True)

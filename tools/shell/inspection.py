@@ -28,6 +28,7 @@ def inspect(
     unit: Annotated[Unit | None, arg(help_behavior_hint="")] = None,
     rate: Number = None,
     duration: Seconds = None,
+    calibration: File = None,
     robot_config: Annotated[Path, arg(metavar="FILE", help_behavior_hint="")] = DEFAULT_ROBOT_CONFIG,
     plot: File = None,
 ) -> None:
@@ -40,6 +41,7 @@ def inspect(
         unit: Of the angles, where the file does not say it.
         rate: Samples per second, of a file without times.
         duration: Stretch the times to last this long, s; for recordings against a phase from 0 to 1.
+        calibration: LeRobot's of the arm that recorded positions of -100 to 100, a .json file.
         robot_config: TOML file of the arm that shall play it; by default the shipped one.
         plot: Draw raw, fitted and imitated curves with the findings marked, into a .png or .rrd file.
     """
@@ -53,6 +55,7 @@ def inspect(
             unit=unit,
             rate=rate,
             duration=duration,
+            calibration=calibration,
         )
         examination = examine(raw, robot)
         print_findings(raw.notes, examination.findings)

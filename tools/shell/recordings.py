@@ -36,6 +36,7 @@ def learn(
     unit: Annotated[Unit | None, arg(help_behavior_hint="")] = None,
     rate: Number = None,
     duration: Seconds = None,
+    calibration: File = None,
     smoothing: Literal["auto", "none"] = "auto",
     window: Seconds = None,
     order: Annotated[int, arg(metavar="N")] = 5,
@@ -58,6 +59,7 @@ def learn(
         unit: Of the angles, where the file does not say it.
         rate: Samples per second, of a file without times.
         duration: Stretch the times to last this long, s; for recordings against a phase from 0 to 1.
+        calibration: LeRobot's of the arm that recorded positions of -100 to 100, a .json file.
         smoothing: auto fits a penalised spline, each joint smoothed as its noise asks for; none follows every sample.
         window: Smooth with a Savitzky-Golay filter this long, s, instead, as the paper does.
         order: Of that filter's polynomial.
@@ -74,6 +76,7 @@ def learn(
         raise UsageError("--follow-spread needs several recordings of one movement; name more files")
     filtered = m.SavitzkyGolay(window_s=window, order=order) if window is not None else smoothing
     how = {"episode": episode, "mapping": mapping(map), "unit": unit, "rate": rate, "duration": duration}
+    how["calibration"] = calibration
     with reach(shell) as link:
         joints = link.joint_names()
         try:

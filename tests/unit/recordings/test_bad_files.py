@@ -115,7 +115,8 @@ def test_pickles_do_not_run(tmp_path: Path, monkeypatch):
         (LINES.replace("joint", "finger"), "no column for joint_1, joint_2; its columns are t, finger_1"),
         ("t,joint_1,joint_2\n", "no line of numbers"),
         ("just a note about the run\n", "no line of numbers"),
-        ("a,b\nred,green\nblue,black\n", "words and no numbers"),
+        ("a,b\nred,green\nblue,black\n", "no line of numbers"),
+        ("a,b\n1,green\nblue,2\ngrey,red\n", "words and no numbers"),
     ],
 )
 def test_text_tables(tmp_path: Path, content: str, sentence: str):

@@ -91,3 +91,9 @@ def test_refusals(columns, mapping, sentence):
     with pytest.raises(Mismatch) as caught:
         match(columns, len(columns) or 6, ARM, mapping)
     assert sentence in str(caught.value)
+
+
+def test_the_mapping_of_a_numbered_family_is_proposed():
+    with pytest.raises(Mismatch, match=r"--map 'A\*=joint_\*' …"):
+        match(("A1", "A2"), 2, ("joint_1", "joint_2"), {})
+    assert match(("A1", "A2"), 2, ("joint_1", "joint_2"), {"A*": "joint_*"}).columns == (0, 1)

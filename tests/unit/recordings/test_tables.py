@@ -44,6 +44,17 @@ def table(tmp_path: Path, text: str, **options) -> Recording:
         "t,q1,q2,q1_vel [deg/s]\n0,1,2,9\n0.5,3,4,9\n",
         "%time,field.name0,field.name1,field.position0,field.position1\n0,joint_2,joint_1,2,1\n5e8,joint_2,joint_1,4,3\n",
         "t,q1,q2\n0,1,2\n0.5,3,4\n0.7,5",
+        "time,q1,q2\n[s],[rad],[rad]\n0,1,2\n0.5,3,4\n".replace(",[rad]", ",-"),
+        "t,q1,q2\nms,,\n0,1,2\n500,3,4\n",
+        "t,q1,q2\n0,1,2\n0.2,NA,null\n0.5,3,4\n",
+        "sep=;\nZeit;Gelenk1;Gelenk2\n0,0;1;2\n0,5;3;4\n",
+        '"t","q1","q2"\n"0,0","1,0","2,0"\n"0,5","3,0","4,0"\n',
+        "t,q1,q2\n0.0D+00,1.0D+00,2.0D+00\n5.0D-01,3.0D+00,4.0D+00\n",
+        "sec,usec,q1,q2\n8,900000,1,2\n9,400000,3,4\n",
+        "tv_sec,tv_nsec,q1,q2\n8,900000000,1,2\n9,400000000,3,4\n",
+        "time,q1,q2\n23:59:58.25,1,2\n23:59:58.75,3,4\n",
+        "time;q1;q2\n29.11.2026 12:00:00,25;1;2\n29.11.2026 12:00:00,75;3;4\n",
+        "t [min],q1,q2\n0,1,2\n0.008333333333,3,4\n",
     ],
 )
 def test_dialects(tmp_path: Path, text: str):
@@ -54,7 +65,7 @@ def test_dialects(tmp_path: Path, text: str):
 
 
 @pytest.mark.parametrize(
-    ("step", "unit"), [(0.002, 1.0), (0.5, 1.0), (2, 1e-3), (33, 1e-3), (2000, 1e-6), (2_000_000, 1e-9)]
+    ("step", "unit"), [(0.002, 1.0), (0.5, 1.0), (2, 1e-3), (33, 1e-3), (500, 1e-6), (2000, 1e-6), (2_000_000, 1e-9)]
 )
 def test_a_unit_of_time_that_nobody_says_is_the_one_that_fits(tmp_path: Path, step: float, unit: float):
     recording = table(tmp_path, "t,q1,q2\n" + "".join(f"{k * step},1,2\n" for k in range(20)))
@@ -73,10 +84,43 @@ def test_a_column_of_words_that_names_several_joints_is_refused(tmp_path: Path):
         table(tmp_path, "t,field.name0,field.position0\n0,joint_1,1\n0.1,joint_2,2\n")
 
 
-@pytest.mark.parametrize("word", ["turns", "ticks", "mrad", "des", "temp"])
-def test_other_units_and_quantities_are_not_taken_for_positions(tmp_path: Path, word: str):
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1", "cp1252", "utf-8"])
+def test_encodings(tmp_path: Path, encoding: str):
+    """Of spreadsheets and older programs; the unit is kept with its °."""
+    (tmp_path / "demo.csv").write_text("Zeit [s];q1 [°];q2 [°]\n0,0;1;2\n0,5;3;4\n", encoding=encoding)
+    recording = load(tmp_path / "demo.csv", TWO)
+    assert (recording.values.tolist(), recording.unit) == ([[1, 2], [3, 4]], "deg")
+
+
+def test_letters_of_another_encoding_further_on_are_passed_over(tmp_path: Path):
+    lines = "".join(f"{k / 100},{k},{k}\n" for k in range(500)) + "# geprüft\n5,500,500\n"
+    (tmp_path / "demo.csv").write_bytes(("t,q1,q2\n" + lines).encode("latin-1"))
+    assert load(tmp_path / "demo.csv", TWO).values[-1].tolist() == [500, 500]
+
+
+@pytest.mark.parametrize("word", ["des", "temp"])
+def test_other_quantities_are_not_taken_for_positions(tmp_path: Path, word: str):
     with pytest.raises(Unreadable, match="no column for joint_1, joint_2"):
         table(tmp_path, f"t,joint_1_{word},joint_2_{word}\n0,1,2\n0.1,3,4\n")
+
+
+@pytest.mark.parametrize(
+    ("word", "size"),
+    [("turns", 2 * np.pi), ("rev", 2 * np.pi), ("mrad", 1e-3), ("gon", np.pi / 200), ("mdeg", np.pi / 180e3)],
+)
+def test_other_units_of_angles_are_converted(tmp_path: Path, word: str, size: float):
+    recording = table(tmp_path, f"t,joint_1 [{word}],joint_2_{word}\n0,1,2\n0.1,3,4\n")
+    assert (recording.unit, recording.values.tolist()) == (
+        "rad",
+        [pytest.approx([size, 2 * size]), pytest.approx([3 * size, 4 * size])],
+    )
+
+
+@pytest.mark.parametrize("word", ["ticks", "counts", "%", "percent"])
+def test_units_that_are_no_angles_are_refused(tmp_path: Path, word: str):
+    for mapping in ({}, {f"joint_*_{word}": "joint_*"}):
+        with pytest.raises(Unreadable, match="no angle by its name"):
+            table(tmp_path, f"t,joint_1_{word},joint_2_{word}\n0,1,2\n0.1,3,4\n", mapping=mapping)
 
 
 def test_a_column_of_times_or_indices_is_no_joint(tmp_path: Path):

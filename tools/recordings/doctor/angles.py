@@ -13,27 +13,34 @@ from tools.recordings.recording import Recording
 
 TURN = 2 * np.pi
 
+NORMALISED = (
+    "degrees, or -100 to 100 of what each joint was moved through when it was calibrated, as LeRobot records where "
+    "use_degrees is not set; give --unit deg, or the arm's calibration by --calibration FILE.json"
+)
+
 FEW = 0.01
 """Part of the samples that may be outliers."""
 
 
 def degrees(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Positions that are too large for rad and right for degrees."""
+    """Positions that are too large for rad and right for degrees, or too large for both."""
     largest = float(np.quantile(np.abs(recording.values), 1 - FEW))
-    if recording.unit == "deg" or largest <= TURN + OUTSIDE:
-        return
     if robot is None:
         # Without an arm to compare with: no joint turns twice around, and none of an arm is at 400°.
-        in_range = 2 * TURN < largest <= np.degrees(TURN)
+        fits, strange = 2 * TURN < largest <= np.degrees(TURN), False
     else:
-        in_range = _excess(np.radians(recording.values), robot) <= OUTSIDE < _excess(recording.values, robot)
-    if not in_range:
-        return
-    if recording.unit is None:
+        plain, converted = _excess(recording.values, robot), _excess(np.radians(recording.values), robot)
+        fits = converted <= OUTSIDE < plain and largest > TURN + OUTSIDE
+        strange = (converted if recording.unit == "deg" else plain) > TURN + OUTSIDE
+    if recording.unit is None and recording.normalised and (fits or strange):
+        yield Finding(f"positions reach {largest:.4g}: {NORMALISED}", fatal=True)
+    elif fits and recording.unit is None:
         yield Finding(f"positions reach {largest:.4g}, so they are in degrees: converted to rad", True)
-    else:
-        sentence = f"positions reach {largest:.4g} rad by the file's own unit; if they are in degrees, give --unit deg"
-        yield Finding(sentence)
+    elif (fits and recording.unit == "rad") or strange:
+        said = recording.unit or "rad"
+        sentence = f"positions reach {largest:.4g} {said}, more than a turn beyond the arm's ranges; "
+        cure = "if they are in degrees, give --unit deg, else convert them" if said == "rad" else "convert them"
+        yield Finding(sentence + cure, fatal=True)
 
 
 def to_radians(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:

@@ -14,6 +14,9 @@ from tools.recordings.recording import Recording
 GAP, SHORTEST_GAP = 5.0, 0.02
 """A gap is longer than this many usual steps, and than this many seconds."""
 
+COARSE = 0.5
+"""Part of the samples: where more have the stamp of another, stamps were rounded, and no sample is one too many."""
+
 IRREGULAR = 0.02
 """Stamps jitter where half of them are off by more than this part of a step …"""
 
@@ -27,7 +30,13 @@ SMOOTHER = 0.6
 def duplicates(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     """Samples with the stamp of the one before them."""
     rows = np.flatnonzero(np.diff(recording.times) == 0) + 1
-    if len(rows):
+    others = np.count_nonzero(np.any(recording.values[rows] != recording.values[rows - 1], axis=1))
+    if others > COARSE * len(recording.times):
+        sentence = (
+            f"{others} samples have the stamp of the sample before and other positions, so its times are too coarse"
+        )
+        yield Finding(f"{sentence}; give --rate, in samples a second", fatal=True, rows=rows)
+    elif len(rows):
         verb = "has" if len(rows) == 1 else "have"
         sentence = f"{counted(len(rows), 'sample')} {verb} the stamp of the sample before: left out"
         yield Finding(sentence, True, rows=rows)

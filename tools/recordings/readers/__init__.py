@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, TypeVar, cast
 
+from tools.recordings.cells import encoding_of
 from tools.recordings.recording import Episode, Recording, Unreadable, head
 
 T = TypeVar("T")
@@ -69,13 +70,7 @@ def _holds(member: str) -> Callable[[Path, bytes], bool]:
 
 
 def _is_text(path: Path, begin: bytes) -> bool:
-    if path.is_dir():
-        return False
-    try:
-        text = begin[: begin.rfind(b"\n") + 1 or len(begin)].decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return False
-    return all(character.isprintable() or character.isspace() for character in text)
+    return not path.is_dir() and encoding_of(begin) is not None
 
 
 ROS = ("rosbags", "ros")

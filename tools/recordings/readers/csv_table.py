@@ -2,21 +2,24 @@
 
 import csv
 import math
+import re
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 
+from tools.recordings.cells import encoding_of, number_of
 from tools.recordings.clock import Clock, clock_of, seconds
-from tools.recordings.recording import MAX_SAMPLES, Episode, Recording, Unreadable
+from tools.recordings.recording import MAX_SAMPLES, Episode, Recording, Unreadable, head
 
 MAX_BYTES = 256 * 2**20
 """Numbers in text are slow to read: this much takes a minute."""
 
-COMMENTS = "#", "//"
+COMMENTS = "#", "//", "sep="
+"""Beginnings of lines that are no samples; the last is a spreadsheet's, and says the delimiter."""
+QUOTED_COMMA = re.compile(r'"[+-]?\d*,\d+"')
 DELIMITERS = ",", ";", "\t", "|"
 TEXT_SHARE = 0.5
 """A column with more text than this is one of words, and no joint's."""
@@ -68,20 +71,25 @@ def _parse(path: Path) -> _Table:
             f"{path} has {size / 2**20:.0f} MiB; text of at most {MAX_BYTES // 2**20} MiB is read, so cut it, "
             "or save it with numpy.savez"
         )
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        head = [line for _, line in zip(range(200), file, strict=False)]
+    encoding = encoding_of(head(path)) or "utf-8"
+    encoding = "utf-8-sig" if encoding == "utf-8" else encoding
+    with path.open(encoding=encoding, errors="replace", newline="") as file:
+        first = [line for _, line in zip(range(200), file, strict=False)]
         file.seek(0)
-        delimiter, comma = _dialect(head)
+        delimiter, comma = _dialect(first)
         table = _Table((), 0)
         for number, cells in _rows(file, delimiter):
             if not table.width:
                 table.width = len(_without_end(cells))
-                if _counts(cells, head, delimiter):
+                if _counts(cells, first, delimiter):
                     continue
                 if not _is_numbers(cells, comma):
                     table.columns = tuple(cell.strip() for cell in _without_end(cells))
                     continue
-                table.columns = _commented(head, delimiter, len(cells))
+                table.columns = _commented(first, delimiter, len(cells))
+            elif table.columns and not table.numbers and _are_words(cells, comma):
+                table.columns = tuple(map(" ".join, zip(table.columns, map(str.strip, cells), strict=False)))
+                continue
             _append(path, table, number, cells if len(cells) == table.width else _without_end(cells), comma)
     return _finished(path, table)
 
@@ -108,7 +116,8 @@ def _dialect(head: Sequence[str]) -> tuple[str | None, bool]:
     for mark in (";", "\t", "|"):
         if counts[mark]:
             return mark, not any("." in line for line in data[1:]) and any("," in line for line in data[1:])
-    return ("," if counts[","] else None), False
+    quoted = not any("." in line for line in data[1:]) and any(QUOTED_COMMA.search(line) for line in data[1:])
+    return ("," if counts[","] else None), quoted
 
 
 def _commented(head: Sequence[str], delimiter: str | None, width: int) -> tuple[str, ...]:
@@ -141,25 +150,15 @@ def _append(path: Path, table: _Table, number: int, cells: list[str], comma: boo
 
 def _number(table: _Table, column: int, line: int, cell: str, comma: bool) -> float:
     """Return a cell's number, or NaN, and remember text."""
+    number = number_of(cell, comma)
+    if number is not None:
+        return number
     text = cell.strip().strip('"')
-    try:
-        return float(text.replace(",", ".") if comma else text) if text else math.nan
-    except ValueError:
-        if (stamp := _stamp(text)) is not None:
-            return stamp
-        count, first, said = table.words.get(column, (0, line, text))
-        table.words[column] = count + 1, first, said
-        if text != said:
-            table.changing.add(column)
-        return math.nan
-
-
-def _stamp(text: str) -> float | None:
-    """Return a date and time, as 2026-11-29T12:00:00.25, in s."""
-    try:
-        return datetime.fromisoformat(text).timestamp()
-    except ValueError:
-        return None
+    count, first, said = table.words.get(column, (0, line, text))
+    table.words[column] = count + 1, first, said
+    if text != said:
+        table.changing.add(column)
+    return math.nan
 
 
 def _finished(path: Path, table: _Table) -> _Table:
@@ -213,10 +212,10 @@ def _counts(cells: Sequence[str], head: Sequence[str], delimiter: str | None) ->
 
 
 def _is_numbers(cells: Sequence[str], comma: bool) -> bool:
-    for cell in cells:
-        text = cell.strip().strip('"')
-        try:
-            float(text.replace(",", ".") if comma else text or "nan")
-        except ValueError:
-            return False
-    return True
+    return all(number_of(cell, comma) is not None for cell in cells)
+
+
+def _are_words(cells: Sequence[str], comma: bool) -> bool:
+    """Whether a line below the names goes on naming the columns, as with their units: it has no number."""
+    found = [number_of(cell, comma) for cell in cells]
+    return None in found and all(number is None or math.isnan(number) for number in found)

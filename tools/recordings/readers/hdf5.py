@@ -9,7 +9,7 @@ import numpy as np
 
 from tools.recordings import arrays
 from tools.recordings.names import ONLY_POSES, is_pose, unit_of
-from tools.recordings.recording import Episode, Recording, Unreadable, check_size
+from tools.recordings.recording import Episode, Recording, Unit, Unreadable, check_size
 
 ALOHA_RATE_HZ = 50.0
 ALOHA_JOINTS = "waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate", "gripper"
@@ -39,7 +39,8 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
         if times is None:
             raise Unreadable(f"{path} has no times for {place}; give --rate, in samples a second")
         stamps, stamped, notes = times
-        return Recording(stamps, _columns(file, matrix, place), values, unit_of(place), path, episode, stamped, notes)
+        unit = unit_of(place) or _said(matrix)
+        return Recording(stamps, _columns(file, matrix, place), values, unit, path, episode, stamped, notes)
 
 
 def _places(file: h5py.File) -> list[str]:
@@ -65,6 +66,12 @@ def _named(places: list[str]) -> dict[str, str]:
     if all(demos) and len(set(demos)) == len(places):
         return dict(zip(demos, places, strict=True))
     return {place: place for place in places}
+
+
+def _said(matrix: h5py.Dataset) -> Unit | None:
+    """Return the unit in an attribute of the matrix."""
+    texts = [matrix.attrs[name] for name in ("unit", "units") if name in matrix.attrs]
+    return next((unit for text in texts if isinstance(text, str) and (unit := unit_of(text))), None)
 
 
 def _natural(place: str) -> list[tuple[int, str]]:

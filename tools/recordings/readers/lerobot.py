@@ -37,9 +37,8 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
     times = np.arange(len(values)) / hertz
     stamps = table.column("timestamp").to_numpy().astype(float)
     stamped = rate is None and bool(np.abs(stamps - stamps[0] - times).max() * hertz > SYNTHETIC)
-    return Recording(
-        stamps - stamps[0] if stamped else times, _columns(info, values.shape[1]), values, None, path, episode, stamped
-    )
+    chosen, columns = stamps - stamps[0] if stamped else times, _columns(info, values.shape[1])
+    return Recording(chosen, columns, values, None, path, episode, stamped, normalised=True)
 
 
 def _info(path: Path) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from numpy.lib import format as npy
 from tools.recordings import arrays
 from tools.recordings.clock import clock_of, seconds
 from tools.recordings.names import ONLY_POSES, is_pose, unit_of
-from tools.recordings.recording import Episode, Recording, Unreadable, check_size, head
+from tools.recordings.recording import Episode, Recording, Unit, Unreadable, check_size, head
 
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
@@ -48,7 +48,13 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
             times, notes, values = seconds(values, clock), clock.notes, values[:, 1:]
     if times is None:
         raise Unreadable(f"{path} has no array of times with {len(values)} numbers; give --rate, in samples a second")
-    return Recording(times, columns, values, unit_of(array), path, episode, rate is None, notes)
+    return Recording(times, columns, values, unit_of(array) or _said(path), path, episode, rate is None, notes)
+
+
+def _said(path: Path) -> Unit | None:
+    """Return the unit that an array of text says."""
+    texts = [name for name, header in _headers(path).items() if name in ("unit", "units") and header.dtype.kind in "US"]
+    return next((unit for name in texts if (unit := unit_of(str(_load(path, name))))), None)
 
 
 def _matrices(path: Path) -> dict[str, tuple[str, int | None]]:

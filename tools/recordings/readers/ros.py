@@ -21,22 +21,27 @@ from tools.recordings.names import POSES_CURE, is_pose
 from tools.recordings.recording import Episode, Recording, Unreadable, check_size, head
 
 TYPE = "sensor_msgs/msg/JointState"
+NUMBERS = "std_msgs/msg/Float64", "std_msgs/msg/Float32"
+ALL = "all"
+"""The episode of all topics together."""
+
 NS = 1_000_000_000
 
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:
-    """Return the topics of joint states."""
-    with _opened(path) as (bag, _):
+    """Return the topics of joint states, and all together where each has joints of its own."""
+    with _opened(path) as (bag, decode):
+        topics = sorted({one.topic for one in bag.connections if one.msgtype == TYPE})
+        if not topics and not _connections(bag, ALL) and bag.connections:
+            raise Unreadable(_without_joints(path, bag))
+        if not topics or _have_their_own(bag, decode, topics):
+            topics.append(ALL)
         found = []
-        for topic in sorted({one.topic for one in bag.connections if one.msgtype == TYPE}):
+        for topic in topics:
             samples = sum(one.msgcount for one in _connections(bag, topic))
             check_size(path, topic, samples)
-            found.append(Episode(topic, samples, bag.metadata.duration / NS if _is_2(bag) else bag.duration / NS))
-        if not found and bag.connections:
-            topics = ", ".join(sorted(f"{one.topic} ({one.msgtype})" for one in bag.connections)[:8])
-            poses = any(is_pose(one.msgtype.split("/")[-1]) for one in bag.connections)
-            cure = f"; {POSES_CURE}" if poses else ""
-            raise Unreadable(f"{path} has no topic of {TYPE}; it has {topics}{cure}")
+            if samples:
+                found.append(Episode(topic, samples, (bag.metadata.duration if _is_2(bag) else bag.duration) / NS))
         return found
 
 
@@ -47,7 +52,10 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
         stamps: list[tuple[int, int]] = []
         for connection, received, raw in bag.messages(_connections(bag, episode)):
             message = decode(raw, connection.msgtype)
-            if len(message.position) and len(message.position) == len(message.name):
+            if connection.msgtype in NUMBERS:
+                rows.append({connection.topic: float(message.data)})
+                stamps.append((0, received))
+            elif len(message.position) and len(message.position) == len(message.name):
                 rows.append(dict(zip(message.name, message.position.tolist(), strict=True)))
                 stamps.append((message.header.stamp.sec * NS + message.header.stamp.nanosec, received))
     if not rows:
@@ -56,7 +64,26 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
     values = np.array([[row.get(name, np.nan) for name in columns] for row in rows])
     times, notes = _times(np.array(stamps))
     times = times if rate is None else np.arange(len(rows)) / rate
-    return Recording(times, columns, values, "rad", path, episode, rate is None, notes)
+    unit = None if columns[0].startswith("/") else "rad"
+    return Recording(times, columns, values, unit, path, episode, rate is None, notes)
+
+
+def _have_their_own(bag: Any, decode: Callable[[bytes, str], Any], topics: list[str]) -> bool:
+    """Whether there are several topics, and no joint is in the first messages of two."""
+    if len(topics) < 2:
+        return False
+    names: list[str] = []
+    for topic in topics:
+        for connection, _, raw in bag.messages(_connections(bag, topic)):
+            names += decode(raw, connection.msgtype).name
+            break
+    return len(names) == len(set(names))
+
+
+def _without_joints(path: Path, bag: Any) -> str:
+    topics = ", ".join(sorted(f"{one.topic} ({one.msgtype})" for one in bag.connections)[:8])
+    poses = any(is_pose(one.msgtype.split("/")[-1]) for one in bag.connections)
+    return f"{path} has no topic of {TYPE}; it has {topics}{f'; {POSES_CURE}' if poses else ''}"
 
 
 def _times(stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -96,7 +123,9 @@ def _opened(path: Path) -> Iterator[tuple[Any, Callable[[bytes, str], Any]]]:
 
 
 def _connections(bag: Any, topic: str) -> list[Any]:
-    return [one for one in bag.connections if one.topic == topic and one.msgtype == TYPE]
+    """Return the connections of a topic, or of all: of joint states, or of numbers where there are none."""
+    states = [one for one in bag.connections if one.msgtype == TYPE and topic in (one.topic, ALL)]
+    return states or [one for one in bag.connections if one.msgtype in NUMBERS and topic == ALL]
 
 
 def _is_2(bag: Any) -> bool:

@@ -14,6 +14,9 @@ from tools.recordings.recording import Episode, Recording, Unreadable, check_siz
 from tools.trace_reader import count_recordings, read_chunks
 
 SCALARS = "Scalars:scalars"
+SERIES = "SeriesLines:names", "SeriesPoints:names"
+LOG_TIME = "log_time"
+LOGGED = f"its times are those of {LOG_TIME}, when it was written; if that was not while the arm moved, give --rate"
 STATE = "StateChange:state"
 TIMELINE = "sim_time"
 MEASURED = re.compile(MEASURED_POSITION.path.replace("JOINT", "(.+)"))
@@ -41,7 +44,22 @@ class Scan:
     is_trace: bool = False
     counters: set[str] = field(default_factory=set)
     """Timelines of scalars that have no times."""
+    timelines: set[str] = field(default_factory=set)
+    """Those that times were taken from."""
+    names: dict[str, list[str]] = field(default_factory=dict)
+    """Of the numbers of an entity, by its path, as the viewer shows them."""
     notes: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the series: the entity's, with the name or place of a number where it has several."""
+        return tuple(self._column(name) for name in self.series)
+
+    def _column(self, name: str) -> str:
+        entity, bracket, place = name.removesuffix("]").partition("[")
+        given = self.names.get(entity, []) if bracket else []
+        count = sum(one.startswith(f"{entity}[") for one in self.series)
+        return f"{entity}/{given[int(place)]}" if len(given) == count and count else name
 
     def goals(self) -> dict[str, tuple[float, float]]:
         """Return begin and end, s, of each goal of a trace."""
@@ -110,7 +128,9 @@ def _between(scan: Scan, begin: float, end: float, path: Path, episode: str, rat
     inside = (begin <= times) & (times <= end)
     chosen = times[inside] - times[inside][:1] if rate is None else np.arange(np.count_nonzero(inside)) / rate
     unit = "rad" if scan.is_trace else None
-    return Recording(chosen, tuple(scan.series), values[inside], unit, path, episode, rate is None, scan.notes)
+    logged = rate is None and scan.timelines == {LOG_TIME}
+    notes = (*scan.notes, LOGGED) if logged else scan.notes
+    return Recording(chosen, scan.columns, values[inside], unit, path, episode, rate is None, notes)
 
 
 def scan_of(path: Path) -> Scan:
@@ -125,10 +145,12 @@ def _scan(path: Path, _size: int, _changed_ns: int) -> Scan:
     scan = Scan()
     if (count := count_recordings(path)) > 1:
         scan.notes = (f"the first of its {count} recordings is read; save the others in files of their own",)
-    for chunk in read_chunks(path):
+    for chunk in read_chunks(path, static=True):
         batch = chunk.to_record_batch()
-        if SCALARS in batch.schema.names:
+        if SCALARS in batch.schema.names and not chunk.is_static:
             _add_scalars(scan, chunk.entity_path, batch, path)
+        elif named := set(SERIES) & set(batch.schema.names):
+            scan.names[chunk.entity_path.strip("/")] = batch.column(named.pop()).to_pylist()[-1] or []
         elif chunk.entity_path == GOAL_LANE.path and STATE in batch.schema.names:
             stamps, rows = batch.column(TIMELINE).cast(pa.int64()).to_numpy() * NS, batch.column(STATE).to_pylist()
             scan.changes += [(time, row[0]) for time, row in zip(stamps.tolist(), rows, strict=True) if row]
@@ -145,6 +167,7 @@ def _add_scalars(scan: Scan, entity: str, batch: pa.RecordBatch, path: Path) -> 
         scan.counters |= {one.name for one in batch.schema if pa.types.is_int64(one.type)}
     if timeline is None or (scan.is_trace and not trace):
         return
+    scan.timelines.add(timeline)
     name = trace[1] if trace else entity.strip("/")
     rows = batch.column(SCALARS)
     offsets = rows.offsets.to_numpy()
@@ -166,4 +189,4 @@ def _timeline(batch: pa.RecordBatch) -> str | None:
     stamps = [field.name for field in batch.schema if pa.types.is_timestamp(field.type)]
     if TIMELINE in durations:
         return TIMELINE
-    return next(iter([*durations, *sorted(stamps, key=lambda name: name == "log_time")]), None)
+    return next(iter([*durations, *sorted(stamps, key=lambda name: name == LOG_TIME)]), None)
