@@ -21,6 +21,7 @@ from protocol.errors import Refusal
 from robot.description import load_robot
 from services.common.cli import Options
 from services.common.logs import LogForm
+from tests.cores import LOOP_CORE
 from tools.drill.harness import commanded
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.start import ARM as SERVICES
@@ -67,7 +68,7 @@ def running(
     """Run the named services until the block ends, then check that each ended with status 0."""
     config = CellConfig(clock=clock, names=names, flags=flags)
     try:
-        with started(config, Options(log=log), tmp_path, Stack) as stack:
+        with started(config, Options(log=log, loop_core=LOOP_CORE), tmp_path, Stack) as stack:
             yield stack
             processes = dict(stack.services.running)
     finally:

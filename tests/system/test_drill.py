@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from services.common.cli import Options
+from tests.cores import LOOP_CORE
 from tools.drill.harness.lab import Lab
 from tools.drill.run import carry_out
 from tools.drill.scenario import Scenario
@@ -15,7 +16,7 @@ from tools.drill.table import SCENARIOS
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     """A lab for all scenarios."""
-    with Lab(Options(), tmp_path_factory.mktemp("drill")) as lab:
+    with Lab(Options(loop_core=LOOP_CORE), tmp_path_factory.mktemp("drill")) as lab:
         yield lab
 
 

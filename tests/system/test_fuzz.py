@@ -4,6 +4,7 @@ import random
 from pathlib import Path
 
 from services.common.cli import Options
+from tests.cores import LOOP_CORE
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.mutations import MUTATIONS, mutate
 from tools.drill.run import carry_out
@@ -21,6 +22,6 @@ def test_mutations_are_the_same_for_the_same_seed():
 
 def test_five_thousand_mutated_messages(tmp_path: Path):
     """The drill's scenario."""
-    with Lab(Options(), tmp_path) as lab:
+    with Lab(Options(loop_core=LOOP_CORE), tmp_path) as lab:
         outcome = carry_out(SCENARIOS["fuzz"], lab)
     assert outcome.held, outcome

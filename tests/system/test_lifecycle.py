@@ -19,6 +19,7 @@ from protocol.errors import NoAnswer, Refusal
 from services.common.cli import Options, free_endpoint
 from services.common.realtime import split_cores
 from services.common.supervisor import Supervisor, command_lines
+from tests.cores import LOOP_CORE
 from tools.demo.strikes import goal
 
 HOME = ROBOT.home.tolist()
@@ -26,7 +27,9 @@ HOME = ROBOT.home.tolist()
 
 def lines_for(endpoint: str, tmp_path: Path) -> dict[str, list[str]]:
     """Return the command lines of services on the stepped clock."""
-    return command_lines(Options(listen=(endpoint,)), {"clock": "stepped", "library": tmp_path / "library"})
+    return command_lines(
+        Options(listen=(endpoint,), loop_core=LOOP_CORE), {"clock": "stepped", "library": tmp_path / "library"}
+    )
 
 
 def test_services_start_in_any_order(tmp_path: Path):
@@ -68,7 +71,7 @@ def test_sigterm_ends_each_service_in_order(tmp_path: Path):
         assert process.returncode == 0, name
 
 
-LOOPS, OTHERS = split_cores(None)
+LOOPS, OTHERS = split_cores(LOOP_CORE)
 
 
 @pytest.mark.skipif(LOOPS == OTHERS, reason="there is one core, or only some were given to this process")

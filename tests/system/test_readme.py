@@ -14,6 +14,8 @@ import pytest
 
 from protocol.bus.sessions import DEFAULT_ENDPOINT
 from services.common.cell import running_cell
+from services.common.cli import Options
+from tests.cores import LOOP_CORE
 from tools.shell.__main__ import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,7 +35,7 @@ def lines(prefix: str) -> list[str]:
 @pytest.fixture(scope="module")
 def endpoint() -> Iterator[str]:
     """The bus of running services, which wait for a busy machine."""
-    with running_cell(names=["sim", "planner", "controller"]) as cell:
+    with running_cell(Options(loop_core=LOOP_CORE), names=["sim", "planner", "controller"]) as cell:
         yield cell.endpoint
 
 

@@ -14,6 +14,7 @@ from robot.description import load_robot
 from services.common.cell import running_cell
 from services.common.cli import Options
 from tests.arms import PANDA
+from tests.cores import LOOP_CORE
 from tests.unit.recordings import writers
 from tests.unit.recordings.playing import HOUSEHOLD, in_bounds
 from tests.waiting import eventually
@@ -30,7 +31,7 @@ def test_from_a_file_to_a_motion_and_back(tmp_path: Path, capsys: pytest.Capture
     """Eleven demonstrations without names or times: one is chosen, learned, played, exported and learned again."""
     source, trace = tmp_path / "low_dim.hdf5", tmp_path / "trace.rrd"
     writers.write_robomimic(source)
-    with running_cell(flags={"record": trace, "no_live": True}, quiet=True) as cell:
+    with running_cell(Options(loop_core=LOOP_CORE), {"record": trace, "no_live": True}, quiet=True) as cell:
 
         def volley(*words: str) -> int:
             return main([*words, "--connect", cell.endpoint])
@@ -62,7 +63,7 @@ def panda(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path]
     """The endpoint of a Panda's services, and its trace."""
     folder = tmp_path_factory.mktemp("panda")
     trace = folder / "trace.rrd"
-    options = Options(robot_config=PANDA.write(folder))
+    options = Options(robot_config=PANDA.write(folder), loop_core=LOOP_CORE)
     with running_cell(options, {"record": trace, "no_live": True}, quiet=True) as cell:
         yield cell.endpoint, trace
 

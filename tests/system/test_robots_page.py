@@ -13,6 +13,7 @@ import pytest
 from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
 from tests import models
+from tests.cores import LOOP_CORE
 from tools.shell.__main__ import main
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -51,7 +52,7 @@ def test_an_arm_from_its_model_to_a_picture(
         for words in commands(arm):
             match words:
                 case ["volley", "up", "--robot-config", config, "--record", trace]:
-                    options = Options(robot_config=tmp_path / config, listen=(endpoint,))
+                    options = Options(robot_config=tmp_path / config, listen=(endpoint,), loop_core=LOOP_CORE)
                     names = [*SERVICES, "recorder"] if arm == PICTURED else SERVICES
                     flags = {"record": tmp_path / trace}
                     stack.enter_context(running_cell(options, flags, names, quiet=True))

@@ -29,6 +29,7 @@ from protocol.errors import NoAnswer
 from services.common.cli import Options
 from services.common.single_instance import Outcome, SingleInstance
 from services.common.supervisor import Supervisor, command_lines
+from tests.cores import LOOP_CORE
 
 ALSO = ("striker",)
 LOG = logging.getLogger("test")
@@ -320,6 +321,7 @@ def secure_services(cell: SecureCell, library: Path) -> Iterator[Stack]:
             listen=(cell.endpoint,) if hosting else (),
             connect=() if hosting else (cell.endpoint,),
             zenoh_config=cell.file("router" if hosting else name),
+            loop_core=LOOP_CORE,
         )
         lines[name] = command_lines(options, flags)[name]
     with Supervisor(lines) as supervisor, cell.join("tester") as bus:

@@ -1,8 +1,10 @@
 """`volley teach` on a running cell: the arm is pushed through a movement, which it then plays."""
 
+import threading
+
 import numpy as np
 import pytest
-from harness import ROBOT, running
+from harness import ROBOT, Stack, running, wait_for
 
 from protocol import messages as m
 from protocol import topics
@@ -12,15 +14,23 @@ from tools.shell.__main__ import main
 pytestmark = pytest.mark.realtime
 
 
+def push_once_it_yields(stack: Stack) -> None:
+    """Push the guided arm aside and back again."""
+    wait_for(lambda: stack.state().condition == "guiding", "the arm to yield")
+    now = stack.state().time
+    for begins, push in ((0.7, 2.0), (1.9, -2.5)):
+        values = [0.0, 0.0, push, push, 0.0, 0.0]
+        body = m.Disturb(kind="acceleration", values=values, start_time=now + begins, duration=0.3)
+        stack.bus.ask(topics.SIM_DISTURB, body)
+
+
 def test_a_guided_movement_is_learned_and_played(tmp_path, capsys):
     with running(tmp_path, clock="paced") as stack:
-        now = stack.state().time
-        for begins, push in ((1.0, 2.0), (2.2, -2.5)):
-            values = [0.0, 0.0, push, push, 0.0, 0.0]
-            stack.bus.ask(topics.SIM_DISTURB, m.Disturb(kind="acceleration", values=values, start_time=now + begins,
-                                                        duration=0.3))  # fmt: skip
         states = stack.listen(topics.STATE)
+        pushing = threading.Thread(target=push_once_it_yields, args=(stack,))
+        pushing.start()
         assert main(["teach", "swing", "--seconds", "4", "--play", "--connect", stack.endpoint]) == 0
+        pushing.join()
         said = capsys.readouterr()
         assert "the arm yields" in said.err
         assert "succeeded" in said.out

@@ -11,6 +11,7 @@ from robot.kinematics import Kinematics
 from services.common.cell import running_cell
 from services.common.cli import Options
 from tests import arms
+from tests.cores import LOOP_CORE
 from tools.drill.harness.start import ARM as SERVICES
 from tools.shell.__main__ import main
 
@@ -28,7 +29,9 @@ def config(tmp_path_factory: pytest.TempPathFactory) -> RobotConfig:
 def endpoint(config: RobotConfig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Its services, in stepped time."""
     file = arms.IIWA14.write(tmp_path_factory.mktemp("robot"), "iiwa")
-    with running_cell(Options(robot_config=file), {"clock": "stepped"}, SERVICES, quiet=True) as cell:
+    with running_cell(
+        Options(robot_config=file, loop_core=LOOP_CORE), {"clock": "stepped"}, SERVICES, quiet=True
+    ) as cell:
         yield cell.endpoint
 
 

@@ -11,6 +11,7 @@ from client import Arm, Refusal, connect
 from protocol import topics
 from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
+from tests.cores import LOOP_CORE
 from tests.waiting import PATIENCE_S, eventually
 
 ROBOTS = Path(__file__).parents[2] / "deploy" / "robots"
@@ -23,7 +24,7 @@ TURN = 0.8
 @pytest.fixture(scope="module")
 def arms() -> Iterator[tuple[Arm, Arm]]:
     endpoint, flags = free_endpoint(), {"clock": "stepped"}
-    left = Options(robot_config=ROBOTS / "left.toml", listen=(endpoint,))
+    left = Options(robot_config=ROBOTS / "left.toml", listen=(endpoint,), loop_core=LOOP_CORE)
     right = dataclasses.replace(left, robot_config=ROBOTS / "right.toml", listen=(), connect=(endpoint,))
     with (
         running_cell(left, flags, SERVICES, quiet=True),

@@ -21,8 +21,7 @@ from protocol import topics
 from protocol.errors import Refusal
 from services.common.cli import free_endpoint
 from services.common.supervisor import READY_S
-
-pytestmark = pytest.mark.realtime
+from tests.cores import LOOP_CORE
 
 ALL = len(SERVICES) + 1
 KILLED_S = 4.0
@@ -59,7 +58,8 @@ class Up:
 def command(endpoint: str, scratch: Path, flag: str = "--listen") -> list[str]:
     """The command line, with files in `scratch`."""
     line = [sys.executable, "-m", "services", flag, endpoint, "--library", str(scratch / "library")]
-    return [*line, "--record", str(scratch / "trace.rrd")]
+    core = [] if LOOP_CORE is None else ["--loop-core", str(LOOP_CORE)]
+    return [*line, "--record", str(scratch / "trace.rrd"), *core]
 
 
 @contextlib.contextmanager
@@ -122,6 +122,7 @@ def listening_addresses(port: int) -> set[str]:
     return {socket.inet_ntop(socket.AF_INET, bytes.fromhex(text)[::-1]) for text in hexadecimal if len(text) == 8}
 
 
+@pytest.mark.realtime
 def test_a_killed_supervisor_takes_everything_with_it(tmp_path: Path):
     """Services, the process that learns and the web viewer; the arm, in the middle of a motion, is stopped first."""
     with up(tmp_path) as services:

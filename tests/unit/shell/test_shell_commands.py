@@ -368,21 +368,21 @@ def test_watch_ends_cleanly(robot, router, words, terminal, shown, number):
     assert eventually(lambda: not listened.matching_status.matching), "the process of another test still listens"
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
         try:
-            assert process.stdout is not None
             assert eventually(lambda: listened.matching_status.matching)
-            printed = b""
-            os.set_blocking(process.stdout.fileno(), False)
+            output, printed = process.stdout, b""
+            assert output is not None
+            os.set_blocking(output.fileno(), False)
 
             def has_shown() -> bool:
                 nonlocal printed
                 publisher.put(EXAMPLES["Status"])
-                printed += process.stdout.read() or b""
+                printed += output.read() or b""
                 return shown in printed
 
             if shown == b"tracking":
                 assert eventually(has_shown)
             process.send_signal(number)
-            os.set_blocking(process.stdout.fileno(), True)
+            os.set_blocking(output.fileno(), True)
             rest, complained = process.communicate(timeout=PATIENCE_S)
         finally:
             process.kill()
