@@ -16,9 +16,11 @@ MAX_MESSAGE_BYTES = 32 << 20
 STREAM_QUEUE = 16
 """Samples of a stream queued for a socket, the most Zenoh allows: with its default of 2, a stall of 3 ms loses one at
 1 kHz."""
-BLOCKED_US = 500_000
-"""How long a blocking sample waits for a connection whose buffers of seconds are full, as a process is that a debugger
-stopped. Then the connection is closed. In paced time the arm waits too: with Zenoh's default of 5 s for 10 s."""
+BLOCKED_US, CLIENT_BLOCKED_US = 500_000, 5_000_000
+"""How long what must be sent waits for a connection whose buffers of seconds are full, as those of a process are that a
+debugger stopped. Then the connection is closed. While a router waits for a subscriber, the arm waits too in paced time:
+with Zenoh's default of 5 s for 10 s. A client has that default: its request of 16 MiB is more than buffers hold, and a
+router beside busy programs may read nothing for 1 s."""
 NO_ROUTER = "Unable to connect"
 """Part of Zenoh's error if no endpoint to connect to answers."""
 _SOURCE = re.compile(r" at /\S+\.rs:\d+\.?")
@@ -114,7 +116,9 @@ def session_config(
     config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
     config.insert_json5("transport/link/tx/lease", str(timeouts.lease_ms))
     config.insert_json5("transport/link/tx/batch_size", str(timeouts.batch_bytes))
-    config.insert_json5("transport/link/tx/queue/congestion_control/block/wait_before_close", str(BLOCKED_US))
+    is_router = bool(listen) or config.get_json("mode") == '"router"'
+    blocked_us = BLOCKED_US if is_router else CLIENT_BLOCKED_US
+    config.insert_json5("transport/link/tx/queue/congestion_control/block/wait_before_close", str(blocked_us))
     config.insert_json5("transport/link/tx/queue/size/real_time", str(STREAM_QUEUE))
     if timeouts.is_granted:
         for link in ("tcp", "tls"):

@@ -37,7 +37,7 @@ class Arm:
 
     def ask(self, key: str, **request: object) -> dict:
         """Send a request and return the reply."""
-        for reply in self.session.get(self.prefix + key, payload=msgpack.packb(request), timeout=30.0):
+        for reply in self.session.get(self.prefix + key, payload=msgpack.packb(request), timeout=60.0):
             if reply.ok:
                 return msgpack.unpackb(reply.ok.payload.to_bytes())
             assert reply.err

@@ -8,7 +8,7 @@ from typing import Any
 import msgpack
 import pytest
 import zenoh
-from harness import Stack, wait_for
+from harness import PATIENCE_S, Stack, wait_for
 from msgspec.structs import replace
 
 from protocol import messages as m
@@ -57,7 +57,7 @@ def answers(stack: Stack) -> bool:
 
 def send(stack: Stack, key: str, body: bytes) -> dict[str, Any]:
     """Send a body and return the refusal that must come."""
-    for reply in stack.bus.session.get(stack.bus.key(key), payload=body, timeout=30.0):
+    for reply in stack.bus.session.get(stack.bus.key(key), payload=body, timeout=PATIENCE_S):
         assert reply.ok is None, f"{key} took {body[:60]!r}: {msgpack.unpackb(reply.ok.payload.to_bytes())}"
         assert reply.err is not None
         refusal = msgpack.unpackb(reply.err.payload.to_bytes())
@@ -109,7 +109,7 @@ def test_wildcards(stack: Stack, topic: topics.Query):
     """Requests that change something are refused for their wildcard, those that read for their body alone."""
     wild = stack.bus.key(topic.key)[:-1] + "$*"
     sentences = []
-    for reply in stack.bus.session.get(wild, payload=b"{", timeout=10.0):
+    for reply in stack.bus.session.get(wild, payload=b"{", timeout=PATIENCE_S):
         assert reply.err is not None
         sentences.append(msgpack.unpackb(reply.err.payload.to_bytes())["message"])
     assert any(

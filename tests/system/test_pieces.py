@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import zenoh
-from harness import ROBOT, Reference, Stack, wait_for
+from harness import PATIENCE_S, ROBOT, Reference, Stack, wait_for
 
 from motion.trajectory import Trajectory
 from protocol import messages as m
@@ -97,6 +97,6 @@ def test_what_is_put_instead_of_asked_is_logged(stack: Stack):
 
 def test_json_is_told_to_be_json(stack: Stack):
     """In the answer to a bare client."""
-    (reply,) = stack.bus.session.get(stack.bus.key("goal"), payload=b'{"primitive": "forehand"}', timeout=20.0)
+    (reply,) = stack.bus.session.get(stack.bus.key("goal"), payload=b'{"primitive": "forehand"}', timeout=PATIENCE_S)
     assert reply.err is not None
     assert b"looks like JSON" in reply.err.payload.to_bytes()

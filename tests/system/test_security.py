@@ -361,7 +361,7 @@ def pack(body: object) -> bytes:
     return data
 
 
-def refusals(stack: Stack, key: str, body: bytes, timeout: float = 30.0) -> list[str]:
+def refusals(stack: Stack, key: str, body: bytes, timeout: float = PATIENCE_S) -> list[str]:
     """Send a body and return the codes of the refusals; a service that takes it, or is silent, counts as such."""
     replies = stack.bus.session.get(stack.bus.key(key), payload=body, timeout=timeout)
     codes = []

@@ -4,16 +4,17 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 import zenoh
 
-from protocol.bus.sessions import CLIENT, RECORDER, SessionTimeouts, open_session, session_config
+from protocol.bus.sessions import BLOCKED_US, CLIENT, RECORDER, SERVICE, SessionTimeouts, open_session, session_config
 from services.common.cli import free_endpoint
 from tests.connections import connections, port_of
-from tests.waiting import eventually
+from tests.waiting import PATIENCE_S, eventually
 
 LISTENER = """
 import sys, time, zenoh
@@ -113,6 +114,47 @@ def test_a_stopped_subscriber_is_waited_for_once_and_not_for_long():
         finally:
             listener.kill()
             listener.communicate()
+
+
+ROUTER = """
+import sys, zenoh
+from protocol.bus.sessions import SERVICE, open_session
+def answer(query):
+    with query:
+        query.reply(query.key_expr, str(len(query.payload)))
+with open_session(listen=[sys.argv[1]], timeouts=SERVICE) as session:
+    kept = session.declare_queryable("ask", answer)
+    print("ready", flush=True)
+    sys.stdin.readline()
+"""
+
+
+def test_a_router_waits_for_nobody_as_long_as_a_client_for_it(tmp_path: Path):
+    """Where its configuration makes it the router too."""
+    file = tmp_path / "router.json5"
+    file.write_text('{mode: "router", listen: {endpoints: ["tcp/127.0.0.1:0"]}}')
+    key = "transport/link/tx/queue/congestion_control/block/wait_before_close"
+    for router in (session_config((), ("tcp/127.0.0.1:0",), None), session_config((), (), file)):
+        assert int(router.get_json(key)) == BLOCKED_US
+    assert int(session_config(("tcp/127.0.0.1:1",), (), None).get_json(key)) > BLOCKED_US
+
+
+def test_a_large_request_waits_for_a_router_that_stalls():
+    """Its own session gives up later than a subscriber's: beside busy programs a router may read nothing for 1 s."""
+    endpoint, body = free_endpoint(), bytes(16 << 20)
+    line = [sys.executable, "-c", ROUTER, endpoint]
+    with subprocess.Popen(line, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as router:
+        assert router.stdout is not None
+        assert router.stdout.readline() == "ready\n"
+        with open_session([endpoint], timeouts=SERVICE) as session:
+            router.send_signal(signal.SIGSTOP)
+            stalled = threading.Timer(1.5, router.send_signal, [signal.SIGCONT])
+            stalled.start()
+            (reply,) = session.get("ask", payload=body, timeout=PATIENCE_S)
+            stalled.join()
+            assert reply.ok is not None
+            assert int(reply.ok.payload.to_string()) == len(body)
+        router.communicate("\n")
 
 
 def test_a_stream_may_fall_behind_by_more_than_a_tick():
