@@ -133,15 +133,10 @@ def check_robot_name(name: str) -> None:
 
 
 def alive_key(service: str) -> str:
-    """Return the key of a service's liveliness token, without the robot's prefix."""
+    """Return the key of the liveliness token of a service, or of client/ID, without the robot's prefix."""
     return f"alive/{service}"
 
 
 def claim_key(service: str, session: str) -> str:
     """Return the key of the token by which a session claims a service for itself, without the robot's prefix."""
     return alive_key(f"{service}/{session}")
-
-
-def client_alive_key(client_id: str) -> str:
-    """Return the key of the liveliness token that a client with a lease holds, without the robot's prefix."""
-    return alive_key(f"client/{client_id}")

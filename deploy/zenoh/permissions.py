@@ -7,7 +7,7 @@ table lists what a role may *send*; everything else is refused.
 from dataclasses import dataclass
 
 from protocol import topics
-from protocol.topics import PUBLICATIONS, QUERIES, ROBOT_SIDE, Query, alive_key, claim_key, client_alive_key
+from protocol.topics import PUBLICATIONS, QUERIES, ROBOT_SIDE, Query, alive_key, claim_key
 
 WATCH_ALIVE = ("liveliness_query", "declare_liveliness_subscriber")
 MESSAGES = (
@@ -66,14 +66,14 @@ ROLES = (
         "operator",
         "sends goals, teaches, strikes, stops",
         asks=(*OPERATING, *STRIKING),
-        tokens=(client_alive_key("*"),),
+        tokens=(alive_key("client/*"),),
     ),
     Role("viewer", "reads"),
     Role(
         "tester",
         "an operator that may also step and disturb a simulated arm; not for a cell with a real arm",
         asks=(*OPERATING, *STRIKING, *SIMULATING),
-        tokens=(client_alive_key("*"),),
+        tokens=(alive_key("client/*"),),
     ),
 )
 

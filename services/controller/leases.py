@@ -29,7 +29,7 @@ class ClientLeases:
 
     def open(self, bus: Bus) -> None:
         """Watch the tokens of all clients from now on."""
-        bus.watch_alive(topics.client_alive_key("*"), self._receive)
+        bus.watch_alive(topics.alive_key("client/*"), self._receive)
 
     def step(self) -> None:
         """Apply the next event; where any was lost, the holder may have gone: every lease counts as lost."""

@@ -85,9 +85,8 @@ class ResultWriter:
                 first_contact=[_touch(result.first_contact)],
                 **{name: [int(getattr(result.stamps, name) or 0)] for name in m.Stamps.__struct_fields__},
             )
-            if result.hit:
-                at = context.row(context.runs.tick_at(result.hit.time), one.wall_ns)
-                hit = result.hit
+            if hit := result.hit:
+                at = context.row(context.runs.tick_at(hit.time), one.wall_ns)
                 context.trace.scalars(entities.HIT_POSITION_ERROR.path, at, np.array([hit.position_error]))
                 context.trace.scalars(entities.HIT_VELOCITY_ERROR.path, at, np.array([hit.velocity_error]))
             if result.outcome in ("canceled", "aborted"):
@@ -173,8 +172,7 @@ class BallWriter:
         context, trace = self._context, self._context.trace
         rows = context.rows([context.runs.tick_at(one.message.time) for one in received], received)
         positions = np.array([one.message.position for one in received])
-        seen = [(one.message.truth or one.message).velocity or [np.nan] * 3 for one in received]
-        velocities = np.array(seen)
+        velocities = np.array([(one.message.truth or one.message).velocity or [np.nan] * 3 for one in received])
         trace.scalars(entities.BALL_POSITION.path, rows, positions)
         trace.scalars(entities.BALL_VELOCITY.path, rows, velocities)
         trace.send(entities.BALL_BODY.path, rows, rr.Transform3D.columns(translation=positions))

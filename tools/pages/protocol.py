@@ -60,9 +60,9 @@ LIVELINESS = f"""\
 
 Every service holds a liveliness token on `alive/SERVICE`, where SERVICE is one of
 {SERVICES}; `{ROBOT_SIDE}` stands for every robot side, simulated or real.
-A client whose goals carry a lease holds one on `alive/client/CLIENT_ID`; when that token is lost, the client's motion is
-cancelled. A process that exits loses its tokens at once. A process that is suspended or unreachable loses them when its
-session expires: after the `transport/link/tx/lease` that the session announced (Zenoh's default is 10 s, Volley's
+A client whose goals carry a lease holds one on `alive/client/CLIENT_ID`; when that token is lost, the client's motion
+is cancelled. A process that exits loses its tokens at once. A process that is suspended or unreachable loses them when
+its session expires: after the `transport/link/tx/lease` that the session announced (Zenoh's default is 10 s, Volley's
 clients set {CLIENT.lease_ms} ms).
 
 A service also holds a claim `alive/SERVICE/SESSION_ID` from its start on, which ensures a single instance: of two that
@@ -97,7 +97,7 @@ MEANINGS = {
     "not_holder": "a motion of another client, with a lease, is under way",
     "unavailable": "the service that is needed does not answer, or met an error of its own, such as a full disk; the "
     "detail of a goal also has its `goal_id`, since the motion may have started",
-    "fault": "the controller is in a fault, which `reset` ends",
+    "fault": "the controller is in a fault, which `reset` ends, or `recover` where the arm does not follow commands",
     "wrong_clock": "only possible with a stepped clock",
 }
 

@@ -61,7 +61,7 @@ show.register(show_goal.result)
 @show.register
 def _(reply: m.Status, names: Sequence[str]) -> RenderableType:
     cycle = reply.cycle
-    fault = f"{reply.fault}; leave it with: volley reset" if reply.fault else ""
+    fault = f"{reply.fault}; leave it with: volley reset, or volley recover" if reply.fault else ""
     mode = sentence(reply.mode, f"goal {reply.goal_id}" if reply.goal_id else "", clock(reply), fault)
     mode.stylize(MODE_STYLES[reply.mode], 0, len(reply.mode))
     columns = [

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from client import Refusal, connect_async
 from protocol import messages as m
-from protocol.topics import ENDED, client_alive_key
+from protocol.topics import ENDED, alive_key
 from tests.golden.examples import EXAMPLES, HIT
 from tests.golden.examples import RESULT as GOOD
 from tests.waiting import PATIENCE_S, eventually
@@ -109,7 +109,7 @@ def test_a_handle_stops_its_own_motion(robot, arm):
 
 def test_a_lease_is_held_for_its_block(robot, router, arm):
     tokens: list[bool] = []
-    router.bus.watch_alive(client_alive_key("*"), lambda _, alive: tokens.append(alive))
+    router.bus.watch_alive(alive_key("client/*"), lambda _, alive: tokens.append(alive))
     with arm.lease() as name:
         assert eventually(lambda: tokens == [True])
         arm.goal("forehand")

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from protocol import messages as m
 from protocol.codec import encode, matrix_bytes
 from protocol.errors import Refusal
-from protocol.topics import ENDED, QUERIES, STATUS, client_alive_key
+from protocol.topics import ENDED, QUERIES, STATUS, alive_key
 from tests.golden.examples import EXAMPLES, HIT, JOINTS, PIECES, RESULT
 from tests.stub import Stub
 from tests.waiting import PATIENCE_S, eventually
@@ -289,7 +289,7 @@ def test_lease_is_held_until_the_motion_has_ended(robot, router):
     running = m.Result(goal_id="forehand-7", outcome="running")
     robot.answers["result"] = [running, RESULT]
     tokens: list[tuple[int, bool]] = []
-    router.bus.watch_alive(client_alive_key("me"), lambda key, alive: tokens.append((len(robot.asked), alive)))
+    router.bus.watch_alive(alive_key("client/me"), lambda key, alive: tokens.append((len(robot.asked), alive)))
     assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--lease", "--client-id", "me") == 0
     assert eventually(lambda: len(tokens) == 2)
     (_, first), (asked, last) = tokens
