@@ -36,9 +36,10 @@ def joint_velocities(
         return "the tool cannot move in this direction from there: the arm is stretched out or has too few joints"
     worst = int(np.argmax(np.abs(first) / limits))
     share = np.floor(100 * limits[worst] / abs(first[worst])) / 100
+    cure = f"{share:.2f} of that velocity works" if share else "the arm is nearly stretched out: give it another place"
     return (
         f"the tool's velocity needs {abs(first[worst]):.3g} rad/s of {names[worst]}, whose limit is "
-        f"{limits[worst]:.3g} rad/s; {share:.2f} of that velocity works"
+        f"{limits[worst]:.3g} rad/s; {cure}"
     )
 
 
