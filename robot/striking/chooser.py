@@ -10,7 +10,7 @@ from robot.striking.arm import Arm
 from robot.striking.choice import Choice, NoHit, State, hit_alike
 from robot.striking.contact import ContactLaw, first_normal, outgoing
 from robot.striking.flight import Court, above_net, aim
-from robot.striking.hits import Hits, Shots, meets, solve, touch
+from robot.striking.hits import Hits, Shots, choice_of, meets, solve, touch
 from robot.striking.landing import doubt, landing_error
 from robot.striking.options import Options
 from robot.striking.path import Path
@@ -169,7 +169,7 @@ class Chooser:
             if not len(hits):
                 break
             use = float(self._use(hits, asked, start)[0])
-            better = self._choice(hits, asked, 0, choice.target, choice.error, use, beside)
+            better = choice_of(hits, asked, 0, self.law, choice.target, choice.error, use, beside)
             if use > 1 or not self._may_play(better):
                 break
             best = better
@@ -242,9 +242,11 @@ class Chooser:
         if not len(hits):
             raise NoHit("out of reach", "no posture has the racket where the ball comes by, turned to the target")
         use = self._use(hits, shots, start)
-        most = options.first_use if last is None else options.last_use
-        if np.isinf(use.min()):
+        stops = np.flatnonzero(np.isfinite(use))
+        if not len(stops):
             raise NoHit("limits", "after every hit the arm could not come to rest inside its joints' ranges")
+        hits, use, error = hits.take(stops), use[stops], None if error is None else error[stops]
+        most = options.first_use if last is None else options.last_use
         if use.min() > most:
             raise NoHit("limits", f"the easiest hit needs {use.min():.2f} of the arm's limits")
         if error is None:
@@ -257,9 +259,8 @@ class Chooser:
         order = np.lexsort([np.where(hard, use, cost), hard])
         order = order[(use[order] <= most) & (error[order] < within)]
         beside = np.zeros(3) if last is None else last.beside
-        found = (
-            self._choice(hits, shots, int(row), target, float(error[row]), float(use[row]), beside) for row in order
-        )
+        law = self.law
+        found = (choice_of(hits, shots, row, law, target, error[row], use[row], beside) for row in order)
         playable = filter(self._may_play, found)
         best = next(playable, None)
         if best is None:
@@ -271,28 +272,3 @@ class Chooser:
         durations = shots.times[hits.shots] + self.law.duration / 2 - start.time
         follow_through = self._options.follow_through
         return quintic_use(self._arm.limits, begin, hits.postures, hits.speeds, durations, follow_through)
-
-    def _choice(
-        self, hits: Hits, shots: Shots, row: int, target: np.ndarray, error: float, use: float, beside: np.ndarray
-    ) -> Choice:
-        shot = int(hits.shots[row])
-        time = float(shots.times[shot])
-        return Choice(
-            time,
-            time + self.law.duration / 2,
-            hits.postures[row],
-            hits.speeds[row],
-            float(shots.flights[shot]),
-            np.asarray(target, dtype=float),
-            shots.positions[shot],
-            shots.incoming[shot],
-            shots.wanted[shot] + beside,
-            beside,
-            hits.places[row],
-            hits.normals[row],
-            hits.velocities[row],
-            int(shots.sides[shot]),
-            hits.mobility[row],
-            error,
-            use,
-        )

@@ -87,6 +87,40 @@ def solve(arm: Arm, law: ContactLaw, shots: Shots, mobility: np.ndarray | None =
     return Hits(rows, found.values, speeds, found.positions, normals, velocities, mobilities)
 
 
+def choice_of(
+    hits: Hits,
+    shots: Shots,
+    row: int,
+    law: ContactLaw,
+    target: np.ndarray,
+    error: float,
+    use: float,
+    beside: np.ndarray,
+) -> Choice:
+    """Return one of the hits as a choice; beside (3,), m/s, is what a simulated contact adds to the wanted velocity."""
+    shot = int(hits.shots[row])
+    time = float(shots.times[shot])
+    return Choice(
+        time=time,
+        goal_time=time + law.duration / 2,
+        positions=hits.postures[row],
+        velocities=hits.speeds[row],
+        flight_time=float(shots.flights[shot]),
+        target=np.asarray(target, dtype=float),
+        ball=shots.positions[shot],
+        incoming=shots.incoming[shot],
+        outgoing=shots.wanted[shot] + beside,
+        beside=beside,
+        racket_position=hits.places[row],
+        racket_normal=hits.normals[row],
+        racket_velocity=hits.velocities[row],
+        side=int(shots.sides[shot]),
+        mobility=hits.mobility[row],
+        error=float(error),
+        use=float(use),
+    )
+
+
 def meets(arm: Arm, path: Path, choice: Choice) -> bool:
     """Return whether the ball meets the racket of a hit that is played as it is."""
     (place,), (velocity,) = path.at(np.array([choice.time]))
