@@ -67,7 +67,7 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
 
         Args:
             primitive: What to imitate.
-            fields: See `GoalFields`; with `include_trajectory` the reply has samples and polynomials.
+            fields: See `GoalFields`; with `include_trajectory` the reply has samples, over 20 s polynomials too.
         """
         return await self._link.ask(topics.GOAL, self._message(primitive, fields, plan_only=True))
 

@@ -15,7 +15,7 @@ from motion.program.space import make_space
 from motion.program.terminal_set import never_stops
 from motion.request import Boundary, MotionRequest
 
-EFFORT, EFFORT_EACH, PLAN = 10_000.0, 2_500.0, 1_000.0
+EFFORT, EFFORT_EACH, PLAN = 10_000.0, 3_500.0, 1_000.0
 """What all plans may take, what each of them, and what each counts for beside its programs, µs on the machine of
 benchmarks/README.md."""
 

@@ -5,6 +5,14 @@ class MotionError(Exception):
     """Base of all errors of this package; `str()` is a sentence a person can act on, joints by index."""
 
 
+def works_in(min_duration: float | None, waypoint_times: list[float] | None, otherwise: str) -> str:
+    """Return the advice to take a duration (s) that works, with its waypoints' times (s); `otherwise` without one."""
+    if min_duration is None:
+        return otherwise
+    waypoints = ", ".join(f"{t:.6g}" for t in waypoint_times or [])
+    return f"a duration of {min_duration:.6g} s works" + (f" with waypoints at {waypoints} s" if waypoints else "")
+
+
 class InvalidMotion(MotionError, ValueError):
     """A malformed request or demonstration: `field` names what is wrong."""
 
@@ -15,12 +23,15 @@ class InvalidMotion(MotionError, ValueError):
 
 
 class LimitExceeded(MotionError):
-    """A value that the request itself fixes lies outside the limits; `bound` is the limit it passes."""
+    """A value that the request itself fixes lies outside the limits; `bound` is the limit it passes.
 
-    def __init__(self, joint: int, quantity: str, value: float, bound: float) -> None:
+    `of` says which value of the quantity it is, as " of the start"; empty: the goal's.
+    """
+
+    def __init__(self, joint: int, quantity: str, value: float, bound: float, of: str = "") -> None:
         word = "at most" if value > bound else "at least"
         super().__init__(
-            f"joint {joint}: the requested {quantity} {value:.6g} lies outside the limits; "
+            f"joint {joint}: the requested {quantity} {value:.6g}{of} lies outside the limits; "
             f"it must be {word} {bound:.6g}"
         )
         self.joint = joint
@@ -33,25 +44,15 @@ class Infeasible(MotionError):
     """No motion of the requested duration keeps the limits.
 
     `quantity` and `time` (s from the start) say which limit is hardest pressed and when. `min_duration` (s)
-    is the shortest duration above the request found and verified to work, `waypoint_times` (s) the
-    waypoints' times in it; both are None where none was found. `remedy` replaces the sentence's advice.
+    is the shortest duration above the request that was found to work, `waypoint_times` (s) the
+    waypoints' times in it; both are None where none was found.
     """
 
     def __init__(
-        self,
-        joint: int,
-        quantity: str,
-        time: float,
-        min_duration: float | None,
-        waypoint_times: list[float] | None,
-        remedy: str | None = None,
+        self, joint: int, quantity: str, time: float, min_duration: float | None, waypoint_times: list[float] | None
     ) -> None:
-        if remedy is None and min_duration is None:
-            remedy = "no longer duration was found to work; loosen that limit or move the goal"
-        elif remedy is None:
-            remedy = f"a duration of {min_duration:.6g} s works"
-            if waypoint_times:
-                remedy += " with waypoints at " + ", ".join(f"{t:.6g}" for t in waypoint_times) + " s"
+        otherwise = "no longer duration was found to work; loosen that limit, or change the start or the goal"
+        remedy = works_in(min_duration, waypoint_times, otherwise)
         super().__init__(f"joint {joint}: the {quantity} limit cannot be kept near {time:.3f} s; {remedy}")
         self.joint = joint
         self.quantity = quantity
@@ -88,10 +89,13 @@ class SolverFailed(MotionError):
 class OutOfTime(SolverFailed):
     """Planning exceeded its budget; the status is "time".
 
-    `min_duration` (s) is a feasible duration, None where none was found.
+    `min_duration` (s) is a feasible duration, `waypoint_times` (s) are the waypoints' times in it; both are None where
+    none was found.
     """
 
-    def __init__(self, joint: int, min_duration: float | None = None) -> None:
-        remedy = "ask for a longer duration" if min_duration is None else f"a duration of {min_duration:.6g} s works"
-        super().__init__(joint, "time", remedy)
+    def __init__(
+        self, joint: int, min_duration: float | None = None, waypoint_times: list[float] | None = None
+    ) -> None:
+        super().__init__(joint, "time", works_in(min_duration, waypoint_times, "ask for a longer duration"))
         self.min_duration = min_duration
+        self.waypoint_times = waypoint_times

@@ -1,5 +1,6 @@
 """Limits on position, velocity, acceleration and jerk, per joint."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -91,18 +92,18 @@ class Limits:
         return (values < low - slack) | (values > high + slack)
 
     def exceeded(
-        self, quantity: np.ndarray, values: np.ndarray, slack: np.ndarray | float = 0.0
+        self, quantity: np.ndarray, values: np.ndarray, slack: np.ndarray | float = 0.0, of: Sequence[str] | None = None
     ) -> LimitExceeded | None:
         """Return the error of the first joint's first value (F, J) that violates its limit, None if there is none.
 
-        Violations up to rounding and `slack` are ignored.
+        Violations up to rounding and `slack` are ignored. `of` (F,) are the values' names in the error.
         """
         found = np.argwhere(self.outside(quantity, values, np.maximum(self.slack.T[quantity], slack)).T)
         if not len(found):
             return None
         joint, k = found[0].tolist()
         value, (low, high) = float(values[k, joint]), self.ranges[joint, quantity[k]].tolist()
-        return LimitExceeded(joint, QUANTITIES[quantity[k]], value, low if value < low else high)
+        return LimitExceeded(joint, QUANTITIES[quantity[k]], value, low if value < low else high, of[k] if of else "")
 
     def tightened(self, other: "Limits") -> "Limits":
         """The tighter of both everywhere. Raises InvalidMotion where the position ranges do not meet."""

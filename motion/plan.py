@@ -3,7 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,9 +16,9 @@ from motion.program.curves import curves_of, trajectory_of
 from motion.program.effort import STOP, Effort
 from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
-from motion.program.min_duration import FACTOR, MAX_DURATION, Judge, Verdict, min_duration, stretched
+from motion.program.min_duration import FACTOR, Judge, Verdict, min_duration, stretched
 from motion.program.optimum import Warm, optimum, works
-from motion.program.problem import FEWEST, FINEST, THINNED, USUAL, Precision, Problem, build, thinned
+from motion.program.problem import CALM, FEWEST, FINEST, THINNED, USUAL, Precision, Problem, build, thinned
 from motion.program.report import Active, Report, make_report
 from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import Boundary, MotionRequest
@@ -26,16 +26,19 @@ from motion.trajectory import Samples, Trajectory
 
 __all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "Warm", "plan", "plan_fastest", "prepare"]
 
-EFFORT, MOST = 13_000.0, 45_000.0
+EFFORT, MOST = 18_000.0, 45_000.0
 """Effort for a plan of up to six joints, more in proportion; for more than `RICH` functions in proportion to these too,
 up to the second; see `motion.program.effort`."""
 
 RICH = 70
 """Functions of a demonstration that count as many."""
 
-USUAL_SHARE, THINNED_SHARE = 0.7, 0.5
-"""Part of the effort that the usual precision may take; what is left is for the finest and for another duration. And
-of what is left, the part of each thinned one, and of the usual one of more than `RICH` functions."""
+SHARE, CALM_SHARE = 0.5, 0.9
+"""Part of the effort that is left that the usual precision and each thinned one may take, and a motion that imitates
+nothing. The rest is for the finest and for another duration."""
+
+HASTY = 0.25
+"""A motion that takes less than this part of the demonstration's time may imitate nothing: it could hardly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,18 +126,21 @@ def plan(
     request, fixed = fixed_inside(request)
     effort, precision = effort or effort_for(primitive), USUAL
     failed: InfeasibleRows | SolverFailed = OutOfTime(0)
-    for precision, most in _precisions(primitive):
+    for precision, most in _precisions(primitive, request):
         with effort.share(most * effort.left) as share:
             try:
                 return _planned(primitive, request, fixed, tick, warm, share, precision, remedy)
-            except (InfeasibleRows, SolverFailed) as failure:
+            except SolverFailed as failure:
                 failed = failure
-        if not isinstance(failed, OutOfTime):
-            break
-    if thorough and precision is USUAL and not isinstance(failed, OutOfTime):
-        with effort.share(effort.left / 4) as finest, suppress(SolverFailed):
+            except InfeasibleRows as failure:
+                failed = failure
+                if precision.thinning == 1:
+                    break
+    if thorough and precision.thinning == 1 and isinstance(failed, InfeasibleRows):
+        with effort.share(effort.left / 4) as share, suppress(SolverFailed):
+            finest = replace(FINEST, imitates=precision.imitates)
             try:
-                return _planned(primitive, request, fixed, tick, None, finest, FINEST, remedy)
+                return _planned(primitive, request, fixed, tick, None, share, finest, remedy)
             except InfeasibleRows as failure:
                 failed = failure
     raise _refusal(primitive, request, tick, failed, effort, remedy, precision) from None
@@ -151,7 +157,7 @@ def prepare(primitive: Primitive) -> None:
     for velocities in (rest, np.ones(joints)):
         goal = Boundary(primitive.goal.positions, velocities, free)
         request = MotionRequest(start, goal, primitive.duration, Limits.unlimited(joints), tail="coast")
-        for precision, _ in _precisions(primitive):
+        for precision, _ in _precisions(primitive, request):
             build(primitive, request, fixed_values(request), arriving(request), precision)
 
 
@@ -164,7 +170,7 @@ def effort_for(primitive: Primitive) -> Effort:
 def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> SplinePlan:
     """Plan as `plan` does in the shortest duration, a multiple of `tick`, that was found to keep the limits.
 
-    Raises what `plan` raises; where no duration works, for the longest.
+    Raises what `plan` raises; where no duration works, for that of the demonstration.
     """
     primitive.check_joints(request.joint_count)
     request, effort = request.clipped(), effort_for(primitive)
@@ -172,8 +178,11 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     if error := request.limits.exceeded(np.arange(2), goal):
         raise error
     judge, shown = _judge(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
-    found = min_duration(request, judge, effort, 0, shown, shown, tick)
-    return plan(primitive, found or stretched(request, MAX_DURATION), tick)
+    # With a straight part a motion may lie inside its limits in short durations only.
+    found = min_duration(request, judge, effort, 0, shown, shown, tick) or min_duration(
+        request, judge, effort, 0, 1, 1, tick
+    )
+    return plan(primitive, found or stretched(request, primitive.duration), tick)
 
 
 def _planned(
@@ -200,6 +209,9 @@ def _planned(
         if (stuck := end.stuck()).size:
             raise SolverFailed(int(stuck[0]), "the stop after the goal leaves the limits")
     points = problem.space.positions(solution.x)
+    if not precision.imitates:  # The report compares with the demonstration all the same.
+        compared = replace(precision, imitates=True)
+        problem = replace(problem, origin=build(primitive, request, fixed, arriving(request), compared).origin)
     report = make_report(primitive, problem, solution, points, end)
     return SplinePlan(request, end, request.duration, tick, report, points, Warm.of(problem, solution))
 
@@ -235,28 +247,26 @@ def _refusal(
         if isinstance(failed, OutOfTime):
             guess = max(guess, shown)
         found = min_duration(request, judge, effort, low, guess, shown, tick)
+    works = (found.duration, found.waypoint_times) if found else (None, None)
     if isinstance(failed, OutOfTime):
-        return OutOfTime(failed.joint, found.duration if found else None)
+        return OutOfTime(failed.joint, *works)
     if isinstance(failed, SolverFailed):
         return failed
-    return Infeasible(
-        failed.joint,
-        QUANTITIES[failed.quantity],
-        failed.s * request.moving_duration,
-        found.duration if found else None,
-        [w.time_from_start for w in found.waypoints] if found else None,
-    )
+    return Infeasible(failed.joint, QUANTITIES[failed.quantity], failed.s * request.moving_duration, *works)
 
 
-def _precisions(primitive: Primitive) -> list[tuple[Precision, float]]:
+def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Precision, float]]:
     """What is tried in order until the time suffices, and how much of the effort that is left each may take."""
     count = primitive.basis_count
-    thinner = [(each, THINNED_SHARE) for each in THINNED if thinned(count, each.thinning) >= FEWEST]
-    return [(USUAL, USUAL_SHARE if count <= RICH else THINNED_SHARE), *thinner]
+    thinner = [(each, SHARE) for each in THINNED if thinned(count, each.thinning) >= FEWEST]
+    hasty = count <= RICH and request.duration < HASTY * (1 - request.phase) * primitive.duration
+    return [(USUAL, SHARE), *thinner, *([(CALM, CALM_SHARE)] if hasty else [])]
 
 
 def _judge(primitive: Primitive, final: np.ndarray, effort: Effort, precision: Precision = USUAL) -> Judge:
     """Return a function that judges whether joints can be planned in a duration; `final`: see `arriving`."""
+    if primitive.basis_count <= RICH:
+        precision = CALM
 
     def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
         try:

@@ -106,6 +106,11 @@ class MotionRequest:
         return self.limits.joint_count
 
     @property
+    def waypoint_times(self) -> list[float]:
+        """Times of the waypoints, s from the start."""
+        return [float(waypoint.time_from_start) for waypoint in self.waypoints]
+
+    @property
     def moving_duration(self) -> float:
         """Duration (s) without the final part of zero acceleration."""
         return (1 - self.rest_fraction) * self.duration
@@ -136,7 +141,7 @@ class MotionRequest:
 
     def _check_waypoints(self, joints: int) -> None:
         apart = MIN_SEPARATION * self.duration * (1 - 1e-9)
-        times = [w.time_from_start for w in self.waypoints]
+        times = self.waypoint_times
         for k, waypoint in enumerate(self.waypoints):
             field = f"waypoints[{k}]"
             _check_vector(f"{field}.positions", waypoint.positions, joints, nan="free")

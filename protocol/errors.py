@@ -26,9 +26,9 @@ CODES: Mapping[str, tuple[str, ...]] = {
 }
 """Every code with the fields of its `detail`.
 
-Some refusals add fields: `unavailable` `goal_id` where a goal may have started, `solver_failed` `min_duration` where
-planning time ran out, `limit` of the quantity `torque` `time_from_start` and `min_duration`, and the refusal of a goal
-with alternatives `alternatives`, their codes.
+Some refusals add fields: `unavailable` `goal_id` where a goal may have started, `solver_failed` `min_duration` and
+`waypoint_times` where planning time ran out, `limit` of the quantity `torque` these two and `time_from_start`, and the
+refusal of a goal with alternatives `alternatives`, their codes.
 """
 
 

@@ -3,7 +3,8 @@
 import mujoco
 import numpy as np
 
-from motion.errors import MotionError
+from motion.errors import MotionError, works_in
+from motion.request import MotionRequest
 from motion.trajectory import Samples, Trajectory
 from robot.description import RobotConfig
 from robot.torques import InverseDynamics
@@ -21,11 +22,20 @@ class TorqueExceeded(MotionError):
     """A motion needs more torque than a joint has.
 
     `time` (s from the start) is the first instant beyond `bound`, `value` (N·m, signed) the largest found in the second
-    around it. `min_duration` (s) is a duration in which the motion can be played, None where none was found.
+    around it. `min_duration` (s) is a duration in which the motion can be played, `waypoint_times` (s) are its
+    waypoints' times in it; both are None where none was found.
     """
 
-    def __init__(self, joint: int, value: float, bound: float, time: float, min_duration: float | None = None) -> None:
-        remedy = "give it more time" if min_duration is None else f"a duration of {min_duration:.6g} s works"
+    def __init__(
+        self,
+        joint: int,
+        value: float,
+        bound: float,
+        time: float,
+        min_duration: float | None = None,
+        waypoint_times: list[float] | None = None,
+    ) -> None:
+        remedy = works_in(min_duration, waypoint_times, "give it more time")
         super().__init__(
             f"joint {joint}: needs a torque of {abs(value):.4g} N·m, first more than its {abs(bound):.4g} N·m at "
             f"{time:.3f} s; {remedy}"
@@ -36,10 +46,11 @@ class TorqueExceeded(MotionError):
         self.bound = bound
         self.time = time
         self.min_duration = min_duration
+        self.waypoint_times = waypoint_times
 
-    def with_remedy(self, min_duration: float | None) -> "TorqueExceeded":
-        """Return the error with a duration (s) that works."""
-        return TorqueExceeded(self.joint, self.value, self.bound, self.time, min_duration)
+    def with_remedy(self, works: MotionRequest) -> "TorqueExceeded":
+        """Return the error with the duration (s) of a request that works, and the times (s) of its waypoints."""
+        return TorqueExceeded(self.joint, self.value, self.bound, self.time, works.duration, works.waypoint_times)
 
 
 class TorqueCheck:

@@ -95,7 +95,10 @@ def fixed_inside(request: MotionRequest) -> tuple[MotionRequest, Fixed]:
         request = request.clipped()
         fixed = fixed_values(request)
         led_back = np.where(np.arange(len(fixed.s)) == 0, LED_BACK_FROM, 0.0)[:, None]
-        if error := request.limits.exceeded(fixed.quantity, fixed.values, led_back):
+        waypoints = [f" of waypoints[{k}]" for k in range(len(request.waypoints)) for _ in range(3)]
+        rests = " where the rest_fraction begins" if request.rest_fraction else ""
+        of = [" of the start"] * 3 + waypoints + [rests, "", ""]
+        if error := request.limits.exceeded(fixed.quantity, fixed.values, led_back, of):
             raise error
     return request, fixed
 

@@ -24,12 +24,13 @@ class Precision:
     refinement: knot intervals of the hull for each one of the motion. inside: rows are demanded this part of the
     limit's range inside of it, less where a control point can hardly move, as beside a fixed value on its limit: so
     what is solved to a tolerance, with few rows, keeps the limits. thinning: knot intervals of the demonstration for
-    each one of the motion.
+    each one of the motion. imitates: whether the motion is nearest to the demonstration, or has the least acceleration.
     """
 
     refinement: int
     inside: float
     thinning: int = 1
+    imitates: bool = True
 
 
 USUAL = Precision(3, 1e-4)
@@ -42,6 +43,10 @@ FINEST = Precision(16, 1e-6)
 THINNED = tuple(replace(USUAL, thinning=each) for each in (2, 4, 8))
 """Tried if the usual precision takes too long, in a hundredth of the time. A motion that its limits shape everywhere
 cannot follow all details of the demonstration: docs/derivations.md says what is lost."""
+
+CALM = replace(USUAL, imitates=False)
+"""Whether a request can be met: in a duration far below its own a demonstration passes its limits everywhere, and the
+motion of least acceleration takes a tenth of the programs' rows to find."""
 
 FEWEST = 20
 """Demonstrations are not thinned to fewer functions."""
@@ -84,7 +89,7 @@ def build(
     stiffness = _stiffness(primitive, part, request.place_time or PLACE_TIME)
     space = make_space(count, stiffness)
     own = tuple(make_space(count, stiffness, weights) for weights in place_weights(primitive, *request.imitates))
-    local = bool(own) or request.place_time is not None
+    local = precision.imitates and (bool(own) or request.place_time is not None)
     refinement = min(precision.refinement, MAX_ROWS // (4 * count))
     hull = make_hull(space, refinement, fixed.touched)
     powers = request.moving_duration**_ORDERS
@@ -93,7 +98,8 @@ def build(
     _fix_narrow(values[-1], final, 4 * precision.inside * width[:, 2])
     equalities, targets = equalities_of(space, fixed, values, local, own)
     start = np.empty((len(final), count + 2))
-    start[:, :-2], start[:, -2:] = space.whitened(part.weights), values[:2].T
+    start[:, :-2] = space.whitened(part.weights) if precision.imitates else 0.0
+    start[:, -2:] = values[:2].T
     if local:
         beside = values[:2].T - part.start
         drifts = [metric.drift for metric in own] or [space.drift] * len(start)

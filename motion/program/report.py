@@ -78,17 +78,20 @@ def make_report(
     step = problem.duration / (curves.shape[2] - 1)
     apart = points - problem.imitated.control_points, problem.space.positions(solution.x - problem.origin)
     distance = Distance.of(positions_of(np.concatenate(apart)))
+    reach = reached(extremes(curves, problem.duration), ending)
+    # It is beyond a limit only where it begins outside, and is led back.
+    margins = np.stack([reach["margin"][name] for name in QUANTITIES], axis=1)
     return Report(
         imitation_rms=_imitation_rms(primitive, request, problem, solution),
         final_error_positions=np.abs(curves[:, 0, -1] - arrival.positions),
         final_error_velocities=np.abs(curves[:, 1, -1] / step - arrival.velocities),
-        **reached(extremes(curves, problem.duration), ending),
+        **reach,
         active=_active(problem, solution),
         from_demonstration=Distance(distance.rms[:joints], distance.max[:joints]),
         by_limits=Distance(distance.rms[joints:], distance.max[joints:]),
         phase=request.phase,
         basis_count=problem.space.count,
-        certified=True,
+        certified=bool((margins >= -2 * request.limits.slack).all()),
         rounds=max(solution.rounds),
         rows=solution.size,
     )

@@ -61,15 +61,17 @@ def motion_request(goal: m.Goal, primitive: Primitive, config: RobotConfig, orig
         raise invalid(error) from None
 
 
-def ends(goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Origin) -> list[End]:
-    """Return the ends of a goal with alternatives: its own, then theirs.
+def ends(
+    goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Origin
+) -> tuple[dict[int, End], dict[int, Refusal]]:
+    """Return the ends of a goal with alternatives by index, 0 the goal's own, and the refusals of those that are late.
 
     Raises:
-        Refusal: `invalid_goal` or `late`, naming the field.
+        Refusal: `invalid_goal`, naming the field.
     """
     own, joints = request.goal, config.joint_count
-    found = [End(own, request.duration)]
-    for index, end in enumerate(goal.alternatives):
+    found, late = {0: End(own, request.duration)}, {}
+    for index, end in enumerate(goal.alternatives, 1):
         boundary = Boundary(
             own.positions if end.positions is None else _vector(end.positions, joints, "positions"),
             own.velocities if end.velocities is None else _vector(end.velocities, joints, "velocities"),
@@ -77,11 +79,18 @@ def ends(goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Orig
         )
         duration = request.duration
         if end.arrival_time is not None:
-            duration = _duration_until(end.arrival_time, goal, config, origin, f"alternatives[{index}].arrival_time")
+            field = f"alternatives[{index - 1}].arrival_time"
+            try:
+                duration = _duration_until(end.arrival_time, goal, config, origin, field)
+            except Refusal as refusal:
+                if refusal.code != "late":
+                    raise
+                late[index] = refusal
+                continue
         elif end.duration is not None:
             duration = _whole_ticks(end.duration, config)
-        found.append(End(boundary, duration))
-    return found
+        found[index] = End(boundary, duration)
+    return found, late
 
 
 def origin_of(goal: m.Goal, reference: m.Reference | None, corrections: Corrections, config: RobotConfig) -> Origin:

@@ -37,7 +37,7 @@ def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig
 
 
 def sampled_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
-    """Return the motion as samples, and as polynomials where it has them; of a long one every nth sample."""
+    """Return the motion as samples; of a long one every nth sample, and its polynomials where it has them."""
     frame, plan = _frame(made, goal, goal_id, config, stamps), made.plan
     every = max(1, math.ceil(plan.total_duration / SAMPLED_S - ROUNDING))
     count = math.ceil((frame["count"] - 1) / every) + 1

@@ -11,10 +11,10 @@ from robot.torque_check import TorqueExceeded
 
 KINDS: dict[type[MotionError], tuple[str, ...]] = {
     LimitExceeded: ("limit",),
-    TorqueExceeded: ("limit", "time_from_start", "min_duration"),
+    TorqueExceeded: ("limit", "time_from_start", "min_duration", "waypoint_times"),
     Infeasible: ("infeasible",),
     CannotStop: ("cannot_stop",),
-    OutOfTime: ("solver_failed", "min_duration"),
+    OutOfTime: ("solver_failed", "min_duration", "waypoint_times"),
     SolverFailed: ("solver_failed",),
 }
 """The code of each kind of error, and details beside those that the code has; the first kind that fits counts."""
@@ -35,9 +35,9 @@ def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
     raise error
 
 
-def none_of(errors: list[MotionError], names: Sequence[str]) -> Refusal:
+def none_of(errors: list[MotionError | Refusal], names: Sequence[str]) -> Refusal:
     """Return the refusal of a goal none of whose ends can be planned: the first's, with the codes of the others."""
-    own, *others = (refusal_of(error, names) for error in errors)
+    own, *others = (error if isinstance(error, Refusal) else refusal_of(error, names) for error in errors)
     sentence = f"{own.message}; nor can any of the {len(others)} alternatives be planned"
     return Refusal(own.code, sentence, **own.detail, alternatives=[refusal.code for refusal in others])
 

@@ -15,6 +15,7 @@ from motion.program.min_duration import stretched
 from motion.request import MotionRequest
 from motion.sampled import SampledPlan, check_limits
 from protocol import messages as m
+from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
 from robot.motion_check import Findings, MotionCheck
@@ -157,12 +158,16 @@ class Solver:
         If none was found, the goal's own end is planned as if it were alone where planning time ran out for it, or
         where the refusal can name a duration that works.
         """
-        found = ends(case.goal, case.request, self._config, case.origin)
-        warm = self._warm.get(case.goal.primitive)
+        found, late = ends(case.goal, case.request, self._config, case.origin)
+        which, warm = list(found), self._warm.get(case.goal.primitive)
         try:
-            return plan_best(case.primitive, case.request, found, self._config.tick, warm, case.verify)
+            best, made = plan_best(
+                case.primitive, case.request, list(found.values()), self._config.tick, warm, case.verify
+            )
+            return which[best], made
         except AllRefused as refused:
-            own, *others = refused.errors
+            errors: dict[int, MotionError | Refusal] = {**late, **dict(zip(which, refused.errors, strict=True))}
+        own, *others = (errors[index] for index in sorted(errors))
         if isinstance(own, OutOfTime) or case.may_take_longer:
             try:
                 return 0, self._own(case)
@@ -178,7 +183,7 @@ class Solver:
             case.verify(made)
         except TorqueExceeded as error:
             slower = self._slower(case, case.request) if remedy else None
-            raise error.with_remedy(slower.duration if slower else None) from None
+            raise error if slower is None else error.with_remedy(slower.request) from None
         return made
 
     def _fastest(self, case: _Case) -> SplinePlan:

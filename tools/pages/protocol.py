@@ -77,7 +77,7 @@ MEANINGS = {
     "exists": "the library has a primitive of this name; `replace` it",
     "duplicate": "another goal has the same id",
     "limit": "a value that the goal fixes is outside a limit, or a joint needs more `torque` than it has; the detail "
-    "of a torque also has `time_from_start`, and `min_duration`, a duration that works or null",
+    "of a torque also has `time_from_start`, and `min_duration` and `waypoint_times` as those of `infeasible`",
     "infeasible": "no motion of this duration keeps all limits; `min_duration` is the shortest one found that does, "
     "`waypoint_times` are its waypoints' times, null where none was found",
     "cannot_stop": "the arm cannot stop after the goal inside its limits; from `max_velocity` it can, null where "
@@ -89,7 +89,8 @@ MEANINGS = {
     "margin, first at `time_from_start`; `distance` (m) is the smallest after it, negative: how deep they are in "
     "each other",
     "solver_failed": "the quadratic program was not solved, for numerical reasons or, with the status `time`, because "
-    "planning took more than its budget; then the detail has `min_duration`, a duration that works or null",
+    "planning took more than its budget; then the detail has `min_duration` and `waypoint_times` as that of "
+    "`infeasible`",
     "late": "the start of the motion has passed; of `revises`: its hit has passed",
     "superseded": "planned before another motion was accepted, cancelled or reset; of `revises`: its motion was "
     "replaced or stopped",

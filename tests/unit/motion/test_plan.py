@@ -480,8 +480,9 @@ def test_a_start_outside_the_position_limits_is_led_back(strike: Primitive, ask:
     planned = plan(strike, ask(start=(0.015, 0.0, 0.0), goal=(-1.0, 0.0), limits=limits))
     positions = planned.sample(np.linspace(0, 1, 1001)).positions[:, 0]
     assert positions[:200].max() <= 0.015 + 1e-9
+    assert not planned.report.certified
     assert positions[200:].max() <= 0
-    with pytest.raises(LimitExceeded):
+    with pytest.raises(LimitExceeded, match=r"position 0\.021 of the start lies"):
         plan(strike, ask(start=(0.021, 0.0, 0.0), goal=(-1.0, 0.0), limits=limits))
 
 

@@ -188,23 +188,31 @@ def test_alternatives_differ_from_the_goal_in_what_they_name(primitive: Primitiv
         duration=1.0,
         alternatives=[m.Alternative(duration=0.7001), m.Alternative(positions=[0.2] * 6, arrival_time=2.5)],
     )
-    own, shorter, elsewhere = ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+    found, late = ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+    own, shorter, elsewhere = found.values()
+    assert not late
     assert (own.duration, shorter.duration, elsewhere.duration) == pytest.approx((1.0, 0.701, 0.5))
     assert own.goal.positions.tolist() == shorter.goal.positions.tolist() == HOME
     assert elsewhere.goal.positions.tolist() == [0.2] * 6
     assert elsewhere.goal.velocities.tolist() == [0.1] * 6
 
 
-@pytest.mark.parametrize(("arrival_time", "code"), [(1.0, "late"), (900.0, "invalid_goal")])
-def test_an_alternative_out_of_time_is_named(primitive: Primitive, arrival_time: float, code: str):
-    goal = m.Goal(
-        primitive="forehand",
-        positions=HOME,
-        alternatives=[m.Alternative(), m.Alternative(arrival_time=arrival_time)],
-    )
-    with pytest.raises(Refusal, match=rf"^alternatives\[1\]\.arrival_time {arrival_time} s") as caught:
+def test_an_alternative_too_far_ahead_is_named(primitive: Primitive):
+    alternatives = [m.Alternative(), m.Alternative(arrival_time=900.0)]
+    goal = m.Goal(primitive="forehand", positions=HOME, alternatives=alternatives)
+    with pytest.raises(Refusal, match=r"^alternatives\[1\]\.arrival_time 900.0 s") as caught:
         ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
-    assert caught.value.code == code
+    assert caught.value.code == "invalid_goal"
+
+
+def test_an_alternative_that_is_late_is_no_end(primitive: Primitive):
+    """The others may be played."""
+    alternatives = [m.Alternative(arrival_time=1.0), m.Alternative(duration=0.5)]
+    goal = m.Goal(primitive="forehand", positions=HOME, alternatives=alternatives)
+    found, late = ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+    assert (list(found), list(late)) == ([0, 2], [1])
+    assert str(late[1]).startswith("alternatives[0].arrival_time 1.0 s")
+    assert late[1].code == "late"
 
 
 def test_another_arms_primitive(primitive: Primitive):
