@@ -59,7 +59,8 @@ class Publication(Generic[MessageT]):
     stream: bool = False
 
 
-GOAL = Query("goal", "planner", m.Goal, m.GoalReply, "plan a motion and play it", max_bytes=MIB, timeout_s=15.0)
+GOAL = Query("goal", "planner", m.Goal, m.GoalReply, "plan a motion and play it", max_bytes=MIB, timeout_s=60.0)
+"""A goal of the method "gaussian" may first start a process, which takes 3 s of a processor."""
 PRIMITIVES = Query("primitives", "planner", m.Empty, m.Primitives, "list the library", reads=True)
 LEARN = Query("learn", "planner", m.Learn, m.Learned, "learn a primitive", max_bytes=16 * MIB, timeout_s=120.0)
 """Learning takes up to 2 s of a processor, of which a busy machine gives its low priority little."""
