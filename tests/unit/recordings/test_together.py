@@ -43,6 +43,15 @@ def test_rows_of_their_own(tmp_path: Path, rate: float, offset: float, within: f
     assert any("ms apart, and are interpolated" in note for note in recording.notes)
 
 
+def test_a_column_of_times_for_each_joint(tmp_path: Path):
+    times = np.arange(0, 1.5, 0.01)
+    rows = zip(times, reach(times)[:, 0], times + OFFSET, reach(times + OFFSET)[:, 1], strict=True)
+    lines = "".join(",".join(f"{1000 * a:.3f},{x:.9f}" for a, x in ((t, p), (u, q))) + "\n" for t, p, u, q in rows)
+    (tmp_path / "demo.csv").write_text("t1 [ms],joint_1,t2 [ms],joint_2\n" + lines, encoding="utf-8")
+    recording = load(tmp_path / "demo.csv", TWO)
+    assert np.abs(reach(recording.times) - recording.values).max() < 1e-4
+
+
 def test_a_movement_that_is_too_fast_for_its_samples_is_refused(tmp_path: Path):
     with pytest.raises(Unreadable, match=r"joint_\d moves too much between its \d+ samples"):
         rows(tmp_path / "demo.csv", 7, 0.05, speed=3.0)

@@ -35,6 +35,8 @@ def episodes(path: Path, rate: float | None) -> list[Episode]:
 def read(path: Path, episode: str, rate: float | None) -> Recording:
     """Return a table's columns of numbers as a recording."""
     table = _parse(path)
+    if rate is None and _have_their_own(table.columns):
+        return _each_its_own(path, table, episode)
     clock = clock_of(table.columns, table.values) if rate is None else Clock(())
     if rate is None and not clock.columns:
         raise Unreadable(f"{path} has no column of times, such as time or t_ms; give --rate, in samples a second")
@@ -61,6 +63,24 @@ class _Table:
     @property
     def values(self) -> np.ndarray:
         return np.frombuffer(self.numbers).reshape(-1, self.width)
+
+
+def _have_their_own(columns: Sequence[str]) -> bool:
+    """Whether a column of times stands before each other column, as measuring programs write channels."""
+    are_times = [bool(clock_of((name,), np.zeros((1, 1))).columns) for name in columns]
+    return len(columns) > 2 and are_times == [True, False] * (len(columns) // 2)
+
+
+def _each_its_own(path: Path, table: _Table, episode: str) -> Recording:
+    """Return a recording with a sample for each cell: NaN for the other columns."""
+    stamps, numbers = table.values[:, ::2], table.values[:, 1::2]
+    clock = clock_of(table.columns[:1], stamps[:, :1])
+    values = np.full((*numbers.shape, numbers.shape[1]), np.nan)
+    each = np.arange(numbers.shape[1])
+    values[:, each, each] = numbers
+    times = (stamps - stamps[0, 0]).reshape(-1) * clock.units[0]
+    rows = values.reshape(len(times), -1)
+    return Recording(times, table.columns[1::2], rows, None, path, episode, True, (*table.notes, *clock.notes))
 
 
 def _parse(path: Path) -> _Table:
