@@ -259,8 +259,8 @@ class Chooser:
         order = np.lexsort([np.where(hard, use, cost), hard])
         order = order[(use[order] <= most) & (error[order] < within)]
         beside = np.zeros(3) if last is None else last.beside
-        law = self.law
-        found = (choice_of(hits, shots, row, law, target, error[row], use[row], beside) for row in order)
+        law, errors, uses = self.law, error.tolist(), use.tolist()
+        found = (choice_of(hits, shots, row, law, target, errors[row], uses[row], beside) for row in order.tolist())
         playable = filter(self._may_play, found)
         best = next(playable, None)
         if best is None:

@@ -116,8 +116,8 @@ def choice_of(
         racket_velocity=hits.velocities[row],
         side=int(shots.sides[shot]),
         mobility=hits.mobility[row],
-        error=float(error),
-        use=float(use),
+        error=error,
+        use=use,
     )
 
 
