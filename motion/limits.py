@@ -103,7 +103,8 @@ class Limits:
             return None
         joint, k = found[0].tolist()
         value, (low, high) = float(values[k, joint]), self.ranges[joint, quantity[k]].tolist()
-        return LimitExceeded(joint, QUANTITIES[quantity[k]], value, low if value < low else high, of[k] if of else "")
+        bound, whose = low if value < low else high, of[int(k)] if of else ""
+        return LimitExceeded(joint, QUANTITIES[quantity[k]], value, bound, whose)
 
     def tightened(self, other: "Limits") -> "Limits":
         """The tighter of both everywhere. Raises InvalidMotion where the position ranges do not meet."""
