@@ -45,13 +45,18 @@ class Infeasible(MotionError):
 
     `quantity` and `time` (s from the start) say which limit is hardest pressed and when. `min_duration` (s)
     is the shortest duration above the request that was found to work, `waypoint_times` (s) the
-    waypoints' times in it; both are None where none was found.
+    waypoints' times in it; both are None where none was found, and the sentence advises `otherwise`.
     """
 
     def __init__(
-        self, joint: int, quantity: str, time: float, min_duration: float | None, waypoint_times: list[float] | None
+        self,
+        joint: int,
+        quantity: str,
+        time: float,
+        min_duration: float | None = None,
+        waypoint_times: list[float] | None = None,
+        otherwise: str = "no longer duration was found to work; loosen that limit, or change the start or the goal",
     ) -> None:
-        otherwise = "no longer duration was found to work; loosen that limit, or change the start or the goal"
         remedy = works_in(min_duration, waypoint_times, otherwise)
         super().__init__(f"joint {joint}: the {quantity} limit cannot be kept near {time:.3f} s; {remedy}")
         self.joint = joint

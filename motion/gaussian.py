@@ -101,7 +101,7 @@ def _infeasible(program: GaussianProgram, joint: int, duration: float, multiplie
     """Name the quantity with the largest sum of multipliers, and when its largest is."""
     hardest = np.bincount(program.quantity, weights=multipliers, minlength=len(QUANTITIES)).argmax()
     worst = np.where(program.quantity == hardest, multipliers, -1.0).argmax()
-    return Infeasible(joint, QUANTITIES[hardest], float(program.s[worst]) * duration, None, None, ELSEWHERE)
+    return Infeasible(joint, QUANTITIES[hardest], float(program.s[worst]) * duration, otherwise=ELSEWHERE)
 
 
 def _states(programs: list[GaussianProgram], weights: np.ndarray, duration: float) -> np.ndarray:

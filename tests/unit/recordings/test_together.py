@@ -16,7 +16,7 @@ TWO = "joint_1", "joint_2"
 OFFSET = 0.004
 
 
-def reach(times: np.ndarray) -> np.ndarray:
+def reach(times: np.ndarray | float) -> np.ndarray:
     """Two joints, rad: (n, 2), of 1.5 s."""
     s = np.clip(np.asarray(times) / 1.5, 0, 1)
     return (s**3 * (10 + s * (6 * s - 15)))[..., None] * [1.0, -0.7] + [0.2, 0.3]
