@@ -10,7 +10,7 @@ from tools.recordings.joints import Mismatch, match
 from tools.recordings.recording import Recording, Unreadable
 
 TICKS = 4095
-"""Of a turn, as LeRobot divides it for the servos of SO-100, SO-101 and Koch arms."""
+"""Ticks of a turn, as LeRobot divides it for the servos of SO-100, SO-101 and Koch arms."""
 
 PERCENT = 100.0
 BEYOND = 0.5

@@ -21,7 +21,7 @@ IRREGULAR = 0.02
 """Stamps jitter where half of them are off by more than this part of a step …"""
 
 ROUNDING = 1e-9
-"""Of a sum of steps, which is the same where the samples were written from the last to the first."""
+"""Rounding, in parts of it, of a sum of steps, which is the same where samples were written backwards."""
 
 SMOOTHER = 0.6
 """… and the movement is smoother by this factor or a smaller one when the stamps are evened out."""
