@@ -17,7 +17,7 @@ SPIN_NS = 30_000
 PROMPT_NICE, STEADY_NICE, POLITE_NICE = -10, -5, 5
 """Niceness of what answers in time, of what must not fall behind, and what is added without the right to these."""
 PROMPT_PRIORITY, RECEIVING_PRIORITY = 1, 2
-"""Priority of SCHED_FIFO, below the loops of sim and controller: for what computes, and for threads that only receive."""
+"""Priorities of SCHED_FIFO, below the loops of sim and controller: for what computes, and for what only receives."""
 PROMPT_SWITCH_S = 5e-4
 """How long a thread that computes lets one wait that receives: the planner knows the time by when a status came."""
 PROMPT_SLICE_NS = 100_000
