@@ -147,18 +147,13 @@ class MotionRequest:
             _check_vector(f"{field}.positions", waypoint.positions, joints, nan="free")
             _check_vector(f"{field}.velocities", waypoint.velocities, joints, nan="free")
             time, end = times[k], self.moving_duration
+            where, said = f"{field}.time_from_start", f"is {time:.6g} s"
             if not 0 < time < end:
-                raise InvalidMotion(
-                    f"{field}.time_from_start",
-                    f"is {time:.6g} s; it must lie between 0 and {end:.6g} s, where the motion is shaped",
-                )
+                raise InvalidMotion(where, f"{said}; it must lie between 0 and {end:.6g} s, where the motion is shaped")
             others = [0.0, end, *times[:k], *times[k + 1 :]]
             if min(abs(time - other) for other in others) < apart:
-                raise InvalidMotion(
-                    f"{field}.time_from_start",
-                    f"is {time:.6g} s, closer than {apart:.6g} s (0.01 of the duration) to another "
-                    "waypoint or to an end",
-                )
+                near = f"{said}, closer than {apart:.6g} s (0.01 of the duration) to another waypoint or to an end"
+                raise InvalidMotion(where, near)
 
 
 def _check_vector(field: str, values: np.ndarray, joints: int, nan: str = "refused") -> None:

@@ -67,15 +67,11 @@ def _checked_window(smoothing: SavitzkyGolay, step: float, count: int) -> int:
     if smoothing.order < 2:
         raise InvalidMotion("smoothing.order", f"is {smoothing.order}; accelerations need at least 2")
     window = round(min(smoothing.window_s / step, 1e9)) | 1
+    said = f"is {smoothing.window_s:.6g} s"
     if window > count:
-        raise InvalidMotion(
-            "smoothing.window_s",
-            f"is {smoothing.window_s:.6g} s, longer than the demonstration of {step * (count - 1):.6g} s",
-        )
+        whole = step * (count - 1)
+        raise InvalidMotion("smoothing.window_s", f"{said}, longer than the demonstration of {whole:.6g} s")
     if window <= smoothing.order:
-        raise InvalidMotion(
-            "smoothing.window_s",
-            f"is {smoothing.window_s:.6g} s and holds {window} samples, too few for order {smoothing.order}; "
-            f"{(smoothing.order + 2) * step:.6g} s or more works",
-        )
+        few, least = f"holds {window} samples, too few for order {smoothing.order}", (smoothing.order + 2) * step
+        raise InvalidMotion("smoothing.window_s", f"{said} and {few}; {least:.6g} s or more works")
     return window

@@ -9,11 +9,7 @@ State = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def tracking_acceleration(
-    alpha: float,
-    reference: State,
-    positions: np.ndarray,
-    velocities: np.ndarray,
-    out: np.ndarray | None = None,
+    alpha: float, reference: State, positions: np.ndarray, velocities: np.ndarray, out: np.ndarray | None = None
 ) -> np.ndarray:
     """Acceleration ÿ = α(β(g − y) + ġ − v) + g̈ with β = α/4 (eq. 11), critically damped.
 

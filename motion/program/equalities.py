@@ -124,12 +124,7 @@ def equalities_of(
 
 @lru_cache(maxsize=64)
 def _equalities(
-    space: Space,
-    quantity: tuple[int, ...],
-    s: tuple[float, ...],
-    given: bytes,
-    local: bool,
-    own: tuple[Space, ...],
+    space: Space, quantity: tuple[int, ...], s: tuple[float, ...], given: bytes, local: bool, own: tuple[Space, ...]
 ) -> Equalities:
     """The equalities that fix the `given` (J, m) of the quantities at the places s."""
     masks = np.frombuffer(given, dtype=bool).reshape(-1, len(s))

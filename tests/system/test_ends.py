@@ -97,7 +97,7 @@ def test_where_all_ends_are_refused_each_says_why(stack: Stack):
     alternatives = [
         m.Alternative(positions=beyond),
         m.Alternative(positions=FAR, velocities=fast, duration=1.0),
-        m.Alternative(duration=0.12),
+        m.Alternative(duration=0.05),
     ]
     alone = stack.refused_goal(positions=list(HIT), velocities=list(HIT_VELOCITIES), duration=0.03)
     refusal = stack.refused_goal(
