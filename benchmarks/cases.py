@@ -1,6 +1,6 @@
 """Goals with active limits, drawn from a seed."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,6 @@ from motion.limits import Limits
 from motion.plan import Plan, plan
 from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
-
-OF_JOINTS = "control_points", "position_rms", "position_max", "fit_rms", "noise_estimate"
-"""Fields of a primitive with one entry a joint."""
 
 FOREHAND = Path(__file__).parents[1] / "deploy" / "demonstrations" / "forehand.csv"
 
@@ -35,7 +32,9 @@ def forehand(basis_count: int = 50, joints: int = 6) -> Primitive:
 
 def joints_of(primitive: Primitive, joints: slice) -> Primitive:
     """Return some joints of a primitive, as a primitive."""
-    return replace(primitive, **{name: getattr(primitive, name)[joints] for name in OF_JOINTS})
+    values = {each.name: getattr(primitive, each.name) for each in fields(primitive)}
+    rows = {name: value[joints] for name, value in values.items() if isinstance(value, np.ndarray)}
+    return replace(primitive, **rows)
 
 
 def joint_of(primitive: Primitive, joint: int) -> Primitive:

@@ -26,7 +26,7 @@ from motion.trajectory import Samples, Trajectory
 
 __all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "Warm", "plan", "plan_fastest", "prepare"]
 
-EFFORT, MOST = 18_000.0, 45_000.0
+EFFORT, MOST = 13_000.0, 45_000.0
 """Effort for a plan of up to six joints, more in proportion; for more than `RICH` functions in proportion to these too,
 up to the second; see `motion.program.effort`."""
 
@@ -258,9 +258,9 @@ def _refusal(
 def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Precision, float]]:
     """What is tried in order until the time suffices, and how much of the effort that is left each may take."""
     count = primitive.basis_count
-    thinner = [(each, SHARE) for each in THINNED if thinned(count, each.thinning) >= FEWEST]
-    hasty = count <= RICH and request.duration < HASTY * (1 - request.phase) * primitive.duration
-    return [(USUAL, SHARE), *thinner, *([(CALM, CALM_SHARE)] if hasty else [])]
+    if count <= RICH and request.duration < HASTY * (1 - request.phase) * primitive.duration:
+        return [(USUAL, SHARE), (CALM, CALM_SHARE)]
+    return [(USUAL, SHARE), *((each, SHARE) for each in THINNED if thinned(count, each.thinning) >= FEWEST)]
 
 
 def _judge(primitive: Primitive, final: np.ndarray, effort: Effort, precision: Precision = USUAL) -> Judge:

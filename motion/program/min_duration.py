@@ -14,14 +14,14 @@ from motion.request import MotionRequest
 FACTOR = 1.5
 MAX_DURATION = 60.0
 
-LOOK, PROBE = 1_000.0, 4_000.0
+LOOK, PROBE = 1_000.0, 2_000.0
 """The effort after which it is unknown whether a joint works in the duration that is tried: on the way to the first
 that works, and when the shortest is looked for."""
 
 UNSURE = 0.4
 """Once less of the effort is left than this part of what there was at first, no small steps are tried any more."""
 
-REFINING = 0.3
+REFINING = 0.1
 """A duration that works is refined until so much of the effort is left that there was when it was found."""
 
 
