@@ -1,4 +1,4 @@
-"""The quick estimate of what a hit needs of the limits, against the planner's own stop."""
+"""The quick estimate of the limits that a hit takes, against the stop that the planner plans."""
 
 import numpy as np
 
