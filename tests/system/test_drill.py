@@ -8,6 +8,7 @@ import pytest
 from services.common.cli import Options
 from tests.cores import LOOP_CORE
 from tools.drill.harness.lab import Lab
+from tools.drill.report import shortfall
 from tools.drill.run import carry_out
 from tools.drill.scenario import Scenario
 from tools.drill.table import SCENARIOS
@@ -29,7 +30,7 @@ def chosen(kind: str) -> list[Scenario]:
 def test_exact(lab: Lab, scenario: Scenario):
     """Every bound holds."""
     outcome = carry_out(scenario, lab)
-    assert outcome.held, outcome
+    assert outcome.held, shortfall(outcome)
 
 
 @pytest.mark.realtime
@@ -40,4 +41,4 @@ def test_in_real_time(lab: Lab, scenario: Scenario):
     outcome = carry_out(scenario, lab)
     for attempt in outcome.before:
         warnings.warn(pytest.PytestWarning(f"repeated: {attempt}"), stacklevel=1)
-    assert outcome.held, outcome
+    assert outcome.held, shortfall(outcome)

@@ -68,6 +68,11 @@ class Cell(Observer):
         if tick > self.tick:
             self.step(tick - self.tick)
 
+    def pass_time(self, seconds: float) -> None:
+        """Wait until `seconds` of robot time have passed in real time; a busy machine takes longer."""
+        end = self.state().time + seconds
+        wait_for(lambda: self.state().time >= end, f"{seconds:g} s of robot time")
+
     def ticks(self, seconds: float) -> int:
         """Return a time in ticks."""
         return round(seconds * self.config.rate_hz)

@@ -1,7 +1,6 @@
 """Lost messages, and a controller that is killed or hangs: the arm goes on for 19 ticks and then brakes by itself."""
 
 import signal
-import time
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from tools.drill.harness.cell import code_of
 from tools.drill.harness.commanded import unlike_plan
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.start import CellConfig
+from tools.drill.harness.states import silent_ticks
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 
@@ -75,7 +75,7 @@ def silence_controller(lab: Lab, number: signal.Signals) -> Measured:
         cell.under_way()
         cell.processes.signal("controller", number)
         wait_for(lambda: cell.state().brake, "the arm to brake")
-        time.sleep(0.6)
+        cell.pass_time(0.6)
         rest = cell.state()
         if number == signal.SIGSTOP:
             cell.processes.signal("controller", signal.SIGCONT)
@@ -85,13 +85,12 @@ def silence_controller(lab: Lab, number: signal.Signals) -> Measured:
         not_refused = int(code_of(cell.goal) != "fault")
         drift = distance(cell.state().positions, rest.positions)
         cell.recover()
-        time.sleep(0.3)
+        cell.pass_time(0.3)
         moved = distance(cell.state().positions, rest.positions)
         outcome = cell.finish(cell.goal(duration=1.5)).outcome
         seen = cell.drain(topics.STATE)
-    first = next(state for state in seen if state.brake)
     return {
-        "silent ticks until the arm brakes": first.tick - first.applied_tick - 1,
+        "silent ticks until the arm brakes": silent_ticks(seen),
         "speed of the braked arm at rest": float(np.abs(rest.velocities).max()),
         "moved before the reset": drift,
         "goals not refused as `fault`": not_refused,

@@ -1,0 +1,22 @@
+"""States of runs, counted."""
+
+import pytest
+
+from protocol import messages as m
+from tools.drill.harness.states import silent_ticks
+
+
+def states(applied: list[int], silence: int) -> list[m.State]:
+    """Return the states from tick 1 on: those that applied answers, `silence` without news, and one of the brake."""
+    ticks = [*applied, *([applied[-1]] * silence)]
+    zeros = {name: [0.0] for name in ("positions", "velocities", "torques")}
+    return [
+        m.State(run=1, tick=k, time=k / 1000, brake=k == len(ticks), applied_tick=tick, saturated=[False], **zeros)
+        for k, tick in enumerate(ticks, start=1)
+    ]
+
+
+@pytest.mark.parametrize("applied", [[0, 1, 2, 3], [0, 1, 1, 2]], ids=["in time", "a tick late"])
+def test_silence_is_counted_from_the_last_command_that_was_applied(applied: list[int]):
+    """A late command is applied a tick later, and the arm then waits as long as after any other."""
+    assert silent_ticks(states(applied, 20)) == 20
