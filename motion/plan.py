@@ -153,7 +153,7 @@ def plan(
 
 
 def prepare(primitive: Primitive) -> None:
-    """Build what all plans of a primitive share, so that its first goal does not wait for it.
+    """Build the matrices that all plans of a primitive share, so that its first goal does not wait for them.
 
     This takes up to a second for hundreds of functions.
     """
