@@ -109,8 +109,8 @@ class FirstContact(Struct, kw_only=True):
 class Recoil(Struct, kw_only=True):
     """The recoil of a hit, within the bounds of the robot's `[racket.recoil]`.
 
-    Attributes: time: at which a joint exceeded the tolerance, or its velocity error was large enough to make it exceed
-    it
+    Attributes:
+        time: at which a joint exceeded the tolerance, or its velocity error was large enough to make it exceed it
         peak_error: largest of any joint, rad
         peak_time: of that error
         back_time: at which the arm was within the tolerance again, null before

@@ -73,8 +73,9 @@ class Alternative(Struct, forbid_unknown_fields=True, kw_only=True):
 class Checks(Struct, forbid_unknown_fields=True, kw_only=True):
     """Checks of a plan and its stop besides the limits.
 
-    Attributes: collision: the arm and its tool keep the robot's margin from the arm itself and from the scene torque:
-    no joint needs more torque than its limit
+    Attributes:
+        collision: the arm and its tool keep the robot's margin from the arm itself and from the scene
+        torque: no joint needs more torque than its limit
     """
 
     collision: bool = True
