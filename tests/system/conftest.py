@@ -1,7 +1,8 @@
 """The services of a system test.
 
-`stack` is shared by the tests of a module; each finds it at the start of a new run, with the arm at home. A test that
-kills, silences or replaces a process, or needs a planner without a past, starts its own with `harness.running`.
+`stack` is shared by the tests of a module; each finds it at the start of a new run, with the arm at home, and with
+processes anew in place of those that a test before has ended. A test that needs other processes or another clock starts
+its own with `harness.running`.
 """
 
 from collections.abc import Iterator
@@ -21,6 +22,8 @@ def services(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 
 @pytest.fixture
 def stack(services: Stack) -> Stack:
-    """The module's services at the start of a new run."""
+    """The module's services, all of them, at the start of a new run."""
+    if ended := services.services.ended():
+        services.start_again(*ended)
     services.reset()
     return services

@@ -45,6 +45,13 @@ class Stack(Cell):
         self.processes.signal(name, signal.SIGKILL)
         wait_for(lambda: not self.bus.is_alive(name), f"the token of the {name} to vanish")
 
+    def start_again(self, *names: str) -> None:
+        """Start processes in place of those that ended, and return once all are ready and the arm is detected."""
+        for name in names:
+            self.services.start(name)
+        self.services.wait_ready(self.bus)
+        wait_for_controller(self)
+
     def cancel(self, goal_id: str | None = None) -> m.Canceled:
         """Stop the motion."""
         return self.bus.ask(topics.CANCEL, m.Cancel(goal_id=goal_id))

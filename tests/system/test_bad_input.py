@@ -14,12 +14,15 @@ from msgspec.structs import replace
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import encode, matrix_bytes
+from protocol.errors import NoAnswer
 from robot.description import load_robot
 
 ROBOT = load_robot()
 HOME = ROBOT.home.tolist()
 JOINTS = ROBOT.joint_count
 HUGE = 1.7e308
+TRIES = 3
+NOISE_BYTES = os.urandom(16 << 20)
 ALSO = ("striker",)
 QUERIES = pytest.mark.parametrize("topic", topics.QUERIES, ids=lambda topic: topic.key)
 
@@ -52,18 +55,27 @@ def pack(body: object) -> bytes:
 
 def answers(stack: Stack) -> bool:
     """Whether every service answers a request that reads."""
-    return bool(stack.state() and stack.status() and stack.bus.ask(topics.PRIMITIVES, m.Empty()))
+    try:
+        return bool(stack.state() and stack.status() and stack.bus.ask(topics.PRIMITIVES, m.Empty()))
+    except NoAnswer:
+        return False
 
 
 def send(stack: Stack, key: str, body: bytes) -> dict[str, Any]:
-    """Send a body and return the refusal that must come."""
-    for reply in stack.bus.session.get(stack.bus.key(key), payload=body, timeout=PATIENCE_S):
-        assert reply.ok is None, f"{key} took {body[:60]!r}: {msgpack.unpackb(reply.ok.payload.to_bytes())}"
-        assert reply.err is not None
-        refusal = msgpack.unpackb(reply.err.payload.to_bytes())
-        assert set(refusal) == {"code", "message", "detail"}
-        assert len(refusal["message"]) <= 400
-        return refusal
+    """Send a body and return the refusal that must come.
+
+    A router cuts a service off that takes nothing for 0.5 s, as on a busy machine one that is sent 16 MiB; the service
+    is asked again once it is back.
+    """
+    for _ in range(TRIES):
+        for reply in stack.bus.session.get(stack.bus.key(key), payload=body, timeout=PATIENCE_S):
+            assert reply.ok is None, f"{key} took {body[:60]!r}: {msgpack.unpackb(reply.ok.payload.to_bytes())}"
+            assert reply.err is not None
+            refusal = msgpack.unpackb(reply.err.payload.to_bytes())
+            assert set(refusal) == {"code", "message", "detail"}
+            assert len(refusal["message"]) <= 400
+            return refusal
+        wait_for(lambda: answers(stack), "an answer from every service")
     raise AssertionError(f"{key} did not answer")
 
 
@@ -99,7 +111,7 @@ def test_bodies_that_are_no_message(stack: Stack, topic: topics.Query):
 @QUERIES
 def test_too_many_bytes(stack: Stack, topic: topics.Query):
     """16 MiB of noise, and a map one field over the limit."""
-    assert send(stack, topic.key, os.urandom(16 << 20))["code"] == "bad_message"
+    assert send(stack, topic.key, NOISE_BYTES)["code"] == "bad_message"
     refusal = send(stack, topic.key, pack({"name": "x" * topic.max_bytes}))
     assert str(topic.max_bytes) in refusal["message"]
 

@@ -1,11 +1,10 @@
 """`revises` over the wire: a goal corrects a motion under way, and what is left of the demonstration is imitated."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
-from harness import ROBOT, Reference, Stack, running
+from harness import ROBOT, Reference, Stack
 
 from deploy.demonstrations.make_forehand import FOREHAND, HIT, HIT_VELOCITIES
 from motion.demonstration import Demonstration
@@ -161,19 +160,16 @@ def test_a_correction_of_nothing_is_an_unknown_goal(stack: Stack):
     assert not Reference(stack.commands()).velocities.any()
 
 
-def test_a_restarted_planner_knows_no_motion_under_way(tmp_path: Path):
+def test_a_restarted_planner_knows_no_motion_under_way(stack: Stack):
     """It says so, the motion goes on, and a goal without `revises` takes over."""
-    with running(tmp_path) as stack:
-        stack.reset()
-        first = stack.strike()
-        begin_at(stack, first, 0.3)
-        stack.kill("planner")
-        stack.services.start("planner")
-        stack.services.wait_ready(stack.bus)
-        refusal = stack.refused_goal(revises=first.goal_id)
-        assert (refusal.code, refusal.detail["goal_id"]) == ("unknown_goal", first.goal_id)
-        second = stack.strike(arrival_time=hit_time(first) + 0.3)
-        check_hit(stack, second, np.array(HIT))
+    first = stack.strike()
+    begin_at(stack, first, 0.3)
+    stack.kill("planner")
+    stack.start_again("planner")
+    refusal = stack.refused_goal(revises=first.goal_id)
+    assert (refusal.code, refusal.detail["goal_id"]) == ("unknown_goal", first.goal_id)
+    second = stack.strike(arrival_time=hit_time(first) + 0.3)
+    check_hit(stack, second, np.array(HIT))
 
 
 @pytest.mark.parametrize("after", [-10, 1, 200, 2000])

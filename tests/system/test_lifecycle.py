@@ -4,13 +4,14 @@ import contextlib
 import math
 import os
 import re
+import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
-from harness import ROBOT, SERVICES, Stack, joined, running, wait_for, wait_for_controller
+from harness import ROBOT, SERVICES, Stack, joined, wait_for
 
 from protocol import messages as m
 from protocol import topics
@@ -32,36 +33,19 @@ def lines_for(endpoint: str, tmp_path: Path) -> dict[str, list[str]]:
     )
 
 
-def test_services_start_in_any_order(tmp_path: Path):
-    """Controller and planner first, the sim, which hosts the bus, a second later; then all work together."""
-    endpoint = free_endpoint()
-    supervisor = Supervisor(lines_for(endpoint, tmp_path))
-    try:
-        supervisor.start("controller")
-        supervisor.start("planner")
-        time.sleep(1.0)
-        assert supervisor.ended() == {}
-        supervisor.start("sim")
-        with joined(endpoint) as bus:
-            supervisor.wait_ready(bus)
-            stack = Stack(supervisor, bus, endpoint, tmp_path, ROBOT, True)
-            wait_for_controller(stack)
-            stack.reset()
-            reply = stack.goal(primitive="forehand", positions=HOME, duration=0.4)
-            assert reply.start_time == pytest.approx(0.020, abs=1e-12)
-            assert stack.finish(reply).outcome == "succeeded"
-    finally:
-        supervisor.stop()
-
-
-def test_sigterm_ends_each_service_in_order(tmp_path: Path):
-    """With status 0, whether the sim goes first or last, on a bus or still waiting for one."""
-    for order in (SERVICES, tuple(reversed(SERVICES))):
-        with running(tmp_path) as stack:
-            for name in order:
-                process = stack.services.running[name]
-                process.terminate()
-                assert process.wait() == 0, name
+def test_services_end_and_start_in_any_order(stack: Stack, tmp_path: Path):
+    """At SIGTERM with status 0, whether the sim, which hosts the bus, goes first or last, or there was none yet."""
+    terminate(stack, SERVICES)
+    for name in ("controller", "planner"):
+        stack.services.start(name)
+    time.sleep(1.0)
+    assert stack.services.ended() == {"sim": 0}
+    stack.start_again("sim")
+    stack.reset()
+    reply = stack.goal(primitive="forehand", positions=HOME, duration=0.4)
+    assert reply.start_time == pytest.approx(0.020, abs=1e-12)
+    assert stack.finish(reply).outcome == "succeeded"
+    terminate(stack, tuple(reversed(SERVICES)))
     for name in ("planner", "controller"):
         process = subprocess.Popen(lines_for(free_endpoint(), tmp_path)[name], stderr=subprocess.PIPE, text=True)
         assert process.stderr is not None
@@ -71,24 +55,31 @@ def test_sigterm_ends_each_service_in_order(tmp_path: Path):
         assert process.returncode == 0, name
 
 
+def terminate(stack: Stack, order: tuple[str, ...]) -> None:
+    """End the services one after another."""
+    for name in order:
+        process = stack.services.running[name]
+        process.terminate()
+        assert process.wait() == 0, name
+
+
 LOOPS, OTHERS = split_cores(LOOP_CORE)
 
 
 @pytest.mark.skipif(LOOPS == OTHERS, reason="there is one core, or only some were given to this process")
-def test_sim_and_controller_share_a_core(tmp_path: Path):
+def test_sim_and_controller_share_a_core(stack: Stack):
     """They share it with their Zenoh threads, which run several times a tick.
 
     The planner and the threads that handle requests run elsewhere.
     """
-    with running(tmp_path) as stack:
-        for name, process in stack.services.running.items():
-            threads = threads_of(process.pid)
-            _, main_cores = threads.pop(process.pid)
-            of_zenoh = [cores for comm, cores in threads.values() if re.fullmatch(r"(rx|tx|net|app)-\d+", comm)]
-            assert of_zenoh
-            kept = OTHERS if name == "planner" else LOOPS
-            assert [cores for cores in (main_cores, *of_zenoh) if cores != kept] == [], name
-            assert OTHERS in [cores for comm, cores in threads.values() if comm.startswith("python")], name
+    for name, process in stack.services.running.items():
+        threads = threads_of(process.pid)
+        _, main_cores = threads.pop(process.pid)
+        of_zenoh = [cores for comm, cores in threads.values() if re.fullmatch(r"(rx|tx|net|app)-\d+", comm)]
+        assert of_zenoh
+        kept = OTHERS if name == "planner" else LOOPS
+        assert [cores for cores in (main_cores, *of_zenoh) if cores != kept] == [], name
+        assert OTHERS in [cores for comm, cores in threads.values() if comm.startswith("python")], name
 
 
 def threads_of(pid: int) -> dict[int, tuple[str, set[int]]]:
@@ -101,23 +92,16 @@ def threads_of(pid: int) -> dict[int, tuple[str, set[int]]]:
     return found
 
 
-@pytest.fixture(scope="module")
-def taken(tmp_path_factory: pytest.TempPathFactory):
-    """Running services, for those that come twice."""
-    with running(tmp_path_factory.mktemp("taken")) as stack:
-        yield stack
-
-
 @pytest.mark.parametrize("name", SERVICES)
-def test_a_second_service_ends_with_status_3(taken: Stack, tmp_path: Path, name: str):
+def test_a_second_service_ends_with_status_3(stack: Stack, tmp_path: Path, name: str):
     """And says why; the first one goes on."""
-    line = lines_for(taken.endpoint, tmp_path)[name]
+    line = lines_for(stack.endpoint, tmp_path)[name]
     second = subprocess.run(line, capture_output=True, text=True, check=False)
     assert second.returncode == 3, second.stderr
     assert f"another {name} serves robot arm" in second.stderr
     assert "Traceback" not in second.stderr
-    assert taken.services.ended() == {}
-    assert taken.status().mode == "holding"
+    assert stack.services.ended() == {}
+    assert stack.status().mode == "holding"
 
 
 def test_a_planner_alone_plans(tmp_path: Path):
@@ -137,46 +121,37 @@ def test_a_planner_alone_plans(tmp_path: Path):
     assert process.returncode == 0
 
 
-def test_a_dead_planner_leaves_the_motion_to_finish(tmp_path: Path):
+def test_a_dead_planner_leaves_the_motion_to_finish(stack: Stack):
     """Its successor knows what was learned, and that a goal was played."""
     samples = [[0.3 * math.sin(k / 100), *HOME[1:]] for k in range(200)]
-    with running(tmp_path) as stack:
-        stack.reset()
-        stack.bus.ask(topics.LEARN, m.Learn(name="nod", positions=samples, rate=200.0))
-        before = stack.bus.ask(topics.PRIMITIVES, m.Empty())
-        reply = stack.bus.ask(topics.GOAL, goal(goal_id="orphan"))
-        stack.step(300)
-        planner = stack.services.running["planner"]
-        planner.kill()
-        planner.wait()
-        assert stack.finish(reply).outcome == "succeeded"
-        with pytest.raises(NoAnswer):
-            stack.bus.ask(topics.PRIMITIVES, m.Empty(), timeout=2.0)
-        stack.services.start("planner")
-        stack.services.wait_ready(stack.bus)
-        assert stack.bus.ask(topics.PRIMITIVES, m.Empty()) == before
-        assert stack.refused_goal(primitive="nod", positions=HOME, goal_id="orphan").code == "duplicate"
-        assert stack.finish(stack.goal(primitive="nod", positions=HOME)).outcome == "succeeded"
+    stack.bus.ask(topics.LEARN, m.Learn(name="nod", positions=samples, rate=200.0))
+    before = stack.bus.ask(topics.PRIMITIVES, m.Empty())
+    reply = stack.bus.ask(topics.GOAL, goal(goal_id="orphan"))
+    stack.step(300)
+    stack.kill("planner")
+    assert stack.finish(reply).outcome == "succeeded"
+    with pytest.raises(NoAnswer):
+        stack.bus.ask(topics.PRIMITIVES, m.Empty(), timeout=2.0)
+    stack.start_again("planner")
+    assert stack.bus.ask(topics.PRIMITIVES, m.Empty()) == before
+    assert stack.refused_goal(primitive="nod", positions=HOME, goal_id="orphan").code == "duplicate"
+    assert stack.finish(stack.goal(primitive="nod", positions=HOME)).outcome == "succeeded"
 
 
-def test_a_restarted_sim_is_found_again(tmp_path: Path):
+def test_a_restarted_sim_is_found_again(stack: Stack):
     """The bus dies with it and comes back with it; the goal is aborted, and new ones work."""
-    with running(tmp_path) as stack:
-        stack.reset()
-        reply = stack.bus.ask(topics.GOAL, goal())
-        stack.step(300)
-        sim = stack.services.running["sim"]
-        sim.kill()
-        sim.wait()
-        stack.services.start("sim")
-        stack.services.wait_ready(stack.bus)
-        wait_for(lambda: aborted(stack, reply.goal_id), "the controller to notice the new run")
-        stack.reset()
-        assert stack.status().mode == "holding"
-        back = stack.goal(primitive="forehand", positions=HOME, duration=0.5)
-        assert back.start_time == pytest.approx(0.020, abs=1e-12)
-        assert stack.finish(back).outcome == "succeeded"
-        assert stack.end_tick(back) < stack.tick
+    reply = stack.bus.ask(topics.GOAL, goal())
+    stack.step(300)
+    stack.processes.signal("sim", signal.SIGKILL)
+    stack.services.start("sim")
+    stack.services.wait_ready(stack.bus)
+    wait_for(lambda: aborted(stack, reply.goal_id), "the controller to notice the new run")
+    stack.reset()
+    assert stack.status().mode == "holding"
+    back = stack.goal(primitive="forehand", positions=HOME, duration=0.5)
+    assert back.start_time == pytest.approx(0.020, abs=1e-12)
+    assert stack.finish(back).outcome == "succeeded"
+    assert stack.end_tick(back) < stack.tick
 
 
 def aborted(stack: Stack, goal_id: str) -> bool:

@@ -26,16 +26,29 @@ SILENCE = ROBOT.silence_ticks
 HANG_S = 2.0
 HANGS = "has not answered tick"
 """What the sim logs where it has waited so long."""
+GONE = "in fault: the arm is gone"
+"""What the controller logs without a sim."""
 UNPRIVILEGED = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock", "--inh-caps=-sys_nice,-ipc_lock"]
 BUSY = [sys.executable, "-c", "while True: pass"]
 
 
-@pytest.fixture
-def stack(tmp_path: Path) -> Iterator[Stack]:
+@pytest.fixture(scope="module")
+def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
     """Sim, planner and controller, paced, the stream of states listened to."""
-    with running(tmp_path, clock="paced") as stack:
+    with running(tmp_path_factory.mktemp("paced"), clock="paced") as stack:
         stack.listen(topics.STATE)
         yield stack
+
+
+@pytest.fixture
+def stack(services: Stack) -> Stack:
+    """The services, all of them and without a fault, at the start of a new run."""
+    if ended := services.services.ended():
+        services.start_again(*ended)
+    services.bus.ask(topics.SIM_RESET, m.Reset())
+    services.recover()
+    services.drain(topics.STATE)
+    return services
 
 
 def test_robot_time_keeps_to_the_wall_clock(stack: Stack):
@@ -99,10 +112,10 @@ def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
     """
     stack.under_way()
     stack.drain(topics.STATE)
-    stack.processes.signal("controller", signal.SIGKILL)
+    killed = stack.processes.signal("controller", signal.SIGKILL)
     wait_for(lambda: stack.state().brake, "the arm to brake")
     check_brake(stack)
-    assert HANGS not in stack.processes.log("sim").read_text()
+    assert stack.processes.logged_at("sim", HANGS, killed) is None
     stack.processes.start("controller")
     stack.services.wait_ready(stack.bus)
     wait_for(lambda: stack.mode() == "fault", "the next controller in fault")
@@ -113,10 +126,8 @@ def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
 def test_a_killed_sim_aborts_the_motion(stack: Stack):
     """The controller is in fault as soon as the token is gone; the next sim is served as the first one was."""
     reply = stack.under_way()
-    stack.processes.signal("sim", signal.SIGKILL)
-    wait_for(
-        lambda: "in fault: the arm is gone" in stack.processes.log("controller").read_text(), "the controller in fault"
-    )
+    killed = stack.processes.signal("sim", signal.SIGKILL)
+    wait_for(lambda: stack.processes.logged_at("controller", GONE, killed), "the controller in fault")
     stack.processes.start("sim")
     stack.services.wait_ready(stack.bus)
     wait_for(lambda: stack.mode() == "holding", "the controller to serve the next run")
@@ -131,11 +142,11 @@ def test_a_controller_that_hangs_is_waited_for_two_seconds(stack: Stack):
     stack.under_way()
     stack.drain(topics.STATE)
     stopped = time.monotonic()
-    stack.processes.signal("controller", signal.SIGSTOP)
+    sent = stack.processes.signal("controller", signal.SIGSTOP)
     wait_for(lambda: stack.state().brake, "the arm to brake")
     assert time.monotonic() - stopped >= HANG_S
     check_brake(stack)
-    assert HANGS in stack.processes.log("sim").read_text()
+    assert stack.processes.logged_at("sim", HANGS, sent) is not None
     stack.processes.signal("controller", signal.SIGCONT)
     wait_for(lambda: stack.mode() == "fault", "the controller in fault")
     stack.recover()

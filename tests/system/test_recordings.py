@@ -51,9 +51,10 @@ def test_from_a_file_to_a_motion_and_back(tmp_path: Path, capsys: pytest.Capture
         assert volley("goal", "copy", "--wait", "--goal-id", "copied") == 0
     for goal in ("played", "copied"):
         _check_what_was_played(trace, goal)
+    played = readers.read(trace, "copied")
     for output in (tmp_path / "out.csv", tmp_path / "out.npz", tmp_path / "out.mcap", tmp_path / "out"):
         assert main(["export", "last", "--trace", str(trace), "-o", str(output)]) == 0
-        played, back = readers.read(trace, "copied"), load(output, JOINTS)
+        back = load(output, JOINTS)
         assert np.abs(back.values - played.values).max() < 1e-6
         assert back.times == pytest.approx(played.times, abs=1e-6)
 
@@ -96,15 +97,17 @@ def test_a_real_recording_on_its_own_arm(
 def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFixture[str], trace: Path) -> None:
     """A part of the trace, while it is being written, is the movement that was played, without rest at its ends."""
     begins, ends = writers.movement()[[0, -1]]
+    near: list[np.ndarray] = []
 
-    def near(place: np.ndarray) -> np.ndarray:
-        """Times, s on the trace's clock, at which the arm is at a place."""
+    def has_ended() -> bool:
+        """Look up the times, s on the trace's clock, at which the arm is at each place."""
         times, values = rrd.scan_of(trace).table()
-        return times[np.abs(values - place).max(axis=1) < 1e-4]
+        near[:] = (times[np.abs(values - place).max(axis=1) < 1e-4] for place in (begins, ends))
+        return len(near[1]) > 50
 
-    assert eventually(lambda: len(near(ends)) > 50)
-    there = near(begins)  # on a busy machine for less than 0.1 s of the robot's time
-    begin, end = max(there[0], there[-1] - 0.1), near(ends)[0] + 0.04
+    assert eventually(has_ended)
+    there, after = near  # there: on a busy machine for less than 0.1 s of the robot's time
+    begin, end = max(there[0], there[-1] - 0.1), after[0] + 0.04
     part = ("--trace", str(trace), "--begin", f"{begin:.3f}", "--end", f"{end:.3f}")
     assert volley("teach", "again", *part, "--json") == 0
     learned = msgspec.json.decode(capsys.readouterr().out, type=m.Learned)

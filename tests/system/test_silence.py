@@ -120,21 +120,21 @@ def test_a_new_run_aborts_the_goal(stack: Stack):
     assert stack.finish(back).outcome == "succeeded"
 
 
-def test_a_silent_controller_stops_the_stepped_clock(tmp_path: Path):
+def test_a_silent_controller_stops_the_stepped_clock(stack: Stack):
     """The step is answered with the tick reached, a second one meanwhile is busy, and time goes on afterwards."""
-    with running(tmp_path) as stack:
-        stack.reset()
-        stack.step(10)
-        controller = stack.services.running["controller"]
-        controller.send_signal(signal.SIGSTOP)
+    stack.step(10)
+    controller = stack.services.running["controller"]
+    controller.send_signal(signal.SIGSTOP)
+    try:
         with pytest.raises(Refusal) as caught:
             stack.step(5)
-        assert caught.value.code == "unavailable"
-        assert caught.value.detail["service"] == "controller"
-        reached = caught.value.detail["tick"]
+    finally:
         controller.send_signal(signal.SIGCONT)
-        stack.step(5)
-        assert stack.tick == reached + 5
+    assert caught.value.code == "unavailable"
+    assert caught.value.detail["service"] == "controller"
+    reached = caught.value.detail["tick"]
+    stack.step(5)
+    assert stack.tick == reached + 5
 
 
 @pytest.mark.realtime

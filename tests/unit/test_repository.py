@@ -38,3 +38,11 @@ def test_pages_link_to_files_that_exist():
     ]
     assert len(links) > 30
     assert [f"{page.name}: {link}" for page, link in links if not (page.parent / link).exists()] == []
+
+
+def test_only_system_tests_need_the_wall_clock():
+    """`make test` looks for them in their folder alone: reading all the others takes longer than some of them."""
+    assert "-m realtime tests/system" in (ROOT / "Makefile").read_text(encoding="utf-8")
+    marked = [file for file in (ROOT / "tests").rglob("*.py") if re.search(r"mark\.realtime", file.read_text("utf-8"))]
+    assert marked
+    assert [file for file in marked if file.parent != ROOT / "tests" / "system"] == []

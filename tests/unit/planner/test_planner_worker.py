@@ -68,9 +68,9 @@ def test_an_error_that_nobody_foresaw_is_reported(monkeypatch: pytest.MonkeyPatc
 # --- the process itself ---------------------------------------------------------------------------------
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def worker() -> Iterator[Worker]:
-    """A process that learns, ended behind the test."""
+    """A process that learns; where a test ends it, the next one that learns starts another."""
     worker = Worker("learn", LIMITS, NAMES, LOG)
     yield worker
     worker.close()
@@ -174,9 +174,9 @@ def task() -> Task:
     return Task(primitive, MotionRequest(start, goal, 1.0, LIMITS), 0.001)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def planner() -> Iterator[Worker]:
-    """A process that plans, ended behind the test."""
+    """A process that plans; where a test ends it, the next one that plans starts another."""
     worker = Worker("plan", LIMITS, NAMES, LOG)
     yield worker
     worker.close()
