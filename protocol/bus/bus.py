@@ -215,6 +215,7 @@ class Bus:
 
         Every session declares its claim before it looks for others, so of two that start at once at least one sees the
         other. The one with the larger id gives way at once; the other waits up to `timeout` s for that, then gives way.
+        Who gives way looks once more: if both did, the last one sees nobody, and claims the place again.
 
         Raises:
             NoAnswer: the router is silent.
@@ -225,7 +226,7 @@ class Bus:
         while others := self.rivals(service):
             if min(others) < own or time.monotonic() > deadline:
                 token.undeclare()  # so that the other does not wait for this process to end
-                return False
+                return not self.rivals(service) and self.claim(service, timeout)
             time.sleep(CLAIM_PERIOD_S)
         return True
 
