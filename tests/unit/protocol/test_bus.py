@@ -273,6 +273,7 @@ def test_of_two_that_claim_a_place_at_once_one_gets_it_though_both_stall(router,
         assert not claims[0].result()
         larger.may_act.set()
         assert claims[1].result()
+        assert eventually(lambda: len(router.rivals("sim")) == 1)
 
 
 def test_a_later_claim_gets_no_place_that_is_taken(router, endpoint):
