@@ -3,14 +3,11 @@
 import time
 import warnings
 from contextlib import suppress
-from pathlib import Path
-from typing import Annotated
 
 import glfw
 import mujoco
 import mujoco.viewer
 import numpy as np
-from tyro.conf import arg
 
 from client import Stream
 from protocol import messages as m
@@ -20,6 +17,7 @@ from robot.model import joint_ids
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from robot.surroundings import Surroundings
 from robot.tree import is_moved_by
+from tools.shell.flags import RobotConfigFile
 from tools.shell.shell import Shared, Shell, UsageError, reach
 
 HOW = "double-click a link, then hold Ctrl and drag it: with the right button to pull, with the left one to turn"
@@ -29,11 +27,7 @@ STIFFNESS = 50.0
 """1/s²: of the spring between mouse and link; MuJoCo's 100 would swing with the time from the mouse to the arm."""
 
 
-def drag(
-    *,
-    robot_config: Annotated[Path, arg(metavar="FILE", help_behavior_hint="")] = DEFAULT_ROBOT_CONFIG,
-    shell: Shared,
-) -> None:
+def drag(*, robot_config: RobotConfigFile = DEFAULT_ROBOT_CONFIG, shell: Shared) -> None:
     """Show a simulated arm in MuJoCo's viewer, and push it where the mouse drags it, until the window is closed.
 
     `volley teach NAME --drag` records what an arm that yields is dragged through.
