@@ -2,5 +2,5 @@
 
 import os
 
-# Matrices are small: BLAS threads cost more than they gain, most of all beside other processes.
+# Matrices are small: BLAS threads cost more than they gain, especially beside other processes.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -58,7 +58,7 @@ def accelerations(
     """
     basis, duration = make_basis(BASIS_COUNT), request.duration
     tau = primitive.duration / duration if tau is None else tau
-    # ∫ψ_i d̈ dt. The program's linear term is −2θ, with θ integrated over s, of T_d²·d̈.
+    # ∫ψ_i d̈ dt. The program's linear term is −2θ, where θ is the integral of T_d²·d̈ over s.
     theta = -make_programs(primitive, request, BASIS_COUNT)[0].c / 2 / primitive.duration**2
     theta = theta * (primitive.duration if kept else duration)
     end = np.array([1.0])

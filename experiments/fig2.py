@@ -97,7 +97,7 @@ def ratios(name: str, dmp: np.ndarray, paper: np.ndarray, duration: float) -> li
 def random_goals(primitive: Primitive) -> list[Row]:
     """Return the DMP's ratios to the paper's QP for many goals, and those of B-splines.
 
-    The DMP is learned as here, as by the authors, and exactly.
+    The DMP is learned as in this project, as by the authors, and exactly.
     """
     rng = np.random.default_rng(2)
     variants = {"dmp": learn_dmp(primitive), "coarse_dmp": learn_dmp(primitive, basis_count=60, gain=50.0)}

@@ -1,8 +1,8 @@
 """Fig. 5 on the MuJoCo arm: the running services on a router of their own, on the stepped clock, recorded.
 
-The first joint plays the figures' demonstration, beginning at rest as the arm does. Its DMP would begin with a jump of
-170 rad/s², which the planner refuses. Both methods are therefore compared on the forehand that ships with Volley, which
-begins at rest.
+The first joint plays the figures' demonstration, beginning at rest as the arm does. The DMP would begin with an
+acceleration jump of 170 rad/s², which the planner refuses. Both methods are therefore compared on the shipped forehand,
+which begins at rest.
 """
 
 import math

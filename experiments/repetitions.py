@@ -1,10 +1,11 @@
-"""`python -m experiments.repetitions DIRECTORY`: several recordings learned together, beside ProMPs, leave one out.
+"""`python -m experiments.repetitions DIRECTORY`: learn from several recordings, compared with ProMPs, leave one out.
 
-Each recording of a letter is predicted from the others under its own start, end, duration and largest speeds: by the
-plan that imitates their mean (`tools.recordings.several`), by the same plan where places are weighted by the spread,
-and by the ProMP of movement_primitives, conditioned on the same start and end. All three know positions alone; the
-plans begin and end with the mean's velocities. Then they are given where it is in the middle of its duration, too.
-DIRECTORY holds one .mat file a letter, as pbdlib's 2Dletters: 10 to 15 recordings each.
+Each recording of a letter is predicted from the others under its own start, end, duration and largest speeds. Three
+methods are compared: the plan that imitates the mean of the others (`tools.recordings.several`), the same plan with
+positions weighted by the spread, and the ProMP of movement_primitives, conditioned on the same start and end. All three
+get positions only; the plans begin and end with the mean's velocities. In a second case they also get the recording's
+position in the middle of its duration. DIRECTORY holds one .mat file a letter, as pbdlib's 2Dletters: 10 to 15
+recordings each.
 """
 
 import sys
@@ -30,19 +31,19 @@ DURATION = 2.0
 """s; the recordings have no times."""
 
 PAPER = 0.04
-"""Joint angle, rad, for a unit of paper: a letter becomes about 0.6 rad."""
+"""Joint angle, rad, of one unit of paper: a letter is about 0.6 rad large."""
 
 WEIGHTS = 20
-"""Basis functions of a ProMP, a dimension: the best of 10, 20 and 40 on the letter A."""
+"""Basis functions of a ProMP for each dimension: the best of 10, 20 and 40 on the letter A."""
 
 ROUNDING = 1e-3
-"""Part of a limit that is no excess."""
+"""Part of a limit by which it may be exceeded."""
 
 MIDDLE = 0.5
-"""Phase at which a recording's place is given."""
+"""Phase of the additional position in the second case."""
 
 CASES = {"ends": (), "ends and middle": (MIDDLE,)}
-"""Phases, besides both ends, at which a prediction is given where the recording is."""
+"""Phases at which a prediction gets the recording's position, besides both ends."""
 
 METHODS = "plan", "plan, by spread", "ProMP"
 
@@ -89,7 +90,7 @@ def _print(name: str, count: str, errors: np.ndarray, passed: np.ndarray | None)
 
 
 def letter(path: Path) -> Iterator[Recording]:
-    """Yield the recordings of a letter, x and y as two joints."""
+    """Yield the recordings of a letter, with x and y as two joints."""
     for demonstration in loadmat(str(path))["demos"][0]:
         values = PAPER * demonstration["pos"][0, 0].T
         times = np.linspace(0, DURATION, len(values))
@@ -97,9 +98,9 @@ def letter(path: Path) -> Iterator[Recording]:
 
 
 def left_out(recordings: list[Recording], number: int) -> tuple[list[float], list[bool]]:
-    """Rms errors, rad, on one recording, learned from the others, and whether a prediction passes a limit.
+    """Rms errors, rad, on one recording learned from the others, and whether the predictions exceed a limit.
 
-    For each case each method's.
+    One of each for every method in every case.
     """
     shown, others = recordings[number], recordings[:number] + recordings[number + 1 :]
     own = learned(shown)
@@ -118,7 +119,7 @@ def left_out(recordings: list[Recording], number: int) -> tuple[list[float], lis
 
 
 def learned(recording: Recording, together: Several | None = None) -> Primitive:
-    """The primitive of a recording, its places weighted by the spread of several."""
+    """The primitive of a recording, with positions weighted by the spread of several recordings."""
     return learn(Demonstration(recording.times, recording.values), spread=together and together.weighting().T)
 
 

@@ -1,6 +1,6 @@
-"""Sections III-B and IV: CVXOPT, the paper's solver, on the figures' problems, beside PIQP and Volley.
+"""Sections III-B and IV: CVXOPT, the paper's solver, compared with PIQP and Volley on the figures' problems.
 
-Rows called solver.time… depend on the machine and are not tested.
+Rows named solver.time… depend on the machine and are not tested.
 """
 
 import time
@@ -113,7 +113,7 @@ def missed(primitive: Primitive, w: np.ndarray) -> float:
 
 
 def least_time(action: Callable[[], Result], repeats: int) -> tuple[Result, float]:
-    """Return the result of an action, and the least of its times (s), which is the least disturbed one."""
+    """Return the result of an action, and the least of its measured times (s), which has the least disturbance."""
     took, result = [], action()
     for _ in range(repeats):
         began = time.perf_counter()

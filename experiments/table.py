@@ -13,7 +13,7 @@ PAGE = ROOT / "docs" / "paper.md"
 FIGURES = ROOT / "docs" / "figures"
 
 NOUGHT = 1e-12
-"""Smaller values are rounding and written as 0."""
+"""Smaller absolute values are rounding errors and are written as 0."""
 
 _VALUE = re.compile(r"<!--= (\S+) -->.*?<!---->")
 _ROWS = re.compile(r"(<!-- rows: ([^>]*?) -->\n).*?(<!-- end -->)", re.DOTALL)

@@ -1,6 +1,6 @@
 """Pure mathematics of movement: arrays in, arrays out; no clock, bus, file or MuJoCo.
 
-What a caller needs: `demonstration` and `primitive` (learning), `limits` and `request` (what is asked), `plan` and
-`alternatives` (planning), `gaussian` and `dmp_plan` (the methods it is compared with), `trajectory`, `braking`,
-`tracking`, `errors`. `program/` is the quadratic program's inside.
+For callers: `demonstration` and `primitive` (learning), `limits` and `request` (the request of a motion), `plan` and
+`alternatives` (planning), `gaussian` and `dmp_plan` (methods for comparison), `trajectory`, `braking`, `tracking`,
+`errors`. `program/` is the implementation of the quadratic program.
 """

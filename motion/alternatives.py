@@ -1,4 +1,4 @@
-"""Several ends for one motion: the one that can be imitated best is planned."""
+"""Several possible ends of one motion: plan the one that can be imitated best."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -16,26 +16,26 @@ from motion.program.terminal_set import never_stops
 from motion.request import Boundary, MotionRequest
 
 EFFORT, EFFORT_EACH, PLAN = 10_000.0, 3_500.0, 1_000.0
-"""What all plans may take, what each of them, and what each counts for beside its programs, µs on the machine of
-benchmarks/README.md."""
+"""Effort of all plans together (for up to six joints), of each plan, and the fixed part of each plan beside its
+programs; µs on the machine of benchmarks/README.md."""
 
 BETTERING = 0.4
-"""Once an end is planned, better ones are tried until so much of the effort is left that there was at first."""
+"""Once one end is planned, better ends are tried while more than this part of the initial effort is left."""
 
 _ENDS = np.arange(2)
-"""The quantities that an end fixes: position and velocity."""
+"""The quantities that an end prescribes: position and velocity."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class End:
-    """A state to arrive at, and after how many seconds."""
+    """An end of a motion: the state to reach, and the duration, s."""
 
     goal: Boundary
     duration: float
 
 
 class AllRefused(Exception):
-    """None of the ends can be planned; `errors` says why not, one for each end."""
+    """No end can be planned; `errors` has the reason for each end."""
 
     def __init__(self, errors: list[MotionError]) -> None:
         super().__init__(f"none of {len(errors)} ends can be planned; the first: {errors[0]}")
@@ -50,12 +50,13 @@ def plan_best(
     warm: Warm | None = None,
     verify: Callable[[SplinePlan], None] | None = None,
 ) -> tuple[int, SplinePlan]:
-    """Plan the motion to the feasible one of the ends whose error is least; return its index and the plan.
+    """Plan the motion to the feasible end with the least imitation error; return its index and the plan.
 
-    The error is the mean square of g̈ − τ²d̈, each joint in units of its acceleration limit. Ends are planned in the
-    order of their errors without limits, which are lower bounds, until no other can be better or the effort is spent;
-    each begins with the rows of the best so far, the first with those of `warm`. An end whose plan is the best so far
-    is refused where `verify` raises a MotionError. Goal and duration of `request` are not used. Raises AllRefused.
+    The error is the mean square of g̈ − τ²d̈, each joint in units of its acceleration limit. The error without limits
+    is a lower bound. Ends are planned in the order of this bound, until no remaining end can be better or the effort is
+    spent. The first plan is warm-started with `warm`, each later one with the active rows of the best plan so far.
+    `verify` is called with each plan that is the best so far; the end is refused if it raises a MotionError. The goal
+    and duration of `request` are ignored. Raises AllRefused if no end can be planned.
     """
     bounds = least_errors(primitive, request, ends)
     scale = _scale(request)
@@ -90,10 +91,11 @@ def plan_best(
 
 
 def least_errors(primitive: Primitive, request: MotionRequest, ends: Sequence[End]) -> np.ndarray:
-    """The errors (n,) that motions to the ends would have without limits.
+    """Errors (n,) of the motions to the ends without limits, which are lower bounds.
 
-    With b (m,) what the demonstration misses of its equalities, C their rows and lengths in normalised time, the error
-    of the optimum is bᵀ(CCᵀ)⁻¹b/T⁴. A given final acceleration is left out: it can only add to it.
+    In normalised time, let C be the rows of the equalities, and b (m,) the residuals of the demonstration in them. The
+    error of the optimum is bᵀ(CCᵀ)⁻¹b/T⁴. A prescribed final acceleration is left out, since it can only add to the
+    error.
     """
     begin, end = request.imitates
     part = imitated(primitive, begin, end, primitive.basis_count)
@@ -118,9 +120,9 @@ def least_errors(primitive: Primitive, request: MotionRequest, ends: Sequence[En
 
 @cache
 def _end_rows(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (3, N) on weights of final position and velocity and of the acceleration at the start.
+    """Rows (3, N) on the weights: final position, final velocity, acceleration at the start.
 
-    And (CΨ⁻¹Cᵀ)⁻¹ (2, 3, 3) of all of them and of the first two, whose third row and column are zero.
+    Also (CΨ⁻¹Cᵀ)⁻¹ (2, 3, 3): of all three rows, and of the first two, padded with zeros.
     """
     space = make_space(count, 0.0)
     rows = np.concatenate([space.rows_at(k, np.array([s])) for k, s in ((0, 1.0), (1, 1.0), (2, 0.0))])[:, :-2]
@@ -131,7 +133,7 @@ def _end_rows(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _hopeless(request: MotionRequest, ends: Sequence[End]) -> tuple[np.ndarray, np.ndarray]:
-    """Which ends (n,) lie outside the limits, and which joints (n, J) could not stop after the others."""
+    """Which ends (n,) lie outside the limits, and at which of the other ends which joints (n, J) cannot stop."""
     slack = request.limits.slack.T[:2]
     values = np.array([_values(end) for end in ends])
     outside: np.ndarray = np.any(request.limits.outside(_ENDS, values, slack), axis=(1, 2))  # type: ignore[assignment]
@@ -143,7 +145,7 @@ def _hopeless(request: MotionRequest, ends: Sequence[End]) -> tuple[np.ndarray, 
 
 
 def _refused(request: MotionRequest, end: End, stuck: np.ndarray) -> MotionError:
-    """What is wrong with an end for which no plan was tried."""
+    """The error of an end that was not planned."""
     if error := request.limits.exceeded(_ENDS, np.array(_values(end))):
         return error
     return CannotStop(int(stuck.argmax()), None) if stuck.any() else OutOfTime(0)
@@ -154,6 +156,6 @@ def _values(end: End) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _scale(request: MotionRequest) -> np.ndarray:
-    """The units (J,) of the joints' errors, rad/s²."""
+    """Units (J,) of the joints' errors: the acceleration limit, rad/s², or 1 without a limit."""
     limits = request.limits.accelerations
     return np.where(np.isfinite(limits), limits, 1.0)

@@ -1,8 +1,8 @@
 """Exact bounds of polynomials.
 
-In Bernstein form a polynomial lies in the convex hull of its coefficients, and the first and last of them are its
-values at the ends. Where the hull reaches beyond a bound and the ends do not, the interval is halved: the hulls of both
-halves are closer to the curve.
+In Bernstein form a polynomial lies in the convex hull of its coefficients. The first and last coefficients are its
+values at the ends of the interval. If the hull exceeds a bound and the values at the ends do not, the interval is
+halved: the hulls of the halves are closer to the curve.
 """
 
 from math import comb
@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 HALVINGS = 32
-"""After as many the hull and the curve differ by rounding alone."""
+"""Maximum number of halvings; after them the hull differs from the curve by rounding only."""
 
 AT_ONCE = 4096
-"""Polynomials handled by one call of numpy, so that no call takes long."""
+"""Number of polynomials in one numpy call, so that no call takes long."""
 
 
 class Outside(NamedTuple):
-    """A point of a polynomial beyond its bounds: which one, where in its interval (0 to 1), and the value there."""
+    """A point of a polynomial that exceeds a bound: index, place in the interval (0 to 1), value."""
 
     curve: int
     at: float
@@ -38,14 +38,14 @@ def bernstein(coefficients: np.ndarray, begin: np.ndarray, end: np.ndarray) -> n
     count = coefficients.shape[-1]
     if np.any(begin):
         coefficients = np.array(coefficients, dtype=float)
-        for last in range(count - 1):  # Horner's scheme again and again: the powers of the time since `begin`
+        for last in range(count - 1):  # repeated Horner scheme: coefficients of the time since `begin`
             for power in range(count - 2, last - 1, -1):
                 coefficients[..., power] += begin * coefficients[..., power + 1]
     return (coefficients * (end - begin)[..., None] ** np.arange(count)) @ _TO_BERNSTEIN[count]
 
 
 def first_outside(curves: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outside | None:
-    """Find a point beyond its bounds on polynomials in Bernstein form, or None where all lie inside.
+    """Find a point of polynomials in Bernstein form that exceeds its bounds; None if all lie inside.
 
     curves: (N, n). low, high: (N,), ±inf for no bound. A curve that is not finite counts as outside.
     """
@@ -81,13 +81,13 @@ def _first_outside(curves: np.ndarray, low: np.ndarray, high: np.ndarray) -> Out
 
 
 def _to_bernstein(count: int) -> np.ndarray:
-    """Powers of the normalised time (rows) to Bernstein coefficients (columns)."""
+    """Matrix from the coefficients of powers of the normalised time (rows) to Bernstein coefficients (columns)."""
     degree = count - 1
     return np.array([[comb(i, k) / comb(degree, k) for i in range(count)] for k in range(count)])
 
 
 def _halves(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """De Casteljau's scheme at one half: from the coefficients of an interval to those of its halves."""
+    """De Casteljau's scheme at one half: matrices from the coefficients of an interval to those of its two halves."""
     left = np.array([[comb(i, k) / 2.0**i for i in range(count)] for k in range(count)])
     return left, left[::-1, ::-1]
 

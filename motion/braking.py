@@ -9,29 +9,29 @@ from motion.limits import Limits
 from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 
 UNLIMITED = 1e9
-"""What an acceleration (rad/s²) or jerk (rad/s³) without limit counts as, so that a stop takes some time."""
+"""Stand-in for an acceleration (rad/s²) or jerk (rad/s³) without a limit, so that a stop has a finite duration."""
 
 TOUCH = 1e-9
-"""A stop may end beyond a limit by this much (rad, rad/s): rounding, not motion."""
+"""A stop may exceed a limit by this much (rad, rad/s), which is rounding."""
 
 
 class Floats:
-    """The functions of numpy that a stop needs, for single numbers, which are ten times faster than arrays of one."""
+    """The numpy functions that a stop needs, for single floats: ten times faster than arrays of one element."""
 
     minimum, maximum, sqrt = min, max, math.sqrt
 
     @staticmethod
     def where(condition: bool, then: float, otherwise: float) -> float:
-        """Return one of two numbers."""
+        """Return `then` if the condition holds, `otherwise` if not."""
         return then if condition else otherwise
 
 
 class Stop(NamedTuple):
-    """The fastest stop from each state, seen in the direction `sign` in which v + a|a|/2J is positive.
+    """The fastest stop from each state, mirrored by `sign` such that v + a|a|/2J is positive.
 
-    Jerk −J for `bending` s down to the acceleration −`peak`, which is held for `held` s, and jerk +J back to zero.
-    Arrays that broadcast, or numbers; velocity, acceleration: of the state, with the sign. Its methods take `numpy` or
-    `Floats` as `xp`.
+    Jerk −J lasts `bending` s and ends at the acceleration −`peak`, which is held for `held` s; jerk +J returns it to
+    zero. velocity, acceleration: of the state, times `sign`. Fields are arrays that broadcast, or floats; pass `numpy`
+    or `Floats` as `xp` to the methods accordingly.
     """
 
     sign: Any
@@ -44,14 +44,14 @@ class Stop(NamedTuple):
 
     @property
     def duration(self) -> Any:
-        """Until rest, s."""
+        """Duration of the stop, s."""
         return self.bending + self.held + self.peak / self.jerk
 
     def extremes(self, positions: Any, xp: Any = np) -> tuple[Any, Any, Any, Any]:
-        """Lowest and highest position, and lowest and highest velocity, of stops that begin at `positions`.
+        """Lowest and highest position, lowest and highest velocity, of stops that begin at `positions`.
 
-        The velocity turns where the acceleration crosses 0, the position where the velocity does, which can only happen
-        while the acceleration is still positive.
+        The velocity has an extremum where the acceleration crosses 0, the position where the velocity does. The latter
+        happens only while the acceleration is still positive.
         """
         sign, v, a, jerk, peak, t1, held = self
         rising, back = xp.maximum(a, 0.0), xp.minimum(v, 0.0)
@@ -79,7 +79,7 @@ class Stop(NamedTuple):
         return lowest, (p_max, v_max, xp.maximum(xp.maximum(first, held), 0.0), xp.maximum(bending, ending))
 
     def trajectory(self, positions: np.ndarray) -> Trajectory:
-        """The motion of J joints that stop from `positions` (J,). The last piece, of no length, is at rest."""
+        """The stop of J joints from `positions` (J,). Its last piece has no duration and is at rest."""
         spans = np.stack([self.bending, self.held, self.peak / self.jerk], axis=1)
         knots = np.zeros((len(spans), 4))
         spans.cumsum(axis=1, out=knots[:, 1:])
@@ -114,11 +114,11 @@ def fastest_stop(velocities: Any, accelerations: Any, max_accelerations: Any, ma
     limit, jerk = xp.minimum(max_accelerations, UNLIMITED), xp.minimum(max_jerks, UNLIMITED)
     sign = xp.where(velocities + accelerations * abs(accelerations) / (2 * jerk) >= 0, 1.0, -1.0)
     v, a = sign * velocities, sign * accelerations
-    # An acceleration already beyond the limit is held, not passed.
+    # An initial acceleration beyond the limit is held, not increased.
     peak = xp.maximum(xp.minimum(xp.sqrt(xp.maximum(jerk * v + a * a / 2, 0.0)), limit), -a)
     bending = (a + peak) / jerk
     left = v + bending * (a - jerk * bending / 2) - peak * peak / (2 * jerk)
-    # Only the limit itself is held; elsewhere what is left of the velocity is rounding.
+    # Only the limit is held; below it the remaining velocity is rounding.
     held = xp.where(peak >= limit, xp.maximum(left, 0.0), 0.0) / xp.maximum(peak, 1e-300)
     return Stop(sign, v, a, jerk, peak, bending, held)
 
@@ -126,16 +126,13 @@ def fastest_stop(velocities: Any, accelerations: Any, max_accelerations: Any, ma
 def stop(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, limits: Limits) -> Trajectory:
     """Return the fastest stop of J joints from a state (J,): rad, rad/s, rad/s².
 
-    Position and velocity limits are not looked at: see `first_stop`.
+    It keeps acceleration and jerk limits only; `first_stop` also checks positions and velocities.
     """
     return fastest_stop(velocities, accelerations, limits.accelerations, limits.jerks).trajectory(positions)
 
 
 def first_stop(samples: Samples, limits: Limits) -> int | None:
-    """Index of the first sample from which the stop stays inside the position and velocity limits.
-
-    None where there is no such sample.
-    """
+    """Index of the first sample from which a stop keeps the position and velocity limits; None if no sample does."""
     stop = fastest_stop(samples.velocities, samples.accelerations, limits.accelerations, limits.jerks)
     p_min, p_max, v_min, v_max = stop.extremes(samples.positions)
     inside = (p_min >= limits.positions[:, 0] - TOUCH) & (p_max <= limits.positions[:, 1] + TOUCH)

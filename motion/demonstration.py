@@ -1,4 +1,4 @@
-"""A recorded movement, and the ways to smooth it that a caller may ask for."""
+"""A recorded movement, and the filter that a caller may choose for it."""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -12,7 +12,7 @@ They differ in the goal's motion g(t) and in the amplitude η:
 | "linear"     | p_f − v_f(T − t)                                     | p_f − p_0 | Kober et al. 2010, ref. 15  |
 | "polynomial" | quintic between both states, no acceleration at ends | 1         | Mülling et al. 2013, eq. 6–7 |
 
-The linear one is written down from secondary sources.
+The equations of "linear" come from secondary sources.
 """
 
 from dataclasses import dataclass
@@ -29,23 +29,23 @@ System = Literal["discrete", "linear", "polynomial"]
 Rule = Literal["euler", "newmark"]
 
 PHASE_DECAY = 4.0
-"""α_z: the phase z ends at exp(−4); what the authors' code uses."""
+"""α_z: the phase z ends at exp(−4). The value of the authors' code."""
 
 GAIN = 25.0
-"""α; β = α/4 makes the system critically damped. The authors' 50 doubles the error of the fit."""
+"""α; β = α/4 makes the system critically damped. The authors' value, 50, doubles the error of the fit."""
 
 BASIS_COUNT = 100
-"""Basis functions: what the authors' code uses."""
+"""Number of basis functions. The value of the authors' code."""
 
 LEAST_AMPLITUDE = 1e-9
-"""A demonstration that ends this close (rad) to where it begins has no amplitude to divide by."""
+"""Least amplitude |p_f − p_0| (rad) of a demonstration by which the forcing term can be divided."""
 
 SAMPLES = 1001
-"""Number of samples of the demonstration, for the regression."""
+"""Number of samples of the demonstration in the regression."""
 
 WIDTH = 0.5
-"""Standard deviation of a Gaussian in units of the distance to the next centre: locally weighted regression
-follows the figures' demonstration best with it, to 1.2 rad/s² rms of 73."""
+"""Standard deviation of a Gaussian in units of the distance to the next centre. With this value locally weighted
+regression follows the demonstration of the figures best: to 1.2 rad/s² rms of 73."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,14 +59,14 @@ class Dmp:
     def rollout(
         self, start: Boundary, goal: Boundary, duration: float, step: float = 0.001, rule: Rule = "euler"
     ) -> Samples:
-        """The motion from `start` to about `goal` in `duration` s, sampled every `step` s, both ends included.
+        """Motion from `start` to approximately `goal` in `duration` s, sampled every `step` s, both ends included.
 
-        Accelerations of start and goal are not looked at but for the start's with the rule "newmark".
+        The accelerations of start and goal are ignored, except the start's with the rule "newmark".
         """
         return integrate(self.drive(start, goal, duration, step), start, duration, self.gain, rule)
 
     def drive(self, start: Boundary, goal: Boundary, duration: float, step: float = 0.001) -> np.ndarray:
-        """All of ÿ that does not depend on y and ẏ, every `step` s of the motion: (n, J), rad/s²."""
+        """Terms of ÿ that do not depend on y and ẏ, every `step` s of the motion: (n, J), rad/s²."""
         s = np.linspace(0, 1, round(duration / step) + 1)
         forcing = forcing_rows(s, self.weights.shape[1]) @ self.weights.T * _amplitude(self.system, start, goal)
         g, dg, ddg = moving_goal(self.system, start, goal, duration, s)
@@ -74,10 +74,11 @@ class Dmp:
 
 
 def integrate(drive: np.ndarray, start: Boundary, duration: float, gain: float, rule: Rule = "euler") -> Samples:
-    """The motion from `start` under a drive (n, J) sampled from 0 to `duration`.
+    """Integrate the motion from `start` under a drive (n, J) sampled from 0 to `duration`.
 
-    "euler" is the paper's explicit rule. With "newmark" (β = 1/6) accelerations are linear between samples and samples
-    are each other's exact integrals, and the first one has the start's acceleration where that is not NaN.
+    "euler" is the paper's explicit rule. With "newmark" (β = 1/6) accelerations are linear between samples, and
+    positions and velocities are their exact integrals; the first sample has the start's acceleration unless that is
+    NaN.
     """
     stiffness, damping = gain**2 / 4 / duration**2, gain / duration
     h = duration / (len(drive) - 1)
@@ -102,10 +103,10 @@ def integrate(drive: np.ndarray, start: Boundary, duration: float, gain: float, 
 def learn_dmp(
     primitive: Primitive, system: System = "polynomial", basis_count: int = BASIS_COUNT, gain: float = GAIN
 ) -> Dmp:
-    """Learn the forcing term from the demonstration that `primitive` was learned from, by eq. 2, 4 and 5.
+    """Learn the forcing term from the demonstration of `primitive`, by eq. 2, 4 and 5.
 
-    The goal moves as it would for the demonstration itself. Raises InvalidMotion where the amplitude of the
-    demonstration, by which "discrete" and "linear" divide, is zero.
+    The goal moves as in the demonstration. Raises InvalidMotion if the amplitude of the demonstration, by which
+    "discrete" and "linear" divide, is zero.
     """
     start, goal, duration = primitive.start, primitive.goal, primitive.duration
     amplitude = _amplitude(system, start, goal)
@@ -132,25 +133,25 @@ def moving_goal(
         return goal.positions + still, still, still
     if system == "linear":
         return goal.positions - goal.velocities * duration * (1 - s), goal.velocities + still, still
-    # Eq. 7: no acceleration at either end.
+    # Eq. 7: zero acceleration at both ends.
     coefficients = quintic((*start.state[:2], still[0]), (*goal.state[:2], still[0]), duration)
     g = Trajectory(np.array([0.0, duration]), coefficients[None]).sample(s[:, 0] * duration)
     return g.positions, g.velocities, g.accelerations
 
 
 def phase(s: np.ndarray) -> np.ndarray:
-    """z of the canonical system (eq. 1), from 1 to exp(−α_z), at s = t/τ."""
+    """Phase z of the canonical system (eq. 1) at s = t/τ: from 1 to exp(−α_z)."""
     return np.exp(-PHASE_DECAY * np.asarray(s))
 
 
 def forcing_rows(s: np.ndarray, count: int) -> np.ndarray:
-    """Rows (n, N) with which the weights make f(z)/η of eq. 3: normalised Gaussians times z."""
+    """Rows (n, N) on the weights that give f(z)/η of eq. 3: normalised Gaussians times z."""
     psi = _gaussians(s, count)
     return psi / psi.sum(axis=1, keepdims=True) * phase(s)[:, None]
 
 
 def _gaussians(s: np.ndarray, count: int) -> np.ndarray:
-    """ψ_i(z) of eq. 3, (n, N): centres equally spaced in time, widths by the distance to the next."""
+    """ψ_i(z) of eq. 3, (n, N): centres equally spaced in time, widths in proportion to the next centre's distance."""
     centres = phase(np.linspace(0, 1, count))
     gaps = -np.diff(centres)
     sigma = WIDTH * np.append(gaps, gaps[-1])

@@ -1,4 +1,4 @@
-"""A motion planned with the DMP of eq. 6–7 instead of the quadratic program: nothing keeps its limits."""
+"""Motions planned with the DMP of eq. 6–7 instead of the quadratic program. They need not keep the limits."""
 
 import numpy as np
 
@@ -12,16 +12,16 @@ from motion.trajectory import Trajectory
 
 
 def plan_dmp(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> SampledPlan:
-    """Plan with eq. 6–7, learned afresh from the demonstration that `primitive` was learned from.
+    """Plan with eq. 6–7, learned again from the demonstration of `primitive`.
 
-    The duration is rounded to ticks; accelerations are linear within a tick. A start's acceleration is the first
-    sample's; from it the motion jumps to the DMP's own within one tick. The stop begins at the state that was reached,
-    which is not exactly the goal. Limits are not looked at but for the stop's jerk and acceleration: see
+    The duration is rounded to ticks; accelerations are linear within a tick. The first sample has the start's
+    acceleration; the second has the DMP's own, which may be a jump. The stop begins in the state that the DMP reaches,
+    which is not exactly the goal. Only the stop keeps limits, those of jerk and acceleration: see
     `motion.sampled.check_limits`.
 
     Raises:
-        InvalidMotion: what a DMP cannot do is asked for: waypoints, a rest fraction, a given final acceleration, a
-            follow-through, a place time, a phase.
+        InvalidMotion: the request has something that a DMP cannot do: waypoints, a rest fraction, a given final
+            acceleration, a follow-through, a place time, a phase.
     """
     _refuse_what_it_cannot(primitive, request)
     made = learn_dmp(primitive).rollout(request.start, request.goal, request.duration, tick, "newmark")

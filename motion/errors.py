@@ -1,12 +1,12 @@
-"""What can be wrong with a requested motion. Every error carries its evidence as attributes."""
+"""Errors of a requested motion. Each carries its evidence as attributes."""
 
 
 class MotionError(Exception):
-    """Base of all errors of this package; `str()` is a sentence a person can act on, joints by index."""
+    """Base of all errors of this package; `str()` is a sentence that says what to change. Joints are given by index."""
 
 
 def works_in(min_duration: float | None, waypoint_times: list[float] | None, otherwise: str) -> str:
-    """Return the advice to take a duration (s) that works, with its waypoints' times (s); `otherwise` without one."""
+    """Return the advice to use a duration (s) that works, with its waypoints' times (s); `otherwise` without one."""
     if min_duration is None:
         return otherwise
     waypoints = ", ".join(f"{t:.6g}" for t in waypoint_times or [])
@@ -14,7 +14,7 @@ def works_in(min_duration: float | None, waypoint_times: list[float] | None, oth
 
 
 class InvalidMotion(MotionError, ValueError):
-    """A malformed request or demonstration: `field` names what is wrong."""
+    """A malformed request or demonstration; `field` is the name of the wrong field."""
 
     def __init__(self, field: str, message: str) -> None:
         super().__init__(f"{field}: {message}")
@@ -23,9 +23,9 @@ class InvalidMotion(MotionError, ValueError):
 
 
 class LimitExceeded(MotionError):
-    """A value that the request itself fixes lies outside the limits; `bound` is the limit it passes.
+    """A value that the request prescribes exceeds a limit; `bound` is that limit.
 
-    `of` says which value of the quantity it is, as " of the start"; empty: the goal's.
+    `of` is appended to the value in the sentence, for example " of the start"; empty for the goal.
     """
 
     def __init__(self, joint: int, quantity: str, value: float, bound: float, of: str = "") -> None:
@@ -43,9 +43,9 @@ class LimitExceeded(MotionError):
 class Infeasible(MotionError):
     """No motion of the requested duration keeps the limits.
 
-    `quantity` and `time` (s from the start) say which limit is hardest pressed and when. `min_duration` (s)
-    is the shortest duration above the request that was found to work, `waypoint_times` (s) the
-    waypoints' times in it; both are None where none was found, and the sentence advises `otherwise`.
+    `quantity` and `time` (s from the start) name the limit with the largest multipliers, and where. `min_duration` (s)
+    is the shortest feasible duration that was found above the request, `waypoint_times` (s) the waypoints' times in it;
+    both are None if none was found, and the sentence then gives the advice `otherwise`.
     """
 
     def __init__(
@@ -67,9 +67,10 @@ class Infeasible(MotionError):
 
 
 class CannotStop(MotionError):
-    """No stop after the hit keeps the limits; `max_velocity` (rad/s, signed) is the fastest that could be stopped.
+    """No stop after the hit keeps the limits.
 
-    None where none was found up to the one asked for, because of the final acceleration that was asked for.
+    `max_velocity` (rad/s, signed) is the highest final velocity, up to the requested one, from which the joint can
+    stop; None if none was found, which a prescribed final acceleration can cause.
     """
 
     def __init__(self, joint: int, max_velocity: float | None) -> None:
@@ -83,7 +84,7 @@ class CannotStop(MotionError):
 
 
 class SolverFailed(MotionError):
-    """The quadratic program met numerical trouble; `status` is the solver's word for it."""
+    """The quadratic program failed numerically; `status` is the solver's status."""
 
     def __init__(self, joint: int, status: str, remedy: str = "change the goal a little") -> None:
         super().__init__(f"joint {joint}: the solver gave up ({status}); {remedy}")
@@ -92,9 +93,9 @@ class SolverFailed(MotionError):
 
 
 class OutOfTime(SolverFailed):
-    """Planning exceeded its budget; the status is "time".
+    """Planning exceeded its effort; the status is "time".
 
-    `min_duration` (s) is a feasible duration, `waypoint_times` (s) are the waypoints' times in it; both are None where
+    `min_duration` (s) is a feasible duration, `waypoint_times` (s) are the waypoints' times in it; both are None if
     none was found.
     """
 

@@ -1,6 +1,6 @@
-"""Plans by the paper's own formulation: the whole quadratic program of `motion.gaussian_program` by PIQP.
+"""Plans by the paper's own formulation: PIQP solves the complete quadratic program of `motion.gaussian_program`.
 
-Nothing is promised between the instants of the limits: see `motion.sampled.check_limits`.
+The limits are not guaranteed between the instants at which they are imposed: see `motion.sampled.check_limits`.
 """
 
 import numpy as np
@@ -20,13 +20,14 @@ BASIS_COUNT = 50
 """Number of Gaussians."""
 
 SAFETY_MARGIN = 1e-3
-"""With this `margin` most motions that run along a limit keep it between the instants too; without one, few do."""
+"""With this `margin` most motions that run along a limit also keep it between the instants; without one, few do."""
 
 TOLERANCES = 1e-9, 1e-7
-"""Tolerances, relative to the largest weight of the motion without limits; the second is used where the first fails."""
+"""Solver tolerances, relative to the largest weight of the motion without limits. The second is tried if the first
+fails."""
 
 EQUALITY_TOLERANCE = 1e-9
-"""Equalities hold to this part of the largest target, or it is no plan."""
+"""Largest residual of an equality, relative to the largest target."""
 
 ELSEWHERE = "this method looks for no other duration; method 'qp' names one that works"
 
@@ -36,13 +37,13 @@ def plan_gaussian(
 ) -> SampledPlan:
     """Plan as the paper does.
 
-    margin: safety margin inside the limits (section IV-B), a part of half their range, such as SAFETY_MARGIN where the
-    motion is to be played. What is played are quintics between the instants. The stop states at the goal.
+    margin: safety margin inside the limits (section IV-B), as a part of half their range; use SAFETY_MARGIN for motions
+    that are played. The played motion consists of quintics between the instants. The stop begins at the goal.
 
     Raises:
-        InvalidMotion, LimitExceeded, CannotStop: as `motion.plan.plan`, and for a place time.
-        Infeasible: the limits cannot be kept; no other duration is looked for.
-        SolverFailed: the solver met numerical trouble.
+        InvalidMotion, LimitExceeded, CannotStop: as `motion.plan.plan`; InvalidMotion also for a place time.
+        Infeasible: no motion keeps the limits; this method searches no other duration.
+        SolverFailed: the solver failed numerically.
     """
     primitive.check_joints(request.joint_count)
     request = request.clipped()
@@ -65,14 +66,14 @@ def plan_gaussian(
 
 
 def optimum_without_limits(program: GaussianProgram) -> np.ndarray:
-    """The weights (N,) that minimise the cost under the equalities alone, by the KKT system."""
+    """Weights (N,) that minimise the cost under the equalities alone, from the KKT system."""
     m = len(program.b)
     kkt = np.block([[program.P, program.A.T], [program.A, np.zeros((m, m))]])
     return np.linalg.solve(kkt, np.concatenate([-program.c, program.b]))[: len(program.c)]
 
 
 def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray:
-    """The weights (N,) that minimise the cost under all constraints.
+    """Weights (N,) that minimise the cost under all constraints.
 
     joint, duration (s): for the errors. Raises Infeasible or SolverFailed.
     """
@@ -92,20 +93,20 @@ def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray
             raise _infeasible(program, joint, duration, solver.result.z_u + solver.result.z_l)
         w = size * solver.result.x
         if status == piqp.PIQP_SOLVED and np.isfinite(w).all():
-            # What is fixed holds to rounding.
+            # Correct the weights so that the equalities hold to rounding.
             return w + np.linalg.lstsq(program.A, program.b - program.A @ w)[0]
     raise SolverFailed(joint, status.name)
 
 
 def _infeasible(program: GaussianProgram, joint: int, duration: float, multipliers: np.ndarray) -> Infeasible:
-    """Name the quantity with the largest sum of multipliers, and when its largest is."""
+    """Name the quantity with the largest sum of multipliers, and the time of its largest multiplier."""
     hardest = np.bincount(program.quantity, weights=multipliers, minlength=len(QUANTITIES)).argmax()
     worst = np.where(program.quantity == hardest, multipliers, -1.0).argmax()
     return Infeasible(joint, QUANTITIES[hardest], float(program.s[worst]) * duration, otherwise=ELSEWHERE)
 
 
 def _states(programs: list[GaussianProgram], weights: np.ndarray, duration: float) -> np.ndarray:
-    """Positions, velocities and accelerations (3, 1001, J) at the instants of a motion that takes `duration` s."""
+    """Positions, velocities and accelerations (3, 1001, J) at the instants of a motion of `duration` s."""
     states = rows(weights.shape[1])[:3] @ weights.T
     place, speed = np.array([program.start for program in programs]).T
     states[0] += place + speed * INSTANTS[:, None]

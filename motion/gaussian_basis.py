@@ -1,7 +1,7 @@
-"""Gaussian basis functions (eq. 8) in normalised time: integrals and derivatives in closed form, the Gram matrix.
+"""Gaussian basis functions (eq. 8) in normalised time: integrals, derivatives and Gram matrix.
 
 Order −2 is the double integral from 0 (position), −1 the integral (velocity), 0 the function (acceleration), 1 its
-derivative (jerk).
+derivative (jerk). All are in closed form.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import erf
 
 WIDTH = 0.7
-"""Standard deviation in units of the spacing: fits a strike to 0.6 %, condition number of the Gram matrix 62."""
+"""Standard deviation in units of the spacing. It fits a strike to 0.6 %; the Gram matrix has condition number 62."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,11 +22,11 @@ class GaussianBasis:
     sigma: float
 
     def rows(self, s: np.ndarray, order: int) -> np.ndarray:
-        """Values (n, N) at s (n,) of the derivative of an order from −2 to 1 of all functions, with respect to s."""
+        """Values (n, N) at s (n,) of the derivative of order −2 to 1 of all functions, with respect to s."""
         x = (np.asarray(s, dtype=float)[:, None] - self.centres) / self.sigma
         if order >= 0:
             return (-x / self.sigma) ** order * np.exp(-x * x / 2)
-        # ∫ψ = σ√(π/2) erf(x/√2), once more with ∫erf(y)dy = y erf(y) + exp(−y²)/√π, both from s = 0.
+        # ∫ψ = σ√(π/2) erf(x/√2), and again with ∫erf(y)dy = y erf(y) + exp(−y²)/√π, both from s = 0.
         y, y0 = x / np.sqrt(2), -self.centres / (self.sigma * np.sqrt(2))
         factor = self.sigma * np.sqrt(np.pi / 2)
         if order == -1:

@@ -19,19 +19,20 @@ from motion.request import MotionRequest
 
 INSTANTS = np.linspace(0, 1, 1001)
 FINE = np.linspace(0, 1, 4001)
-"""Where the demonstration is sampled for θ."""
+"""Instants in s at which the demonstration is sampled for θ."""
 
 SAME = 1e-9
-"""Instants closer than this in s are one."""
+"""Instants closer than this in s are treated as one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GaussianProgram:
     """Minimise ½wᵀPw + cᵀw subject to Aw = b and low ≤ Gw ≤ high: eq. 16 and 17 of one joint.
 
-    P = 2Ψ (N, N), c = −2θ (N,). A (m, N), b (m,): what the request fixes beside the start's position and velocity.
-    G (r, N), low, high (r,): limits at INSTANTS, without those that `b` decides. quantity, s (r,): which derivative of
-    the position a row limits, 0 to 3, and where. start: position (rad) and velocity with respect to s.
+    P = 2Ψ (N, N), c = −2θ (N,). A (m, N), b (m,): the values that the request prescribes, except the start's position
+    and velocity. G (r, N), low, high (r,): limits at INSTANTS, without those that the equalities determine. quantity, s
+    (r,): for each row of G, the derivative of the position (0 to 3) and the instant. start: position (rad) and velocity
+    with respect to s.
     """
 
     P: np.ndarray
@@ -51,18 +52,18 @@ def make_programs(
 ) -> list[GaussianProgram]:
     """Return the program of each joint.
 
-    margin: safety margin inside the limits (section IV-B), a part of half their range; less where a fixed value lies in
-    it.
+    margin: safety margin inside the limits (section IV-B), as a part of half their range; it is reduced where a
+    prescribed value lies in it.
 
     Raises:
-        InvalidMotion: a place time, which this cost does not know, or more fixed values than functions.
-        LimitExceeded: a fixed value outside its limits.
+        InvalidMotion: a place time, which this cost does not have, or more prescribed values than functions.
+        LimitExceeded: a prescribed value outside its limits.
         CannotStop: no stop after the goal keeps the limits.
     """
     if request.place_time is not None:
         raise InvalidMotion("place_time", f"is {request.place_time}; the paper's cost knows no places: use method 'qp'")
     request, fixed = fixed_inside(request)
-    # This method leads no start back to its limits.
+    # Unlike `motion.plan`, this method accepts no start outside the limits.
     if error := request.limits.exceeded(np.zeros(1, dtype=int), request.start.positions[None]):
         raise error
     powers = request.moving_duration ** np.arange(4.0)
@@ -90,7 +91,7 @@ def _bounds(request: MotionRequest, fixed: Fixed, margin: float) -> np.ndarray:
 
 
 def _theta(primitive: Primitive, request: MotionRequest, basis_count: int) -> np.ndarray:
-    """θ (N, J): ∫ψd″ of what is imitated, as a motion of its own."""
+    """θ (N, J): ∫ψd″ of the imitated part, in its own normalised time."""
     begin, end = request.imitates
     shown = primitive.sample(begin + (end - begin) * FINE).accelerations
     target = ((end - begin) * primitive.duration) ** 2 * shown
@@ -99,7 +100,7 @@ def _theta(primitive: Primitive, request: MotionRequest, basis_count: int) -> np
 
 
 def _program(fixed: Fixed, values: np.ndarray, bounds: np.ndarray, theta: np.ndarray) -> GaussianProgram:
-    """The program of one joint from its fixed values (F,) and its bounds (4, 1001, 2) in normalised time."""
+    """The program of one joint from its prescribed values (F,) and its bounds (4, 1001, 2) in normalised time."""
     count = len(theta)
     basis = make_basis(count)
     given = ~np.isnan(values)
@@ -134,6 +135,6 @@ def _program(fixed: Fixed, values: np.ndarray, bounds: np.ndarray, theta: np.nda
 
 @cache
 def rows(basis_count: int) -> np.ndarray:
-    """Rows (4, 1001, N) of position, velocity, acceleration and jerk at INSTANTS, without the start's share."""
+    """Rows (4, 1001, N) of position, velocity, acceleration and jerk at INSTANTS, without the start's contribution."""
     basis = make_basis(basis_count)
     return np.array([basis.rows(INSTANTS, order) for order in range(-2, 2)])

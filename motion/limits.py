@@ -13,23 +13,23 @@ SIGNS = np.array([-1.0, 1.0])
 """Signs that turn lower bounds into upper bounds: sign·value ≤ limit."""
 
 ROUNDING = 1e-6
-"""A value that is asked for may lie beyond its limit by this part of the limit's range: it was rounded to float32."""
+"""A requested value may exceed its limit by this part of the limit's range: clients may round to float32."""
 
 LED_BACK_FROM = 0.02
-"""A motion may begin this far (rad) outside a position limit, where an arm was pushed, …"""
+"""A motion may begin up to this far (rad) outside a position limit, where the arm was pushed, …"""
 
 LED_BACK_BY = 0.2
-"""… and must be inside from this part of its way to the goal on."""
+"""… and must be inside after this part of its duration."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limits:
     """Limits of J joints; ±inf stands for no limit.
 
-    positions: (J, 2), rad, lowest and highest; velocities (rad/s), accelerations (rad/s²) and jerks
-    (rad/s³): (J,), symmetric, > 0. `ranges` (J, 4, 2): lowest and highest value of each quantity, in the order of
-    QUANTITIES; `signed` (J, 2, 4): the same as upper bounds of sign·value; `width` (J, 4): of the ranges, 1 where there
-    is no limit. Raises InvalidMotion for wrong shapes, NaN, or an empty range.
+    positions: (J, 2), rad, lowest and highest; velocities (rad/s), accelerations (rad/s²) and jerks (rad/s³): (J,),
+    symmetric, > 0. `ranges` (J, 4, 2): lowest and highest value of each quantity, in the order of QUANTITIES. `signed`
+    (J, 2, 4): the same as upper bounds of sign·value. `width` (J, 4): width of the ranges, 1 without a limit. Raises
+    InvalidMotion for wrong shapes, NaN, or an empty range.
     """
 
     positions: np.ndarray
@@ -65,7 +65,7 @@ class Limits:
 
     @staticmethod
     def unlimited(joint_count: int) -> "Limits":
-        """No limits at all."""
+        """Limits that bound nothing."""
         free = np.full(joint_count, np.inf)
         return Limits(np.stack([-free, free], axis=1), free, free, free)
 
@@ -76,27 +76,27 @@ class Limits:
 
     @property
     def slack(self) -> np.ndarray:
-        """How far (J, 4) beyond a limit a value may lie that was rounded to float32."""
+        """Tolerance (J, 4) by which a value rounded to float32 may exceed a limit."""
         return ROUNDING * self.width
 
     def clipped(self, quantity: int, values: np.ndarray) -> np.ndarray:
-        """Values (J,) of a quantity, those beyond a limit by rounding moved onto it; NaN stays."""
+        """Values (J,) of a quantity, with those that exceed a limit by rounding set to the limit; NaN stays."""
         low, high = self.ranges[:, quantity].T
         slack = self.slack[:, quantity]
         values = np.where((values > high) & (values <= high + slack), high, values)
         return np.where((values < low) & (values >= low - slack), low, values)
 
     def outside(self, quantity: np.ndarray, values: np.ndarray, slack: np.ndarray | float = 0.0) -> np.ndarray:
-        """Which values (…, F, J) of the quantities (F,) lie beyond their limits by more than `slack`; NaN do not."""
+        """Which values (…, F, J) of the quantities (F,) exceed their limits by more than `slack`; NaN does not."""
         low, high = self.ranges.transpose(2, 1, 0).take(quantity, axis=1)
         return (values < low - slack) | (values > high + slack)
 
     def exceeded(
         self, quantity: np.ndarray, values: np.ndarray, slack: np.ndarray | float = 0.0, of: Sequence[str] | None = None
     ) -> LimitExceeded | None:
-        """Return the error of the first joint's first value (F, J) that violates its limit, None if there is none.
+        """Return the error of the first joint's first value (F, J) that violates its limit, None if all are inside.
 
-        Violations up to rounding and `slack` are ignored. `of` (F,) are the values' names in the error.
+        Violations up to rounding and `slack` are ignored. `of` (F,) are the names of the values in the error.
         """
         found = np.argwhere(self.outside(quantity, values, np.maximum(self.slack.T[quantity], slack)).T)
         if not len(found):
@@ -107,7 +107,7 @@ class Limits:
         return LimitExceeded(joint, QUANTITIES[quantity[k]], value, bound, whose)
 
     def tightened(self, other: "Limits") -> "Limits":
-        """The tighter of both everywhere. Raises InvalidMotion where the position ranges do not meet."""
+        """The intersection of both limits. Raises InvalidMotion if the position ranges do not overlap."""
         low = np.maximum(self.positions[:, 0], other.positions[:, 0])
         high = np.minimum(self.positions[:, 1], other.positions[:, 1])
         return Limits(

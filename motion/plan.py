@@ -1,4 +1,4 @@
-"""From a primitive and a request to a verified motion."""
+"""Plan a motion from a primitive and a request, and verify it."""
 
 import math
 from abc import ABC, abstractmethod
@@ -27,25 +27,26 @@ from motion.trajectory import Samples, Trajectory
 __all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "Warm", "plan", "plan_fastest", "prepare"]
 
 EFFORT, MOST = 13_000.0, 45_000.0
-"""Effort for a plan of up to six joints, more in proportion; for more than `RICH` functions in proportion to these too,
-up to the second; see `motion.program.effort`."""
+"""Effort of a plan of up to six joints, and its maximum; it grows with the number of joints, and of functions beyond
+`RICH`. See `motion.program.effort`."""
 
 RICH = 70
-"""Functions of a demonstration that count as many."""
+"""Number of functions of a demonstration beyond which the effort grows with it."""
 
 SHARE, CALM_SHARE = 0.5, 0.9
-"""Part of the effort that is left that the usual precision and each thinned one may take, and a motion that imitates
-nothing. The rest is for the finest and for another duration."""
+"""Parts of the remaining effort: for the usual precision and each thinned one, and for a motion that does not imitate.
+The remainder is for the finest precision and for the search of another duration."""
 
 HASTY = 0.25
-"""A motion that takes less than this part of the demonstration's time may imitate nothing: it could hardly."""
+"""A duration below this part of the demonstration's is planned without imitation if the usual precision fails; so short
+a motion can hardly imitate."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan(ABC):
-    """A motion: a moving part, and what follows.
+    """A motion: a moving part, and its ending.
 
-    ending: a straight part if asked for, and a stop. duration: up to the hit, s.
+    ending: a straight part if requested, and a stop. duration: from the start to the hit, s.
     """
 
     request: MotionRequest
@@ -61,12 +62,12 @@ class Plan(ABC):
 
     @property
     def total_duration(self) -> float:
-        """With the stop, s, a multiple of `tick`."""
+        """Duration with the stop, s, a multiple of `tick`."""
         return math.ceil((self.moving_duration + self.ending.duration) / self.tick - 1e-9) * self.tick
 
     @property
     def hit_index(self) -> int:
-        """The tick nearest to the hit."""
+        """Index of the tick nearest to the hit."""
         return round(self.duration / self.tick)
 
     @property
@@ -76,24 +77,28 @@ class Plan(ABC):
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """All of the motion."""
+        """The complete motion: moving part and ending."""
         return self.moving.then(self.ending.trajectory())
 
     def sample(self, times: np.ndarray) -> Samples:
-        """States at `times` (n,), s from the start; beyond the end the arm rests (or coasts)."""
+        """States at `times` (n,), s from the start.
+
+        After its end a motion is at rest; with the tail "coast" it continues.
+        """
         return self.trajectory.sample(times)
 
     def samples(self) -> Samples:
-        """States on the tick grid, the first at 0, the last at `total_duration` (with a tail "stop" at rest)."""
+        """States at all ticks from 0 to `total_duration`; the last is at rest with the tail "stop"."""
         count = round(self.total_duration / self.tick)
         return self.sample(np.arange(count + 1) * self.tick)
 
 
 @dataclass(frozen=True, eq=False)
 class SplinePlan(Plan):
-    """A motion that keeps its limits at every time.
+    """A motion that keeps its limits at all times.
 
-    control_points (J, N + 2): of the position over the moving part, rad. warm: for the next call.
+    control_points (J, N + 2): of the position over the moving part, rad. warm: the active rows, for a warm start of the
+    next plan.
     """
 
     control_points: np.ndarray
@@ -114,11 +119,12 @@ def plan(
     thorough: bool = True,
     effort: Effort | None = None,
 ) -> SplinePlan:
-    """Plan the motion that imitates `primitive` best as `request` asks (eq. 10–17).
+    """Plan the motion that imitates `primitive` best as `request` demands (eq. 10–17).
 
-    `tick` (s) is the grid of the total duration; `warm` comes from an earlier plan of the same joints; `remedy`: what
-    is infeasible is answered with a duration that works; `thorough`: it was tried in the finest hull before; `effort`:
-    what may be spent. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or SolverFailed.
+    tick: grid of the total duration, s. warm: active rows of an earlier plan of the same joints. remedy: search a
+    feasible duration for the error of an infeasible request. thorough: try the finest hull before the request is
+    refused. effort: the effort that may be spent. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or
+    SolverFailed.
     """
     primitive.check_joints(request.joint_count)
     if warm is not None and len(warm.rows) != request.joint_count:
@@ -147,7 +153,7 @@ def plan(
 
 
 def prepare(primitive: Primitive) -> None:
-    """Build what all plans of a primitive share, so that its first goal does not wait for it.
+    """Build the matrices that all plans of a primitive share, so that its first goal does not wait for them.
 
     This takes up to a second for hundreds of functions.
     """
@@ -162,15 +168,15 @@ def prepare(primitive: Primitive) -> None:
 
 
 def effort_for(primitive: Primitive) -> Effort:
-    """Return what a plan of a primitive may take."""
+    """Return the effort that a plan of a primitive may spend."""
     usual = EFFORT * max(1.0, primitive.joint_count / 6)
     return Effort(max(usual, min(usual * primitive.basis_count / RICH, MOST)))
 
 
 def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> SplinePlan:
-    """Plan as `plan` does in the shortest duration, a multiple of `tick`, that was found to keep the limits.
+    """Plan in the shortest duration, a multiple of `tick`, that is found to keep the limits.
 
-    Raises what `plan` raises; where no duration works, for that of the demonstration.
+    Raises the errors of `plan`; if no duration works, the error for the demonstration's duration.
     """
     primitive.check_joints(request.joint_count)
     request, effort = request.clipped(), effort_for(primitive)
@@ -178,7 +184,7 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     if error := request.limits.exceeded(np.arange(2), goal):
         raise error
     judge, shown = _judge(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
-    # With a straight part a motion may lie inside its limits in short durations only.
+    # With a straight part only short durations may be feasible.
     found = min_duration(request, judge, effort, 0, shown, shown, tick) or min_duration(
         request, judge, effort, 0, 1, 1, tick
     )
@@ -195,13 +201,13 @@ def _planned(
     precision: Precision,
     remedy: bool,
 ) -> SplinePlan:
-    """The plan with a precision. Raises InfeasibleRows where there is none."""
+    """The plan with a given precision. Raises InfeasibleRows if the limits cannot be kept."""
     problem = build(primitive, request, fixed, arriving(request), precision)
     solution = optimum(problem, effort, warm)
     end = _ending(request, problem, solution)
     stuck = end.stuck()
     if stuck.size:
-        # Only now does it pay to ask which final accelerations leave room for the stop.
+        # Computed only here, because few motions need it: which final accelerations leave room for the stop.
         effort.spend(int(stuck[0]), STOP)
         problem = build(primitive, request, fixed, final_accelerations(request, remedy), precision)
         solution.replace(optimum(problem, effort, Warm.of(problem, solution), stuck), stuck)
@@ -209,7 +215,7 @@ def _planned(
         if (stuck := end.stuck()).size:
             raise SolverFailed(int(stuck[0]), "the stop after the goal leaves the limits")
     points = problem.space.positions(solution.x)
-    if not precision.imitates:  # The report compares with the demonstration all the same.
+    if not precision.imitates:  # The report compares with the imitating optimum anyway.
         compared = replace(precision, imitates=True)
         problem = replace(problem, origin=build(primitive, request, fixed, arriving(request), compared).origin)
     report = make_report(primitive, problem, solution, points, end)
@@ -233,16 +239,16 @@ def _refusal(
     remedy: bool,
     precision: Precision,
 ) -> Infeasible | SolverFailed:
-    """The answer to a request that failed, with a duration that works if one is found.
+    """The error of a request that failed, with a feasible duration if one is found.
 
-    Raises CannotStop where none could, because the arm would not come to rest inside its limits.
+    Raises CannotStop if the arm cannot come to rest inside its limits in any duration.
     """
     found = None
     if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
         judge = _judge(primitive, final_accelerations(request), effort, precision)
         low = math.ceil(request.duration / tick - 1e-9)
         guess = math.ceil(low * FACTOR)
-        # As slow as it was shown it may be easy.
+        # At the demonstrated speed the motion may be feasible.
         shown = math.ceil((1 - request.phase) * primitive.duration / (1 - request.rest_fraction) / tick)
         if isinstance(failed, OutOfTime):
             guess = max(guess, shown)
@@ -256,7 +262,7 @@ def _refusal(
 
 
 def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Precision, float]]:
-    """What is tried in order until the time suffices, and how much of the effort that is left each may take."""
+    """Precisions in the order in which they are tried, each with its part of the effort that is left."""
     count = primitive.basis_count
     if count <= RICH and request.duration < HASTY * (1 - request.phase) * primitive.duration:
         return [(USUAL, SHARE), (CALM, CALM_SHARE)]
@@ -264,7 +270,7 @@ def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Prec
 
 
 def _judge(primitive: Primitive, final: np.ndarray, effort: Effort, precision: Precision = USUAL) -> Judge:
-    """Return a function that judges whether joints can be planned in a duration; `final`: see `arriving`."""
+    """Return a function that decides whether joints can be planned in a duration. final: as returned by `arriving`."""
     if primitive.basis_count <= RICH:
         precision = CALM
 

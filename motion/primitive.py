@@ -14,20 +14,21 @@ from motion.smoothing import MAX_BASIS, MIN_BASIS, fit, interpolate
 from motion.trajectory import Samples
 
 MAX_PHASES = 1001
-"""At which a spread is given."""
+"""Maximum number of phases at which a spread is given."""
 
 
 @dataclass(frozen=True, eq=False)
 class Primitive:
-    """A demonstration d of J joints in normalised time s = t/duration: all that the planner needs to imitate it.
+    """A demonstration d of J joints in normalised time s = t/duration: everything that the planner imitates.
 
-    duration: T_d, s. control_points: (J, N + 2), rad, of d(s), a B-spline of degree 5 on clamped uniform knots, so that
-    its acceleration d″(s) is a cubic one with N functions. samples: how many were recorded. position_rms, position_max:
-    (J,), rad, distance between d and the samples. fit_rms: (J,), rad/s², standard error of the acceleration d″/T_d²;
-    of an explicit filter the distance between its acceleration and the spline's, rms. noise_estimate: (J,), rad, of one
-    sample. smoothing: the filter that was asked for, None for the penalised spline. spread: (J, P), rad, standard
-    deviation of several recordings around d at P even phases, by which places are weighted; P = 0 where they are not.
-    Raises InvalidMotion for too few or many functions, a spread of a wrong shape, and a duration or spread not above 0.
+    duration: T_d, s. control_points: (J, N + 2), rad, of d(s), a B-spline of degree 5 on clamped uniform knots; its
+    acceleration d″(s) is a cubic B-spline with N functions. samples: number of recorded samples. position_rms,
+    position_max: (J,), rad, distance between d and the samples. fit_rms: (J,), rad/s², standard error of the
+    acceleration d″/T_d²; with an explicit filter, the rms difference between the filter's acceleration and the
+    spline's. noise_estimate: (J,), rad, standard deviation of one sample. smoothing: the requested filter, None for the
+    penalised spline. spread: (J, P), rad, standard deviation of several recordings around d at P evenly spaced phases,
+    from which the weights of positions follow; P = 0 without weights. Raises InvalidMotion for too few or too many
+    functions, a spread of wrong shape, and a duration or spread that is not positive.
     """
 
     duration: float
@@ -85,7 +86,7 @@ class Primitive:
         return Samples(*(splines.derivative(self.control_points, s, n) / self.duration**n for n in range(3)))
 
     def check_joints(self, count: int) -> None:
-        """Raise InvalidMotion unless the primitive moves so many joints, those of a request."""
+        """Raise InvalidMotion unless the primitive has `count` joints, as the request does."""
         if self.joint_count != count:
             sentence = f"moves {self.joint_count} joints, the request {count}; both must agree"
             raise InvalidMotion("primitive", sentence)
@@ -103,13 +104,13 @@ def learn(
 ) -> Primitive:
     """Learn a primitive from one demonstration.
 
-    "auto" fits a penalised spline to the samples at their own times, "none" follows the samples as closely as the
-    spline can, and a filter is applied first and then followed. The number of functions comes from the data unless
-    `basis_count` is given. `spread` (J, P): see Primitive.
+    "auto" fits a penalised spline to the samples at their own times; "none" follows the samples as closely as the
+    spline can; a SavitzkyGolay filters the samples before the spline is fitted. The data determine the number of
+    functions unless `basis_count` is given. spread (J, P): see Primitive.
 
     Raises:
-        InvalidMotion: a filter that does not fit, a `basis_count` outside MIN_BASIS to MAX_BASIS, or a spread that is
-            no positive number for each joint at 2 to MAX_PHASES phases.
+        InvalidMotion: a filter that does not fit the samples, a `basis_count` outside MIN_BASIS to MAX_BASIS, or a
+            spread that is not positive for each joint at 2 to MAX_PHASES phases.
     """
     if basis_count is not None:
         _check_basis_count(basis_count)

@@ -1,4 +1,4 @@
-"""Motions without a demonstration: one polynomial of degree 5 to the goal, for comparison."""
+"""Motions without a demonstration, for comparison: one polynomial of degree 5 to the goal."""
 
 import numpy as np
 
@@ -9,12 +9,13 @@ from motion.trajectory import Trajectory, quintic
 
 
 def plan_quintic(request: MotionRequest) -> Trajectory:
-    """Return the polynomial from start to goal, where accelerations are zero, then follow-through and stop.
+    """Return the polynomial from start to goal with zero accelerations at both, then follow-through and stop.
 
-    Uses start, goal, duration, limits and follow_through of the request. The polynomial may leave the limits; check it.
+    Of the request it uses start, goal, duration, limits and follow_through. The polynomial may exceed the limits: check
+    it.
 
     Raises:
-        MotionError: the arm cannot stop inside the limits of its positions and velocities.
+        MotionError: the arm cannot stop inside its position and velocity limits.
     """
     goal = Boundary(request.goal.positions, request.goal.velocities, np.zeros(request.joint_count))
     coefficients = quintic(request.start.state, goal.state, request.duration)

@@ -1,4 +1,4 @@
-"""What a motion is asked to do: start, goal, duration, waypoints, limits."""
+"""The request of a motion: start, goal, duration, waypoints, limits."""
 
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -9,11 +9,11 @@ from motion.errors import InvalidMotion
 from motion.limits import Limits
 
 MIN_SEPARATION = 0.01
-"""Waypoints closer than this part of the duration to each other or to an end are refused."""
+"""Least distance of waypoints to each other and to the ends, as a part of the duration."""
 
 
 MIN_PLACE_TIME = 0.05
-"""s; places kept more tightly would leave accelerations no part in the cost."""
+"""s; with a shorter place time accelerations would hardly count in the cost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,13 +51,13 @@ class Waypoint:
 class MotionRequest:
     """A motion of J joints from `start` to `goal` in `duration` seconds inside `limits`.
 
-    A NaN acceleration of the goal is free where the final velocity is not 0 and zero where it is: `final_accelerations`
-    (J,) are those at the end of the moving part, NaN where they stay free. rest_fraction: final part of the duration
-    with exactly zero acceleration. tail: "stop" ends in a jerk-limited stop after the hit, "coast" moves on at the
-    final velocity (the paper's way). follow_through: s for which the final velocity is kept after the hit, before the
-    stop. place_time: s; differences from the demonstration's start and goal are made up for within about this time of
-    the ends, None: over the whole motion, as in the paper. phase: where in the demonstration, 0 to 1, the motion
-    begins: what is left of it is imitated. Raises InvalidMotion naming the field for anything malformed.
+    A NaN acceleration of the goal is free if the final velocity is not 0, and zero if it is. `final_accelerations` (J,)
+    are those at the end of the moving part, NaN if free. rest_fraction: final part of the duration with exactly zero
+    acceleration. tail: "stop" appends a jerk-limited stop after the hit, "coast" continues at the final velocity, as in
+    the paper. follow_through: s for which the final velocity is kept after the hit, before the stop. place_time: time
+    constant (s) within which the motion returns to the demonstrated positions after the start and before the goal; None
+    spreads the difference over the whole motion, as in the paper. phase: where in the demonstration, 0 to 1, the motion
+    begins; it imitates the rest. Raises InvalidMotion that names the malformed field.
     """
 
     start: Boundary
@@ -117,21 +117,21 @@ class MotionRequest:
 
     @property
     def straight_duration(self) -> float:
-        """Time (s) of constant velocity behind the moving part: before the hit and after it."""
+        """Time (s) of constant velocity after the moving part: before the hit and after it."""
         return self.rest_fraction * self.duration + self.follow_through
 
     @property
     def stops_at(self) -> np.ndarray:
-        """Where the stop begins (J,): at the goal, or where the arm has followed through to."""
+        """Positions (J,) at which the stop begins: the goal, or the end of the follow-through."""
         return self.goal.positions + self.follow_through * self.goal.velocities
 
     @property
     def imitates(self) -> tuple[float, float]:
-        """The phases of the demonstration between which the moving part imitates it."""
+        """Phases of the demonstration at which the imitated part begins and ends."""
         return self.phase, self.phase + (1 - self.phase) * (1 - self.rest_fraction)
 
     def clipped(self) -> "MotionRequest":
-        """The same request, with values of goal and waypoints that lie beyond their limit by rounding moved onto it."""
+        """The same request, with values of goal and waypoints that exceed a limit by rounding set to the limit."""
         clip = self.limits.clipped
         goal = replace(self.goal, positions=clip(0, self.goal.positions), velocities=clip(1, self.goal.velocities))
         waypoints = tuple(

@@ -1,9 +1,9 @@
-"""Penalised least squares of one spline: what a roughness penalty of some order does to it, in closed form.
+"""Penalised least squares of one spline for all penalty weights at once, in closed form.
 
 Eilers and Marx, Flexible smoothing with B-splines and penalties (1996), in the mixed-model form of Wood, Generalized
-Additive Models (2017), section 6.2. A position spline of n control points is split into a polynomial, which the penalty
-does not see, and the rest, in coordinates γ in which the penalty is |γ|². A singular value decomposition of the data
-rows in γ then gives fit, likelihood and standard error for every penalty weight at once; nothing is squared before it,
+Additive Models (2017), section 6.2. A position spline of n control points is split into a polynomial, which has no
+penalty, and the rest, in coordinates γ in which the penalty is |γ|². A singular value decomposition of the data rows in
+γ then gives fit, likelihood and standard error for every penalty weight. Nothing is squared before the decomposition,
 so the weight may range over 32 decades.
 """
 
@@ -17,21 +17,22 @@ from motion import splines
 from motion.splines import POSITION_DEGREE
 
 WEIGHTS = np.geomspace(1e-28, 1e4, 129)
-"""Penalty weights that are tried, in units of the largest squared singular value."""
+"""Penalty weights to try, in units of the largest squared singular value."""
 
 EVIDENCE = 15.0
-"""−2·log of a likelihood, the price of what noise may have made: of more than a polynomial, of more functions. It is a
-ratio of 1800, which noise reaches in one recording of thousands."""
+"""Improvement of −2·log likelihood that is required to prefer anything over a polynomial, or more functions over fewer.
+It is a likelihood ratio of 1800, which noise reaches in one of thousands of recordings."""
 
 FLOOR = 1e-9
-"""rad: rounding of recorded numbers; what lies below it is no evidence."""
+"""rad: rounding of recorded numbers; smaller differences are ignored."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rows:
     """Least squares of n control points, condensed: minimise |matrix·c − values|² + residual.
 
-    matrix: (k, n). values: (k, J), rad. residual: (J,), rad², what no control points explain. count: how many samples.
+    matrix: (k, n). values: (k, J), rad. residual: (J,), rad², the part that no control points can fit. count: number of
+    samples.
     """
 
     matrix: np.ndarray
@@ -41,7 +42,7 @@ class Rows:
 
 
 def condense(s: np.ndarray, positions: np.ndarray, count: int) -> Rows:
-    """Rows of `count` control points for positions (m, J) at rising s (m,) in [0, 1]: a QR for each knot interval."""
+    """Condensed rows of `count` control points for positions (m, J) at rising s (m,) in [0, 1], by QR."""
     order, intervals = POSITION_DEGREE + 1, count - POSITION_DEGREE
     rows = splines.design(count, POSITION_DEGREE, s)
     design, interval = rows.data.reshape(-1, order), rows.indices.reshape(-1, order)[:, 0]
@@ -61,7 +62,7 @@ def condense(s: np.ndarray, positions: np.ndarray, count: int) -> Rows:
 
 
 class Smoother:
-    """Every penalised fit of `rows` with a penalty of one `order`: on the square integral of that derivative.
+    """Penalised fits of `rows` for all weights, with a penalty on the square integral of the `order`-th derivative.
 
     Order 6, one more than the degree, penalises the jumps of the fifth derivative at the knots.
     """
@@ -72,19 +73,19 @@ class Smoother:
         self.polynomials, self.rough = _coordinates(rows.matrix.shape[1], order)
         q, self.r = np.linalg.qr(rows.matrix @ self.polynomials)
         self.q, matrix, values = q, rows.matrix @ self.rough, rows.values
-        for _ in range(2):  # twice is enough (Kahan and Parlett)
+        for _ in range(2):  # two passes suffice (Kahan and Parlett)
             matrix, values = matrix - q @ (q.T @ matrix), values - q @ (q.T @ values)
         left, self.singular, self.right = np.linalg.svd(matrix, full_matrices=False)
         self.components = left.T @ values
         self.unexplained = rows.residual + ((values - left @ self.components) ** 2).sum(axis=0)
 
     def choose(self, joint: int, correlation: float = 1.0) -> tuple[float, float, float]:
-        """Penalty weight, variance of the noise (rad²), and −2·log of the likelihood of one joint.
+        """Penalty weight, variance of the noise (rad²), and −2·log likelihood of one joint.
 
-        The weight has the largest restricted likelihood (REML), unless the polynomial alone, which the largest weight
-        leaves, is likelier at the price of EVIDENCE for any other. With that and Schwarz's price for the polynomial's
-        coefficients (BIC) the likelihood compares orders and numbers of functions. Neighbouring samples whose errors
-        agree, `correlation` of them at a time, count as one.
+        The weight maximises the restricted likelihood (REML). The largest weight, which leaves a polynomial, is
+        preferred unless another is better by EVIDENCE. The likelihood, with EVIDENCE and Schwarz's penalty (BIC) for
+        the polynomial's coefficients, compares orders and numbers of functions. `correlation` neighbouring samples with
+        equal errors count as one sample.
         """
         count, power = self.rows.count / correlation, self.singular**2 / correlation
         weights = WEIGHTS[:, None] * power[0]
@@ -101,7 +102,7 @@ class Smoother:
         return float(weights[best, 0] * correlation), float(squares[best] / free), float(likelihoods[best])
 
     def control_points(self, joint: int, weight: float) -> np.ndarray:
-        """Control points (n,) of one joint's fit."""
+        """Control points (n,) of the fit of one joint."""
         gamma = self.right.T @ (self.singular / (self.singular**2 + weight) * self.components[:, joint])
         rest = self.rows.values[:, joint] - self.rows.matrix @ (self.rough @ gamma)
         return self.polynomials @ np.linalg.solve(self.r, self.q.T @ rest) + self.rough @ gamma
@@ -117,7 +118,7 @@ class Smoother:
 
 @cache
 def _coordinates(count: int, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Control points (count, order) of polynomials, and (count, count − order) of the rest by unit penalty."""
+    """Control points (count, order) of polynomials, and (count, count − order) of the rest, scaled to unit penalty."""
     at = splines.greville(count, POSITION_DEGREE)
     legendre = np.polynomial.legendre.legvander(2 * at - 1, order - 1)
     polynomials = np.linalg.solve(splines.rows(count, POSITION_DEGREE, at), legendre)
@@ -125,7 +126,7 @@ def _coordinates(count: int, order: int) -> tuple[np.ndarray, np.ndarray]:
     if degree >= 0:
         factor = cholesky(splines.gram(count - order, degree), lower=True)
         rough = solve_triangular(factor, np.eye(count - order), lower=True).T
-    else:  # the fifth derivative is a staircase: its steps
+    else:  # the fifth derivative is piecewise constant: penalise its jumps
         steps = np.tril(np.ones((count - POSITION_DEGREE, count - order)), -1)
         rough, degree = steps / np.sqrt(count - POSITION_DEGREE), 0
     while degree < POSITION_DEGREE:

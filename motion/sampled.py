@@ -1,7 +1,7 @@
-"""Plans without a certificate: motions of method "gaussian" and "dmp", which promise nothing between their samples.
+"""Plans without a guarantee between samples: motions of the methods "gaussian" and "dmp".
 
-Their report says how far they reach, and `check_limits` refuses what leaves the limits: what is checked are the
-polynomials that are played.
+Their report gives the extremes they reach. `check_limits` refuses plans that exceed the limits; it checks the played
+polynomials.
 """
 
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ from motion.request import Boundary, MotionRequest
 from motion.trajectory import ARRIVED, Trajectory
 
 COMPARED = 2001
-"""Instants at which a motion is compared with its demonstration."""
+"""Number of instants at which a motion is compared with its demonstration."""
 
 
 @dataclass(frozen=True, eq=False)
 class SampledPlan(Plan):
-    """A motion that promises nothing between its samples.
+    """A motion whose limits are not guaranteed between its samples.
 
-    pieces: the moving part, of equal length.
+    pieces: the moving part, in pieces of equal length.
     """
 
     pieces: Trajectory
@@ -38,7 +38,7 @@ class SampledPlan(Plan):
 
 
 def check_limits(plan: SampledPlan) -> None:
-    """Raise LimitExceeded for the first limit that the plan leaves by more than rounding."""
+    """Raise LimitExceeded for the first limit that the plan exceeds by more than rounding."""
     reached = np.concatenate([plan.report.extremes[name] for name in QUANTITIES], axis=1).T
     if error := plan.request.limits.exceeded(np.repeat(np.arange(len(QUANTITIES)), 2), reached):
         raise error
@@ -47,16 +47,16 @@ def check_limits(plan: SampledPlan) -> None:
 def make_plan(
     primitive: Primitive, request: MotionRequest, moving: Trajectory, tick: float, basis_count: int, by_limits: Distance
 ) -> SampledPlan:
-    """Return the plan of a motion, with what it reaches and misses; nothing is certified.
+    """Return the plan of a motion, with a report of its extremes and errors; its limits are not certified.
 
-    moving: the moving part, in pieces of equal length; what follows begins in the state in which it ends.
-    by_limits: distance from the motion without limits.
+    moving: the moving part, in pieces of equal length; the ending begins in its final state. by_limits: distance from
+    the motion without limits.
     """
     last = moving.sample(moving.breaks[-1:])
     end = ending(request, Boundary(last.positions[0], last.velocities[0], last.accelerations[0]))
     hit = moving.duration + request.rest_fraction * request.duration
     trajectory, s = moving.then(end.trajectory()), np.linspace(0, 1, COMPARED)
-    # The last instant belongs to the motion, not to its tail, whose acceleration may be another.
+    # The last instant belongs to the moving part: the ending may begin with another acceleration.
     played = trajectory.sample(np.minimum(s * hit, hit - 2 * ARRIVED))
     shown = primitive.sample(request.phase + (1 - request.phase) * s)
     at_hit = trajectory.sample(np.array([hit]))

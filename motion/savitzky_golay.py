@@ -1,7 +1,7 @@
-"""The paper's smoothing: a Savitzky-Golay filter on uniform samples, and the spline that follows it."""
+"""The paper's smoothing: a Savitzky-Golay filter on uniform samples, and the spline that follows its result."""
 
 import numpy as np
-import scipy  # whose parts are loaded when they are first used: a planner that filters nothing starts sooner
+import scipy  # scipy loads submodules on first use, so a planner without filters starts sooner
 
 from motion import splines
 from motion.demonstration import Demonstration, SavitzkyGolay
@@ -9,17 +9,18 @@ from motion.errors import InvalidMotion
 from motion.splines import ACCELERATION_DEGREE, POSITION_DEGREE
 
 CLOSEST = 1e-3
-"""Part of the mean distance between two samples: interpolation between closer ones overflows."""
+"""Least distance of two samples, as a part of the mean distance: interpolation between closer ones overflows."""
 
 PLACE_TIME = 0.1
-"""s: the spline keeps the filter's accelerations, and its places where errors of acceleration add up for longer."""
+"""s: the spline follows the filter's accelerations at shorter times, and its positions at longer ones, where errors of
+acceleration would accumulate."""
 
 
 def filtered(demonstration: Demonstration, smoothing: SavitzkyGolay) -> tuple[SavitzkyGolay, np.ndarray, np.ndarray]:
-    """The filter as used, and positions (n, J), rad, and accelerations (n, J), rad/s², at uniform times.
+    """The filter as used, and filtered positions (n, J), rad, and accelerations (n, J), rad/s², at uniform times.
 
     Raises:
-        InvalidMotion: the window does not hold more samples than the order, or is longer than the demonstration.
+        InvalidMotion: the window holds too few samples for the order, or is longer than the demonstration.
     """
     positions = _uniform(demonstration)
     step = demonstration.duration / (len(positions) - 1)
@@ -32,7 +33,7 @@ def filtered(demonstration: Demonstration, smoothing: SavitzkyGolay) -> tuple[Sa
 
 
 def follow(positions: np.ndarray, accelerations: np.ndarray, duration: float, basis_count: int) -> np.ndarray:
-    """Control points (J, N + 2), rad, of the spline nearest to uniform samples (n, J) of both.
+    """Control points (J, N + 2), rad, of the spline nearest to uniform positions and accelerations (n, J).
 
     It minimises Σ(d″ − T²a)² + κ⁴Σ(d − p)² with κ = T/PLACE_TIME.
     """
@@ -43,12 +44,12 @@ def follow(positions: np.ndarray, accelerations: np.ndarray, duration: float, ba
     weight = (duration / PLACE_TIME) ** 4
     gram = weight * (place.T @ place).toarray() + second.T @ ((acceleration.T @ acceleration) @ second)
     right = weight * (place.T @ positions) + second.T @ (acceleration.T @ (duration**2 * accelerations))
-    gram[np.diag_indices(count)] *= 1 + 1e-12  # fewer samples than control points
+    gram[np.diag_indices(count)] *= 1 + 1e-12  # regular also with fewer samples than control points
     return np.ascontiguousarray(scipy.linalg.solve(gram, right, assume_a="pos").T)
 
 
 def _uniform(demonstration: Demonstration) -> np.ndarray:
-    """As many positions on a uniform grid."""
+    """The same number of positions, interpolated on a uniform grid."""
     times = demonstration.times - demonstration.times[0]
     uniform = np.linspace(0, times[-1], len(times))
     if np.abs(times - uniform).max() < 1e-6 * uniform[1]:
@@ -61,7 +62,7 @@ def _uniform(demonstration: Demonstration) -> np.ndarray:
 
 
 def _checked_window(smoothing: SavitzkyGolay, step: float, count: int) -> int:
-    """The window in samples, odd. Raises InvalidMotion where it does not fit."""
+    """Odd number of samples in the window. Raises InvalidMotion if the window does not fit."""
     if not (np.isfinite(smoothing.window_s) and smoothing.window_s > 0):
         raise InvalidMotion("smoothing.window_s", f"is {smoothing.window_s}; it must be greater than 0 s")
     if smoothing.order < 2:

@@ -1,4 +1,4 @@
-"""A demonstration as a spline: penalised least squares on the samples at their own times, no resampling."""
+"""Fit a spline to a demonstration: penalised least squares on the samples at their own times, without resampling."""
 
 from dataclasses import dataclass
 
@@ -10,26 +10,27 @@ from motion.roughness import EVIDENCE, FLOOR, Smoother, condense
 MIN_BASIS, MAX_BASIS = 20, 400
 
 LADDER = (20, 26, 35, 50, 70, 100, 140, 200, 280, 400)
-"""Numbers of functions that are tried."""
+"""Numbers of functions to try."""
 
 DENSITY, ENOUGH = 50.0, 50
-"""Functions a second that let limits shape a motion, and the number beyond which its content decides."""
+"""Functions a second that give the limits enough freedom to shape a motion, and the number of functions from which only
+the content of the demonstration counts."""
 
 ORDERS = 2, 3, 4, 5, 6
-"""Orders of the penalised derivative: 2 keeps a joint that stands still, 6 takes nothing from minimum jerk."""
+"""Orders of the penalised derivative: 2 suits a joint at rest, 6 does not distort a minimum-jerk motion."""
 
 JUDGE = 4
-"""The order with which numbers of functions are compared."""
+"""Order of the penalty with which numbers of functions are compared."""
 
 PLACE_SHARE, PLACE_FLOOR, ACCELERATION_SHARE = 1e-3, 1e-4, 3e-2
-"""Fewer functions will do where they change positions by this part of the range (or rad), and accelerations by this
-part of their rms."""
+"""Fewer functions suffice if they change positions by less than this part of the range (or by less than this, rad), and
+accelerations by less than this part of their rms."""
 
 FREE = 1e-26
-"""Penalty weight, in units of the largest squared singular value, of a fit without smoothing."""
+"""Penalty weight of a fit without smoothing, in units of the largest squared singular value."""
 
 THROUGH = 1e-6
-"""A spline passes through the samples where it stays this near, in parts of the range."""
+"""A spline passes through the samples if its distance from them is below this part of the range."""
 
 GRID = np.linspace(0, 1, 2001)
 
@@ -53,10 +54,10 @@ class Fit:
 
 
 def fit(s: np.ndarray, positions: np.ndarray, duration: float, basis_count: int | None = None) -> Fit:
-    """Fit splines to positions (m, J), rad, at rising s (m,) from 0 to 1.
+    """Fit splines to positions (m, J), rad, at increasing s (m,) from 0 to 1.
 
-    Each joint has a penalty of its own, its weight by restricted likelihood and its order by likelihood. The number of
-    functions is `basis_count`, or the smallest on LADDER that loses nothing against the largest.
+    Each joint has its own penalty: its weight maximises the restricted likelihood, its order the likelihood. The number
+    of functions is `basis_count`, or the smallest on LADDER that loses nothing against the largest.
     """
     correlations = [run_length(column) for column in positions.T]
     if basis_count is None:
@@ -108,7 +109,7 @@ def choose_count(s: np.ndarray, positions: np.ndarray, duration: float, correlat
 
 
 def _ladder(samples: int, duration: float) -> list[int]:
-    """The part of LADDER from what limits need to what the samples determine."""
+    """The numbers on LADDER from the fewest that limits need to the most that the samples determine."""
     least = float(np.clip(DENSITY * duration, MIN_BASIS, ENOUGH))
     most = max(samples - 2, MIN_BASIS)
     ladder = [count for count in LADDER if count <= most]
@@ -116,12 +117,12 @@ def _ladder(samples: int, duration: float) -> list[int]:
 
 
 def run_length(values: np.ndarray) -> float:
-    """Mean number of equal samples in a row: neighbours on one step of a quantised encoder have one error."""
+    """Mean number of consecutive equal samples: samples on one step of a quantised encoder share one error."""
     return len(values) / (1 + np.count_nonzero(np.diff(values)))
 
 
 class _Judged:
-    """Fits with one number of functions and one order of penalty, to be compared with others."""
+    """Fits with one number of functions and one order of penalty, for comparison with others."""
 
     def __init__(self, s: np.ndarray, positions: np.ndarray, count: int, correlations: list[float]) -> None:
         smoother = Smoother(condense(s, positions, count + 2), JUDGE)
@@ -131,7 +132,7 @@ class _Judged:
         self.positions, self.accelerations = (splines.derivative(points, GRID, order) for order in (0, 2))
 
     def needs_no_more_than(self, coarser: "_Judged") -> bool:
-        """Whether `coarser` explains the samples of every joint as well, or well enough."""
+        """Whether the fits of `coarser` are as good, or good enough, for every joint."""
         as_likely = coarser.likelihoods - self.likelihoods < EVIDENCE
         apart = np.abs(coarser.positions - self.positions).max(axis=0)
         bent = np.sqrt(np.mean((coarser.accelerations - self.accelerations) ** 2, axis=0))

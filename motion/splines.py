@@ -1,8 +1,8 @@
 """Clamped uniform B-splines over [0, 1]: rows, integrals, derivatives, knot insertion.
 
-A curve of `count` functions of a degree has `count` control points; the curve lies in their convex hull. Its integral
-and its derivative are B-splines on the same knots, one degree up with one control point more and one degree down with
-one less. In this project accelerations are cubic: velocities have degree 4, positions 5, jerks 2.
+A curve of `count` functions has `count` control points and lies in their convex hull. Its integral is a B-spline on the
+same knots, with one degree and one control point more; its derivative has one of each less. In this project
+accelerations are cubic: velocities have degree 4, positions 5, jerks 2.
 """
 
 from functools import cache
@@ -27,13 +27,13 @@ def rows(count: int, degree: int, s: np.ndarray) -> np.ndarray:
 
 
 def design(count: int, degree: int, s: np.ndarray) -> csr_array:
-    """The same values, sparse: of each row the degree + 1 functions that are not zero."""
+    """The same values, sparse: each row holds the degree + 1 functions that are not zero."""
     return BSpline.design_matrix(np.asarray(s, dtype=float), knots(count, degree), degree)
 
 
 @cache
 def gram(count: int, degree: int) -> np.ndarray:
-    """Integrals (count, count) over [0, 1] of the products of two functions, exact."""
+    """Exact integrals (count, count) over [0, 1] of the products of two functions."""
     at, weights = quadrature(count - degree, degree + 1)
     values = rows(count, degree, at)
     return _constant(values.T @ (values * weights[:, None]))
@@ -41,7 +41,7 @@ def gram(count: int, degree: int) -> np.ndarray:
 
 @cache
 def quadrature(intervals: int, nodes: int = POSITION_DEGREE + 1) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss nodes (K,) of all knot intervals, in order, and their weights (K,), exact for products of two positions."""
+    """Gauss nodes (K,) of all knot intervals, increasing, and weights (K,), exact for products of two positions."""
     at, weights = np.polynomial.legendre.leggauss(nodes)
     width = 1 / intervals
     s = ((np.arange(intervals)[:, None] + (at + 1) / 2) * width).ravel()
@@ -68,21 +68,21 @@ def differentiation(count: int, degree: int) -> np.ndarray:
 
 
 def differentiated(points: np.ndarray, order: int) -> np.ndarray:
-    """Control points (J, n − order) of that derivative of position splines with control points (J, n)."""
+    """Control points (J, n − order) of the `order`-th derivative of position splines with control points (J, n)."""
     for degree in range(POSITION_DEGREE, POSITION_DEGREE - order, -1):
         points = points @ differentiation(points.shape[1], degree).T
     return points
 
 
 def derivative(points: np.ndarray, s: np.ndarray, order: int) -> np.ndarray:
-    """Values (n, J) at s (n,) of that derivative with respect to s of position splines (J, count)."""
+    """Values (n, J) at s (n,) of the `order`-th derivative with respect to s of position splines (J, count)."""
     points = differentiated(points, order)
     return design(points.shape[1], POSITION_DEGREE - order, s) @ points.T
 
 
 @cache
 def greville(count: int, degree: int) -> np.ndarray:
-    """Greville abscissae (count,): the control points of s ↦ s, and where in s a control point acts most."""
+    """Greville abscissae (count,): the control points of s ↦ s. Each is where its control point acts most."""
     return _constant(averages(knots(count, degree), degree))
 
 
@@ -95,11 +95,11 @@ def insertion(count: int, degree: int, finer: np.ndarray) -> csr_array:
     """Matrix (m, count), sparse: from the control points of a curve to those on `finer` knots (m + degree + 1,).
 
     `finer` contains the curve's knots. A control point is the blossom of a piece at `degree` consecutive knots
-    (Ramshaw), here by de Boor's recursion; it is made of degree + 1 of the curve's.
+    (Ramshaw), computed by de Boor's recursion from degree + 1 of the curve's control points.
     """
     t = knots(count, degree)
     arguments = np.lib.stride_tricks.sliding_window_view(finer[1:-1], degree)
-    # A piece that lies inside the new function's support: any will do, so the last that begins at or before its middle.
+    # Any piece inside the new function's support gives the same result; take the last one up to its middle.
     last = np.searchsorted(t[: count + 1], finer[: -degree - 1], side="right") - 1
     last = np.clip(last, degree, count - 1)
     first = last - degree

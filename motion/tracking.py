@@ -29,11 +29,11 @@ def tracking_acceleration(
 def returning_acceleration(
     alpha: float, reference: State, positions: np.ndarray, velocities: np.ndarray, limits: Limits, tick: float
 ) -> np.ndarray:
-    """Acceleration by eq. 11 that leads an arm back to its reference inside `limits`, from wherever it was thrown.
+    """Acceleration by eq. 11 that returns an arm to its reference inside `limits`, from any state.
 
-    The arm approaches no faster than half of the acceleration limit can brake; near the reference that is eq. 11
-    itself. tick: s, for which the acceleration is held. The other arguments and the result: as of
-    `tracking_acceleration`. See "Recoil" in docs/derivations.md.
+    The approach speed is limited to what half of the acceleration limit can brake; near the reference the law is eq.
+    11. tick: s, for which the acceleration is held. Other arguments and result: as `tracking_acceleration`. See
+    "Recoil" in docs/derivations.md.
     """
     goal, goal_velocity, goal_acceleration = reference
     error, beta = goal - positions, alpha / 4
@@ -48,9 +48,9 @@ def returning_acceleration(
 def _admissible(
     wanted: np.ndarray, positions: np.ndarray, velocities: np.ndarray, limits: Limits, tick: float
 ) -> np.ndarray:
-    """Return the accelerations nearest to those `wanted` that keep the limits, now and until the arm can stop.
+    """Return the accelerations nearest to `wanted` that keep the limits, now and until the arm can stop.
 
-    A velocity beyond its limit, or too high to stop before the end of a joint, is braked with all that is allowed.
+    A velocity that exceeds its limit, or is too high to stop before the end of a joint, is braked at the full limit.
     """
     most = np.minimum(limits.accelerations, UNLIMITED)
     low, high = limits.positions.T
@@ -61,6 +61,6 @@ def _admissible(
 
 
 def _stoppable(room: np.ndarray, speed: np.ndarray, brakes: np.ndarray, tick: float) -> np.ndarray:
-    """Return the highest speed after a tick that begins at `speed` from which `brakes` stop within `room` (J,), rad."""
+    """Return the highest speed after one tick from `speed` at which `brakes` can stop within `room` (J,), rad."""
     left = np.maximum(room - speed * tick / 2, -brakes * tick**2 / 8)
     return brakes * (np.sqrt(tick**2 / 4 + 2 * left / brakes) - tick / 2)

@@ -9,7 +9,7 @@ COEFFICIENTS = 6
 """Number of coefficients of a piece: degree 5 or less."""
 
 ARRIVED = 1e-10
-"""This many seconds before a break the next piece counts: rounding of the times asked for."""
+"""s; the next piece applies this long before its break, because requested times are rounded."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,8 +29,8 @@ class Trajectory:
     """Piecewise polynomials of J joints in m pieces.
 
     breaks: (m + 1,) s, from 0, not decreasing. coefficients: (m, J, 6), rad/sᵏ of the k-th power of the time since the
-    piece began. After the last break the last piece goes on: a motion that ends at rest ends with a constant piece,
-    which may have no length.
+    piece began. After the last break the last piece continues. A motion that ends at rest therefore has a constant last
+    piece, which may have no length.
     """
 
     breaks: np.ndarray

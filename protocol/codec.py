@@ -1,8 +1,8 @@
 """Encode and decode messages: `msgpack` for the bytes, `msgspec` for the types.
 
-msgspec decodes straight into the message type, so a wrong payload is rejected before any of it is built: to unpack a
-million lists first would block a 1 kHz loop in the same process for half a second. Only a small wrong payload is
-unpacked afterwards, to explain what is wrong with it.
+msgspec decodes straight into the message type, so a wrong payload is rejected before any of it is built. Unpacking a
+million lists first would block a 1 kHz loop in the same process for half a second. A small wrong payload is unpacked
+afterwards, to explain what is wrong with it.
 """
 
 from __future__ import annotations
@@ -84,12 +84,12 @@ def check_request_size(topic: Query, size: int) -> None:
 
 
 def bad_message(field: str, sentence: str) -> Refusal:
-    """Return the refusal of a malformed body; `field` is empty where the whole body is meant."""
+    """Return the refusal of a malformed body; an empty `field` means the whole body."""
     return Refusal("bad_message", _short(sentence, MAX_SENTENCE), field=_short(field, MAX_FIELD))
 
 
 def check_lengths(joint_count: int, **vectors: Sequence[Any]) -> None:
-    """Check that every vector, named as its field, has one entry for each joint.
+    """Check that every vector, passed under the name of its field, has one entry for each joint.
 
     Raises:
         Refusal: `bad_message`, naming the field.
@@ -103,7 +103,7 @@ def matrix(data: bytes | None, rows: int, columns: int, field: str) -> np.ndarra
     """Return the (rows, columns) float64 array in `data`, read-only.
 
     Raises:
-        Refusal: `bad_message` where there is none, the size does not fit or a number is not finite.
+        Refusal: `bad_message` if the array is missing, its size does not fit or a number is not finite.
     """
     import numpy as np
 
@@ -155,7 +155,7 @@ def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Re
 
 
 def _short(text: str, length: int) -> str:
-    """Cut text that a sender made long, so that refusals stay small."""
+    """Shorten text from a sender, so that refusals stay small."""
     return text if len(text) <= length else f"{text[: length - 1]}…"
 
 
@@ -193,7 +193,7 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
 
 
 def _entry(body: Any, path: str, inside: str) -> str:
-    """Return the path of the first value, `inside` an entry of the map at `path`, that is no finite number."""
+    """Return the path of the first value `inside` an entry of the map at `path` that is not a finite number."""
     values = _value_at(body, path)
     for key, entry in values.items() if isinstance(values, dict) else ():
         value = _value_at(entry, inside, default=0)
@@ -203,7 +203,7 @@ def _entry(body: Any, path: str, inside: str) -> str:
 
 
 def _value_at(body: Any, path: str, default: Any = None) -> Any:
-    """Return the value at a path like `waypoints[0].positions[2]`, or `default` where there is none."""
+    """Return the value at a path like `waypoints[0].positions[2]`, or `default` if the path does not exist."""
     try:
         for name, index in _STEP.findall(path):
             body = body[int(index)] if index else body[name]

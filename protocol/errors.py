@@ -26,9 +26,9 @@ CODES: Mapping[str, tuple[str, ...]] = {
 }
 """Every code with the fields of its `detail`.
 
-Some refusals add fields: `unavailable` `goal_id` where a goal may have started, `solver_failed` `min_duration` and
-`waypoint_times` where planning time ran out, `limit` of the quantity `torque` these two and `time_from_start`, and the
-refusal of a goal with alternatives `alternatives`, their codes.
+Some refusals have further fields: `unavailable` has `goal_id` if a goal may have started; `solver_failed` has
+`min_duration` and `waypoint_times` if planning time ran out; `limit` of the quantity `torque` has these two and
+`time_from_start`; the refusal of a goal with alternatives has `alternatives`, their codes.
 """
 
 
@@ -50,7 +50,7 @@ class Refusal(Exception):
 
 
 class NoAnswer(Exception):
-    """A request without a reply: no owner, no bus, or an owner that does not answer."""
+    """A request got no reply: its owner does not run or does not answer, or the bus cannot be reached."""
 
     def __init__(self, service: str, key: str, reason: str = "") -> None:
         super().__init__(f"no answer on {key}: {reason or f'the {service} is not running, or not on this bus'}")

@@ -25,9 +25,9 @@ ROBOT_SIDE = "sim"
 class Query(Generic[RequestT, ReplyT]):
     """A request and its reply on `key`, answered by `owner`.
 
-    `reads`: the request changes nothing, so its key may be a wildcard. `timeout_s`: how long a client waits for the
-    reply. `max_bytes`: largest request; where a 1 kHz loop decodes it, what it can decode within a tick. `smaller`:
-    what to send instead of a request that is too large.
+    `reads`: the request changes nothing, so its key may contain a wildcard. `timeout_s`: how long a client waits for
+    the reply. `max_bytes`: largest request; a 1 kHz loop must be able to decode it within a tick. `smaller`: what to
+    send instead of a request that is too large.
     """
 
     key: str
@@ -43,10 +43,10 @@ class Query(Generic[RequestT, ReplyT]):
 
 @dataclass(frozen=True, slots=True)
 class Publication(Generic[MessageT]):
-    """A message that `owner` publishes on `key`, at `rate_hz` or, where that is None, when it happens.
+    """A message that `owner` publishes on `key`, at `rate_hz`; None: whenever the event happens.
 
-    `max_age_s`: an older message is stale; None: it never is. `stream`: sent with real-time priority; in real time
-    only the newest message is kept.
+    `max_age_s`: an older message is stale; None: never. `stream`: sent with real-time priority; in real time only the
+    newest message is kept.
     """
 
     key: str
@@ -60,10 +60,10 @@ class Publication(Generic[MessageT]):
 
 
 GOAL = Query("goal", "planner", m.Goal, m.GoalReply, "plan a motion and play it", max_bytes=MIB, timeout_s=60.0)
-"""A goal of the method "gaussian" may first start a process, which takes 3 s of a processor."""
+"""Long, because a goal of the method "gaussian" may first start a process, which takes 3 s of a processor."""
 PRIMITIVES = Query("primitives", "planner", m.Empty, m.Primitives, "list the library", reads=True)
 LEARN = Query("learn", "planner", m.Learn, m.Learned, "learn a primitive", max_bytes=16 * MIB, timeout_s=120.0)
-"""Learning takes up to 2 s of a processor, of which a busy machine gives its low priority little."""
+"""Long, because learning takes up to 2 s of a processor at a low priority, which a busy machine serves last."""
 FORGET = Query("forget", "planner", m.Forget, m.Forgotten, "remove a primitive")
 EXECUTE = Query(
     "execute",

@@ -1,4 +1,4 @@
-"""What moves in a robot's model beside the arm and the ball: grippers, loose objects, other arms."""
+"""Movable joints of a robot's model other than the arm and the ball: grippers, loose objects, other arms."""
 
 from collections.abc import Mapping
 
@@ -31,7 +31,7 @@ class Surroundings:
         return {name: data.qpos[span].tolist() for name, span in self._spans.items()}
 
     def place(self, data: mujoco.MjData, joints: Mapping[str, list[float]]) -> None:
-        """Set the coordinates of joints; those that the model has not, or has with another number, are left out."""
+        """Set the coordinates of joints; ignore joints that are missing or have another number of them."""
         for name, coordinates in joints.items():
             span = self._spans.get(name)
             if span is not None and len(coordinates) == span.stop - span.start:

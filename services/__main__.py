@@ -44,7 +44,7 @@ from services.common.supervisor import NotReady, ending
 Unprefixed = tyro.conf.arg(name="")
 WEB_PORT = 9090
 LOOK_S = 1.0
-"""How long to look who has taken an endpoint."""
+"""How long to ask which robot has taken an endpoint."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,11 +52,11 @@ class Flags:
     """Start every service with one robot and keep them until Ctrl-C.
 
     Writes a trace, volley-DATE-TIME.rrd in the current directory unless --record names another, and shows it live in a
-    browser: the recorder keeps the last 256 MB for that. With --no-live it does not. Ports of the live view that are
-    taken are replaced by free ones.
+    browser; --no-live switches the live view off. The recorder keeps the last 256 MB for it. If one of its ports is
+    taken, a free one is used.
 
     Attributes:
-        strike: Start the striker too, which returns balls once it is asked to (`volley strike X Y Z`).
+        strike: Start the striker too, which returns balls after `volley strike X Y Z`.
     """
 
     common: Common = field(default_factory=Options)
@@ -70,7 +70,7 @@ class Flags:
 
 
 def main() -> None:
-    """Start all, say what to do next, wait, end all."""
+    """Start all services, print what to do next, wait, end all services."""
     began = time.monotonic()
     flags = tyro.cli(Flags)
     os.environ.setdefault("RUST_LOG", "warn,re_log_encoding=error")  # rerun warns of traces without an index
@@ -117,7 +117,7 @@ def prepare(flags: Flags) -> tuple[Options, RecorderFlags]:
 
 
 def explain_taken(options: Options, endpoint: str) -> str:
-    """Return a sentence about who has taken an endpoint, and what to do."""
+    """Return a sentence that says which program has taken an endpoint, and what to do."""
     robot, deadline = robot_name(options), time.monotonic() + LOOK_S
     elsewhere = "start this on another port: --listen tcp/127.0.0.1:7448"
     with contextlib.suppress(zenoh.ZError, SystemExit):
@@ -153,14 +153,14 @@ def viewer(recorder: RecorderFlags) -> Iterator[str | None]:
 
 
 def flags_for(options: Options, endpoint: str) -> str:
-    """Return the flags that every command for this robot needs behind it, where the defaults are another's."""
+    """Return the flags that every command needs for this robot, empty if the defaults are this robot's."""
     robot = robot_name(options)
     named = "" if robot == robot_name(Options()) else f" --robot {robot}"
     return named + ("" if endpoint == DEFAULT_ENDPOINT else f" --connect {endpoint}")
 
 
 def first_command(bus: Bus, flags: str) -> str:
-    """Return the command that moves this arm by a primitive of its own, or the one that teaches it its first."""
+    """Return the command that plays a primitive of this arm, or that learns its first one."""
     try:
         joint_names = bus.ask(topics.DESCRIPTION, m.Empty()).joint_names
         library = bus.ask(topics.PRIMITIVES, m.Empty()).primitives
@@ -181,7 +181,7 @@ def greeting(
     address: str | None,
     took: float,
 ) -> Iterator[str]:
-    """Yield what a newcomer needs next, a line each: first the command that moves the arm."""
+    """Yield the lines that a new user needs next; the first has the command that moves the arm."""
     yield f"[bold]volley is ready[/bold] after {took:.1f} s: robot {robot_name(options)} on {endpoint}; Ctrl-C ends it"
     yield f"  move it, in another terminal:   {first}"
     if address:
@@ -189,7 +189,7 @@ def greeting(
     yield f"  the trace, 1.5 MB a second:     {recorder.record}; open it with: rerun {recorder.record}"
     if sim.clock == "realtime" and not realtime.may_be_real_time():
         yield (
-            "  missing: real-time rights. Beside other work ticks come late, and the arm then brakes; "
+            "  missing: real-time rights. Beside other work ticks are late, and the arm brakes; "
             "docs/operations.md says how to grant them, --clock paced needs none"
         )
 

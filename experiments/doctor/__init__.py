@@ -1,1 +1,1 @@
-"""The doctor measured: faults put into clean recordings, and how many he finds."""
+"""Evaluation of the recordings doctor: faults are put into clean recordings, and detections are counted."""

@@ -1,6 +1,6 @@
-"""`python -m experiments.doctor`: faults × caught × repaired, and false alarms.
+"""`python -m experiments.doctor`: detection and repair rates for each fault, and false alarms.
 
-The full run writes the doctor's tables into docs/recordings.md, between the marks.
+The full run writes the tables into docs/recordings.md, between the marks.
 """
 
 import re
@@ -23,16 +23,16 @@ BEGIN, END = "<!-- table: faults -->", "<!-- end -->"
 
 FILES = 1000
 NEAR = 0.01
-"""A repaired recording is as near as this, rad, to the clean one, besides noise and resolution."""
+"""Largest distance of a repaired recording from the clean one, rad, besides noise and resolution."""
 
 
 def main(files: int = FILES, seed: int = 1, only: str = "") -> int:
-    """Put each fault into so many recordings, and print how many the doctor finds.
+    """Put each fault into recordings, and print how often the doctor finds and repairs it.
 
     Args:
         files: Recordings for each fault; with 1000 the page is written.
         seed: Of all random numbers.
-        only: Only the faults of this code.
+        only: Only the faults with this code.
     """
     rows = []
     for number, mutation in enumerate(MUTATIONS):
@@ -48,7 +48,7 @@ def main(files: int = FILES, seed: int = 1, only: str = "") -> int:
 
 
 def measure(mutation: Mutation, files: int, seed: int) -> tuple[int, int | None]:
-    """In how many of so many recordings the fault is caught, and in how many repaired (None: it is not repaired)."""
+    """Number of recordings in which the fault is found, and in which it is repaired (None: it has no repair)."""
     arms = shipped(), PANDA
     caught, repaired = 0, 0
     for number in range(files):
@@ -69,12 +69,12 @@ def matched(recording: Recording, arm: Arm) -> Recording:
 
 
 def is_caught(examination: Examination, code: str, column: str | None) -> bool:
-    """Whether a finding has this code, and this column where one is named."""
+    """Whether a finding has this code, and this column if one is given."""
     return any(found.code == code and column in (None, found.column) for found in examination.findings)
 
 
 def distance(repaired: Recording, clean: Recording) -> float:
-    """Largest distance, rad, of a repaired recording from the clean one, besides a constant for each column."""
+    """Largest distance, rad, of a repaired recording from the clean one, after a constant offset of each column."""
     if repaired.values.shape[1] != clean.values.shape[1]:
         return np.inf
     shown = np.stack([np.interp(repaired.times, clean.times, column) for column in clean.values.T], axis=1)
@@ -83,7 +83,7 @@ def distance(repaired: Recording, clean: Recording) -> float:
 
 
 def false_alarms(seed: int, count: int = 30) -> list[str]:
-    """Findings in so many clean recordings; that one in motion begins or ends so is no false alarm."""
+    """Findings in `count` clean recordings; a true finding of motion at the ends is not a false alarm."""
     return [
         f"{clean.recording.source.name}: {found.code}: {found.sentence}"
         for clean in thirty(seed)[-count:]

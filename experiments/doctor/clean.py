@@ -22,7 +22,7 @@ Base = Literal["any", "quiet", "noisy"]
 RATES = 30.0, 50.0, 100.0, 250.0, 500.0, 1000.0
 NOISES = 0.0, 1e-4, 5e-4, 1e-3
 STUTTERING = "platestandingtolying", "pouring"
-"""Household tasks whose samples come early and late in all joints together: a fault that the doctor must find."""
+"""Household tasks with jitter common to all joints: a fault that the doctor must find."""
 
 RESOLUTIONS = 0.0, TWELVE_BITS / 16, TWELVE_BITS
 
@@ -40,9 +40,9 @@ PANDA = Arm(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clean:
-    """A clean recording of an arm. `moving`: it begins or ends in motion, and the doctor must say so.
+    """A clean recording of an arm. `moving`: it begins or ends in motion, which the doctor must report.
 
-    noise: rad; resolution: rad, of a synthetic one.
+    noise: rad; resolution: rad, of a synthetic recording.
     """
 
     recording: Recording
@@ -59,9 +59,9 @@ def shipped() -> Arm:
 
 
 def synthetic(rng: np.random.Generator, arm: Arm, base: Base = "any") -> Clean:
-    """A smooth movement from rest to rest: overlapping minimum-jerk strokes, sampled as some program would.
+    """A smooth movement from rest to rest: overlapping minimum-jerk strokes, sampled as a recording program would.
 
-    `base`: "quiet" without noise, "noisy" with noise, either with no resolution but that of its numbers.
+    `base`: "quiet" without noise, "noisy" with noise; both only have the resolution of floats.
     """
     rate, noise, resolution = (float(rng.choice(some)) for some in (RATES, NOISES, RESOLUTIONS))
     if base != "any":
@@ -81,7 +81,7 @@ def synthetic(rng: np.random.Generator, arm: Arm, base: Base = "any") -> Clean:
 
 
 def real() -> Iterator[Clean]:
-    """Recordings of people and arms: the shipped forehand, household tasks and letters, where the files are there."""
+    """Recordings of people and arms: the shipped forehand, and household tasks and letters if their files exist."""
     arm = shipped()
     forehand = DEMONSTRATIONS / "forehand.csv"
     table = np.loadtxt(forehand, delimiter=",", skiprows=1)
@@ -109,14 +109,14 @@ def thirty(seed: int) -> list[Clean]:
 
 
 def _scales(arm: Arm) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lowest and highest positions (J,), rad, of a movement, and about its largest speeds (J,), rad/s."""
+    """Lowest and highest positions (J,), rad, of a movement, and its approximate largest speeds (J,), rad/s."""
     low, high = np.clip(arm.limits.positions, -3.0, 3.0).T
     margin = 0.15 * (high - low)
     return low + margin, high - margin, np.minimum(0.5 * arm.limits.velocities, 3.0)
 
 
 def _joint(rng: np.random.Generator, times: np.ndarray, low: float, high: float, speed: float) -> np.ndarray:
-    """One joint: three to six strokes, the first from the first sample on and the last to the last."""
+    """One joint: three to six strokes; the first begins at the first sample, the last ends at the last."""
     duration, strokes = times[-1], int(rng.integers(3, 7))
     places = rng.uniform(low, high, strokes + 1)
     values = np.full(len(times), places[0])

@@ -1,4 +1,4 @@
-"""Faults, put into clean recordings."""
+"""Faults to put into clean recordings."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,13 +16,13 @@ Put = Callable[[np.random.Generator, Clean], tuple[Recording, str | None]]
 
 @dataclass(frozen=True, slots=True)
 class Mutation:
-    """A fault that is put into recordings.
+    """A fault to put into recordings.
 
     Attributes:
-        code: In the doctor's table; COLUMNS is found while columns are matched to joints.
-        words: What it is.
-        put: Puts it.
-        base: Into which recordings.
+        code: Its code in the doctor's table; COLUMNS is found when columns are matched to joints.
+        words: Its description.
+        put: Puts it into a recording.
+        base: Kind of recordings that get it.
         repaired: Whether it must be repaired.
     """
 
@@ -172,7 +172,7 @@ def _lost_frames(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str
 
 
 def _stutter(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]:
-    """Samples that were taken up to 1.5 steps early or late, and stamped evenly afterwards."""
+    """Samples taken up to 1.5 steps early or late, with evenly spaced stamps."""
     recording = clean.recording
     stamps = np.linspace(0, recording.times[-1], len(recording.times))
     taken = stamps.copy()
@@ -191,7 +191,7 @@ def _too_slow(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | 
 
 
 def _cut(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]:
-    """Cut where some joint moves fast."""
+    """Cut the recording where some joint moves fast."""
     recording = clean.recording
     speed = np.abs(np.gradient(recording.values, recording.times, axis=0)).max(axis=1)
     smooth = np.convolve(speed, np.ones(5) / 5, mode="same")
@@ -232,7 +232,7 @@ def _step(recording: Recording) -> float:
 
 
 def _some(rng: np.random.Generator, recording: Recording) -> np.ndarray:
-    """Indices of 5 % of the samples, two or more, no two beside each other, none at an end."""
+    """Indices of 5 % of the samples, at least two, no two adjacent, none at an end."""
     count = len(recording.times)
     candidates = np.arange(4, count - 4, 3) + int(rng.integers(3))
     candidates = candidates[candidates < count - 3]

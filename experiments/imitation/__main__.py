@@ -75,7 +75,7 @@ MAKERS: dict[TableName, Callable[[], Made | None]] = {
 def main(
     tables: Positional[tuple[Annotated[TableName, tyro.conf.arg(metavar="TABLE")], ...]] = (),
 ) -> None:
-    """Make tables, by default all of them; the others, and those whose recordings are absent, keep their rows.
+    """Make tables, by default all of them; other tables, and those whose recordings are absent, keep their rows.
 
     Args:
         tables: Tables to make.

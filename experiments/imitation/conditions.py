@@ -15,7 +15,7 @@ RATIOS = 1.01, 0.95, 0.9, 0.8, 0.7
 """Speed limits, as parts of the demonstrated peak."""
 
 NO_PLACES = 1e6
-"""Place time, s, that is so long that the place term vanishes and the paper's cost is left."""
+"""Place time, s, with which the place term vanishes, so that the cost is the paper's."""
 
 PLACE_TIMES: dict[str, float | None] = {"none": NO_PLACES, "default": None, "0.25": 0.25}
 ENDS_TIMES: dict[str, float | None] = {"none": None, "0.5": 0.5, "0.25": 0.25}

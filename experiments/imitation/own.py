@@ -14,10 +14,10 @@ from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
 
 SHARE = 0.01
-"""Bound on a deviation, as a part of the joint's range, if that is more than the floor."""
+"""Bound of a deviation, as a part of the joint's range, unless the floor is larger."""
 
 SEEDS = 5
-"""Number of recordings of a movement by each recorder; the worst one counts."""
+"""Number of recordings of a movement by each recorder; the worst one is reported."""
 
 GRID = 4001
 """Instants at which a plan is compared with a movement in closed form."""
@@ -138,7 +138,7 @@ def of_recording(recording: Recorded, timed: bool = False) -> list[Own]:
 
 
 def retimed(demonstration: Demonstration, planned: Plan, bounds: np.ndarray) -> np.ndarray:
-    """Return the largest deviations (J,) if each sample is compared at the time, near its own, that suits it best."""
+    """Return the largest deviations (J,) if each sample is compared at the best time near its own."""
     times = demonstration.times - demonstration.times[0]
     slips = np.linspace(-SLIP, SLIP, SLIPS) * times[-1] / (len(times) - 1)
     at = np.clip(times[:, None] + slips, 0.0, times[-1])

@@ -13,10 +13,10 @@ from benchmarks.learning import DEMO_DURATION, DEMOS
 from motion.demonstration import Demonstration
 
 FLOOR = 0.005
-"""A deviation, rad or m, that is small for any joint."""
+"""Least bound of a deviation, rad or m."""
 
 PAPER = 0.01
-"""Joint angle, rad, for a millimetre of paper: a letter of 40 mm becomes 0.4 rad."""
+"""Joint angle, rad, of one millimetre of paper: a letter of 40 mm is 0.4 rad large."""
 
 POSES = "robottasks_pouring_ee.npz"
 AXES = "x", "y", "z", "rotation x", "rotation y", "rotation z"

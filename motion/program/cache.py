@@ -1,4 +1,4 @@
-"""A cache bounded in bytes: one hull of 400 functions is as large as a hundred hulls of 20."""
+"""A cache with a limit on its bytes, because one hull of 400 functions is as large as a hundred hulls of 20."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -13,9 +13,9 @@ Result = TypeVar("Result")
 
 
 def cached_within(most: int) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
-    """Keep the results of a function of hashable arguments, the last used ones, while their arrays fit in `most` bytes.
+    """Cache a function of hashable arguments: keep the last used results whose arrays fit in `most` bytes.
 
-    The latest result is kept in any case.
+    The latest result is always kept.
     """
 
     def decorate(function: Callable[..., Result]) -> Callable[..., Result]:

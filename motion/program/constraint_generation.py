@@ -1,8 +1,8 @@
-"""Constraint generation: the few limit rows that matter, found by solving, looking at all control points, and adding.
+"""Constraint generation: solve with a few limit rows, add the rows that the solution violates, and repeat.
 
-In u = z − z*, where z* belongs to the optimum without limits, the cost is |u|² and u runs in the null space of the
-equalities; z is that of the joint's own metric where it has one. Joints are independent programs; their control points
-are looked at together.
+In u = z − z*, where z* is the optimum without limits, the cost is |u|² and u lies in the null space of the equalities.
+z are the weights whitened in the joint's own metric if it has one. Joints are independent programs; the violations of
+all joints are found together.
 """
 
 from dataclasses import dataclass
@@ -20,29 +20,31 @@ from motion.program.space import QUANTITIES
 MAX_ROUNDS = 30
 
 DROPPING_ROUNDS = 6
-"""Rows without a multiplier are dropped between these first rounds; the objective grows all the same, so it ends."""
+"""Rows without a multiplier are dropped in the rounds before this one. The objective still increases in every round, so
+the iteration ends."""
 
 HARD = 45
-"""A joint that begins with more rows is often infeasible, and goes first, alone; the others take their rounds together.
-"""
+"""A joint that begins with more rows than this is often infeasible. It is solved first and alone; the other joints are
+solved together."""
 
 STRIDE, MANY = 3, 24
-"""In the first round every third violated control point becomes a row too, but not many more than so many."""
+"""In the first round every third violated control point also becomes a row; with more than about `MANY` of them, fewer.
+"""
 
 BESIDE = np.array([-1, 0, 1])
-"""A row of an earlier motion brings these with it."""
+"""Offsets of the rows that a warm-started row adds."""
 
 TINY = 1e-12
-"""The scale of a program whose rows hold already."""
+"""Scale of a program without violated rows."""
 
 IDLE = 1e-8
-"""A row whose multiplier is a smaller part of the largest carries none."""
+"""Multipliers below this part of the largest count as zero."""
 
 NOTHING, NO_MULTIPLIERS = np.zeros(0, dtype=int), np.zeros(0)
 
 
 class InfeasibleRows(Exception):
-    """The rows of one joint contradict each other; `quantity` (0 to 3) and `s` of the one hardest pressed."""
+    """The rows of one joint are infeasible; `quantity` (0 to 3) and `s` are those of its largest multipliers."""
 
     def __init__(self, joint: int, quantity: int, s: float) -> None:
         super().__init__(f"joint {joint}: limits contradict each other")
@@ -55,9 +57,9 @@ class InfeasibleRows(Exception):
 class Solution:
     """The optima of J joints: motions and active rows.
 
-    x: (J, N + 2). For each joint, the rows that carry a multiplier, and the multipliers. Rows are flat indices in
-    (J, 2, R): row (side, i) keeps control point i above its lower (side 0) or below its upper limit (side 1). rounds:
-    programs that each joint took; size: rows of the largest.
+    x: (J, N + 2). rows, multipliers: for each joint, the rows with a multiplier, and the multipliers. A row is a flat
+    index in (J, 2, R): row (side, i) keeps control point i above its lower limit (side 0) or below its upper limit
+    (side 1). rounds: number of programs solved for each joint. size: number of rows of the largest program.
     """
 
     x: np.ndarray
@@ -67,7 +69,7 @@ class Solution:
     size: int = 0
 
     def replace(self, other: "Solution", joints: np.ndarray) -> None:
-        """Put the optima of some joints, found later, in the places of those found before."""
+        """Replace the optima of some `joints` by later ones."""
         self.x[joints] = other.x[joints]
         for joint in joints.tolist():
             self.rows[joint], self.multipliers[joint] = other.rows[joint], other.multipliers[joint]
@@ -82,12 +84,12 @@ def solve(
     joints: np.ndarray | None = None,
     probe: bool = False,
 ) -> Solution:
-    """For each joint, or each of the `joints` (n,), the motion nearest to the adapted demonstration inside all limits.
+    """For all joints, or for `joints` (n,), find the motion nearest to the adapted demonstration inside all limits.
 
-    All control points of what is returned lie inside their limits, those that the equalities decide to rounding; other
-    joints keep the optimum without limits. `warm` are rows to begin with, an array for each of the J joints. In a
-    `probe` what does not come out clearly counts as infeasible. Raises InfeasibleRows where the limits cannot be kept,
-    SolverFailed for numerical trouble or too much effort.
+    All control points of the result lie inside their limits; those that the equalities determine, up to rounding. The
+    other joints keep the optimum without limits. warm: rows to begin with, an array for each of the J joints. probe:
+    treat an unclear solver status as infeasible. Raises InfeasibleRows if the limits cannot be kept, SolverFailed if
+    the solver fails or the effort is spent.
     """
     count = len(problem.origin)
     chosen = np.arange(count) if joints is None else joints
@@ -107,7 +109,7 @@ def solve(
 
 
 def _check_decided(problem: Problem, joints: np.ndarray) -> None:
-    """Raise InfeasibleRows for a control point that the equalities hold outside its limit."""
+    """Raise InfeasibleRows if the equalities place a control point outside its limit."""
     hull, each = problem.hull, problem.limit_rows.decided
     beyond = problem.over.take(each)
     if not (beyond > 0).any():
@@ -120,7 +122,7 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
 
 
 def _hard_ones_first(first: np.ndarray, size: int) -> list[np.ndarray]:
-    """Divide the first rows of all joints, `size` a joint, into those of each hard joint and those of all others."""
+    """Divide the first rows of all joints, `size` a joint, into those of each hard joint and those of all the rest."""
     which = first // size
     hard = np.bincount(which) > HARD
     each = [first[which == joint] for joint in hard.nonzero()[0].tolist()]
@@ -130,7 +132,7 @@ def _hard_ones_first(first: np.ndarray, size: int) -> list[np.ndarray]:
 def _with_rows(
     problem: Problem, found: Solution, new: np.ndarray, rounds: int, effort: Effort, probe: bool
 ) -> np.ndarray:
-    """Solve the programs of some joints once more, with `new` rows; return the rows that are violated then."""
+    """Solve the programs of some joints with the `new` rows added; return the rows that the solutions violate."""
     size, limit_rows = problem.over[0].size, problem.limit_rows
     each = sorted({*(new // size).tolist()})
     joints = np.array(each)
@@ -177,7 +179,7 @@ def _with_rows(
 
 
 def _beside(problem: Problem, violated: np.ndarray, warm: list[np.ndarray]) -> np.ndarray:
-    """The `warm` rows of joints that violate some rows, and the neighbours to which they may have moved."""
+    """The `warm` rows of joints that violate some row, and their neighbours: the active rows may have moved there."""
     bound, size = problem.limit_rows.bound, problem.over[0].size
     each = [warm[joint] + joint * size for joint in np.unique(violated // size).tolist()]
     rows = (np.concatenate(each)[:, None] + BESIDE).ravel() % bound.size
@@ -187,8 +189,8 @@ def _beside(problem: Problem, violated: np.ndarray, warm: list[np.ndarray]) -> n
 def _violated(over: np.ndarray, joints: np.ndarray, stretches: bool = False) -> np.ndarray:
     """Return flat indices in (J, 2, R) of the rows of `joints` (n,) at the peaks of positive `over` (n, 2, R).
 
-    If asked for, also some along the `stretches` where it is positive. No peak reaches from one joint into the next: a
-    joint's first control point is its start, which is fixed.
+    stretches: also some rows along each stretch where `over` is positive. The flat neighbours of a row may belong to
+    the next joint. This is harmless: a joint's first control point is its prescribed start.
     """
     flat, size = over.ravel(), over[0].size
     positive = (flat > 0).nonzero()[0]
@@ -206,7 +208,7 @@ def _violated(over: np.ndarray, joints: np.ndarray, stretches: bool = False) -> 
 
 
 def _contradiction(problem: Problem, joint: int, rows: np.ndarray, multipliers: np.ndarray) -> InfeasibleRows:
-    """Name the quantity with the largest sum of multipliers, and where its largest is."""
+    """Name the quantity with the largest sum of multipliers, and the place of its largest multiplier."""
     point = rows % len(problem.hull.s)
     quantity = problem.hull.quantity[point]
     hardest = np.bincount(quantity, weights=multipliers, minlength=4).argmax()

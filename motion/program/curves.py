@@ -12,14 +12,13 @@ ORDERS = 5
 """Position and its first four derivatives."""
 
 STEPS = 3
-"""In which a piece is divided: what `extremes` misses falls with the sixth power."""
+"""Number of steps between two knots. The error of `extremes` falls with its sixth power."""
 
 
 def curves_of(control_points: np.ndarray) -> np.ndarray:
     """Position and its first four derivatives (J, 5, n) of position splines (J, N + 2) at the ends of n − 1 steps.
 
-    Three steps lie between two knots. Each derivative comes times a power of the step h = 1/(n − 1), as if h
-    were 1.
+    There are three steps between two knots. The k-th derivative is multiplied by hᵏ with the step h = 1/(n − 1).
     """
     matrix = _at_steps(control_points.shape[1])
     return (control_points @ matrix).reshape(len(control_points), ORDERS, -1)
@@ -33,23 +32,23 @@ def positions_of(control_points: np.ndarray) -> np.ndarray:
 
 @cache
 def _at_steps(count: int) -> np.ndarray:
-    """From `count` control points of the position to their curves (count, 5n)."""
+    """Matrix (count, 5n) from `count` control points of the position to its curves."""
     s = np.linspace(0, 1, STEPS * (count - splines.POSITION_DEGREE) + 1)
     each = [splines.derivative(np.eye(count), s, order) * s[1] ** order for order in range(ORDERS)]
     return np.ascontiguousarray(np.concatenate(each).T)
 
 
 def curves_along(moving: Trajectory) -> np.ndarray:
-    """Return the same (J, 5, 3m + 1) for a motion in m pieces of equal length."""
+    """Return the curves (J, 5, 3m + 1), as `curves_of`, of a motion in m pieces of equal length."""
     times = np.linspace(0, moving.duration, STEPS * len(moving.coefficients) + 1)
     curves = np.transpose(moving.derivatives(times, ORDERS), (2, 0, 1))
     return np.ascontiguousarray(curves * (times[1] ** np.arange(ORDERS))[:, None])
 
 
 def trajectory_of(curves: np.ndarray, duration: float) -> Trajectory:
-    """The motion with `curves` (J, 5, 3m + 1) as polynomials between its m + 1 knots, played in `duration` s."""
+    """The motion with `curves` (J, 5, 3m + 1) as polynomials between its m + 1 knots; duration: its own, s."""
     at = curves[:, :, ::STEPS]
-    # Between two knots the fourth derivative is a line, and at knots it is continuous.
+    # The fourth derivative is linear between two knots, and continuous at knots.
     orders = np.concatenate([at[..., :-1], np.diff(at[:, 4:]) / STEPS], axis=1).transpose(2, 0, 1)
     step = duration / (curves.shape[2] - 1)
     return Trajectory(
@@ -61,11 +60,12 @@ _TAYLOR = 1 / factorial(np.arange(COEFFICIENTS))
 
 
 def extremes(curves: np.ndarray, duration: float) -> np.ndarray:
-    """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of curves (J, 5, n), which take some s.
+    """Lowest and highest position, velocity, acceleration and jerk (J, 4, 2) of curves (J, 5, n).
 
-    A step is looked at where the slope changes its sign in it, or may do so twice. There the extremes of the cubic
-    through values and slopes are found and the curve itself is evaluated, so nothing is named that it does not reach;
-    what is missed grows with the square of the distance between cubic and curve: a millionth of the spread at most.
+    duration: of the motion, s. A step is examined if the slope changes its sign in it once, or possibly twice. The
+    extremes of the cubic through values and slopes are found, and the curve is evaluated there, so the motion reaches
+    every value that is returned. The error grows with the square of the distance between cubic and curve; it is at most
+    a millionth of the spread.
     """
     values, rising = curves[:, :4], curves[:, 1:] > 0
     turning = rising[..., 1:] != rising[..., :-1]
@@ -82,7 +82,7 @@ def extremes(curves: np.ndarray, duration: float) -> np.ndarray:
 
 
 def _inside(curves: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which of 4J curves m steps belong to, and the values (2, m) at the extremes of their cubics, or at an end."""
+    """Which of 4J curves m steps belong to, and the curves' values (2, m) at the extremes of their cubics."""
     size = curves.shape[2]
     of = steps // (size - 1)
     first, quantity = steps + of + (of >> 2) * size, of & 3
@@ -91,7 +91,7 @@ def _inside(curves: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarr
     rise, fifth = f1 - f0, fifth - fourth
     c = d0 + d1 - 2 * rise
     b = rise - d0 - c
-    # The slope d0 + 2b x + 3c x² has two roots, here in the form that does not cancel; of a line or a parabola one.
+    # Roots of the slope d0 + 2b x + 3c x², in the form without cancellation; a linear slope has one root.
     far = -b - np.copysign(np.sqrt(np.maximum(b * b - 3 * c * d0, 0.0)), b)
     x = np.array([d0, far]) / (np.array([far, 3 * c]) + _NONZERO)
     x = np.minimum(np.maximum(x, 0.0), 1.0)
@@ -101,11 +101,11 @@ def _inside(curves: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 _NONZERO = 1e-200
-"""Makes a divisor of 0 another number, and nothing else."""
+"""Added to a divisor of 0; too small to change any other."""
 
 _FROM = np.array([[0, 0, 0, 0], [1, 1, 1, 1], [4, 3, 2, 1]])
-"""How many derivatives from each quantity to itself, to its slope and to the fourth derivative of the position."""
+"""Order of the derivative, for each quantity: its own, its slope's, and that of the position's fourth derivative."""
 
 _BUMPS = np.array([[1 / 24, 0.0, 0.0, 0.0], [1 / 60, 1 / 24, 0.0, 0.0], [1 / 120, 0.0, 0.0, 0.0]])
-"""Acceleration and jerk are cubics in a step; position and velocity differ from theirs by x²(1 − x)² times a constant
-and a line: factors of the fourth derivative, of its change over the step, and of that times x."""
+"""Factors of the fourth derivative, of its change over the step, and of that times x. Acceleration and jerk are cubics
+in a step. Position and velocity differ from their cubics by x²(1 − x)² times a linear function."""

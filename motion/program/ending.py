@@ -1,4 +1,4 @@
-"""What follows the moving part of a motion: a straight part if asked for, and the stop."""
+"""The ending of a motion, after its moving part: a straight part if requested, and the stop."""
 
 from dataclasses import dataclass
 
@@ -12,10 +12,10 @@ from motion.trajectory import COEFFICIENTS, Trajectory
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ending:
-    """What follows the moving part, which ends in the state `arrival`; the stop begins at `stops_at` (J,).
+    """The ending of a motion, from the state `arrival` at the end of the moving part.
 
-    duration: from the end of the moving part to rest, s. reach (J, 4, 2): lowest and highest values of all quantities,
-    of the acceleration and jerk of an arm that coasts none.
+    stops_at (J,): positions at which the stop begins, rad. duration: from the end of the moving part to rest, s. reach
+    (J, 4, 2): lowest and highest value of each quantity; none of acceleration and jerk with the tail "coast".
     """
 
     request: MotionRequest
@@ -25,14 +25,14 @@ class Ending:
     reach: np.ndarray
 
     def stuck(self) -> np.ndarray:
-        """Joints (n,) that leave the limits of their positions or velocities."""
+        """Joints (n,) that exceed their position or velocity limits."""
         if self.request.tail == "coast":
             return np.zeros(0, dtype=int)
         beyond = SIGNS * (self.reach[:, :2] - self.request.limits.ranges[:, :2])
         return np.flatnonzero((beyond > TOUCH).any(axis=(1, 2)))
 
     def trajectory(self) -> Trajectory:
-        """The motion from the end of the moving part on."""
+        """The motion from the end of the moving part."""
         request, arrival, limits = self.request, self.arrival, self.request.limits
         line = np.zeros((1, request.joint_count, COEFFICIENTS))
         line[0, :, 0], line[0, :, 1] = arrival.positions, arrival.velocities
@@ -45,7 +45,7 @@ class Ending:
 
 
 def ending(request: MotionRequest, arrival: Boundary) -> Ending:
-    """Return what follows a moving part that ends in the state `arrival`; a straight part has no acceleration."""
+    """Return the ending after a moving part that ends in the state `arrival`; a straight part has no acceleration."""
     straight, limits, longest = request.straight_duration, request.limits, 0.0
     if straight:
         arrival = Boundary(arrival.positions, arrival.velocities, np.zeros(request.joint_count))

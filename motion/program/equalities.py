@@ -1,4 +1,4 @@
-"""The values that a request fixes, and what they demand of a motion in normalised time."""
+"""The values that a request prescribes, and the equalities that they give in normalised time."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,15 +12,15 @@ from motion.program.space import Space, make_space
 from motion.request import MotionRequest
 
 DEPENDENT = 1e-10
-"""Unit rows with less than this outside the span of those before them depend on them."""
+"""A unit row is dependent if its part outside the span of the rows before it is smaller."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fixed:
-    """F values fixed by the request of J joints: the start's three first, the end's three last.
+    """F values prescribed by the request of J joints: the three of the start first, the three of the end last.
 
-    quantity (F,): 0 position, 1 velocity, 2 acceleration. s (F,): where. values (F, J): NaN where free. touched: places
-    on the way at which a value lies on its limit.
+    quantity (F,): 0 position, 1 velocity, 2 acceleration. s (F,): where. values (F, J): NaN if free. touched: places
+    between the ends at which a value lies on its limit.
     """
 
     quantity: np.ndarray
@@ -31,13 +31,13 @@ class Fixed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Equalities:
-    """What fixed values demand of the motions x (J, N + 2) of J joints: rows·x = targets.
+    """Equalities rows·x = targets on the motions x (J, N + 2) of J joints.
 
-    rows (J, m, N + 2), zero where a joint's value is free. kind: of each joint, an index of `spans`; these are
-    orthonormal bases (N, m) of the rows on steps, one for each set of values that some joint fixes in a metric. turns:
-    for each of these, what makes steps of z of steps in a joint's own metric, None where it is the space's. adaptation
-    (J, m, N): the least change of z for a unit of each target, in the metric in which the demonstration is adapted to
-    the targets.
+    rows (J, m, N + 2): zero where a joint's value is free. kind: for each joint, an index of `spans`. spans:
+    orthonormal bases (N, m) of the rows on steps of z, one for each set of prescribed values in each metric. turns: for
+    each span, the matrix from steps of z in a joint's own metric to steps of z in the space's; None if they are the
+    same. adaptation (J, m, N): the least change of z for a unit of each target, in the metric in which the
+    demonstration is adapted.
     """
 
     rows: np.ndarray
@@ -47,14 +47,14 @@ class Equalities:
     adaptation: np.ndarray
 
     def steps(self, joints: Iterable[int], steps: np.ndarray) -> np.ndarray:
-        """The steps of z (n, N) that steps (n, N) in the joints' own metrics are."""
+        """Convert steps (n, N) of z in the joints' own metrics to steps in the space's metric."""
         if not any(turn is not None for turn in self.turns):
             return steps
         turns = [self.turns[self.kind[joint]] for joint in joints]
         return np.array([step if turn is None else turn @ step for turn, step in zip(turns, steps, strict=True)])
 
     def missed(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """How far (J, m) motions x (J, N + 2) are from their targets (J, m)."""
+        """Residuals (J, m) of motions x (J, N + 2) in the equalities with `targets` (J, m)."""
         return targets - np.matmul(self.rows, x[:, :, None])[:, :, 0]
 
     def adapted(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
@@ -64,9 +64,9 @@ class Equalities:
 
 
 def fixed_values(request: MotionRequest) -> Fixed:
-    """Return what the request fixes of its moving part, in physical units.
+    """Return the values that the request prescribes for its moving part, in physical units.
 
-    A waypoint that touches a limit fixes the derivative as well: the motion can only turn there.
+    A waypoint on a limit also prescribes the derivative: the quantity can only have an extremum there.
     """
     start, goal, ranges = request.start, request.goal, request.limits.ranges
     fixed = [(0, 0.0, start.positions), (1, 0.0, start.velocities), (2, 0.0, start.accelerations)]
@@ -86,9 +86,9 @@ def fixed_values(request: MotionRequest) -> Fixed:
 
 
 def fixed_inside(request: MotionRequest) -> tuple[MotionRequest, Fixed]:
-    """Return the request, with what lies beyond its limit by rounding moved onto it, and what it fixes.
+    """Return the request, with values that exceed a limit by rounding set to the limit, and its prescribed values.
 
-    Raises LimitExceeded for the first joint's first fixed value outside its range.
+    Raises LimitExceeded for the first joint's first prescribed value outside its range.
     """
     fixed = fixed_values(request)
     if request.rest_fraction or request.limits.outside(fixed.quantity, fixed.values).any():
@@ -108,10 +108,10 @@ def equalities_of(
 ) -> tuple[Equalities, np.ndarray]:
     """Return the equalities of `values` (F, J), in normalised time, and their targets (J, m).
 
-    The start's position and velocity are coordinates and need no row. `local`: the demonstration is adapted in the
-    space's own metric, otherwise in that of the accelerations alone. `own`: the J joints' metrics, where they are not
-    the space's. Raises InvalidMotion for more values of a joint
-    than a motion has weights, SolverFailed for values that depend on each other.
+    The start's position and velocity are coordinates of x and need no row. local: adapt the demonstration in the
+    space's own metric, otherwise in the metric of accelerations alone. own: the metrics of the J joints, if they differ
+    from the space's. Raises InvalidMotion for more values of a joint than a motion has weights, SolverFailed for
+    linearly dependent values.
     """
     values = values[2:]
     given = values == values  # not NaN
@@ -126,7 +126,7 @@ def equalities_of(
 def _equalities(
     space: Space, quantity: tuple[int, ...], s: tuple[float, ...], given: bytes, local: bool, own: tuple[Space, ...]
 ) -> Equalities:
-    """The equalities that fix the `given` (J, m) of the quantities at the places s."""
+    """The equalities that prescribe the `given` (J, m) of the quantities at the places s."""
     masks = np.frombuffer(given, dtype=bool).reshape(-1, len(s))
     plain = make_space(space.count, 0.0)
     every, on_plain = (_rows(metric, quantity, s) for metric in (space, plain))
@@ -154,7 +154,7 @@ def _rows(space: Space, quantity: tuple[int, ...], s: tuple[float, ...]) -> np.n
 def _factored(
     every: np.ndarray, mask: np.ndarray, joint: int, turn: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """One joint's rows, their span on its steps, and the least change of z for a unit of each target."""
+    """Rows of one joint, an orthonormal basis of their span, and the least change of z for a unit of each target."""
     rows = np.where(mask[:, None], every, 0.0)
     on_weights = rows[mask, :-2] if turn is None else rows[mask, :-2] @ turn
     norms = np.linalg.norm(on_weights, axis=1)
@@ -169,7 +169,7 @@ def _factored(
 
 
 def _touches(values: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """Whether values (J,) lie on one of their limits (J, 2), to rounding."""
+    """Whether values (J,) lie on one of their limits (J, 2), up to rounding."""
     width = ranges[:, 1] - ranges[:, 0]
     near = 1e-3 * ROUNDING * np.where(np.isfinite(width), width, 1.0)
     return np.abs(values[:, None] - ranges).min(axis=1) <= near

@@ -1,4 +1,4 @@
-"""The part of a demonstration that a motion imitates, and how much its places count."""
+"""The part of a demonstration that a motion imitates, and the weights of its positions."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,23 +10,23 @@ from motion.primitive import Primitive
 from motion.program.space import PLACE_TIME, make_space
 
 PHASES = 51
-"""Even phases at which weights are given."""
+"""Number of evenly spaced phases at which weights are given."""
 
 RANGE = 1e3
-"""Weights lie between 1/RANGE and RANGE, so an arm that was led aside is back within 0.18 to 5.6 place times."""
+"""Weights lie between 1/RANGE and RANGE, so a deviating arm returns within 0.18 to 5.6 place times."""
 
 STEPS = 8
-"""A part of a demonstration has the weights of one that begins and ends at eighths, so that few metrics serve all."""
+"""A part of a demonstration gets the weights of the part between the nearest eighths, so that few metrics suffice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Imitated:
     """A part d of a demonstration in its own normalised time u from 0 to 1.
 
-    duration: of the part when it was demonstrated, s. weights (J, N): of d″(u). control_points (J, N + 2): of d(u),
-    rad. start (J, 2): d and d′ at u = 0, rad. nearest (J, N): weights of the projection of d″, which are `weights`
-    unless the functions are too few to keep the positions with these. beyond (J,): ∫(d″ − Σwψ)² du of the projection,
-    what no weights can imitate.
+    duration: of the part in the demonstration, s. weights (J, N): of d″(u). control_points (J, N + 2): of d(u), rad.
+    start (J, 2): d and d′ at u = 0, rad. nearest (J, N): weights of the projection of d″; they differ from `weights`
+    only if the functions are too few to keep the positions too. beyond (J,): ∫(d″ − Σwψ)² du of the projection, the
+    part of the error that no weights can avoid.
     """
 
     duration: float
@@ -37,18 +37,17 @@ class Imitated:
     beyond: np.ndarray
 
     def missed(self, weights: np.ndarray | float) -> np.ndarray:
-        """∫(g″ − d″)² du (J,) of motions with other weights (J, N): a projection's error is orthogonal to them."""
+        """∫(g″ − d″)² du (J,) of motions with weights (J, N); the projection's error is orthogonal to all functions."""
         apart = weights - self.nearest
         return ((apart @ splines.gram(apart.shape[1], splines.ACCELERATION_DEGREE)) * apart).sum(axis=1) + self.beyond
 
 
 @lru_cache(maxsize=64)
 def imitated(primitive: Primitive, begin: float, end: float, count: int) -> Imitated:
-    """Return what lies between two phases, 0 ≤ begin < end ≤ 1, of a primitive, for `count` functions.
+    """Return the part of a primitive between two phases, 0 ≤ begin < end ≤ 1, on `count` functions.
 
-    With u from 0 to 1 in place of s from `begin` to `end`, d″(u) = (end − begin)²·d″(s). It is projected onto the
-    functions, except where they are the demonstration's own: in its accelerations, or, on fewer functions, in the
-    metric that keeps its positions too.
+    With u from 0 to 1 in place of s from `begin` to `end`, d″(u) = (end − begin)²·d″(s). Unless the functions are the
+    demonstration's own, d″ is projected onto them; on fewer functions, in the metric that keeps positions too.
     """
     length, own = end - begin, primitive.basis_count
     at, step = splines.quadrature(count - 3)
@@ -76,9 +75,10 @@ def imitated(primitive: Primitive, begin: float, end: float, count: int) -> Imit
 
 
 def place_weights(primitive: Primitive, begin: float, end: float) -> tuple[tuple[float, ...], ...]:
-    """Weights at even s of the places of a part between two phases, a tuple for each joint; () without a spread.
+    """Weights of the positions of a part between two phases, at evenly spaced s, a tuple for each joint.
 
-    A weight is (σ̄/σ)², with σ the spread there and σ̄ its geometric mean over the joint's whole movement.
+    Empty without a spread. A weight is (σ̄/σ)², with σ the spread there and σ̄ its geometric mean over the joint's
+    complete movement.
     """
     if not primitive.spread.size:
         return ()

@@ -1,6 +1,6 @@
-"""Least distance programming (Lawson and Hanson): the smallest step that keeps a few rows, by PIQP.
+"""Least distance programming (Lawson and Hanson) by PIQP: the smallest step that satisfies a few rows.
 
-The step u is solved for by its multipliers λ ≥ 0: u = −matrixᵀλ.
+The dual is solved for the multipliers λ ≥ 0; the step is u = −matrixᵀλ.
 """
 
 from functools import lru_cache
@@ -10,17 +10,17 @@ import numpy as np
 import piqp
 
 UNBOUNDED = 1e6
-"""Multipliers beyond this, where the largest violation is 1, are no optimum."""
+"""Multipliers above this, with a largest violation of 1, are not accepted as an optimum."""
 
 TOLERANCE, TIGHT_TOLERANCE = 1e-7, 1e-11
 
 MAX_ITERATIONS = 60
-"""Good solves take 27 iterations or fewer."""
+"""Iterations of the solver; successful solves take at most 27."""
 
 SOLVED, INFEASIBLE, UNCLEAR = "", "infeasible", "unclear"
 
 Answer = tuple[np.ndarray, str]
-"""Multipliers (m,) and a status; of what is infeasible the multipliers that show it."""
+"""Multipliers (m,) and a status; the multipliers of an infeasible program are a certificate of infeasibility."""
 
 
 def least_distance(matrix: np.ndarray, excess: np.ndarray, tight: bool) -> Answer:
@@ -38,9 +38,9 @@ def least_distance(matrix: np.ndarray, excess: np.ndarray, tight: bool) -> Answe
 
 
 def least_distance_in_doubt(matrix: np.ndarray, excess: np.ndarray) -> Answer:
-    """The same program solved in u, slower: for what did not come out clearly.
+    """Solve the same program in u: slower, for programs whose dual had an unclear status.
 
-    A status of its own says what went wrong.
+    Returns the solver's own status if it fails.
     """
     count = matrix.shape[1]
     solver = make_solver(TIGHT_TOLERANCE, TIGHT_TOLERANCE / 10)
@@ -55,7 +55,7 @@ def least_distance_in_doubt(matrix: np.ndarray, excess: np.ndarray) -> Answer:
 
 @lru_cache(maxsize=128)
 def _dual_solver(size: int, tight: bool, _: int) -> piqp.DenseSolver:
-    """Return a solver for that many multipliers, made once a thread.
+    """Return a solver for `size` multipliers, made once a thread.
 
     Its setup takes half of the time of a small program. Earlier solutions do not influence later ones.
     """

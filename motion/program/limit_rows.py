@@ -1,4 +1,4 @@
-"""The limit rows of a spline space: how its control points move when the equalities are kept."""
+"""The limit rows of a spline space: how its control points move in the null space of the equalities."""
 
 from dataclasses import dataclass
 
@@ -10,23 +10,23 @@ from motion.program.equalities import Equalities
 from motion.program.space import QUANTITIES, Hull
 
 DEAD = 1e-9
-"""A row with less than this part of itself outside the span of the equalities is decided by them."""
+"""The equalities determine a control point if the part of its row outside their span is smaller than this."""
 
 
 KINDS = 2 * QUANTITIES + 1
-"""Number of kinds of bounds: each quantity's limit, the last acceleration's own, and each quantity's for control points
-that the equalities decide."""
+"""Number of kinds of bounds: the limit of each quantity, the final acceleration's own, and the limit of each quantity
+for control points that the equalities determine."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LimitRows:
-    """Two rows for each of R control points, for each of J joints: what a step u does to it; one for each side.
+    """Rows of R control points of J joints, one for each side: how far a step u moves the control point.
 
-    matrix (K, R, N): for each kind of equalities, projected onto their null space, of unit norm, zero where decided;
-    kind (J,): a joint's. place (J, 2, R): of each row in (K·R, N). scales (J, R): 1/norm before, 1 where decided. least
-    (J, 4): the least scale of a row of each quantity, that of the row that moves most. bound (J, 2, R): index of each
-    row's bound in (J, 2, KINDS). decided: flat indices in (J, 2, R) of the control points that the equalities alone
-    place.
+    matrix (K, R, N): for each kind of equalities, projected onto their null space, of unit norm, zero where decided.
+    kind (J,): the kind of each joint. place (J, 2, R): index of each row in (K·R, N). scales (J, R): 1/norm before
+    normalisation, 1 where decided. least (J, 4): least scale of the rows of each quantity, which belongs to the row
+    that moves most. bound (J, 2, R): index of each row's bound in (J, 2, KINDS). decided: flat indices in (J, 2, R) of
+    the control points that the equalities determine.
     """
 
     matrix: np.ndarray
@@ -44,7 +44,7 @@ class LimitRows:
         return matrix
 
     def moved(self, joints: list[int], steps: np.ndarray) -> np.ndarray:
-        """How far (n, 2, R), towards each side, steps u (n, N) of joints move their control points."""
+        """Distances (n, 2, R), towards each side, by which steps u (n, N) of `joints` move their control points."""
         if len(self.matrix) == 1:
             moved = steps @ self.matrix[0].T
         else:
@@ -54,7 +54,7 @@ class LimitRows:
 
 @cached_within(128_000_000)
 def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
-    """Return the rows of a hull's control points beside the equalities."""
+    """Return the rows of a hull's control points in the null space of the equalities."""
     own = zip(equalities.spans, equalities.turns, strict=True)
     each = zip(*(_projected(hull, span, turn) for span, turn in own), strict=True)
     matrix, *of_kinds = map(np.array, each)

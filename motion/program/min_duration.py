@@ -1,4 +1,4 @@
-"""The shortest duration that works: above a request that is infeasible, or at all."""
+"""Search of the shortest feasible duration: above that of an infeasible request, or of all."""
 
 import math
 from collections.abc import Callable
@@ -15,29 +15,29 @@ FACTOR = 1.5
 MAX_DURATION = 60.0
 
 LOOK, PROBE = 1_000.0, 2_000.0
-"""The effort after which it is unknown whether a joint works in the duration that is tried: on the way to the first
-that works, and when the shortest is looked for."""
+"""Effort that one joint may take in one duration before its verdict is uncertain: until a feasible duration is found,
+and while the shortest is searched."""
 
 UNSURE = 0.4
-"""Once less of the effort is left than this part of what there was at first, no small steps are tried any more."""
+"""When less than this part of the initial effort is left, the search jumps to the demonstrated duration."""
 
 REFINING = 0.1
-"""A duration that works is refined until so much of the effort is left that there was when it was found."""
+"""The refinement of a feasible duration ends when this part of the effort at its begin is left."""
 
 
 class Verdict(NamedTuple):
-    """Verdict on a duration: feasible (no joint), or the joint that fails, for certain or because effort ran out."""
+    """Verdict on a duration: feasible (no joint), or the joint that fails; not `certain` if the effort ran out."""
 
     joint: int | None = None
     certain: bool = True
 
 
 Judge = Callable[[MotionRequest, list[int], float], Verdict]
-"""Tries joints in order, each with an effort. Raises OutOfTime where all effort is spent."""
+"""Tries joints in order, each with an effort. Raises OutOfTime when the effort is spent."""
 
 
 def stretched(request: MotionRequest, duration: float) -> MotionRequest:
-    """Return the same request in another duration (s); the times of its waypoints scale along."""
+    """Return the same request with another duration (s); the times of its waypoints scale with it."""
     factor = duration / request.duration
     waypoints = tuple(replace(w, time_from_start=w.time_from_start * factor) for w in request.waypoints)
     return replace(request, duration=duration, waypoints=waypoints)
@@ -46,8 +46,8 @@ def stretched(request: MotionRequest, duration: float) -> MotionRequest:
 def at_full_speed(request: MotionRequest) -> float:
     """Return a lower bound (s) of the duration.
 
-    It is the time of the way from start to goal at the velocity limits, and of the change of velocity at the
-    acceleration limits.
+    It is the time of the distance from start to goal at the velocity limits, or of the change of velocity at the
+    acceleration limits, whichever is longer.
     """
     start, goal, limits = request.start, request.goal, request.limits
     ways = np.abs(goal.positions - start.positions) / limits.velocities
@@ -58,12 +58,12 @@ def at_full_speed(request: MotionRequest) -> float:
 def min_duration(
     request: MotionRequest, judge: Judge, effort: Effort, low: int, guess: int, shown: int, tick: float
 ) -> MotionRequest | None:
-    """Return the request in the shortest duration found to work above `low` ticks, where it does not.
+    """Return the request in the shortest feasible duration that is found above `low` ticks, which is infeasible.
 
-    None where none was found. Goes upward from `guess` ticks by factors of 1.5, and, when `effort` gets scarce, on
-    from the `shown` ticks of the demonstration, or downward if that works, then bisects the last bracket to one tick or
-    until little effort is left: the shortest found, not the shortest there is. Each step asks first for the joints that
-    failed before.
+    None if none is found. The search goes up from `guess` ticks by factors of 1.5. When `effort` gets scarce it jumps
+    to the `shown` ticks of the demonstration. Then it bisects between the last infeasible and the first feasible
+    duration, to one tick or until little effort is left, so a shorter feasible duration may exist. Each step tries the
+    joints that failed before first.
     """
     order = list(range(request.joint_count))
     low, high = max(low, math.floor(at_full_speed(request) / tick) - 1), None
@@ -87,7 +87,7 @@ def min_duration(
                     step = max(step, shown)
         least = REFINING * effort.left
         while high is not None and high - low > 1 and effort.left > least:
-            # Far above the bracket's lower end a factor is the better step.
+            # Far above the lower end of the bracket, divide by the factor instead of bisecting.
             middle = max((low + high) // 2, math.floor(high / FACTOR))
             low, high = (low, middle) if tried(middle, PROBE).joint is None else (middle, high)
     except OutOfTime:

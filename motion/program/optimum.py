@@ -10,18 +10,19 @@ from motion.program.effort import LOOK, Effort
 from motion.program.problem import Problem
 
 WARM_SHARE = 0.25
-"""What a warm start may take, of the effort that is left for a cold one."""
+"""Effort of a warm start, as a part of the effort that is left; it is not subtracted from the effort of a cold start.
+"""
 
 EQUALITY_TOLERANCE = 1e-10
-"""Equalities hold to this part of the largest target, or it is no plan …"""
+"""Largest residual of an equality, relative to the largest target …"""
 
 ROUNDING = 4 * np.finfo(float).eps
-"""… or to this part of the terms that make them up."""
+"""… or to the sum of the absolute terms of the equality."""
 
 
 @dataclass(frozen=True, slots=True)
 class Warm:
-    """Rows of a plan that carried multipliers, an array for each joint; the next plan begins with them.
+    """Active rows of a plan, an array for each joint, for a warm start of the next plan.
 
     Row side·R + i belongs to control point i of a hull with R = `points` control points.
     """
@@ -31,7 +32,7 @@ class Warm:
 
     @staticmethod
     def of(problem: Problem, solution: Solution) -> "Warm":
-        """The rows of a solution."""
+        """The active rows of a solution."""
         points = len(problem.hull.s)
         return Warm(points, [rows % (2 * points) for rows in solution.rows])
 
@@ -39,8 +40,8 @@ class Warm:
 def optimum(problem: Problem, effort: Effort, warm: Warm | None = None, joints: np.ndarray | None = None) -> Solution:
     """Return the optimum of every joint or of the `joints` (n,). Raises InfeasibleRows or SolverFailed.
 
-    Rows of an earlier motion are demanded where this one might have done without, so no verdict rests on them, and what
-    they take is not taken from the effort.
+    If a warm start fails, a cold start follows: infeasibility is only concluded without the rows of an earlier motion.
+    The warm start has an effort of its own.
     """
     if warm is not None and warm.points == len(problem.hull.s):
         try:
@@ -51,12 +52,12 @@ def optimum(problem: Problem, effort: Effort, warm: Warm | None = None, joints: 
 
 
 def _verified(problem: Problem, found: Solution) -> Solution:
-    """The solution, whose limits were looked at, with its equalities looked at. Raises SolverFailed."""
+    """Check the equalities of a solution, whose limits are kept, and return it. Raises SolverFailed."""
     missed = abs(problem.equalities.missed(found.x, problem.targets))
     if missed.max(initial=0.0) <= EQUALITY_TOLERANCE:
         return found
     allowed = EQUALITY_TOLERANCE * np.maximum(1.0, abs(problem.targets).max(axis=1))[:, None]
-    # Large weights that cancel each other, as in a motion that is over at once, leave their rounding.
+    # Large weights that cancel each other, as in a very short motion, leave rounding errors.
     terms = np.matmul(abs(problem.equalities.rows), abs(found.x)[:, :, None])[:, :, 0]
     allowed = np.maximum(allowed, ROUNDING * terms)
     if not (missed <= allowed).all():
@@ -66,7 +67,7 @@ def _verified(problem: Problem, found: Solution) -> Solution:
 
 
 def works(problem: Problem, joint: int, effort: Effort, most: float) -> bool | None:
-    """Return whether a joint can be planned, None if that is unknown after `most` effort.
+    """Return whether a joint can be planned; None if that is unknown after `most` effort.
 
     Raises OutOfTime if no effort is left.
     """

@@ -19,12 +19,12 @@ from motion.request import MotionRequest
 
 @dataclass(frozen=True, slots=True)
 class Precision:
-    """How near to a limit a motion may come.
+    """How closely a motion may approach a limit, and how finely it is represented.
 
-    refinement: knot intervals of the hull for each one of the motion. inside: rows are demanded this part of the
-    limit's range inside of it, less where a control point can hardly move, as beside a fixed value on its limit: so
-    what is solved to a tolerance, with few rows, keeps the limits. thinning: knot intervals of the demonstration for
-    each one of the motion. imitates: whether the motion is nearest to the demonstration, or has the least acceleration.
+    refinement: knot intervals of the hull for each one of the motion. inside: rows are tightened by this part of the
+    limit's range, so that a solution of finite tolerance keeps the limits; by less for control points that can hardly
+    move, as beside a prescribed value on its limit. thinning: knot intervals of the demonstration for each one of the
+    motion. imitates: minimise the distance from the demonstration; otherwise minimise the acceleration.
     """
 
     refinement: int
@@ -34,22 +34,22 @@ class Precision:
 
 
 USUAL = Precision(3, 1e-4)
-"""With tight limits on everything the distance from the optimum without limits lies 1 % above the least in the median,
-6 % at worst, which is half a percent and 3 % of the imitation error; finer hulls make larger programs."""
+"""With tight limits on all quantities the distance from the optimum without limits is 1 % above the least in the
+median, 6 % at worst. That is 0.5 % and 3 % of the imitation error. Finer hulls make larger programs."""
 
 FINEST = Precision(16, 1e-6)
-"""Tried before a request is refused."""
+"""Tried before a request is refused as infeasible."""
 
 THINNED = tuple(replace(USUAL, thinning=each) for each in (2, 4, 8))
-"""Tried if the usual precision takes too long, in a hundredth of the time. A motion that its limits shape everywhere
-cannot follow all details of the demonstration: docs/derivations.md says what is lost."""
+"""Tried if the usual precision takes too long; takes a hundredth of the time. A motion that runs along limits
+everywhere cannot follow all details of the demonstration: docs/derivations.md quantifies the loss."""
 
 CALM = replace(USUAL, imitates=False)
-"""Whether a request can be met: in a duration far below its own a demonstration passes its limits everywhere, and the
-motion of least acceleration takes a tenth of the programs' rows to find."""
+"""Decides whether a request is feasible. In a duration far below its own a demonstration violates limits everywhere;
+the motion of least acceleration needs a tenth of the rows."""
 
 FEWEST = 20
-"""Demonstrations are not thinned to fewer functions."""
+"""Least number of functions to which demonstrations are thinned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,10 +57,10 @@ class Problem:
     """For each of J joints: minimise |z − z*|² subject to equalities and to limits on R control points.
 
     All in normalised time: quantity k is the k-th derivative with respect to s. duration: of the moving part, s.
-    targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits. In units of the rows: over (J,
-    2, R), by how much the origin passes its lower and its upper limits, −inf where there are none, and, of control
-    points that the equalities decide, by how much more than rounding; inside (J, 2, KINDS), how far inside of their
-    bounds of each kind rows are demanded. precise: so near that programs must be solved tightly.
+    targets (J, m): of the equalities. origin (J, N + 2): the optimum x* without limits. over (J, 2, R): violation of
+    the lower and upper limits by the origin, in units of the rows; −inf without a limit; for control points that the
+    equalities determine, the violation beyond rounding. inside (J, 2, KINDS): tightening of the bounds of each kind, in
+    units of the rows. precise: the tightening is so small that programs need the tight solver tolerance.
     """
 
     space: Space
@@ -81,8 +81,8 @@ def build(
 ) -> Problem:
     """Return the problem of all joints.
 
-    final (J, 2): the intervals that free final accelerations may use, rad/s². What is fixed has been checked. Raises
-    InvalidMotion for too many fixed values, SolverFailed for values that depend on each other.
+    final (J, 2): intervals of the free final accelerations, rad/s². The prescribed values must lie inside their limits.
+    Raises InvalidMotion for too many prescribed values, SolverFailed for linearly dependent ones.
     """
     count = _count(primitive, request, precision.thinning)
     part = imitated(primitive, *request.imitates, count)
@@ -137,7 +137,7 @@ _ORDERS = np.arange(4.0)
 
 
 def _fix_narrow(last: np.ndarray, final: np.ndarray, narrow: np.ndarray) -> None:
-    """Fix, in place, free last accelerations (J,) of which the interval `final` (J, 2) leaves hardly a choice."""
+    """Prescribe, in place, free final accelerations (J,) whose interval `final` (J, 2) is too narrow to matter."""
     chosen = final[:, 1] - final[:, 0] <= narrow
     if chosen.any():
         chosen &= np.isnan(last)
@@ -145,12 +145,12 @@ def _fix_narrow(last: np.ndarray, final: np.ndarray, narrow: np.ndarray) -> None
 
 
 def thinned(count: int, thinning: int) -> int:
-    """How many functions are left of `count`."""
+    """Number of functions after `count` functions are thinned."""
     return math.ceil((count - 3) / thinning) + 3
 
 
 def _count(primitive: Primitive, request: MotionRequest, thinning: int) -> int:
-    """How many functions: the demonstration's, on finer knots where waypoints lie closer than two of its intervals."""
+    """Number of functions: the demonstration's, or more if waypoints are closer than two of its knot intervals."""
     own = thinned(primitive.basis_count, thinning)
     if not request.waypoints:
         return own
@@ -160,16 +160,16 @@ def _count(primitive: Primitive, request: MotionRequest, thinning: int) -> int:
 
 
 def _stiffness(primitive: Primitive, part: Imitated, place_time: float) -> float:
-    """κ = T_d/t_c. For a part of a demonstration the nearest of a few, so that their metrics are made once."""
+    """κ = T_d/t_c; for a part of a demonstration, rounded to one of a few values, so that few metrics are built."""
     whole = primitive.duration / place_time
     steps = round(2 * math.log2(primitive.duration / part.duration))
     return whole * 2 ** (-steps / 2)
 
 
 def _lead_back(hull: Hull, over: np.ndarray, rounding: np.ndarray) -> None:
-    """Widen the position limits, in place, of a joint that begins outside of them, up to a part of its way.
+    """Widen the position limits, in place, for the first part of a motion that begins outside of them.
 
-    over (J, 2, R): by how much control points pass the limits, the first, where a motion begins, to `rounding` (J, 1).
+    over (J, 2, R): violations by the control points; the first is the start. rounding (J, 1): added to the widening.
     """
     wider = over[:, :, 0] + rounding
     if (wider > 0).any():

@@ -1,4 +1,4 @@
-"""What a plan promises, recomputed from its solution."""
+"""The report of a plan, recomputed from its solution."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -15,15 +15,15 @@ from motion.program.problem import Problem
 from motion.request import MotionRequest
 
 BINDING = 1e-5
-"""Rows whose multiplier is a smaller part of the largest do not shape the motion."""
+"""A row whose multiplier is below this part of the largest is not reported as active."""
 
 APART = 6
-"""Control points farther apart than so many, two knot intervals in most hulls, belong to different stretches along a
+"""Active control points farther apart than this, two knot intervals in most hulls, belong to different stretches of a
 limit."""
 
 
 class Active(NamedTuple):
-    """A limit that shapes the motion: its row carries a multiplier at `time_from_start` (s)."""
+    """An active limit: its row has a multiplier at `time_from_start` (s)."""
 
     joint: int
     quantity: str
@@ -38,21 +38,21 @@ class Distance(NamedTuple):
 
     @classmethod
     def of(cls, apart: np.ndarray) -> "Distance":
-        """How large differences of positions (J, n), rad, are."""
+        """Rms and maximum of differences of positions (J, n), rad."""
         squares = apart * apart
         return cls(np.sqrt(squares.sum(axis=1) / apart.shape[1]), np.sqrt(squares.max(axis=1)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Report:
-    """What a plan promises, J joints.
+    """The report of a plan for J joints.
 
     imitation_rms: (J,) rms of g̈ − τ²d̈ over the motion, rad/s². final_error_*: (J,) distance from the goal at the hit.
-    extremes: per quantity (J, 2), lowest and highest over all t, stop included. margin: per quantity (J,), the smallest
-    distance to the limit, inf where there is none. active: what shapes the motion. from_demonstration: distance from
-    the demonstration in the motion's own time; by_limits: from the plan without limits. phase: where in the
-    demonstration the motion begins. basis_count: functions a joint. certified: the limits hold at every time. rounds,
-    rows: the most of any joint.
+    extremes: for each quantity (J, 2), lowest and highest at any t, stop included. margin: for each quantity (J,),
+    least distance to the limit, inf without a limit. active: the active limits. from_demonstration: distance from the
+    demonstration at the motion's duration; by_limits: distance from the optimum without limits. phase: where in the
+    demonstration the motion begins. basis_count: functions a joint. certified: the limits hold at all times. rounds,
+    rows: the largest of any joint.
     """
 
     imitation_rms: np.ndarray
@@ -73,13 +73,13 @@ class Report:
 def make_report(
     primitive: Primitive, problem: Problem, solution: Solution, points: np.ndarray, ending: Ending
 ) -> Report:
-    """Return the report of a plan whose moving part has the position's control points `points` (J, N + 2)."""
+    """Return the report of a plan whose moving part has the position control points `points` (J, N + 2)."""
     curves, request, arrival, joints = curves_of(points), ending.request, ending.arrival, len(points)
     step = problem.duration / (curves.shape[2] - 1)
     apart = points - problem.imitated.control_points, problem.space.positions(solution.x - problem.origin)
     distance = Distance.of(positions_of(np.concatenate(apart)))
     reach = reached(extremes(curves, problem.duration), ending)
-    # It is beyond a limit only where it begins outside, and is led back.
+    # A margin is negative only if the motion begins outside a limit.
     margins = np.stack([reach["margin"][name] for name in QUANTITIES], axis=1)
     return Report(
         imitation_rms=_imitation_rms(primitive, request, problem, solution),
@@ -110,7 +110,7 @@ def reached(extremes: np.ndarray, ending: Ending) -> dict[str, Any]:
 
 
 def _imitation_rms(primitive: Primitive, request: MotionRequest, problem: Problem, solution: Solution) -> np.ndarray:
-    """Rms (J,) of g̈ − τ²d̈ over the whole duration; in its final part with zero acceleration all of d̈ is missed."""
+    """Rms (J,) of g̈ − τ²d̈ over the duration; the final part with zero acceleration counts as not imitated."""
     mean = problem.imitated.missed(problem.space.weights(solution.x[:, :-2])) / problem.duration**4
     if request.rest_fraction:
         last = imitated(primitive, request.imitates[1], 1.0, problem.space.count)
@@ -120,7 +120,7 @@ def _imitation_rms(primitive: Primitive, request: MotionRequest, problem: Proble
 
 
 def _active(problem: Problem, solution: Solution) -> tuple[Active, ...]:
-    """One entry for each stretch of neighbouring rows with multipliers, at the largest of them."""
+    """One entry for each stretch of neighbouring active rows, at their largest multiplier."""
     hull, count, found = problem.hull, len(problem.hull.s), []
     for joint, (rows, multipliers) in enumerate(zip(solution.rows, solution.multipliers, strict=True)):
         each = multipliers.tolist()

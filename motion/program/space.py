@@ -1,7 +1,7 @@
 """Spline space: motions of one joint in normalised time, the metric of the cost, and the control points of a motion.
 
 The acceleration g″(s) is a cubic B-spline with N functions and weights w. Position, velocity, acceleration and jerk lie
-in the convex hulls of their control points, all of which are linear in w and in the start's position and velocity.
+in the convex hulls of their control points, which are linear in w and in the start's position and velocity.
 """
 
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from motion import splines
 from motion.program.cache import cached_within
 
 MAX_ROWS = 20_000
-"""Control points of a hull: finer ones would fill the memory."""
+"""Maximum number of control points of a hull, for memory."""
 
 PLACE_TIME = 0.5
-"""s: where limits take something away, the arm comes back to where it was shown within about this time."""
+"""s; where limits force a deviation, the motion returns to the demonstrated positions within about this time."""
 
 QUANTITIES = 4
 """Position, velocity, acceleration and jerk, of degree 5, 4, 3 and 2."""
@@ -28,16 +28,14 @@ QUANTITIES = 4
 class Space:
     """N functions with a metric.
 
-    The cost of the difference δ of two motions with the same start is ∫δ″² + κ⁴∫δ² ds = |Lᵀδw|², so in the whitened
-    weights z = Lᵀw it is a distance. A motion is x = (z, p₀, v₀), N + 2 numbers, with the start's position and velocity
-    (with respect to s).
-
-    Where places have weights ω(s) the cost is ∫δ″² + κ⁴∫ωδ² ds.
+    The cost of the difference δ of two motions with the same start is ∫δ″² + κ⁴∫δ² ds = |Lᵀδw|², so it is a distance in
+    the whitened weights z = Lᵀw. With weights ω(s) of positions it is ∫δ″² + κ⁴∫ωδ² ds. A motion is x = (z, p₀, v₀), N
+    + 2 numbers, with the start's position and velocity (with respect to s).
 
     count: N. stiffness: κ. factor, whitening: L and L⁻¹ (N, N). control_points (4N + 2, N + 2): rows on x of the
-    control points of position (N + 2), velocity (N + 1), acceleration (N) and jerk (N − 1), one after the other. drift
-    (2, N): by how much z answers a start that lies a unit (of position, of velocity) beside the demonstrated one, where
-    places are part of the cost.
+    control points of position (N + 2), velocity (N + 1), acceleration (N) and jerk (N − 1), in this order. drift (2,
+    N): change of z for a unit deviation of the start (in position, in velocity) from the demonstrated start, if
+    positions are part of the cost.
     """
 
     count: int
@@ -48,15 +46,15 @@ class Space:
     drift: np.ndarray
 
     def whitened(self, weights: np.ndarray) -> np.ndarray:
-        """z (n, N) of weights (n, N)."""
+        """Whitened weights z (n, N) of weights w (n, N)."""
         return weights @ self.factor
 
     def weights(self, z: np.ndarray) -> np.ndarray:
-        """w (n, N) of whitened weights (n, N)."""
+        """Weights w (n, N) of whitened weights z (n, N)."""
         return z @ self.whitening
 
     def turn(self, other: "Space") -> np.ndarray:
-        """Matrix (N, N) that makes steps of z here of steps of z in the metric of another space."""
+        """Matrix (N, N) from steps of z in the metric of another space to steps of z in this one."""
         return self.factor.T @ other.whitening.T
 
     def rows_at(self, quantity: int, s: np.ndarray) -> np.ndarray:
@@ -71,10 +69,10 @@ class Space:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hull:
-    """The control points of the four quantities on finer knots, R in all: tighter hulls.
+    """Control points of the four quantities on finer knots, R in all, for a tighter convex hull.
 
-    rows (R, N + 2): on x. quantity (R,): of each, 0 to 3, in order. s (R,): where it acts most. ceases (R,): where in s
-    it ceases to act. last_acceleration: index of the one that is the acceleration at s = 1.
+    rows (R, N + 2): on x. quantity (R,): 0 to 3, increasing. s (R,): where each control point acts most. ceases (R,):
+    the s at which its support ends. last_acceleration: index of the acceleration at s = 1.
     """
 
     rows: np.ndarray
@@ -86,7 +84,7 @@ class Hull:
 
 @cached_within(64_000_000)
 def make_space(count: int, stiffness: float, weights: tuple[float, ...] = (1.0, 1.0)) -> Space:
-    """The space of `count` ≥ 5 functions in the metric of κ = `stiffness` and the places' `weights` at even s."""
+    """The space of `count` ≥ 5 functions with κ = `stiffness` and `weights` of positions at evenly spaced s."""
     velocity = splines.integration(count, 3)
     position = splines.integration(count + 1, 4) @ velocity
     at, step = splines.quadrature(count - 3)
@@ -108,10 +106,10 @@ def make_space(count: int, stiffness: float, weights: tuple[float, ...] = (1.0, 
 def make_hull(space: Space, refinement: int, touched: tuple[float, ...] = ()) -> Hull:
     """The hull of a space's motions with `refinement` knot intervals for each one.
 
-    At `touched`, places in s at which a value lies on its limit, the curve itself becomes a control point.
+    touched: places in s at which a value lies on its limit; there the curve itself becomes a control point.
     """
     insertion, quantity, s, ceases = _insertion(space.count, refinement, touched)
-    rows = np.asfortranarray(insertion @ space.control_points)  # products with few motions are twice as fast
+    rows = np.asfortranarray(insertion @ space.control_points)  # makes products with few motions twice as fast
     return Hull(rows, quantity, s, ceases, int(np.searchsorted(quantity, 3)) - 1)
 
 
@@ -119,12 +117,12 @@ def make_hull(space: Space, refinement: int, touched: tuple[float, ...] = ()) ->
 def _insertion(
     count: int, refinement: int, touched: tuple[float, ...]
 ) -> tuple[csr_array, np.ndarray, np.ndarray, np.ndarray]:
-    """From the control points of `count` functions to those of a hull (R, 4N + 2), and the hull's other fields."""
+    """Matrix (R, 4N + 2) from the control points of `count` functions to a hull's, and the hull's other fields."""
     matrices, places, ends = [], [], []
     for degree in range(5, 5 - QUANTITIES, -1):
         own = splines.knots(count - 3 + degree, degree)[degree:-degree]
         inner = np.linspace(0, 1, (count - 3) * refinement + 1)
-        inner[::refinement] = own  # rounding must not make two of one knot
+        inner[::refinement] = own  # exact, so that rounding does not duplicate a knot
         finer = np.sort(np.concatenate([np.zeros(degree), inner, np.repeat(touched, degree), np.ones(degree)]))
         matrices.append(splines.insertion(count - 3 + degree, degree, finer))
         places.append(splines.averages(finer, degree))
@@ -135,5 +133,5 @@ def _insertion(
 
 @cache
 def _sections(count: int) -> tuple[int, ...]:
-    """Where position, velocity, acceleration and jerk begin among the control points, and where they end."""
+    """Index of the first control point of position, velocity, acceleration and jerk, and the total number."""
     return 0, count + 2, 2 * count + 3, 3 * count + 3, 4 * count + 2

@@ -1,4 +1,4 @@
-"""Which final accelerations, and which final velocities, leave room for the stop after the hit."""
+"""The terminal set: final accelerations, and final velocities, that leave room for the stop after the hit."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,20 +12,20 @@ from motion.limits import Limits
 from motion.request import Boundary, MotionRequest
 
 ON_LIMIT = 1e-9
-"""A velocity within this part of its limit lies on it."""
+"""A velocity lies on its limit if its distance is below this part of the limit."""
 
 TRIED = 257
-"""Velocities that are tried at first where those that can be stopped need not reach down to zero."""
+"""Number of velocities in the first round of a search whose feasible interval need not contain zero."""
 
 _TRIED = 17
-"""Values that are tried in each other round of a search."""
+"""Number of values in each other round of a search."""
 
 _ROUNDS = 5
-"""After the first, each of which narrows the interval by `_TRIED` - 1: to a millionth."""
+"""Rounds after the first. Each narrows the interval by a factor of `_TRIED` − 1, in all to a millionth."""
 
 
 def arriving(request: MotionRequest) -> np.ndarray:
-    """Return the interval (J, 2) of the acceleration at the end of each joint's moving part.
+    """Return the interval (J, 2) of each joint's acceleration at the end of the moving part.
 
     Position limits of the stop are not considered here.
     """
@@ -40,7 +40,7 @@ def _arrival(request: MotionRequest) -> tuple[np.ndarray, ...]:
 
 
 def _interval(stops: bool, xp: Any, velocity: Any, given: Any, fastest: Any, limit: Any, jerk: Any) -> tuple[Any, Any]:
-    """The interval of the final acceleration at a velocity. One that is given is an interval of no width.
+    """The interval of the final acceleration at a velocity. A prescribed acceleration is an interval of no width.
 
     The velocity peaks at v + a|a|/2J during the stop.
     """
@@ -50,7 +50,7 @@ def _interval(stops: bool, xp: Any, velocity: Any, given: Any, fastest: Any, lim
 
 
 def _most(velocity: Any, fastest: Any, limit: Any, jerk: Any, stops: bool, xp: Any) -> Any:
-    """The largest final acceleration upwards. A joint that arrives at its lower velocity limit comes from inside it."""
+    """Largest final acceleration upwards; 0 at the lower velocity limit, which a joint reaches from inside."""
     most = xp.where(velocity <= fastest * (ON_LIMIT - 1), 0.0, limit)
     if not stops:
         return most
@@ -59,10 +59,10 @@ def _most(velocity: Any, fastest: Any, limit: Any, jerk: Any, stops: bool, xp: A
 
 
 def final_accelerations(request: MotionRequest, remedy: bool = True) -> np.ndarray:
-    """The part (J, 2) of the `arriving` interval from which the stop keeps the position limits as well.
+    """The part (J, 2) of the `arriving` interval from which the stop also keeps the position limits.
 
-    With the tail "coast" all of it. Raises CannotStop where there is none, with a velocity that could be stopped if a
-    `remedy` is asked for.
+    With the tail "coast", the complete interval. Raises CannotStop if it is empty; if `remedy`, with a velocity from
+    which the joint can stop.
     """
     interval = arriving(request)
     if request.tail == "coast":
@@ -76,9 +76,9 @@ def final_accelerations(request: MotionRequest, remedy: bool = True) -> np.ndarr
 
 
 def never_stops(request: MotionRequest, ends: list[Boundary]) -> np.ndarray:
-    """Return for which of n ends and which joints no final acceleration leaves room for the stop: (n, J).
+    """Return for n ends which joints have no final acceleration that leaves room for the stop: (n, J).
 
-    The test is necessary only: others may have no room either.
+    The test is sufficient for refusal only: the other ends may leave no room either.
     """
     joints = np.tile(np.arange(request.joint_count), len(ends))
     vectors = ([getattr(end, name) for end in ends] for name in ("positions", "velocities", "accelerations"))
@@ -90,16 +90,16 @@ def never_stops(request: MotionRequest, ends: list[Boundary]) -> np.ndarray:
 
 
 def _ending_at(request: MotionRequest, end: Boundary, joints: np.ndarray) -> MotionRequest:
-    """The request with other ends, each of one of its joints (n,)."""
+    """The request with other ends, one for each of the `joints` (n,), with these joints alone."""
     own = request.limits
     limits = Limits(*(x[joints] for x in (own.positions, own.velocities, own.accelerations, own.jerks)))
     return replace(request, start=end, goal=end, limits=limits, waypoints=())
 
 
 def _stoppable(request: MotionRequest, interval: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ends (J,) of the part of an interval (J, 2) from which a stop keeps the position limits; empty where low > high.
+    """Ends (J,) of the part of an interval (J, 2) from which a stop keeps the position limits; empty if low > high.
 
-    Both extremes of position grow with the acceleration the stop starts from.
+    Both extremes of position increase with the acceleration at which the stop begins.
     """
     low, high = interval.T
     start = np.minimum(low, high)
@@ -109,7 +109,7 @@ def _stoppable(request: MotionRequest, interval: np.ndarray) -> tuple[np.ndarray
 
 
 def _stays(above: bool, request: MotionRequest, accelerations: np.ndarray) -> np.ndarray:
-    """Whether stops from some final accelerations (…, J) stay above the lower or below the upper position limits."""
+    """Whether stops from final accelerations (…, J) stay above the lower, or below the upper, position limits."""
     goal, limits = request.goal, request.limits
     stop = fastest_stop(goal.velocities, accelerations, limits.accelerations, limits.jerks)
     lowest, highest, _, _ = stop.extremes(request.stops_at)
@@ -119,9 +119,10 @@ def _stays(above: bool, request: MotionRequest, accelerations: np.ndarray) -> np
 def _largest(
     holds: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray, tried: int = _TRIED
 ) -> np.ndarray:
-    """The largest values (J,) in [low, high] at which a predicate holds; −inf where it does at none of those tried.
+    """Largest values (J,) in [low, high] for which a predicate holds; −inf if it holds for none of those tried.
 
-    The predicate takes (n, J) and holds on one interval: what lies between two of the values tried first is not found.
+    The predicate takes (n, J) and must hold on one interval. An interval between two values of the first round is
+    missed.
     """
     left, right = low, high
     everywhere = holds(high[None])[0]
@@ -138,10 +139,10 @@ def _largest(
 
 
 def _max_velocity(request: MotionRequest, joint: int) -> float | None:
-    """The largest velocity up to the one asked for from which one joint could stop, a little below the bound itself.
+    """Highest velocity up to the requested one from which one joint can stop, slightly below the true bound.
 
-    None where it could from none of those tried, which a given final acceleration can bring about. With one that
-    brakes, arrivals can be too slow as well: the stop swings back too far.
+    None if there is none among the tried ones, which a prescribed final acceleration can cause. If that acceleration
+    brakes, arrivals can also be too slow: the stop then swings back too far.
     """
     goal = request.goal
     sign = float(np.sign(goal.velocities[joint])) or 1.0
@@ -151,7 +152,7 @@ def _max_velocity(request: MotionRequest, joint: int) -> float | None:
         end = Boundary(goal.positions[chosen], sign * speeds.ravel(), goal.accelerations[chosen])
         each = _ending_at(request, end, chosen)
         low, high = _interval(True, np, *_arrival(each))
-        # The largest acceleration that keeps the upper limit is the one that is best for the lower.
+        # Of the accelerations that keep the upper limit, the largest is best for the lower limit.
         top = _largest(lambda a: _stays(False, each, a), np.minimum(low, high), high)
         stops = (low <= high) & np.isfinite(top)
         return (stops & _stays(True, each, np.where(stops, top, 0.0))).reshape(speeds.shape)

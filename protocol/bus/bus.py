@@ -1,4 +1,4 @@
-"""The topics of one robot on a Zenoh session: publish, subscribe, serve, ask, and see who is alive."""
+"""The topics of one robot on a Zenoh session: publish, subscribe, answer and send requests, watch liveliness."""
 
 import contextlib
 import threading
@@ -32,11 +32,11 @@ PUBLISHED = frozenset(topic.key for topic in PUBLICATIONS)
 LIVELINESS_S = 5.0
 """Timeout of a liveliness query, which the router answers at once unless it is stalled."""
 CLAIM_TIMEOUT_S, CLAIM_PERIOD_S = 2.0, 0.05
-"""How long a claim waits for another to give way, and how often it looks."""
+"""How long a claim waits for another session to withdraw, and how often it checks."""
 
 
 class PendingQuery(Generic[RequestT, ReplyT]):
-    """A request that awaits its one answer, from `reply` or `refuse`. `arrival_ns`: Unix time."""
+    """A request that awaits its one answer by `reply` or `refuse`. `arrival_ns`: Unix time."""
 
     def __init__(self, topic: Query[RequestT, ReplyT], key: str, query: zenoh.Query) -> None:
         self.topic = topic
@@ -48,7 +48,7 @@ class PendingQuery(Generic[RequestT, ReplyT]):
         """Return the request.
 
         Raises:
-            Refusal: `bad_message`, where the payload is malformed or too large.
+            Refusal: `bad_message`: the payload is malformed or too large.
         """
         payload = self._query.payload
         if not payload:
@@ -100,9 +100,9 @@ class Bus:
         return f"volley/{self.robot}/{name}"
 
     def publisher(self, topic: Publication[MessageT], blocking: bool = False) -> Publisher[MessageT]:
-        """Declare a publisher; it drops what cannot be sent at once or, if `blocking`, waits.
+        """Declare a publisher; it drops samples that cannot be sent at once or, if `blocking`, waits.
 
-        The router forwards blocking samples as blocking: one subscriber whose link is dead delays all samples of the
+        The router forwards blocking samples as blocking: one subscriber with a dead link delays all samples of the
         publisher, to every subscriber, for seconds.
         """
         return Publisher(
@@ -116,28 +116,28 @@ class Bus:
         )
 
     def listen(self, topic: Publication, callback: Callable[[bytes], object]) -> zenoh.Subscriber[None]:
-        """Pass the body of every sample to `callback`, in a thread of its own: queue it there, and return.
+        """Pass the body of every sample to `callback`, in a separate thread; the callback must queue it and return.
 
-        Zenoh's receiving thread never waits for Python here. If it did, a slow callback would block the publishers:
-        1 kHz streams beside a flood of goals silenced the arm.
+        Zenoh's receiving thread must not wait for Python: a slow callback would block the publishers, and 1 kHz streams
+        beside a flood of goals would silence the arm.
         """
         return self._keep(
             self.session.declare_subscriber(self.key(topic.key), lambda sample: callback(sample.payload.to_bytes()))
         )
 
     def stream(self, topic: Publication, stream: Stream) -> None:
-        """Queue the samples of a topic in `stream`, for a loop that answers each of them."""
+        """Queue the samples of a topic in `stream`, for a loop that answers each sample."""
         self._keep(self.session.declare_subscriber(self.key(topic.key), stream.callback))
 
     def collect(self, topic: Publication, length: int) -> Collector:
-        """Keep the newest `length` samples of a topic, to be taken in batches; its publisher never waits."""
+        """Keep the newest `length` samples of a topic, for reading in batches; the publisher never waits."""
         channel = zenoh.handlers.RingChannel(length)
         return Collector(self._keep(self.session.declare_subscriber(self.key(topic.key), channel)))
 
     def serve(self, topic: Query[RequestT, ReplyT], inbox: Inbox[PendingQuery]) -> None:
         """Queue requests on `topic` in `inbox`.
 
-        Refused are wildcards in a request that writes (`bad_message`), and what a full inbox cannot take (`busy`).
+        Wildcards in a request that writes are refused as `bad_message`, requests to a full inbox as `busy`.
         """
         key = self.key(topic.key)
 
@@ -155,7 +155,7 @@ class Bus:
             self._puts[key] = Collector(self._keep(self.session.declare_subscriber(key, channel)))
 
     def take_puts(self) -> list[str]:
-        """Return the keys of the served topics on which something was put, not asked, since the last call."""
+        """Return the keys of the served topics to which a client has put, instead of queried, since the last call."""
         return [key for key, puts in self._puts.items() if puts.drop()]
 
     def ask_later(self, topic: Query[RequestT, ReplyT], request: RequestT, callback: Callable[[bytes], object]) -> None:
@@ -174,7 +174,7 @@ class Bus:
 
         Raises:
             Refusal: the owner refused.
-            NoAnswer: there is no owner, or it is silent.
+            NoAnswer: the owner does not run or does not answer.
         """
         return self.send(topic, request, timeout)()
 
@@ -199,7 +199,7 @@ class Bus:
         self.session.get(self.key(topic.key), handler, payload=encode(request), encoding=ENCODING, timeout=wait)
 
     def read(self, topic: Query[RequestT, ReplyT], reply: zenoh.Reply | None) -> ReplyT:
-        """Return the message in a reply, None where there was no reply, or raise as `ask` does."""
+        """Return the message in a reply, None without a reply, or raise the errors of `ask`."""
         if reply is not None and reply.ok is not None:
             return decode(reply.ok.payload.to_bytes(), topic.reply, max_bytes=1 << 26)
         if reply is not None and reply.err is not None:
@@ -207,15 +207,15 @@ class Bus:
         raise NoAnswer(topic.owner, self.key(topic.key))
 
     def announce(self, service: str) -> zenoh.LivelinessToken:
-        """Hold the liveliness token of `service`, which is ready for requests, until it is undeclared."""
+        """Declare the liveliness token of `service`, which is then ready for requests, until it is undeclared."""
         return self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
 
     def claim(self, service: str, timeout: float = CLAIM_TIMEOUT_S) -> bool:
-        """Claim the place of `service` while the session lives, and return whether no other session has a claim.
+        """Claim to be the only instance of `service` while the session lives; return whether it is the only one.
 
-        Every session declares its claim before it looks for others, so of two that start at once at least one sees the
-        other. The one with the larger id gives way at once; the other waits up to `timeout` s for that, then gives way.
-        Who gives way looks once more: if both did, the last one sees nobody, and claims the place again.
+        Every session declares its claim before it queries others, so if two start at once, at least one sees the other.
+        The session with the larger id withdraws at once. The other waits up to `timeout` s for that, then withdraws.
+        A session that withdrew queries once more: if both did, the last one sees no other, and claims again.
 
         Raises:
             NoAnswer: the router is silent.
@@ -231,7 +231,7 @@ class Bus:
         return True
 
     def rivals(self, service: str) -> set[str]:
-        """Return the full keys of the claims of other sessions on the place of `service`; none without a router.
+        """Return the full keys of other sessions' claims to be `service`; none without a router.
 
         Raises:
             NoAnswer: the router is silent.
@@ -248,9 +248,9 @@ class Bus:
         self._keep(self.session.info.declare_transport_events_listener(receive))
 
     def is_alive(self, service: str, timeout: float = LIVELINESS_S) -> bool:
-        """Return whether the token of `service` is held on the bus; False if the router is silent.
+        """Return whether the token of `service` is declared on the bus; False if the router does not answer.
 
-        Do not use it in a session that watches the same token: Zenoh then answers from what the watch has received.
+        Do not call it in a session that watches the same token: Zenoh then answers from the events of the watch.
         """
         with contextlib.suppress(NoAnswer):
             return bool(self._alive(alive_key(service), timeout))

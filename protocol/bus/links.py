@@ -1,4 +1,4 @@
-"""Connections that end with their peer: a cable that is cut must not block anything else."""
+"""Connections that end with their peer: a cut cable must not block other connections."""
 
 import contextlib
 import os
@@ -15,10 +15,10 @@ NO_LINGER = struct.pack("ii", 0, 0)
 def guard_links(session: zenoh.Session, timeout_ms: int) -> "zenoh.LinkEventsListener[None]":
     """Make every connection of `session`, present and future, end with its peer.
 
-    When a peer's lease expires, Zenoh over TLS first waits for all written data to be sent: up to 15 minutes, in which
-    the peer counts as alive. Here the kernel ends a TLS connection whose peer acknowledges nothing for `timeout_ms`.
-    Next, Zenoh's receiving thread blocks in `close` for 10 s, and with two dead peers the router receives nothing. Here
-    `close` does not linger.
+    When a peer's lease expires, Zenoh over TLS first waits until all written data is sent, for up to 15 minutes, during
+    which the peer counts as alive. With these options the kernel ends a TLS connection whose peer acknowledges nothing
+    for `timeout_ms`. Without them, Zenoh's receiving thread then blocks in `close` for 10 s, and with two dead peers
+    the router receives nothing; with them `close` does not linger.
     """
     return session.info.declare_link_events_listener(
         lambda event: _guard(event.link, timeout_ms) if event.kind == zenoh.SampleKind.PUT else None, history=True
@@ -60,6 +60,6 @@ def _ports(found: socket.socket) -> tuple[int, int] | None:
 
 
 def _port(locator: str) -> int:
-    """Return the port of PROTOCOL/HOST:PORT, or -1 if there is none."""
+    """Return the port of PROTOCOL/HOST:PORT, or -1 without a port."""
     port = locator.partition("?")[0].partition("#")[0].rpartition(":")[2]
     return int(port) if port.isdigit() else -1

@@ -15,7 +15,7 @@ Item = TypeVar("Item")
 class Inbox(Generic[Item]):
     """A bounded first-in, first-out queue.
 
-    `wake` is called after an item has entered the empty queue, to wake a loop that waits for something else.
+    `wake` is called after an item has entered the empty queue; it can wake a loop that waits for another event.
     """
 
     def __init__(self, length: int = QUEUE_LENGTH, wake: Callable[[], object] | None = None) -> None:
@@ -38,7 +38,7 @@ class Inbox(Generic[Item]):
         return self._queue.empty()
 
     def take(self, timeout: float | None = 0.0) -> Item | None:
-        """Return the oldest item, waiting up to `timeout` s for one (None: without limit), or None."""
+        """Return the oldest item, or None after waiting `timeout` s (None: without limit)."""
         if timeout == 0.0 and self._queue.empty():
             return None
         try:
@@ -50,8 +50,8 @@ class Inbox(Generic[Item]):
 class Stream:
     """The newest `length` bodies of a stream; older ones are dropped.
 
-    Zenoh's thread puts each sample into the queue without running any Python code of this project: a second thread
-    that computes would delay the loop.
+    Zenoh's thread puts each sample into the queue without running Python code of this project, because a second
+    computing thread would delay the loop.
     """
 
     def __init__(self, length: int = QUEUE_LENGTH) -> None:
@@ -64,7 +64,7 @@ class Stream:
         self._queue.put(None)
 
     def take(self, timeout: float = 0.0) -> bytes | None:
-        """Return the oldest body, waiting up to `timeout` s for one, or None, also when `wake` ended the wait."""
+        """Return the oldest body, or None after waiting `timeout` s or after `wake`."""
         if timeout <= 0.0 and self._queue.empty():
             return None
         try:
@@ -80,7 +80,7 @@ class Stream:
 
 
 class Collector:
-    """The newest samples of a topic, kept by Zenoh until they are taken; older ones are dropped."""
+    """The newest samples of a topic, in a ring channel of Zenoh; older ones are dropped."""
 
     def __init__(self, subscriber: zenoh.Subscriber) -> None:
         self._subscriber = subscriber

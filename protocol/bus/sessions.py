@@ -12,20 +12,20 @@ import zenoh
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 MAX_MESSAGE_BYTES = 32 << 20
-"""Size above which Zenoh drops a message: twice the largest request, so that one a little too large is answered."""
+"""Size above which Zenoh drops a message: twice the largest request, so that a slightly larger one is refused."""
 STREAM_QUEUE = 16
-"""Samples of a stream queued for a socket, the most Zenoh allows: with its default of 2, a stall of 3 ms loses one at
+"""Samples of a stream queued for a socket, Zenoh's maximum: with its default of 2, a stall of 3 ms loses one sample at
 1 kHz."""
 BLOCKED_US, CLIENT_BLOCKED_US = 500_000, 5_000_000
-"""How long what must be sent waits for a connection whose buffers of seconds are full, as those of a process are that a
-debugger stopped. Then the connection is closed. While a router waits for a subscriber, the arm waits too in paced time:
-with Zenoh's default of 5 s for 10 s. A client has that default: its request of 16 MiB is more than buffers hold, and a
+"""How long a blocking message waits for a connection whose buffers are full, for example to a process that a debugger
+has stopped; then the connection is closed. While a router waits for a subscriber, a paced arm waits too: for 10 s with
+Zenoh's default of 5 s. Clients keep the default, because a request of 16 MiB does not fit into the buffers, and a
 router beside busy programs may read nothing for 1 s."""
 NO_ROUTER = "Unable to connect"
 """Part of Zenoh's error if no endpoint to connect to answers."""
 _SOURCE = re.compile(r" at /\S+\.rs:\d+\.?")
 _SETTING = re.compile(r'(?:Json5Err\(|JSON error: )Message \{ msg: "(.*)", location: .*\}\)?$')
-"""What Zenoh adds to its sentences: a line of its source, and how it read a setting."""
+"""Additions of Zenoh to its error messages: a line of its source, and how it read a setting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +34,10 @@ class SessionTimeouts:
 
     Attributes:
         lease_ms: Silence after which its session counts as lost.
-        backlog_bytes: Receive buffer, which keeps what arrives meanwhile; the kernel's default if 0 or more than the
+        backlog_bytes: Receive buffer for messages that arrive meanwhile; the kernel's default if 0 or more than the
             kernel grants.
-        batch_bytes: What the connection carries at once; larger messages are cut. A message that waits to be taken
-            keeps a buffer of this size, however small it is.
+        batch_bytes: Largest batch on the connection; larger messages are fragmented. Every waiting message occupies a
+            buffer of this size.
     """
 
     lease_ms: int
@@ -48,7 +48,7 @@ class SessionTimeouts:
     def is_granted(self) -> bool:
         """Whether the kernel grants the backlog, for which it counts twice the bytes.
 
-        Asking for more than it grants would switch off its own tuning of the buffer.
+        Requesting more than it grants would switch off its automatic tuning of the buffer.
         """
         if not self.backlog_bytes:
             return False
@@ -58,12 +58,13 @@ class SessionTimeouts:
 
 
 CLIENT = SessionTimeouts(lease_ms=2000)
-"""A client may hold the arm, so its loss is detected soon."""
+"""Short, because a client may have a lease."""
 SERVICE = SessionTimeouts(lease_ms=20_000)
-"""A suspended service is detected long before, by its silence; it goes on when it is continued."""
+"""Long, because the silence of a suspended service is detected much earlier; it continues when it is resumed."""
 RECORDER = replace(SERVICE, backlog_bytes=4 << 20, batch_bytes=4096)
-"""A suspended recorder leaves no gap in the trace: with the router's own queue this lasts for 12 s of 600 kB each. It
-takes messages twice a second: with larger batches thousands that wait would keep hundreds of megabytes."""
+"""A large backlog, so that a suspended recorder leaves no gap in the trace: with the router's queue for 12 s at 600 kB
+a second. Small batches, because the recorder reads messages twice a second and thousands of them wait: with larger
+batches they would occupy hundreds of megabytes."""
 
 
 def open_session(
@@ -73,10 +74,11 @@ def open_session(
     give_up: Callable[[], bool] = lambda: False,
     timeouts: SessionTimeouts = CLIENT,
 ) -> zenoh.Session:
-    """Open a session: the router of the bus where `listen` is given, otherwise a client of `connect`.
+    """Open a session: the router of the bus if `listen` is given, otherwise a client of `connect`.
 
-    A client retries until there is a router, calling `give_up` twice a second, and reconnects by itself when the router
-    restarts. The project's settings override those of `config_file` (json5); `timeouts` are applied by the other end.
+    A client retries until it finds a router, and calls `give_up` twice a second meanwhile. It reconnects when the
+    router restarts. The project's settings override those of `config_file` (json5); the other end applies the
+    `timeouts`.
 
     Raises:
         zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` returned True.
@@ -93,7 +95,7 @@ def open_session(
 
 @contextlib.contextmanager
 def _plain_errors(beginning: str = "") -> Iterator[None]:
-    """Raise the errors of Zenoh with their sentence alone, behind a `beginning`."""
+    """Raise the errors of Zenoh with a `beginning` and only their sentence."""
     try:
         yield
     except zenoh.ZError as error:
@@ -111,7 +113,7 @@ def session_config(
     """
     config = read_config(config_file) if config_file else zenoh.Config()
     config.insert_json5("scouting/multicast/enabled", "false")
-    config.insert_json5("scouting/delay", "0")  # nobody is scouted for, so there is nothing to wait for
+    config.insert_json5("scouting/delay", "0")  # scouting is off, so there is nothing to wait for
     config.insert_json5("transport/shared_memory/enabled", "false")
     config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
     config.insert_json5("transport/link/tx/lease", str(timeouts.lease_ms))
@@ -144,7 +146,7 @@ def read_config(file: Path | str) -> zenoh.Config:
     """Return the Zenoh configuration in a file (json5).
 
     Raises:
-        zenoh.ZError: there is none; the sentence names the file.
+        zenoh.ZError: the file has no configuration; the sentence names it.
     """
     with _plain_errors(f"{file} is no Zenoh configuration: "):
         return zenoh.Config.from_file(file)

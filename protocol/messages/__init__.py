@@ -2,7 +2,7 @@
 
 Units are SI throughout: rad, rad/s, rad/s², rad/s³, s, N·m, m, m/s, N·s. Vectors over joints are lists in
 the order of `joint_names`. Matrices and arrays are `bytes`: little-endian float64, the last index fastest. Unknown
-fields of requests are refused; publications and replies may gain fields, so readers ignore unknown ones.
+fields of requests are refused. Publications and replies may gain fields, so readers must ignore unknown fields.
 """
 
 from protocol.messages.arm import *

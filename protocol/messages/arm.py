@@ -23,20 +23,20 @@ class State(Message, kw_only=True):
     """The measured state of the arm.
 
     Attributes:
-        run: number of this run of the arm: Unix ns of its start, in stepped time the seed
+        run: number of this run of the arm: Unix ns of its start; with the clock `stepped` the seed
         tick: counted from the start of the run
         time: tick / rate
         positions: measured
         velocities: measured
         torques: applied over the previous tick
         saturated: whether the torque of each joint was clipped
-        brake: the arm brakes because commands are missing
-        applied_tick: tick of the state that the newest applied command answered, −1 before the first
+        brake: the arm brakes because it receives no commands
+        applied_tick: tick of the state that the newest applied command answers, −1 before the first command
         truth: positions and velocities without sensor noise, null on a real arm
-        condition: `ready`: the arm follows commands; otherwise the reason why it does not: its own brake, a reflex, the
-            user's stop, hand guiding, or that it is not ready
+        condition: `ready`: the arm follows commands. Otherwise it does not: `braking` by itself, after a `reflex`,
+            stopped by the user, guided by hand, or not ready
         reason: of the condition, a sentence
-        held: positions of the joints that are held, rad or m by name
+        held: positions of the held joints, rad or m by name
     """
 
     run: int
@@ -55,7 +55,7 @@ class State(Message, kw_only=True):
 
 
 class RobotLimits(Struct, kw_only=True):
-    """The robot's own limits; null where there is none.
+    """The robot's own limits; null: no limit.
 
     Attributes:
         positions: [low, high] of each joint
@@ -84,9 +84,9 @@ class Description(Message, kw_only=True):
             waits for the controller's answer to the last
         run: number of this run of the arm
         delay_ticks: a command that answers tick k is applied at k + delay_ticks
-        modes: in which the arm can be driven
+        modes: modes in which the arm can be driven
         torques_are: origin of the torques in its states
-        ball_rate_hz: at which `ball` is published, null in a scene without one
+        ball_rate_hz: rate of `ball`, null in a scene without a ball
     """
 
     joint_names: Names
@@ -105,8 +105,8 @@ class Recovered(Message, kw_only=True):
     """How the recovery ended.
 
     Attributes:
-        condition: `ready`, or what still keeps the arm from following commands
-        run: the new one where the arm is ready, else the one before
+        condition: `ready`, or the condition in which the arm still does not follow commands
+        run: the new run if the arm is ready, otherwise the earlier one
     """
 
     condition: Condition
@@ -114,7 +114,7 @@ class Recovered(Message, kw_only=True):
 
 
 class Hold(Request, kw_only=True):
-    """Lead held joints, as those of a gripper, to new values.
+    """Move held joints, for example those of a gripper, to new values.
 
     Attributes:
         joints: rad or m by name; the others keep their values
@@ -128,7 +128,7 @@ class Held(Message, kw_only=True):
 
     Attributes:
         joints: as in the request
-        arrival_time: time at which they are there unless something keeps them from it, null where it is not known
+        arrival_time: time of arrival if nothing blocks them, null if it is not known
     """
 
     joints: Joints
@@ -139,8 +139,8 @@ class Guided(Message, kw_only=True):
     """Whether the arm is guided by hand.
 
     Attributes:
-        condition: `guiding`: it yields to pushes, the controller is in fault and goals are refused, until `recover`; or
-            what it still is
+        condition: `guiding`: the arm yields to pushes, the controller is in fault and goals are refused, until
+            `recover`; otherwise the condition that prevents guiding
     """
 
     condition: Condition

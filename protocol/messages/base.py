@@ -68,8 +68,8 @@ class ErrorBody(Struct, kw_only=True):
 
     Attributes:
         code: see [codes](#codes)
-        message: a sentence that a person can act on
-        detail: what the sentence is about; its fields depend on the code
+        message: a sentence that says what is wrong and what would work
+        detail: the values in the sentence; its fields depend on the code
     """
 
     code: str
@@ -84,8 +84,8 @@ class ToolGoal(Struct, forbid_unknown_fields=True, kw_only=True):
         position: m
         orientation: quaternion w, x, y, z, of any length but 0; null: free
         axis: direction in which the tool's z axis points, of any length but 0; not with `orientation`; null: free
-        velocity: m/s, null: zero, or free where both velocities of a waypoint are null
-        angular_velocity: rad/s, null: zero, or free where there is a `velocity`
+        velocity: m/s, null: zero; in a waypoint free if `angular_velocity` is null too
+        angular_velocity: rad/s, null: zero, or free if `velocity` is given
     """
 
     position: Triple
@@ -129,10 +129,10 @@ class Clearance(Struct, kw_only=True):
     Pairs of bodies that are not checked do not count.
 
     Attributes:
-        distance: m, found to 2 mm or a tenth of it, the larger; above 0.2 m it is a lower bound
-        body: that the arm moves
-        other: body that it comes nearest to, or the geom's name where that is the world
-        time_from_start: time at which it does
+        distance: m, exact to 2 mm or a tenth of it, whichever is larger; above 0.2 m it is a lower bound
+        body: body of the arm
+        other: body nearest to it; for the world, the geom's name
+        time_from_start: time of the smallest distance
     """
 
     distance: Number

@@ -31,7 +31,7 @@ class Reference(Message, kw_only=True):
         positions: of the reference
         velocities: of the reference
         accelerations: of the reference
-        goal_id: of the motion that this state belongs to; null at rest and while a motion is being stopped
+        goal_id: of the motion to which this state belongs; null at rest and while a motion is being stopped
     """
 
     time: Number
@@ -56,7 +56,7 @@ class Canceled(Message, kw_only=True):
     """The arm is stopping.
 
     Attributes:
-        goal_id: of the stopped motion, null where nothing moved
+        goal_id: of the stopped motion, null if nothing moved
         stop_time: time at which the arm is at rest
     """
 
@@ -80,10 +80,10 @@ class Hit(Struct, kw_only=True):
     """Tracking errors at exactly the hit time.
 
     Attributes:
-        time: of the hit, or of the next state where that tick's was lost
+        time: of the hit, or of the next state if the state of that tick was lost
         position_error: measured minus reference
         velocity_error: measured minus reference
-        truth_error: true minus reference, null where the true state is not known
+        truth_error: true minus reference, null if the true state is not known
     """
 
     time: Number
@@ -97,7 +97,7 @@ class FirstContact(Struct, kw_only=True):
 
     Attributes:
         body: of the arm
-        other: what it touched, another body of the arm included
+        other: the other body, which may be one of the arm
         time: of the touch
     """
 
@@ -107,13 +107,13 @@ class FirstContact(Struct, kw_only=True):
 
 
 class Recoil(Struct, kw_only=True):
-    """How a hit threw the arm off its reference, within what the robot's `[racket.recoil]` accepts.
+    """The recoil of a hit, within the bounds of the robot's `[racket.recoil]`.
 
     Attributes:
-        time: at which a joint was farther from its reference than the tolerance, or thrown that far by its velocity
+        time: at which a joint exceeded the tolerance, or its velocity error was large enough to make it exceed it
         peak_error: largest of any joint, rad
         peak_time: of that error
-        back_time: at which the arm was within the tolerance again, null while it is not
+        back_time: at which the arm was within the tolerance again, null before
         tolerance: of position, rad on every joint
     """
 
@@ -129,14 +129,14 @@ class Result(Message, kw_only=True):
 
     Attributes:
         goal_id: of the goal
-        outcome: `succeeded`: played to rest; `missed`: played to rest, with a larger error at the hit than the goal's
-            tolerance, by the true state where it is known
+        outcome: `succeeded`: played to rest; `missed`: played to rest, but the error at the hit exceeded the goal's
+            tolerance (by the true state if it is known)
         reason: a sentence
         hit: null where the hit was not reached
         peak_tracking_error: largest of any joint at any time, rad
         saturated_ticks: ticks so far in which the torque of a joint was clipped
         first_contact: of the arm during the motion, null for none
-        recoil: of the hit, null for none; where the arm comes back after the goal's end, `ended` is published before
+        recoil: of the hit, null for none. `ended` does not wait for the arm's return from a recoil
         stamps: times at which it reached each stage
     """
 
@@ -188,7 +188,7 @@ class Status(Message, kw_only=True):
 
     Attributes:
         time: on the robot's clock
-        mode: holding a pose, tracking a plan, stopping, or in a fault, which only `reset` or a new run ends
+        mode: holding a pose, tracking a plan, stopping, or in a fault; only `reset` or a new run ends a fault
         epoch: raised by every accept, cancel, fault, reset and new run
         goal_id: of the motion under way, null for none
         time_from_start: of that motion

@@ -71,11 +71,11 @@ class Alternative(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class Checks(Struct, forbid_unknown_fields=True, kw_only=True):
-    """What a plan is checked for besides its limits, the stop after the goal included.
+    """Checks of a plan and its stop besides the limits.
 
     Attributes:
-        collision: the arm, with its tool, comes no nearer to itself and to the scene than the robot's margin
-        torque: no joint needs more torque than it has
+        collision: the arm and its tool keep the robot's margin from the arm itself and from the scene
+        torque: no joint needs more torque than its limit
     """
 
     collision: bool = True
@@ -92,19 +92,20 @@ class Goal(Request, kw_only=True):
     Attributes:
         primitive: name of the primitive to imitate
         positions: final position of each joint, null: the primitive's own
-        velocities: final velocities, null: zero, or the demonstrated ones where `positions` is null too
-        accelerations: final accelerations; null, as a whole or for one joint: free where the final velocity is not
-            zero, otherwise zero
-        tool: where the tool ends and how it moves, in place of `positions` and `velocities`, also of `alternatives`: of
-            the postures found the one that imitates best is played, and a correction keeps to the posture that it
-            corrects. The reply's `positions` and `velocities` say what is played
+        velocities: final velocities, null: zero, or the demonstrated ones if `positions` is null too
+        accelerations: final accelerations; null, as a whole or for one joint: free if the final velocity is not zero,
+            otherwise zero
+        tool: final pose and velocity of the tool, in place of `positions` and `velocities`, also those of
+            `alternatives`. Of the postures found, the planner plays the one that imitates best; a correction keeps to
+            the posture of the motion that it corrects. The reply's `positions` and `velocities` are those that are
+            played
         alternatives: up to 256 further ends. The planner plays the feasible end that imitates best: the least mean
             square of g̈ − τ²d̈, each joint in units of its acceleration limit. If every end is refused, the detail of
             the goal's own refusal has `alternatives: [code, …]`
-        duration: from the start, rounded up to a tick; without it and `arrival_time`: that of the demonstration
+        duration: from the start, rounded up to a tick; without it and `arrival_time`: the demonstration's
         arrival_time: on the robot's clock, to the nearest tick; not together with `duration`
-        fastest: the shortest duration that is found inside the limits; not with `duration`, `arrival_time`,
-            `waypoints` or `alternatives`
+        fastest: play in the shortest duration found inside the limits; not with `duration`, `arrival_time`, `waypoints`
+            or `alternatives`
         revises: correct the motion of this goal_id, or of any later correction of it: imitate what is left of the
             demonstration. Without `duration` and `arrival_time` the hit keeps its time. Refused as `unknown_goal` if
             that motion is not under way, `late` if its hit has passed when this one begins, `superseded` if another
@@ -117,22 +118,22 @@ class Goal(Request, kw_only=True):
         start: null: the reference at the time at which the motion begins; given only with `plan_only`
         waypoints: at least 0.01 of the duration from each other and from the ends
         limits: tighter than the robot's own; where both have a limit, the tighter one holds
-        tolerance: largest error at the hit; where it is larger the outcome is `missed`. null: the robot's own
+        tolerance: largest permitted error at the hit; with a larger one the outcome is `missed`. null: the robot's own
         rest_fraction: final part of the duration with exactly zero acceleration, 0 to 0.99; `accelerations` must then
             be null or 0
         place_time: s of the demonstration, at least 0.05: keep the demonstrated positions, except within about this
             time of an end that differs; null: spread the difference over the whole motion
         follow_through: s, 0 to 0.5: keep the final velocity this long after the goal, then stop; `accelerations` must
             then be null or 0
-        checks: false leaves a check out: the plan may then meet what is in its way, or need more torque than there is
+        checks: false leaves a check out: the plan may then collide, or exceed a torque limit
         tail: after the goal: stop inside the limits, or coast on with the final velocity (only with `plan_only`)
-        method: the quadratic program on splines (`qp`), the same on Gaussians as in the paper (`gaussian`), or the
-            movement primitive that both are compared with (`dmp`). The limits of the last two are checked on their
-            samples only, and they take no `alternatives`, `fastest`, `revises`, `place_time` or `follow_through`; `dmp`
-            takes no waypoints, `rest_fraction`, `accelerations` or `start.accelerations` either
+        method: the quadratic program on splines (`qp`), the paper's on Gaussians (`gaussian`), or the dynamic movement
+            primitive with which both are compared (`dmp`). The limits of the last two are checked on their samples
+            only, and they take no `alternatives`, `fastest`, `revises`, `place_time` or `follow_through`; `dmp` takes
+            no waypoints, `rest_fraction`, `accelerations` or `start.accelerations` either
         plan_only: plan and reply, but do not move
         include_trajectory: include the samples in the reply
-        preempt: replace a motion that is under way; false: refuse the goal as `busy` while there is one
+        preempt: replace a motion that is under way; false: refuse the goal as `busy` during a motion
     """
 
     primitive: str
@@ -196,9 +197,9 @@ class Refused(Message, kw_only=True):
     not published. If the body does not decode, only the refusal itself is known.
 
     Attributes:
-        goal_id: as in the goal, cut to 128 characters, or the planner's; null where its body did not decode
+        goal_id: as in the goal, cut to 128 characters, or the planner's; null if the body did not decode
         client_id: of the goal, may be empty
-        primitive: of the goal, empty where it is not known
+        primitive: of the goal, empty if it is not known
         code: as in the reply, see [codes](#codes)
         message: as in the reply
         detail: as in the reply

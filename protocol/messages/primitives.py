@@ -37,12 +37,12 @@ class Learn(Request, kw_only=True):
         joint_count: columns of the matrix
         joint_names: of the columns, in their order: those of the arm, in any order. Null: the arm's own, in its order
         rate: samples per second; this or `times`
-        times: of the samples, s, not falling; of samples with one time the mean is learned
+        times: of the samples, s, not decreasing; samples with the same time are averaged
         smoothing: auto (a penalised spline, its penalty chosen by the noise), none, or this filter
         replace: overwrite a primitive of this name
-        spread: standard deviation of several recordings around this one, their mean, rad: 2 to 1001 rows at even times,
-            each a number a joint, in the columns' order. Motions then stay near the places where it is small; null: the
-            paper's cost, which knows no places
+        spread: standard deviation of several recordings around their mean, which is this demonstration, rad: 2 to 1001
+            rows at even times, with a number for each joint, in the columns' order. Motions then stay near the
+            positions at which it is small. null: all positions have the same weight
     """
 
     name: str
@@ -71,7 +71,7 @@ class Learned(Message, kw_only=True):
         start: state in which the learned movement begins
         goal: state in which it ends
         samples: number of samples of the demonstration
-        warnings: sentences on implausible properties of the recording and on what was not learned well
+        warnings: sentences about implausible properties of the recording, and about joints that were not learned well
     """
 
     name: str

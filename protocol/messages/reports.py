@@ -1,4 +1,4 @@
-"""What a plan is like: the report of a goal's reply."""
+"""The report of a plan, a part of the reply to a goal."""
 
 from typing import Literal
 
@@ -38,7 +38,7 @@ class Extremes(Struct, kw_only=True):
 
 
 class Margin(Struct, kw_only=True):
-    """Smallest distance of each joint from its limits; null where there is none."""
+    """Smallest distance of each joint from its limits; null: no limit."""
 
     positions: PartialVector
     velocities: PartialVector
@@ -75,20 +75,20 @@ class Report(Struct, kw_only=True):
 
     Attributes:
         imitation_rms: root mean square of g̈ − τ²d̈ over the motion, rad/s² a joint
-        deviation: from the demonstration and by the limits, null where it was not computed
-        phase: phase of the demonstration at which the motion begins: 0, or the one that a corrected motion had reached
-        basis_count: basis functions a joint, 0 where it is not reported
+        deviation: from the demonstration and by the limits, null if it was not computed
+        phase: phase of the demonstration at which the motion begins: 0, or the phase that the corrected motion had
+            reached
+        basis_count: basis functions a joint, 0 if it is not reported
         final_error: distance of the plan's end from the requested one
         extremes: [min, max] of each quantity over all time, tail included
-        margin: smallest distance from each limit, null where there is none
+        margin: smallest distance from each limit, null: no limit
         active: the limits that shape the plan
         certified: the limits of positions, velocities, accelerations and jerks hold at all times, between samples
-            included; it says nothing of collisions and torques
-        checked: how much of the goal's `checks` was done: `none` where the goal asks for none; `part` only by earlier
-            planners, of a correction whose time ran out
-        torque_use: largest part of each joint's torque limit over the motion and its stop, null where it has none; null
-            as a whole where it was not checked
-        clearance: null where it was not checked, or nothing can collide
+            included; this does not cover collisions and torques checked: whether the goal's `checks` were done: `none`
+                if the goal requests none. Earlier planners reported `part`
+            for a correction whose time ran out torque_use: largest torque of each joint over the motion and its stop,
+                as a part of its limit; null without a limit;
+            null as a whole if it was not checked clearance: null if it was not checked, or nothing can collide
         solve_ms: time spent on the quadratic programs of all joints
         rounds: of constraint generation, the most of any joint
         rows: limit rows in the last program, the most of any joint

@@ -1,4 +1,4 @@
-"""What is around the arm: contacts, the ball, further joints."""
+"""The scene around the arm: contacts, the ball, further joints."""
 
 from typing import Annotated
 
@@ -7,13 +7,14 @@ from msgspec import Meta, Struct
 from protocol.messages.base import Message, Number, Vector
 
 MAX_SCENE_JOINTS = 1024
-"""Joints beside the arm's; more can be simulated, but not published."""
+"""Largest number of joints that are not the arm's; more can be simulated, but not published."""
 
 
 class Contact(Message, kw_only=True):
-    """Two bodies touch, or have parted.
+    """A contact of two bodies.
 
-    Each contact is published twice, unless its impulse stays below 0.01 N·s: when it reaches that, and at its end.
+    Each contact is published twice: when its impulse reaches 0.01 N·s, and at its end. A weaker contact is not
+    published.
 
     Attributes:
         time: of the first touch
@@ -42,9 +43,9 @@ class BallState(Message, kw_only=True):
     """The ball in the world frame, as a camera sees it: m, m/s.
 
     Attributes:
-        time: of the sight, on the robot's clock; the message comes later by the latency
-        position: with noise where there is some
-        velocity: null where there is noise, and for a camera
+        time: of the sight, on the robot's clock; the message is later by the latency
+        position: with the noise of `ball_noise`
+        velocity: null with noise, and from a camera
         truth: null on a real robot
     """
 
@@ -59,8 +60,8 @@ class Scene(Message, kw_only=True):
 
     Attributes:
         time: on the robot's clock
-        joints: coordinates by joint: an angle or a distance (rad, m); a quaternion of a joint with three axes; position
-            and quaternion of a body that moves freely. Quaternions have w first
+        joints: coordinates by joint: an angle or a distance (rad, m); for a ball joint a quaternion; for a free joint
+            position and quaternion. Quaternions have w first
     """
 
     time: Number

@@ -1,4 +1,4 @@
-"""What only a simulation takes: steps, new runs, a thrown ball, disturbances."""
+"""Requests to a simulation alone: steps, new runs, a thrown ball, disturbances."""
 
 from typing import Literal
 
@@ -32,7 +32,7 @@ class Ball(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class Throw(Request, kw_only=True):
-    """Put the ball in flight, in the run that goes on.
+    """Throw the ball in the present run.
 
     Attributes:
         position: world frame, m
@@ -77,7 +77,7 @@ class Disturb(Request, kw_only=True):
     """Disturb the simulation: push the arm, add noise to its sensors or to the camera, let wind blow, drop messages.
 
     Attributes:
-        kind: of the disturbance; fields that belong to another kind stay null
+        kind: of the disturbance; the fields of other kinds must be null
         values: of `acceleration` (rad/s²) or `torque` (N·m) on each joint; of `wind`: velocity of the air (m/s) along
             the three axes of the world, until it is set again
         start_time: of `acceleration` or `torque`, null: now
@@ -118,7 +118,7 @@ class ActiveDisturbance(Struct, kw_only=True):
         stream: the messages that are lost
         latency_s: of the sights of the ball
         drop_rate: part of the sights of the ball that are lost
-        end_time: null where it lasts until it is set again
+        end_time: null if it lasts until it is set again
     """
 
     kind: str

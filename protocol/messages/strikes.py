@@ -1,4 +1,4 @@
-"""Strikes of a ball: the order to the striker, and what it decides."""
+"""Strikes of a ball: the request to the striker, and its decisions."""
 
 from typing import Annotated, Literal
 
@@ -17,12 +17,12 @@ class StrikeRequest(Request, kw_only=True):
     A further request replaces the one before; for a ball on its way it moves the target.
 
     Attributes:
-        target: where the balls shall land, world frame, m
+        target: where the balls must land, world frame, m
         flight_time: s from the touch to the landing, null: chosen by the striker
         count: balls to strike at, null: without end
-        primitives: those that may be imitated, null: any of the library
+        primitives: names of primitives that may be imitated, null: any of the library
         revise_hz: corrections a second while the arm swings, 0: none
-        until_s: s before the touch after which nothing is corrected
+        until_s: the last correction is this long before the touch, s
     """
 
     target: Triple
@@ -40,7 +40,7 @@ class Striking(Message, kw_only=True):
 
 
 class BallPrediction(Struct, kw_only=True):
-    """The ball where it shall be hit, or where it was last expected: world frame.
+    """The predicted ball at the planned hit, or where it was last expected: world frame.
 
     Attributes:
         time: on the robot's clock
@@ -58,7 +58,7 @@ class BallPrediction(Struct, kw_only=True):
 
 
 class RacketAim(Struct, kw_only=True):
-    """The racket at the touch, as it was chosen: world frame.
+    """The racket at the planned touch: world frame.
 
     Attributes:
         time: of the touch, on the robot's clock
@@ -66,8 +66,8 @@ class RacketAim(Struct, kw_only=True):
         normal: of the face that the ball meets, of length 1
         velocity: of the tool, m/s
         outgoing: velocity of the ball after the touch, m/s
-        landing: where the ball shall land, m
-        error: expected distance of the landing from there, m
+        landing: planned landing of the ball, m
+        error: expected distance of the landing from the planned one, m
     """
 
     time: Number
@@ -85,7 +85,7 @@ class BallHit(Struct, kw_only=True):
     Attributes:
         time: on the robot's clock
         position: of the ball, m
-        velocity: of the ball after it, m/s, null where too few sights followed
+        velocity: of the ball after the touch, m/s, null if too few sights followed
     """
 
     time: Number
@@ -94,14 +94,14 @@ class BallHit(Struct, kw_only=True):
 
 
 class Landing(Struct, kw_only=True):
-    """Where the ball came down after the hit.
+    """The landing of the ball after the hit.
 
     Attributes:
         time: on the robot's clock
         position: m
         distance: from the target, horizontally, m
-        net: it touched the net before
-        out: it did not land where a returned ball must, the region of the robot's `[court]`
+        net: the ball touched the net before
+        out: the ball landed outside the `region` of the robot's `[court]`
     """
 
     time: Number
@@ -116,11 +116,11 @@ class Strike(Message, kw_only=True):
 
     Attributes:
         ball: counted from 1 since the striker was started
-        phase: seen: a ball comes; planned, revised: a motion is played for it, or was corrected; refused: none, or not
-            the newest correction, `reason` says why; hit, missed; landed
+        phase: seen: a ball approaches; planned, revised: a motion for it is played, or was corrected; refused: the
+            planner refused the motion or the newest correction, `reason` says why; hit, missed; landed
         time: on the robot's clock
-        sight: time of the newest sight that the decision is made from, null without one
-        prediction: of the ball, null where there is none
+        sight: time of the newest sight on which the decision is based, null without one
+        prediction: of the ball, null without a prediction
         racket: null before a hit is chosen
         goal_id: of the motion that is played, null before there is one
         revisions: corrections taken so far

@@ -1,4 +1,4 @@
-"""Motions: as the planner sends them to the controller, and as it publishes them."""
+"""Motions, as the planner sends them to the controller and publishes them."""
 
 from typing import Annotated
 
@@ -49,12 +49,12 @@ class Motion(Message, kw_only=True):
         epoch: of the controller when the plan was made; a plan with an older epoch is refused as `superseded`
         joint_names: in the controller's order
         start_time: of sample 0
-        dt: time between samples: 1 / `rate_hz`; in a reply or published, for a motion over 20 s, a multiple of it
+        dt: time between samples: 1 / `rate_hz`; in a reply or publication of a motion over 20 s, a multiple of that
         count: number of samples; with `pieces` alone: ticks from 0 to the first one at or after their end
         hit_index: index of the sample at the goal, or of the nearest one
         stamps: of the stages reached so far
-        pieces: the motion as polynomials, left out where it is none
-        tolerance: as in the [Goal](#goal), left out where the goal has none
+        pieces: the motion as polynomials, left out if it consists of samples
+        tolerance: as in the [Goal](#goal), left out if the goal has none
     """
 
     goal_id: str
@@ -95,10 +95,10 @@ class PlanLimits(Struct, kw_only=True):
     """The limits of a plan, the robot's and the goal's combined.
 
     Attributes:
-        positions: [low, high] of each joint, null where there is none
-        velocities: largest of either sign, null where there is none
-        accelerations: largest of either sign, null where there is none
-        jerks: largest of either sign, null where there is none
+        positions: [low, high] of each joint, null: no limit
+        velocities: largest of either sign, null: no limit
+        accelerations: largest of either sign, null: no limit
+        jerks: largest of either sign, null: no limit
     """
 
     positions: list[Range | None]

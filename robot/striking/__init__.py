@@ -1,1 +1,1 @@
-"""Striking a ball: flight, estimation, contact, reach, choice of a hit, and learning. Arrays in, arrays out."""
+"""Mathematics of striking a ball: flight, estimation, contact, reach, choice of a hit, learning. Arrays in and out."""

@@ -1,4 +1,4 @@
-"""The contact law of a robot, from simulated hits."""
+"""Calibrate the contact law of a robot by simulated hits."""
 
 from dataclasses import dataclass
 
@@ -12,14 +12,14 @@ from robot.striking.simulated_contact import SimulatedContact
 
 HITS = 300
 CLOSING = (2.0, 8.0)
-"""m/s, speeds with which ball and racket meet."""
+"""Range of the closing speed of ball and racket, m/s."""
 SLANT = 0.5
 """Largest tangential speed as a part of the closing speed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """A contact law, the number of hits, and the rms distance (m/s) of their outgoing velocities from it."""
+    """A contact law, the number of hits, and the rms residual (m/s) of their outgoing velocities."""
 
     law: ContactLaw
     hits: int
@@ -27,7 +27,7 @@ class Calibration:
 
 
 def calibrate(arm: Arm, reachability: Reachability, contact: SimulatedContact, hits: int = HITS) -> Calibration:
-    """Fit a law to hits in random postures of the table, with random velocities, always the same.
+    """Fit a law to simulated hits in random postures of the table, with random velocities from a fixed seed.
 
     Raises:
         ValueError: fewer than ten hits touched the ball.
@@ -50,7 +50,7 @@ def calibrate(arm: Arm, reachability: Reachability, contact: SimulatedContact, h
         )
     slope, value = np.concatenate(rows), np.concatenate(beside)
     found = np.zeros(2)
-    for _ in range(2):  # Once more without the hits that met something else than the strings.
+    for _ in range(2):  # The second fit leaves out hits that met something other than the strings.
         found = np.linalg.lstsq(slope, value, rcond=None)[0]
         missed = np.linalg.norm((value - slope @ found).reshape(-1, 3), axis=1)
         good = np.repeat(missed < 4 * np.median(missed), 3)

@@ -1,4 +1,4 @@
-"""Kinematics of the tool in many postures at once."""
+"""Kinematics of the tool for many postures at once."""
 
 import mujoco
 import numpy as np
@@ -8,15 +8,15 @@ from robot.model import joint_ids
 from robot.tree import joints_of, path_to_world
 
 AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
-"""The axes after and before each of the three."""
+"""Cyclic permutations: the next and the previous axis of each axis."""
 SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 class Chain:
-    """Position and z axis of the tool, and their derivatives, for postures (n, J). It reads the model once.
+    """Position and z axis of the tool, and their derivatives, for postures (n, J). The model is read once.
 
-    Before each joint the frame is turned so that the joint's axis is its z axis: what remains is a rotation about z, or
-    a translation along it, between constant transforms.
+    The frame before each joint is rotated so that the joint's axis is its z axis. Each joint is then a rotation about
+    z, or a translation along z, between constant transforms.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -42,7 +42,7 @@ class Chain:
                     joints_found.append(ids.index(joint))
                     sliding.append(slides)
                     turn, offset = onto.T, -onto.T @ place
-                    if start:  # The model's frames are drawn at this value.
+                    if start:  # The model's frames are defined at this value.
                         back = np.eye(3) if slides else _about_z(-start)
                         offset = back @ offset - [0.0, 0.0, start if slides else 0.0]
                         turn = back @ turn
@@ -61,7 +61,7 @@ class Chain:
         return tool[:, :3, 3], tool[:, :3, 2]
 
     def anchors(self, postures: np.ndarray) -> np.ndarray:
-        """Return points on the joints' axes in postures (n, J), from the base on, (n, joints, 3)."""
+        """Return points on the joint axes in postures (n, J), from the base to the tool, (n, joints, 3)."""
         return self._frames(postures)[0][:, :, :3, 3]
 
     def jacobians(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -80,7 +80,7 @@ class Chain:
         return position, normal, by_joints
 
     def _frames(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the frames of the joints (n, joints, 4, 4), their z axes the joints', and of the tool (n, 4, 4)."""
+        """Return the frames of the joints (n, joints, 4, 4), with z along the joint axes, and of the tool (n, 4, 4)."""
         values = postures[:, self._joints]
         angles = np.where(self._slides, 0.0, values)
         cos, sin = np.cos(angles)[..., None], np.sin(angles)[..., None]
@@ -97,7 +97,7 @@ class Chain:
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a × b of vectors (…, 3); numpy's own takes four times as long."""
+    """Return a × b of vectors (…, 3), four times as fast as numpy's."""
     return a[..., AFTER] * b[..., BEFORE] - a[..., BEFORE] * b[..., AFTER]
 
 

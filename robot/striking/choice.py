@@ -1,4 +1,4 @@
-"""A hit that was chosen, and why there is none."""
+"""A chosen hit, and the reason if there is none."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -7,14 +7,14 @@ from typing import Literal
 import numpy as np
 
 ALIKE = 0.5
-"""rad on any joint, by which two postures differ at most that are alike."""
+"""rad; postures that differ by at most this on every joint are similar."""
 ALIKE_HIT = 0.03, 0.15
-"""rad on any joint and m/s of the ball, by which two choices differ at most whose contact does the same."""
+"""rad on every joint, and m/s of the ball; hits that differ by at most this have the same simulated contact."""
 Reason = Literal["no ball", "out of reach", "target", "limits", "late", "room"]
 
 
 class NoHit(Exception):
-    """No hit was found; `reason` says which condition left none."""
+    """No hit was found; `reason` is the condition that excluded the last candidates."""
 
     def __init__(self, reason: Reason, sentence: str) -> None:
         super().__init__(sentence)
@@ -23,7 +23,7 @@ class NoHit(Exception):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """Where a motion begins: time (s, in the ball's clock), positions, velocities, accelerations (J,)."""
+    """The state in which a motion begins: time (s, in the ball's clock), positions, velocities, accelerations (J,)."""
 
     time: float
     positions: np.ndarray
@@ -35,13 +35,13 @@ class State:
 class Choice:
     """A hit.
 
-    time: s, of the touch. goal_time: s, the middle of the contact, at which the arm has these positions (J,), rad, and
-    velocities (J,), rad/s. flight_time: s, from the touch to the target (3,), m, where the ball touches the surface.
-    ball, incoming, outgoing: the ball's position and velocities at the touch, before and after, (3,). beside: (3,),
-    m/s, by how much a simulated contact leaves the contact law, which is asked for the difference.
-    racket_position, racket_normal, racket_velocity: in the middle of the contact, (3,), the normal on the ball's side.
-    side: 1 for the racket's front, −1 for its back. mobility: (3, 3), 1/kg. error: expected distance of the landing
-    point from the target, m. use: largest part of a limit that a quintic needs.
+    time: s, of the touch. goal_time: s, of the middle of the contact, when the arm has these positions (J,), rad, and
+    velocities (J,), rad/s. flight_time: s, from the touch to the target (3,), m, at which the ball touches the surface.
+    ball, incoming, outgoing: the ball's position and its velocities before and after the touch, (3,). beside: (3,),
+    m/s, difference of a simulated contact from the contact law, included in `outgoing`. racket_position, racket_normal,
+    racket_velocity: in the middle of the contact, (3,); the normal points to the ball's side. side: 1 for the racket's
+    front, −1 for its back. mobility: (3, 3), 1/kg. error: expected distance of the landing point from the target, m.
+    use: largest part of any limit that a quintic uses.
     """
 
     time: float
@@ -64,12 +64,12 @@ class Choice:
 
     @property
     def contact(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """What `contact.outgoing` and `derivatives` take, of one ball: mobility, incoming, racket and normal."""
+        """Arguments of `contact.outgoing` and `derivatives` for one ball: mobility, incoming, racket and normal."""
         return self.mobility[None], self.incoming[None], self.racket_velocity[None], self.racket_normal[None]
 
 
 def unlike_first(choices: Iterable[Choice]) -> Iterator[Choice]:
-    """Yield hits in their order, those last that are like an earlier one: a planner that refuses one refuses both."""
+    """Yield hits in order, but those similar to an earlier one last: a planner that refuses one refuses both."""
     first: list[Choice] = []
     last: list[Choice] = []
     for choice in choices:
@@ -82,7 +82,7 @@ def unlike_first(choices: Iterable[Choice]) -> Iterator[Choice]:
 
 
 def hit_alike(choice: Choice, other: Choice) -> bool:
-    """Return whether two hits are so near to each other that a contact does the same."""
+    """Return whether two hits are so similar that their simulated contacts agree."""
     turned = np.abs(choice.positions - other.positions).max()
     faster = np.abs(np.stack([choice.incoming - other.incoming, choice.outgoing - other.outgoing])).max()
     return bool(turned < ALIKE_HIT[0] and faster < ALIKE_HIT[1] and choice.side == other.side)

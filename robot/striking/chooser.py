@@ -1,4 +1,4 @@
-"""Chooses when, where and how to hit a ball so that it lands at a target, and corrects that choice."""
+"""Choose when, where and how to hit a ball so that it lands at a target, and correct that choice."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -19,19 +19,19 @@ from robot.striking.reachability import Reachability
 from robot.striking.times import first_times
 
 TOUCH_SHIFTS = -0.06, -0.04, -0.02, 0.0, 0.02, 0.04, 0.06
-"""s, by which the time of a touch may differ from that of the hit that it replaces."""
+"""s, changes of the touch time that are tried for a touch."""
 BLOCKED = 0.5
-"""Part of its velocity with which a ball leaves a racket that hardly moves."""
+"""Speed of a blocked ball after the hit, as a part of its speed before."""
 Shifts = tuple[float, ...]
 ContactModel = Callable[[Choice], np.ndarray]
-"""Simulates a hit: returns by how much (3,), m/s, the outgoing velocity differs from the contact law's."""
+"""Simulates a hit: returns the difference (3,), m/s, of the outgoing velocity from the contact law's."""
 
 
 class Chooser:
     """Chooses hits of one arm on one court.
 
-    law: what a hit does; assign what was learned. simulate: a finer model of the contact, None for the law alone.
-    may_play: says which hits may be played.
+    law: the contact law; assign a learned one at any time. simulate: a finer model of the contact, None for the law
+    alone. may_play: returns whether a hit may be played.
     """
 
     def __init__(
@@ -68,12 +68,13 @@ class Chooser:
     ) -> Iterator[Choice]:
         """Return up to `count` hits of a ball on `path`, the one with the least expected landing error first.
 
-        start: where the arm's motion begins. target: (3,), m, where the ball is to touch the surface. flight_time: s,
-        any if None. earliest: s, no hit before. within: m, expected landing errors are less. refine: whether the first
-        one is `refined`; a correction has no time for that. Hits after it are checked by `may_play` as they are taken.
+        start: state in which the arm's motion begins. target: (3,), m, where the ball must touch the surface.
+        flight_time: s, any if None. earliest: s, earliest touch. within: m, upper bound of the expected landing error.
+        refine: apply `refined` to the first hit; corrections have no time for it. Later hits are checked by `may_play`
+        when they are taken.
 
         Raises:
-            NoHit: there is none.
+            NoHit: no hit is possible.
         """
         options = self._options
         flights = options.flights if flight_time is None else (flight_time,)
@@ -85,7 +86,7 @@ class Chooser:
         return chain([self.refined(next(found), start)], found) if refine else found
 
     def blocks(self, path: Path, start: State, target: np.ndarray, count: int = 8) -> Iterator[Choice]:
-        """Return hits that send a ball back where it comes from, slower. Raises NoHit."""
+        """Return hits that send a ball back in the direction it comes from, more slowly. Raises NoHit."""
         times = first_times(path, self._arm.fixed, self._options, start.time)
         flights = np.full(len(times), np.median(self._options.flights))
         shots = self._shots(path, times, flights, target, must_clear=False)
@@ -100,10 +101,11 @@ class Chooser:
     def correct(
         self, path: Path, start: State, target: np.ndarray, last: Choice, earliest: float = -np.inf, count: int = 4
     ) -> Iterator[Choice]:
-        """Return hits near `last` as `choose` does, for a ball that is known better now.
+        """Return hits near `last`, sorted as by `choose`, for a newer estimate of the ball.
 
-        start: where the corrected motion begins. Hits that a quintic cannot reach inside the limits come last, the
-        easiest first: the planner may find a motion. Hand the one that is played to `rehearsed`. Raises NoHit.
+        start: state in which the corrected motion begins. Hits for which a quintic exceeds the limits come last, the
+        one with the least excess first, since the planner may still find a motion. Pass the hit that is played to
+        `rehearsed`. Raises NoHit.
         """
         options = self._options
         shifts = tuple(shift for shift in options.time_shifts if last.time + shift >= earliest)
@@ -112,9 +114,9 @@ class Chooser:
         return self._ranked(hits, shots, start, target, count, last)
 
     def touches(self, path: Path, start: State, target: np.ndarray, last: Choice, count: int = 2) -> list[Choice]:
-        """Return hits like `last` that touch a ball, wherever it lands; none where `last` does, or there is time left.
+        """Return hits similar to `last` that touch the ball, wherever it lands, when `correct` found no plan.
 
-        For a ball of which `correct` found nothing, or only what the planner refused.
+        Empty if `last` touches the ball, or if there is time for a later correction.
         """
         if last.time - start.time >= self._options.touching or meets(self._arm, path, last):
             return []
@@ -134,9 +136,9 @@ class Chooser:
     def _near(
         self, path: Path, start: State, target: np.ndarray, last: Choice, shifts: Shifts, flight_shifts: Shifts | None
     ) -> Shots:
-        """Return the shots near to the last hit; without `flight_shifts` with its flight, and the net does not count.
+        """Return the shots near the last hit. Raises NoHit if there are none.
 
-        Raises NoHit where there is none.
+        Without `flight_shifts` the flight time is the last one, and the net is ignored.
         """
         times = last.time + np.array(shifts)
         times = times[(times > start.time) & (times > path.times[0]) & (times < path.times[-1])]
@@ -151,9 +153,9 @@ class Chooser:
         return replace(shots, wanted=shots.wanted - last.beside, sides=sides, seeds=seeds)
 
     def refined(self, choice: Choice, start: State) -> Choice:
-        """Return the choice with the law asked for what the simulated contact turns into the wanted velocity.
+        """Return the hit adjusted so that its simulated contact gives the wanted outgoing velocity.
 
-        `choose` does this for the first of its hits.
+        `choose` does this for its first hit.
         """
         if self.simulate is None:
             return choice
@@ -176,9 +178,10 @@ class Chooser:
         return best
 
     def rehearsed(self, choice: Choice) -> Choice:
-        """Return the choice with what the simulated contact says of it, for its next correction and for learning.
+        """Return the hit with the result of its simulated contact, for its next correction and for learning.
 
-        `correct` leaves this to do while the planner plans. Of hits that are alike one is simulated.
+        `correct` does not simulate, so that this can be done while the planner plans. The result is reused for similar
+        hits.
         """
         if self.simulate is None:
             return choice
@@ -189,7 +192,7 @@ class Chooser:
     def _shots(
         self, path: Path, times: np.ndarray, flights: np.ndarray, target: np.ndarray, must_clear: bool = True
     ) -> Shots:
-        """Return all shots to the target that clear the net, or that `must_clear` nothing. Raises NoHit without one."""
+        """Return all shots to the target, with `must_clear` those that clear the net. Raises NoHit without any."""
         ball, net = self._arm.ball, self._court.net
         positions, incoming = path.at(times)
         goal = target + np.array([0.0, 0.0, ball.radius])
@@ -208,7 +211,7 @@ class Chooser:
         return shots.take(np.flatnonzero(clears))
 
     def _seeded(self, shots: Shots, start: State, normals: np.ndarray) -> Shots:
-        """Return the shots with postures to search from, those nearest to one of the table. Raises NoHit.
+        """Return the shots with the nearest postures of the table as seeds. Raises NoHit if none is near.
 
         normals: (n, 3), of the racket on the ball's side.
         """
@@ -237,7 +240,7 @@ class Chooser:
         error: np.ndarray | None = None,
         within: float = np.inf,
     ) -> Iterator[Choice]:
-        """Return the best hits, at least one. error: m, as expected if None, less than `within`. Raises NoHit."""
+        """Return the best hits, at least one. error: m, None: expected; must be below `within`. Raises NoHit."""
         options = self._options
         if not len(hits):
             raise NoHit("out of reach", "no posture has the racket where the ball comes by, turned to the target")

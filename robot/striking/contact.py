@@ -1,7 +1,7 @@
-"""What a hit does: the arm recoils, so the ball leaves as the mobility of both says.
+"""The contact law: velocities of a ball after a hit, with the recoil of the arm.
 
-With w = v − u the velocity of the ball against the racket, n the racket's normal on the ball's side and
-C = J M⁻¹ Jᵀ + I/m_b, the impulse on the ball is C⁻¹(−(1+e) w_n n − (1−κ) w_t). See docs/striking.md.
+With w = v − u the velocity of the ball relative to the racket, n the racket's normal on the ball's side and C = J M⁻¹
+Jᵀ + I/m_b, the impulse on the ball is C⁻¹(−(1+e) w_n n − (1−κ) w_t). See docs/striking.md.
 """
 
 from dataclasses import dataclass, field
@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 ROUNDS = 2
-"""For a normal; what they leave, a tangential velocity of the racket makes up for."""
+"""Iterations for a normal; a tangential velocity of the racket compensates the remaining error."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactLaw:
     """Restitution e, friction κ (part of the tangential velocity that is kept), duration of the contact, s.
 
-    bias: (3,), m/s, added to the outgoing velocity: along the normal, and across it horizontally and upwards.
+    bias: (3,), m/s, added to the outgoing velocity in the axes of `frame`.
     """
 
     restitution: float
@@ -26,7 +26,7 @@ class ContactLaw:
 
 
 def frame(normals: np.ndarray) -> np.ndarray:
-    """Return matrices (n, 3, 3) whose columns are the normal, the horizontal and the upward direction across it."""
+    """Return matrices (n, 3, 3) with the columns: normal, horizontal tangent, upward tangent."""
     x, y, z = normals.T
     level = np.sqrt(x * x + y * y)
     slanted = level > 1e-6
@@ -40,7 +40,7 @@ def frame(normals: np.ndarray) -> np.ndarray:
 
 
 def parted(vectors: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the parts of vectors (n, 3) along the normals (n, 3) and across them."""
+    """Return the components of vectors (n, 3) along the normals (n, 3) and perpendicular to them."""
     along = np.vecdot(vectors, normals)[:, None] * normals
     return along, vectors - along
 
@@ -88,7 +88,7 @@ def better_normal(
     wanted: np.ndarray,
     normals: np.ndarray,
 ) -> np.ndarray:
-    """Return normals (n, 3) with which a racket that moves along them alone gives the wanted velocities (n, 3)."""
+    """Return normals (n, 3) with which a racket that moves only along them gives the wanted velocities (n, 3)."""
     for _ in range(ROUNDS):
         change = ball_mass * (mobility @ (wanted - frame(normals) @ law.bias - incoming)[:, :, None])[:, :, 0]
         change = change + (1 - law.friction) * parted(incoming, normals)[1]
@@ -104,7 +104,7 @@ def racket_velocity(
     wanted: np.ndarray,
     normals: np.ndarray,
 ) -> np.ndarray:
-    """Return the velocities (n, 3) of a racket of these normals that give the wanted outgoing velocities exactly."""
+    """Return the velocities (n, 3) of a racket with these normals that give exactly the wanted outgoing velocities."""
     change = ball_mass * (mobility @ (wanted - frame(normals) @ law.bias - incoming)[:, :, None])[:, :, 0]
     along, across = parted(change, normals)
     return incoming + along / (1 + law.restitution) + across / max(1 - law.friction, 0.02)

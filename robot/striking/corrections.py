@@ -1,4 +1,4 @@
-"""Corrections of a hit, in the order in which they are planned until one is inside the limits."""
+"""Corrections of a hit, in the order in which they are planned until one is feasible."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,20 +10,20 @@ from robot.striking.chooser import Chooser
 from robot.striking.estimator import Estimator
 
 HORIZON_S = 1.5
-"""How far ahead, s, a ball is predicted for hits that are not near an earlier one."""
+"""Prediction horizon of the ball, s, for hits that are not near the last one."""
 ELSEWHERE_S = 0.15
-"""Until so long before the touch such hits are looked for."""
+"""Such hits are searched until this long before the touch, s."""
 BETTER = 0.8
-"""Others that come before the near ones expect to land at most this part of their distance from the target."""
+"""Hits elsewhere precede the near ones if their expected landing error is at most this part of the near ones'."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Corrections:
     """Finds corrections of hits.
 
-    tries: how many hits near the last one come at most, and how many others. hopeless: m; others come first where the
-    best near one expects to land so far from the target. earliest: s, no hit sooner than this and than the last one,
-    but where no later one is left.
+    tries: largest number of hits near the last one, and of hits elsewhere. hopeless: m, expected landing error of the
+    best near hit above which hits elsewhere come first. earliest: s; hits before this time, or before the last hit if
+    that is earlier, are only taken if no later one is left.
     """
 
     chooser: Chooser
@@ -33,12 +33,12 @@ class Corrections:
     earliest: float = -np.inf
 
     def of(self, last: Choice, start: State, target: np.ndarray) -> Iterator[Choice]:
-        """Yield hits near the last one, then, where there is time, any others, then what touches the ball at least.
+        """Yield hits near the last one, then, if there is time, hits elsewhere, then hits that only touch the ball.
 
-        Nothing is searched for before it is taken. start: where the corrected motion begins.
+        Each is computed when it is taken. start: state in which the corrected motion begins.
 
         Raises:
-            NoHit: there is none at all.
+            NoHit: there is no correction.
         """
         path, soonest = self.estimator.path(last.time + 0.1), min(last.time, self.earliest) - 1e-6
         may_look = last.time - start.time > ELSEWHERE_S
@@ -65,7 +65,7 @@ class Corrections:
     def _others(
         self, start: State, target: np.ndarray, earliest: float = -np.inf, within: float = np.inf
     ) -> Iterator[Choice]:
-        """Yield hits anywhere that expect to land nearer to the target than `within`, m; there may be none."""
+        """Yield hits anywhere with an expected landing error below `within`, m; possibly none."""
         path = self.estimator.path(start.time + HORIZON_S)
         try:
             found = self.chooser.choose(path, start, target, None, earliest, self.tries, within, refine=False)

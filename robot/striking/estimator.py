@@ -1,4 +1,4 @@
-"""What is known of a ball from where it was seen: an extended Kalman filter with bounces."""
+"""Estimate the state of a ball from its sights: an extended Kalman filter with bounces."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -12,19 +12,19 @@ from robot.striking.transition import DRAG, POSITION, RESTITUTION, SIZE, VELOCIT
 Sight = Literal["started", "used", "contact", "rejected", "new ball"]
 
 GATE = 8.0
-"""Standard deviations, beyond which a sight is rejected; …"""
+"""Standard deviations from the prediction above which a sight is rejected."""
 JUMPED = 3
-"""… so many one after the other that agree are another ball."""
+"""Number of consecutive rejected sights, consistent with each other, that start a new ball."""
 FASTEST = 60.0
-"""m/s; two sights that ask for more are not of one ball."""
+"""m/s; two sights that imply a higher speed are not of one ball."""
 LONGEST_GAP = 0.5
-"""s without a sight, after which the next one is of a new ball."""
+"""s without a sight after which the next one starts a new ball."""
 MARGIN_S = 0.004
-"""Sights so near to a bounce, s, are left out, and those within two standard deviations of the surface."""
+"""Sights within this time of a bounce, s, or within two standard deviations of the surface, are not used."""
 
 
 class NoBall(Exception):
-    """Nothing is known of a ball."""
+    """No ball was seen twice."""
 
     def __init__(self) -> None:
         super().__init__("no ball was seen twice; wait for two sights")
@@ -32,11 +32,11 @@ class NoBall(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """What is believed before the first sight: standard deviations.
+    """Prior standard deviations, before the first sight.
 
-    position_std: of a sight, m. velocity_std: of a sight's velocity, m/s. restitution_std: of the surface.
-    drag_std: as a part of the ball's drag. wind_std: (3,), m/s². latency: how old a sight is when its time is taken, s.
-    unmodelled: of the acceleration, m/s per √s.
+    position_std: of a sight, m. velocity_std: of a sight's velocity, m/s. restitution_std: of the surface. drag_std: as
+    a part of the ball's drag. wind_std: (3,), m/s². latency: age of a sight at its time stamp, s. unmodelled: process
+    noise of the acceleration, m/s per √s.
     """
 
     position_std: float = 0.005
@@ -50,9 +50,9 @@ class Belief:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """What is known at `time` (s): mean (11,) and covariance (11, 11) of position, velocity, wind, drag, restitution.
+    """Estimate at `time` (s): mean (11,) and covariance (11, 11) of position, velocity, wind, drag, restitution.
 
-    bounces, sights: seen since the ball is followed.
+    bounces, sights: number since the ball is followed.
     """
 
     time: float
@@ -78,7 +78,7 @@ class Estimate:
 
 
 class Estimator:
-    """Follows one ball. Times are those of its sights, whose clock this is; see `Belief` for what is assumed."""
+    """Follows one ball. Its clock is that of the sights; see `Belief` for its assumptions."""
 
     def __init__(self, ball: Ball, court: Court, belief: Belief | None = None) -> None:
         self.ball = ball
@@ -101,10 +101,10 @@ class Estimator:
         velocity: np.ndarray | None = None,
         spin: np.ndarray | None = None,
     ) -> Sight:
-        """Take in a sight: position (3,), m, and velocity (3,), m/s, if it is known; return what became of it.
+        """Process a sight: position (3,), m, and velocity (3,), m/s, if known; return how it was used.
 
-        "contact": it is too near to a bounce to say anything. "rejected": not finite, not later than the one before, or
-        where this ball cannot be. "new ball": those that were rejected agree with each other, and are followed now.
+        "contact": too near a bounce to be used. "rejected": not finite, not later than the previous sight, or too far
+        from the prediction. "new ball": the last rejected sights agree with each other, and are followed from now on.
         """
         time = time - self.belief.latency
         position = np.asarray(position, dtype=float)
@@ -125,11 +125,11 @@ class Estimator:
         return self._follow(self.estimate, time, position, velocity)
 
     def age(self, now: float) -> float:
-        """Return for how long (s) no sight was used; inf if none ever was."""
+        """Return the time (s) since the last used sight; inf if none was used."""
         return now - self.belief.latency - self._used
 
     def path(self, until: float) -> Path:
-        """Return where the ball will be until a time (s), or until it has bounced once more than the court allows.
+        """Predict the ball until a time (s), or until it has bounced once more than the court allows.
 
         Raises:
             NoBall: it was not seen twice.
@@ -191,7 +191,7 @@ class Estimator:
         return "used"
 
     def _near_bounce(self, before: Estimate, mean: np.ndarray, covariance: np.ndarray, time: float) -> bool:
-        """Return whether the ball may touch the surface now."""
+        """Return whether the ball may touch the surface at this time."""
         height = mean[2] - self.court.surface.height - self.ball.radius
         return bool(height < 2 * np.sqrt(covariance[2, 2]) + abs(mean[5]) * MARGIN_S)
 

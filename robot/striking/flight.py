@@ -1,4 +1,4 @@
-"""How a ball flies and bounces, and with which velocity it must leave to land at a target.
+"""Flight and bounces of a ball, and the velocities that make it land at a target.
 
 The acceleration is g + wind − k|v|v + m ω × v. A simulation that integrates with semi-implicit Euler steps of δ moves a
 ball by v t + a t (t + δ)/2 in the time t; δ = 0 is the continuous flight. See docs/striking.md.
@@ -12,14 +12,14 @@ GRAVITY = 9.81
 """m/s²."""
 
 AIM_STEPS, AIM_ROUNDS = 2, 2
-"""Steps of a flight to a target, and rounds of Newton's method, where drag or spin bend it."""
+"""Integration steps of a flight to a target, and Newton iterations, with drag or spin."""
 CROSSING_ROUNDS = 4
-"""Rounds of Newton's method for where a flight crosses the net."""
+"""Newton iterations for the point at which a flight crosses the net."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ball:
-    """A ball: mass (kg), radius (m), drag k (1/m), magnus m (1), and δ, the step (s) of the simulation it is in."""
+    """A ball: mass (kg), radius (m), drag k (1/m), magnus m (1), and δ, the step (s) of its simulation."""
 
     mass: float
     radius: float
@@ -30,10 +30,10 @@ class Ball:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """A horizontal surface: height of its top (m), and what a bounce does.
+    """A horizontal surface: height of its top (m), and its bounce.
 
     restitution: of the vertical velocity. tangential: part of the horizontal velocity that is kept. dwell: s of
-    contact. spread: standard deviation of the restitution from bounce to bounce.
+    contact. spread: standard deviation of the restitution between bounces.
     """
 
     height: float
@@ -45,7 +45,7 @@ class Surface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Net:
-    """A net: the middle of its top edge (3,), m, its horizontal normal (2,), half of its width (m)."""
+    """A net: the centre of its top edge (3,), m, its horizontal normal (2,), half of its width (m)."""
 
     top: np.ndarray
     normal: np.ndarray
@@ -54,7 +54,7 @@ class Net:
 
 @dataclass(frozen=True, slots=True)
 class Court:
-    """Where balls bounce and land. clearance: m above the net. bounces: the most that a ball makes before the hit."""
+    """Where balls bounce and land. clearance: m above the net. bounces: maximum number before the hit."""
 
     surface: Surface
     net: Net | None = None
@@ -64,9 +64,9 @@ class Court:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Air:
-    """What acts on the ball besides gravity: acceleration `wind` (3,), m/s², drag (1/m), spin (3,), rad/s.
+    """Forces on the ball besides gravity: acceleration `wind` (3,), m/s², drag (1/m), spin (3,), rad/s.
 
-    constant: (3,), m/s², what does not depend on the velocity. spins: whether there is spin.
+    constant: (3,), m/s², the part that does not depend on the velocity. spins: whether there is spin.
     """
 
     drag: float = 0.0
@@ -98,9 +98,9 @@ def acceleration(ball: Ball, air: Air, velocities: np.ndarray) -> np.ndarray:
 def fly(
     ball: Ball, air: Air, positions: np.ndarray, velocities: np.ndarray, times: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and velocities (…, 3) after `times` (…), without bounces, by one step of Runge and Kutta.
+    """Return positions and velocities (…, 3) after `times` (…), without bounces, by one Runge–Kutta step.
 
-    Exact where nothing depends on the velocity.
+    Exact if the acceleration does not depend on the velocity.
     """
     t = np.asarray(times)[..., None]
     first = acceleration(ball, air, velocities)
@@ -118,7 +118,7 @@ def fly(
 def travel(
     ball: Ball, air: Air, positions: np.ndarray, velocities: np.ndarray, times: np.ndarray, steps: int = AIM_STEPS
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `fly` does, for long times (…), in several steps where the flight is bent."""
+    """Return the same as `fly` for long times (…), in several steps if the acceleration depends on the velocity."""
     steps = steps if air.bends(ball) else 1
     for _ in range(steps):
         positions, velocities = fly(ball, air, positions, velocities, times / steps)
@@ -128,9 +128,9 @@ def travel(
 def time_to_fall(
     heights: np.ndarray | float, speeds: np.ndarray | float, accelerations: np.ndarray | float, step: float
 ) -> np.ndarray:
-    """Return the times (…), s, in which a ball that is `heights` above the surface meets it; NaN where it does not.
+    """Return the times (…), s, until a ball that is `heights` above the surface meets it; NaN if it does not.
 
-    speeds, accelerations: vertical, upwards. A ball that is below the surface meets it at once if it sinks.
+    speeds, accelerations: vertical, upwards. A ball below the surface meets it at once if it moves down.
     """
     a, b, c = accelerations / 2, speeds + accelerations * step / 2, np.maximum(heights, 0.0)
     with np.errstate(invalid="ignore"):
@@ -146,10 +146,10 @@ def aim(
     incoming: np.ndarray | float = 0.0,
     contact: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the velocities (n, 3) with which balls must leave to be at the target (3,) after times (n,).
+    """Return the outgoing velocities (n, 3) that bring balls to the target (3,) after times (n,).
 
-    Also where they leave, and the velocities with which they arrive. They leave from positions (n, 3), moved by the
-    mean of the velocities before, `incoming` (n, 3), and after a contact that lasts `contact` (s).
+    Also their initial positions, and their velocities at the target. The initial positions are `positions` (n, 3) moved
+    by the mean of `incoming` (n, 3) and outgoing velocity during a contact of `contact` (s).
     """
     t, half = times[:, None], contact / 2
     leaves = positions + incoming * half
@@ -159,7 +159,7 @@ def aim(
     arrivals = velocities
     for _ in range(AIM_ROUNDS):
         reached, arrivals = travel(ball, air, leaves - velocities * half, velocities, times)
-        # How places follow velocities, as if the drag were linear.
+        # Derivative of positions by velocities, with drag linearised.
         slowed = 1.5 * air.drag * np.sqrt(np.vecdot(velocities, velocities))[:, None] * t + 1e-9
         change = (target - reached) / (-np.expm1(-slowed) / slowed * t - half)
         velocities, arrivals = velocities + change, arrivals + change
@@ -167,7 +167,7 @@ def aim(
 
 
 def landing_gradient(velocities: np.ndarray, arrivals: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return by how much landing points move with the velocity a ball leaves with, (n, 2, 3), s; drag left out."""
+    """Return the derivatives of landing points by the outgoing velocity, (n, 2, 3), s, without drag."""
     found = np.zeros((len(times), 2, 3))
     found[:, 0, 0] = found[:, 1, 1] = times
     found[:, :, 2] = times[:, None] * arrivals[:, :2] / np.maximum(-arrivals[:, 2], 0.1)[:, None]
@@ -177,7 +177,7 @@ def landing_gradient(velocities: np.ndarray, arrivals: np.ndarray, times: np.nda
 def above_net(
     ball: Ball, air: Air, net: Net, positions: np.ndarray, velocities: np.ndarray, times: np.ndarray
 ) -> np.ndarray:
-    """Return how far (n,), m, the ball's lower edge passes above the net; inf where it does not cross it in `times`."""
+    """Return the distances (n,), m, of the ball's lower edge above the net; inf if it does not cross it in `times`."""
     normal = net.normal / np.linalg.norm(net.normal)
     steps = AIM_STEPS if air.bends(ball) else 1
     width = times[:, None] / steps
@@ -203,7 +203,7 @@ def above_net(
 
 
 class Cubic:
-    """Cubics (n, 3) between places (n, 3) whose derivatives by u, from 0 to 1, are moves (n, 3) at the ends."""
+    """Cubics (n, 3) in u from 0 to 1 between positions (n, 3), with derivatives `move` and `last_move` at the ends."""
 
     def __init__(self, first: np.ndarray, last: np.ndarray, move: np.ndarray, last_move: np.ndarray) -> None:
         self.place, self.move, way = first, move, last - first
@@ -211,7 +211,7 @@ class Cubic:
         self.third = move + last_move - 2 * way
 
     def at(self, u: np.ndarray) -> np.ndarray:
-        """Return the places (n, 3) at u (n,)."""
+        """Return the positions (n, 3) at u (n,)."""
         u = u[:, None]
         return self.place + u * (self.move + u * (self.second + u * self.third))
 

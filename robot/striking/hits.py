@@ -1,4 +1,4 @@
-"""From wanted outgoing balls to postures and joint velocities of the arm, many at once."""
+"""Postures and joint velocities of the arm for wanted outgoing velocities, for many balls at once."""
 
 from dataclasses import dataclass
 
@@ -10,14 +10,14 @@ from robot.striking.contact import ContactLaw, better_normal, first_normal, rack
 from robot.striking.path import Path
 
 FIRST_ROUNDS, LAST_ROUNDS = 5, 3
-"""Rounds of the descent: to the normal of a heavy racket, then to that which the mobility asks for."""
+"""Iterations of the two descents: to the normal for a heavy racket, and to the normal for the actual mobility."""
 NEARLY = 0.05, 0.05
-"""m and rad (of the unit normal); what the first descent leaves farther away is given up."""
+"""m and rad (of the unit normal), residuals of the first descent above which a candidate is dropped."""
 MET = 1e-3, 5e-3
-"""m and rad, within which a descent has arrived; the racket's velocity makes up for what is left of the normal."""
+"""m and rad, residuals of a converged descent; the racket's velocity compensates the residual of the normal."""
 TURNING, SLOWER, GOES_ON_S, TOUCHING = 0.01, np.array([1.0, 0.7, 0.4, 0.0]), 0.03, 0.7
-"""Numbers of touches: m that a radian of the normal counts, parts of a swing's joint velocities, s for which they are
-kept, and the part of the racket's radius within which its middle meets the ball."""
+"""Parameters of touches: weight of the normal, m a radian; factors of a swing's joint velocities; s for which the
+velocities are kept; part of the racket's radius within which the ball must meet it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,7 +26,8 @@ class Shots(Rows):
 
     times: s, of the touch. flights: s, to the target. ages: s, since the ball's last bounce, inf without one.
     positions, incoming: of the ball, (n, 3). covariances: (n, 6, 6). wanted, arrivals: velocities after the hit and at
-    the target, (n, 3). sides: 1 for the front of the racket, −1 for its back. seeds: (n, J), postures to search from.
+    the target, (n, 3). sides: 1 for the front of the racket, −1 for its back. seeds: (n, J), initial postures of the
+    search.
     """
 
     times: np.ndarray
@@ -43,10 +44,10 @@ class Shots(Rows):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hits(Rows):
-    """n states of the arm in the middle of a contact that send balls off as wanted.
+    """n states of the arm in the middle of a contact that give the balls their wanted velocities.
 
-    shots: their rows. postures, speeds: (n, J). places, normals, velocities: of the racket, (n, 3), the normal on the
-    ball's side. mobility: (n, 3, 3).
+    shots: row of each hit in `Shots`. postures, speeds: (n, J). places, normals, velocities: of the racket, (n, 3); the
+    normal points to the ball's side. mobility: (n, 3, 3).
     """
 
     shots: np.ndarray
@@ -59,9 +60,9 @@ class Hits(Rows):
 
 
 def solve(arm: Arm, law: ContactLaw, shots: Shots, mobility: np.ndarray | None = None) -> Hits:
-    """Return the hits that were found; of the others nothing.
+    """Return the hits that were found; shots without a hit are left out.
 
-    mobility: (3, 3), 1/kg, of a hit like these, in whose posture the search begins; None: not known.
+    mobility: (3, 3), 1/kg, of a similar hit, whose posture is the seed; None if unknown.
     """
     mass = arm.ball.mass
     normals = first_normal(shots.incoming, shots.wanted)
@@ -97,7 +98,7 @@ def choice_of(
     use: float,
     beside: np.ndarray,
 ) -> Choice:
-    """Return one of the hits as a choice; beside (3,), m/s, is what a simulated contact adds to the wanted velocity."""
+    """Return one of the hits as a Choice. beside (3,), m/s: difference of a simulated contact from the law."""
     shot = int(hits.shots[row])
     time = float(shots.times[shot])
     return Choice(
@@ -122,7 +123,7 @@ def choice_of(
 
 
 def meets(arm: Arm, path: Path, choice: Choice) -> bool:
-    """Return whether the ball meets the racket of a hit that is played as it is."""
+    """Return whether the ball meets the racket if a hit is played unchanged."""
     (place,), (velocity,) = path.at(np.array([choice.time]))
     moves, normal = velocity - choice.racket_velocity, choice.racket_normal
     beside = place - choice.racket_position - arm.offset * normal
@@ -131,9 +132,9 @@ def meets(arm: Arm, path: Path, choice: Choice) -> bool:
 
 
 def touch(arm: Arm, law: ContactLaw, shots: Shots, last: Choice) -> Hits:
-    """Return hits like `last`, moved to where the balls are and slower, wherever they send them.
+    """Return hits similar to `last`, moved to the balls, at several fractions of its speed, wherever the balls land.
 
-    A joint that could not stop inside its range moves as fast as it may.
+    Joint velocities are limited to those from which a joint can stop inside its range.
     """
     places = shots.positions - arm.offset * last.racket_normal + last.racket_velocity * law.duration / 2
     faces = np.broadcast_to(last.side * last.racket_normal, places.shape)

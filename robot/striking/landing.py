@@ -1,4 +1,4 @@
-"""How far from the target a ball is expected to land, and what the corrections of its hit may cost."""
+"""Expected landing error of a hit, and the expected cost of its corrections."""
 
 import numpy as np
 
@@ -9,13 +9,13 @@ from robot.striking.hits import Hits, Shots
 from robot.striking.options import Options
 
 RESTITUTION_STD, NORMAL_STD, RACKET_STD = 0.05, 0.01, 0.03
-"""Standard deviations of e, of the racket's normal (rad, each way) and of its velocity (m/s, each way)."""
+"""Standard deviations of e, of the racket's normal (rad, each axis) and of its velocity (m/s, each axis)."""
 
 
 def landing_error(law: ContactLaw, arm: Arm, hits: Hits, shots: Shots, beside: np.ndarray | None = None) -> np.ndarray:
-    """Return the root of the expected squared distances of the landing points from the target, (n,), m.
+    """Return the rms expected distances of the landing points from the target, (n,), m.
 
-    beside: (n, 3), m/s, by how much the law has the balls leave beside the wanted velocities; None: as wanted.
+    beside: (n, 3), m/s, differences of the law's outgoing velocities from the wanted ones; None for zero.
     """
     rows = hits.shots
     incoming, wanted, n = shots.incoming[rows], shots.wanted[rows], hits.normals
@@ -36,10 +36,11 @@ def landing_error(law: ContactLaw, arm: Arm, hits: Hits, shots: Shots, beside: n
 
 
 def doubt(arm: Arm, options: Options, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
-    """Return what it costs (n,), m, that a hit will be corrected.
+    """Return the expected cost (n,), m, of later corrections of a hit.
 
-    For early hits, for those that leave little of the limits, and for those near to the end of a joint's range; in
-    proportion to how uncertain the ball's place is then. use: (n,), largest part of a limit that each needs.
+    It grows with the uncertainty of the ball's position, times: how soon after a bounce the hit is, how much of the
+    limits it uses, and how near the end of a joint's range it is. use: (n,), largest part of a limit that each hit
+    uses.
     """
     spread = np.sqrt(np.trace(shots.covariances[hits.shots, :3, :3], axis1=1, axis2=2))
     young = np.clip(1 - shots.ages[hits.shots] / options.settled, 0, 1)

@@ -1,7 +1,7 @@
 """Throws that reach an arm's striking volume, drawn with a seed from stated distributions.
 
-A throw is found backwards: the point and the velocity with which the ball arrives are drawn, and its flight is followed
-back in time, by the believed bounce and with the drag of the robot's `[ball]`, to where it is thrown.
+A throw is computed backwards: the point and velocity of arrival are drawn, and the flight is integrated back in time,
+through the assumed bounce and with the drag of the robot's `[ball]`, to the point of the throw.
 """
 
 from dataclasses import dataclass
@@ -16,31 +16,31 @@ from robot.striking.flight import GRAVITY, Air, Ball, travel
 
 Kind = Literal["bounce", "volley", "any"]
 STEP_S = 0.001
-"""Between the places of a flight that are looked at."""
+"""Time between the examined points of a flight, s."""
 STEPS = 8
-"""Number of steps of the integration of a flight."""
+"""Number of integration steps of a flight."""
 POSTURES = 400
-"""Postures of the striking volume."""
+"""Number of postures that sample the striking volume."""
 FACING = 0.5
-"""A posture can strike where this part of the racket's normal, or of its opposite, points to where balls come from."""
+"""A posture can strike if the racket's normal, or its opposite, has at least this component towards the court."""
 HEIGHTS = (0.4, 1.6)
-"""m, of the points of the striking volume, by default."""
+"""Default heights of the striking volume, m."""
 SPEEDS, ANGLES = (3.0, 5.0), (-0.12, 0.12)
 """Horizontal speed on arrival, m/s, and its direction to either side, rad."""
 AFTER_BOUNCE_S, BEFORE_BOUNCE_S = (0.25, 0.4), (0.45, 0.75)
-"""Flight from the bounce to the arrival, and from the throw to the bounce."""
+"""Flight times from the bounce to the arrival, and from the throw to the bounce, s."""
 VOLLEY_S, VOLLEY_SINKS = (0.6, 0.9), (1.0, 3.5)
-"""Flight of a ball that does not bounce, and how fast it sinks on arrival, m/s."""
+"""Flight time of a ball that does not bounce, s, and its downward speed on arrival, m/s."""
 THROW_HEIGHTS = (0.3, 3.0)
-"""m, of throws."""
+"""Heights of throws, m."""
 OVER_NET = 0.1
-"""m above the net, beside the ball's radius."""
+"""Clearance above the net in addition to the ball's radius, m."""
 TRIES = 1000
 
 
 @dataclass(frozen=True, slots=True)
 class Launch:
-    """A throw: position (m), velocity (m/s) and spin (rad/s); where and how long after it the ball arrives."""
+    """A throw: position (m), velocity (m/s) and spin (rad/s); point of arrival and time until then."""
 
     position: tuple[float, float, float]
     velocity: tuple[float, float, float]
@@ -55,16 +55,16 @@ class NoThrow(Exception):
 
 
 class Launcher:
-    """Draws throws from beyond the net, which arrive everywhere in the striking volume.
+    """Draws throws from beyond the net that arrive anywhere in the striking volume.
 
-    The volume is the tool's places at postures drawn uniformly over the joints' ranges, where the racket faces the
-    court. Every quantity is uniform in the bounds above; the same seed gives the same throws.
+    The volume consists of the tool's positions at postures drawn uniformly over the joint ranges, if the racket faces
+    the court. Every quantity is uniform in the bounds above; the same seed gives the same throws.
     """
 
     def __init__(
         self, config: RobotConfig, seed: int = 0, kind: Kind = "bounce", heights: tuple[float, float] = HEIGHTS
     ) -> None:
-        """Prepare; heights: m, of the points of the striking volume.
+        """Sample the striking volume. heights: m, of its points.
 
         Raises:
             NoThrow: the robot has no ball, no court with a net, or no posture from which it can strike.
@@ -92,7 +92,7 @@ class Launcher:
         """Draw a throw.
 
         Raises:
-            NoThrow: none of a thousand could be thrown over the net.
+            NoThrow: none of a thousand candidates passes over the net.
         """
         for _ in range(TRIES):
             kind = self._random.choice(["bounce", "volley"]) if self._kind == "any" else self._kind
@@ -134,13 +134,13 @@ class Launcher:
         return self._points[random.integers(len(self._points))], turned
 
     def _back(self, position: np.ndarray, velocity: np.ndarray, duration: float) -> np.ndarray:
-        """Follow a flight without spin back in time; returns positions and velocities (N, 6), the newest first."""
+        """Integrate a flight without spin back in time; return positions and velocities (N, 6), the newest first."""
         times = -STEP_S * np.arange(round(duration / STEP_S) + 1)
         positions, velocities = (np.tile(vector, (len(times), 1)) for vector in (position, velocity))
         return np.hstack(travel(self._flight, Air(self._flight.drag), positions, velocities, times, STEPS))
 
     def _launch(self, path: np.ndarray, arrival: np.ndarray, time: float, bounces: int) -> Launch | None:
-        """Return the throw at the end of `path`, None where it is not over the net or from a place out of bounds."""
+        """Return the throw at the end of `path`; None if it passes below the net or starts out of bounds."""
         net = self._court.net
         assert net is not None
         beyond = (path[:, :3] - net.top) @ self._forwards
@@ -164,7 +164,7 @@ def _striking_volume(
     heights: tuple[float, float],
     random: np.random.Generator,
 ) -> np.ndarray:
-    """Return places of the tool (N, 3), m, at which the racket can meet a ball."""
+    """Return positions of the tool (N, 3), m, at which the racket can meet a ball."""
     low, high = np.where(np.isfinite(config.limits.positions), config.limits.positions, [-np.pi, np.pi]).T
     points = []
     for posture in random.uniform(low, high, (POSTURES, config.joint_count)):

@@ -1,4 +1,4 @@
-"""What hits teach: restitution, friction and bias of the contact law, from the balls that fly away."""
+"""Learn restitution, friction and bias of the contact law from the outgoing balls of hits."""
 
 import json
 from collections.abc import Sequence
@@ -12,27 +12,27 @@ from robot.striking.contact import ContactLaw, derivatives, outgoing
 from robot.striking.flight import Air, Ball, travel
 
 PRIOR_STD = np.array([0.1, 0.05, 0.15, 0.15, 0.15])
-"""Standard deviations of restitution, friction, and the three of the bias (m/s), before the first hit."""
+"""Prior standard deviations of restitution, friction, and the three components of the bias (m/s)."""
 
 DRIFT_STD = np.array([0.003, 0.002, 0.003, 0.003, 0.003])
-"""How much they change from hit to hit."""
+"""Standard deviations of their change from hit to hit."""
 
 NOISE = 0.02
-"""Standard deviation of an outgoing velocity that no law explains, as a part of the change of velocity."""
+"""Standard deviation of an outgoing velocity from the law, as a part of the change of velocity."""
 
 OUTLIER = 5.0
-"""Standard deviations; a ball that leaves farther from the prediction missed the strings, and teaches nothing."""
+"""Standard deviations; balls farther from the prediction missed the strings and are not learned from."""
 
 LOWEST, HIGHEST = np.array([-0.9, -1.0, -1.0, -1.0, -1.0]), np.array([1.5, 1.0, 1.0, 1.0, 1.0])
 
 
 class LearningError(ValueError):
-    """A file of a learned law that cannot be read; `str()` is a sentence."""
+    """A file of a learned law cannot be read; `str()` is a sentence."""
 
 
 @dataclass(slots=True, eq=False)
 class Learner:
-    """A Kalman filter of the contact law. law: the newest. covariance: (5, 5), of `PRIOR_STD`'s quantities."""
+    """A Kalman filter of the contact law. law: current mean. covariance: (5, 5), of the quantities of `PRIOR_STD`."""
 
     law: ContactLaw
     covariance: np.ndarray
@@ -40,15 +40,15 @@ class Learner:
 
     @staticmethod
     def of(law: ContactLaw) -> "Learner":
-        """Return one that has seen no hit and begins with this law."""
+        """Return a learner with this law and the prior covariance."""
         return Learner(law, np.diag(PRIOR_STD**2))
 
     def observe(
         self, choice: Choice, ball_mass: float, left: np.ndarray, std: float = 0.02, beside: np.ndarray | None = None
     ) -> bool:
-        """Take in the velocity `left` (3,), m/s, with which a ball left the hit `choice`; return whether it counts.
+        """Update with the outgoing velocity `left` (3,), m/s, of the hit `choice`; return False for an outlier.
 
-        std: of each of its components, m/s. beside: (3,), m/s, what a simulated contact adds to the law.
+        std: of each component, m/s. beside: (3,), m/s, difference of a simulated contact from the law.
         """
         law = self.law
         missed = left - outgoing(law, ball_mass, *choice.contact)[0] - (0.0 if beside is None else beside)
@@ -70,9 +70,9 @@ class Learner:
 def left_with(
     times: Sequence[float], positions: np.ndarray, hit: float, ball: Ball, air: Air
 ) -> tuple[np.ndarray, float] | None:
-    """Return the velocity (3,) at the time `hit` of a ball that was then seen at positions (n, 3), and its std (m/s).
+    """Return the velocity (3,) at the time `hit` of a ball later seen at positions (n, 3), and its std (m/s).
 
-    By least squares over sights after the hit and before the next bounce; None where fewer than three were given.
+    Least squares over sights after the hit and before the next bounce; None with fewer than three sights.
     """
     if len(times) < 3:
         return None
@@ -89,7 +89,7 @@ def left_with(
 
 
 def write(path: Path, robot: str, learner: Learner) -> None:
-    """Write what was learned of a robot, as JSON; the file is replaced at once."""
+    """Write the learned law of a robot as JSON; the file is replaced atomically."""
     law = learner.law
     found = {
         "robot": robot,
@@ -106,10 +106,10 @@ def write(path: Path, robot: str, learner: Learner) -> None:
 
 
 def read(path: Path, robot: str) -> Learner | None:
-    """Return what was learned of a robot, None where there is no such file.
+    """Return the learned law of a robot, None if the file does not exist.
 
     Raises:
-        LearningError: the file is of another robot, or malformed.
+        LearningError: the file belongs to another robot, or is malformed.
     """
     try:
         text = path.read_text()

@@ -1,21 +1,22 @@
-"""How hits are searched for."""
+"""Parameters of the search for hits."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How hits are searched for.
+    """Parameters of the search for hits.
 
-    time_step, flights: candidates, s. soonest: shortest motion, s. seeds: postures for each. farthest: of a seed, m.
-    most: candidates that are looked at closely. use: largest part of a limit in the quick estimate; first_use and
-    last_use: the same of hits that a choice and a correction leave to the planner, after all others. time_shifts,
-    flight_shifts: what a correction tries, s. shift_cost: m of landing error that a second of the first is worth.
-    effort_cost: the same of all of the limits. rounds: of a simulated contact. settled: s after a bounce, until when
-    young_cost counts, m of landing error for a m of the ball's spread; use_cost: the same for all of the limits.
-    keep_off: m; no hit after the ball came so near to the arm's base. room: rad to the ends of the joints' ranges that
-    a m of the ball's spread asks for; edge_cost: m of landing error for a m of the spread where there is none.
-    touching: s before the touch, from when on a swing that cannot be corrected is moved to touch the ball at least.
+    time_step, flights: spacing of touch times and candidate flight times, s. soonest: shortest motion, s. seeds:
+    postures for each shot. farthest: largest distance of a seed, m. most: maximum number of candidates that are solved.
+    use: largest part of a limit in the quick estimate. first_use, last_use: the same for hits of a choice and of a
+    correction that are left to the planner, after all others. time_shifts, flight_shifts: of a correction, s.
+    shift_cost: m of landing error for each s of time shift. effort_cost: m of landing error for the use of a complete
+    limit. rounds: of a simulated contact. settled: s after a bounce within which young_cost applies. young_cost,
+    use_cost, edge_cost: m of landing error for each m of the ball's spread, right after a bounce, at the use of a
+    complete limit, and at the end of a joint's range. keep_off: m; no hit after the ball came this near to the arm's
+    base. room: rad to the ends of the joint ranges for each m of the ball's spread, below which edge_cost applies.
+    touching: s before the touch, from when a swing that cannot be corrected is moved to at least touch the ball.
     follow_through: s after the middle of the contact for which the arm keeps its velocities before it stops.
     """
 

@@ -1,4 +1,4 @@
-"""Where a ball will be: predicted states with their spread."""
+"""The predicted path of a ball: states with their covariance."""
 
 from dataclasses import dataclass
 
@@ -8,17 +8,17 @@ from robot.striking.flight import Air, Cubic
 from robot.striking.transition import POSITION, STEP_S, VELOCITY, Transition
 
 LOW = 0.3
-"""A ball that leaves a bounce more slowly than this, m/s, is taken to roll."""
+"""m/s; a ball that leaves a bounce more slowly is assumed to roll."""
 NEAR_STEP_S = 0.02
-"""Between places of a ball that are compared with points."""
+"""Time between positions of a ball that are compared with points, s."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """Predicted states of a ball at n times: s, in the clock of its sights; before and after each bounce there is one.
+    """Predicted states of a ball at n times: s, in the clock of its sights; there is one before and after each bounce.
 
-    positions, velocities: (n, 3), m, m/s. covariances: (n, 6, 6), of both. bounces: (n,), made until then since the
-    prediction began. air: what acts on it.
+    positions, velocities: (n, 3), m, m/s. covariances: (n, 6, 6), of both. bounces: (n,), number since the begin of the
+    prediction. air: forces on the ball.
     """
 
     times: np.ndarray
@@ -45,19 +45,19 @@ class Path:
         return self.covariances[k] * (1 - u) + self.covariances[k + 1] * u
 
     def bounced(self, times: np.ndarray) -> np.ndarray:
-        """Return the number of bounces made until times (m,); a half one within a contact."""
+        """Return the number of bounces before times (m,); a contact counts half."""
         k = self._before(times)
         return (self.bounces[k] + self.bounces[k + 1]) / 2
 
     def since_bounce(self, times: np.ndarray) -> np.ndarray:
-        """Return the time (m,), s, since the last bounce of this path before times (m,); inf where there is none."""
+        """Return the time (m,), s, since the last bounce of this path before times (m,); inf without one."""
         k = self._before(times)
         ends = np.flatnonzero(np.diff(self.bounces)) + 1
         last = np.searchsorted(ends, k, side="right") - 1
         return np.where(last >= 0, times - self.times[ends[last]], np.inf) if len(ends) else np.full(len(times), np.inf)
 
     def comes_near(self, points: np.ndarray, distance: float) -> float:
-        """Return when (s) the ball is first nearer than `distance` (m) to one of the points (n, 3), or inf."""
+        """Return the first time (s) at which the ball is within `distance` (m) of one of the points (n, 3), or inf."""
         times = np.arange(self.times[0], self.times[-1], NEAR_STEP_S)
         places, _ = self.at(times)
         away = np.linalg.norm(places[:, None] - points, axis=2).min(axis=1, initial=np.inf)
@@ -65,7 +65,7 @@ class Path:
         return float(times[near[0]]) if len(near) else np.inf
 
     def _within(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the steps (m,) in which times (m,) lie, where in them, 0 to 1, (m,), and how long they are, (m, 1)."""
+        """Return the intervals (m,) that contain times (m,), the places in them, 0 to 1, (m,), and lengths, (m, 1)."""
         k = self._before(times)
         width = np.maximum(self.times[k + 1] - self.times[k], 1e-12)
         return k, np.clip((times - self.times[k]) / width, 0.0, 1.0), width[:, None]
@@ -77,7 +77,7 @@ class Path:
 def predict(
     transition: Transition, time: float, mean: np.ndarray, covariance: np.ndarray, until: float, bounces: int
 ) -> Path:
-    """Return the path of a ball from `time` to `until` (s), or to the bounce after so many `bounces`."""
+    """Return the path of a ball from `time` to `until` (s), or to the bounce after `bounces` bounces."""
     states = [(time, mean, covariance, 0)]
     done, dwell = 0, transition.dwell
     while time < until - 1e-9:

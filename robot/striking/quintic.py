@@ -1,4 +1,4 @@
-"""A quick estimate of how much of its limits an arm needs for many motions: quintics between their ends."""
+"""A quick estimate of how much of its limits an arm uses, for many motions: quintics between their end states."""
 
 import numpy as np
 
@@ -6,13 +6,13 @@ from motion.limits import Limits
 
 SAMPLES = 20
 ROUNDING = 1e-9
-"""rad, by which a limit may be passed."""
+"""rad, rounding by which a limit may be exceeded."""
 
 
 def _basis() -> np.ndarray:
     """Return the Hermite quintics and their derivatives at the samples, (4 derivatives, 1, 4 of the 6, samples).
 
-    Those of the start's velocity and acceleration, of the way, and of the final velocity, in normalised time.
+    They belong to the start's velocity and acceleration, the distance, and the final velocity, in normalised time.
     """
     s = np.linspace(0.0, 1.0, SAMPLES)
     coefficients = [
@@ -37,11 +37,11 @@ def quintic_use(
     durations: np.ndarray,
     follow_through: float = 0.0,
 ) -> np.ndarray:
-    """Return the largest part (n,) of any limit that motions from `start` to final states (n, J) need.
+    """Return the largest part (n,) of any limit that motions from `start` to final states (n, J) use.
 
     start: positions, velocities, accelerations (J,). durations: (n,), s. The final acceleration is 0. A position limit
-    that is kept counts as 0, one that is passed as at least 2. inf where the arm, after `follow_through` (s) with the
-    final velocities, cannot stop inside the ranges: no motion to such a state is planned.
+    counts as 0 if kept, as at least 2 if exceeded. inf if the arm, after `follow_through` (s) with the final
+    velocities, cannot stop inside its ranges: the planner refuses such states.
     """
     q, v, a = start
     t = durations[:, None]
@@ -58,7 +58,7 @@ def quintic_use(
 
 
 def stopping_distance(limits: Limits, speeds: np.ndarray) -> np.ndarray:
-    """Return the ways (n, J), rad, of the fastest stops from speeds (n, J), rad/s, at the acceleration 0."""
+    """Return the lengths (n, J), rad, of the fastest stops from speeds (n, J), rad/s, at zero acceleration."""
     bends = limits.accelerations / limits.jerks
     slow = speeds * np.sqrt(speeds / limits.jerks)
     return np.where(speeds < limits.accelerations * bends, slow, speeds * (speeds / limits.accelerations + bends) / 2)

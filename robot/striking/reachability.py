@@ -1,4 +1,4 @@
-"""A stored table of postures that touch nothing, searched by where the racket is and how it points."""
+"""A stored table of collision-free postures, searched by the racket's position and normal."""
 
 import hashlib
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from robot.striking.chain import Chain
 
 COUNT = 20_000
 METRES_A_RADIAN = 0.3
-"""Metres that a radian counts in the distance by which postures are searched."""
+"""Weight of a radian, m, in the distance between postures."""
 NEAREST = 8
-"""Postures of the table that are looked at for each wanted one."""
+"""Number of postures of the table that are examined for each wanted one."""
 INSIDE = 0.02
-"""Part of the ranges that is left free at both ends."""
+"""Part of the ranges that is left out at both ends."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reachability:
-    """Postures (n, J) inside the ranges that touch nothing, and the racket's positions and normals in them, (n, 3)."""
+    """Collision-free postures (n, J) inside the ranges, with the racket's positions and normals, (n, 3)."""
 
     postures: np.ndarray
     positions: np.ndarray
@@ -32,7 +32,7 @@ class Reachability:
 
     @staticmethod
     def of(config: RobotConfig, cache: Path | None = None, count: int = COUNT) -> "Reachability":
-        """Return the table of a robot: from the folder `cache` if it is there, else made in seconds and left there."""
+        """Return the table of a robot: from the folder `cache`, or computed within seconds and stored there."""
         chain = Chain(config)
         file = None if cache is None else cache / f"reachability-{config.name}-{_fingerprint(config, count)}.npy"
         if file is not None and file.is_file():
@@ -49,9 +49,9 @@ class Reachability:
     def seeds(
         self, positions: np.ndarray, normals: np.ndarray, near: np.ndarray, scale: np.ndarray, count: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return postures (n, count, J) from which to search, and how far (n, count), m, they are from the wanted.
+        """Return seeds (n, count, J), and their distances (n, count), m, from positions and normals (n, 3).
 
-        Of the nearest to positions and normals (n, 3) those nearest to the posture `near` (J,), in units of `scale`.
+        Of the nearest postures of the table, those nearest to the posture `near` (J,) in units of `scale` are taken.
         """
         distances, index = self._tree.query(np.hstack([positions, METRES_A_RADIAN * normals]), k=NEAREST)
         away = np.linalg.norm((self.postures[index] - near) / scale, axis=2)
@@ -64,7 +64,7 @@ class Reachability:
 
 
 def _free_postures(config: RobotConfig, count: int) -> np.ndarray:
-    """Return postures that keep the robot's margin, spread evenly over its ranges, always the same."""
+    """Return postures that keep the robot's margin, spread evenly over its ranges; the same in every call."""
     clearance = Clearance(config, config.load_model())
     low, high = np.where(np.isfinite(config.limits.positions), config.limits.positions, [-np.pi, np.pi]).T
     spare = INSIDE * (high - low)
@@ -78,7 +78,7 @@ def _is_free(clearance: Clearance, posture: np.ndarray) -> bool:
 
 
 def _fingerprint(config: RobotConfig, count: int) -> str:
-    """Return a digest of what the table depends on."""
+    """Return a digest of everything on which the table depends."""
     model, found = config.model, hashlib.sha256()
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)

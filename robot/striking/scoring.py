@@ -1,4 +1,4 @@
-"""The score of a stroke, from contacts and sights of the ball alone."""
+"""The score of a stroke, from contacts and sights of the ball only."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from robot.striking.flight import GRAVITY
 
 Place = tuple[float, float, float]
 MAX_GAP_S = 0.1
-"""A place of the ball is known where it was seen within this time before."""
+"""A position of the ball is known for this time after a sight, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What came of a ball.
+    """The result of a ball.
 
-    hit: the arm touched it; hit_time: when it did so last, s. net: it touched the net after that. landed_at,
-    landed_time: where and when it first touched the surface after that, None before. distance: from the target,
-    horizontally, m. returned: it landed in the court's region, over the net or by its top.
+    hit: the arm touched it; hit_time: of the last touch, s. net: it touched the net after that. landed_at, landed_time:
+    of its first touch of the surface after that, None before. distance: horizontal, from the target, m. returned: it
+    landed in the court's region, over the net or after touching its top.
     """
 
     hit: bool = False
@@ -38,8 +38,8 @@ def score(
     """Return the score of a ball.
 
     Args:
-        contacts: Since it was thrown, in any order.
-        sights: Since it was thrown; the truth counts where there is one.
+        contacts: Since the throw, in any order.
+        sights: Since the throw; the truth is used if there is one.
         court: The robot's.
         bodies: The arm's, as in its `RobotConfig`.
         target: Where it should land, m.
@@ -65,7 +65,7 @@ def score(
 
 
 def place_at(sights: Sequence[BallState], time: float) -> Place | None:
-    """Return where the ball was at `time`, carried on from the newest sight before it; None where that is too old."""
+    """Return the ball's position at `time`, extrapolated from the last sight before it; None if that is too old."""
     before = [sight for sight in sights if time - MAX_GAP_S <= sight.time <= time]
     if not before:
         return None

@@ -1,4 +1,4 @@
-"""A hit in simulation: MuJoCo's steps of the contact alone, as a finer model than the contact law."""
+"""A hit in simulation: MuJoCo steps of the contact alone, as a finer model than the contact law."""
 
 from dataclasses import dataclass
 
@@ -13,14 +13,14 @@ from robot.striking.contact import ContactLaw, outgoing
 from robot.striking.flight import GRAVITY
 
 LONGEST_S = 0.04
-"""A contact that lasts longer, s, is given up."""
+"""Longest simulated contact, s."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Touch:
-    """The ball after a simulated hit, led back to the time of the touch: position, velocity (3,), duration (s).
+    """The ball after a simulated hit, extrapolated back to the touch: position, velocity (3,), duration (s).
 
-    joint_velocities: the arm's as the ball leaves it, (J,), rad/s.
+    joint_velocities: of the arm as the ball leaves it, (J,), rad/s.
     """
 
     position: np.ndarray
@@ -30,13 +30,13 @@ class Touch:
 
 
 class SimulatedContact:
-    """Simulates hits with the robot's own model. It holds its own model and data: use one a thread.
+    """Simulates hits with the robot's own model. It owns its model and data: use one a thread.
 
-    ball: the ball's body, on a free joint or on three slides along the axes of the world. law: which its result is
-    compared with. phases: parts of a simulation step, from its begin to the touch, that are averaged; none: that of
-    the hit's own time, for a ball whose flight is known exactly. alpha: 1/s, gain of the tracking law (eq. 11) with
-    which Volley's controller resists the recoil of Volley's simulation; 0: of another simulation, torques stay, as
-    they do where the robot's tick is longer than a step of the model: it is then as long as a contact.
+    ball: the ball's body, on a free joint or on three slides along the world's axes. law: the result is compared with
+    it. phases: parts of a simulation step, from its begin to the touch, over which results are averaged; empty: the
+    phase of the hit's own time, for a ball whose flight is known exactly. alpha: 1/s, gain of the tracking law (eq.
+    11), by which the controller resists the recoil; 0 keeps torques constant, for other simulations and if the robot's
+    tick is longer than a step of the model, and thus as long as a contact.
     """
 
     def __init__(
@@ -70,9 +70,9 @@ class SimulatedContact:
         self._offset = offset
 
     def __call__(self, choice: Choice) -> np.ndarray:
-        """Return by how much (3,), m/s, the velocity after a hit differs from the law's; 0 where nothing is met.
+        """Return the difference (3,), m/s, of the velocity after a hit from the law's; 0 if the racket is missed.
 
-        Where the ball leaves from another place than the law says, the difference counts that over its flight.
+        A difference of the ball's position after the contact is included, divided by the flight time.
         """
         step = self._model.opt.timestep
         law = self.law
@@ -86,7 +86,7 @@ class SimulatedContact:
         return np.mean(found, axis=0) if found else np.zeros(3)
 
     def hit(self, choice: Choice, phase: float) -> Touch | None:
-        """Simulate a hit whose touch is `phase` of a step after the first step begins; None where nothing is met."""
+        """Simulate a hit with its touch `phase` of a step after the begin of the first; None if it misses."""
         model, data, step = self._model, self._data, self._model.opt.timestep
         before = phase * step
         data.qpos[:], data.qvel[:], data.qacc_warmstart[:] = self._pose, 0.0, 0.0
@@ -108,7 +108,7 @@ class SimulatedContact:
                 pull = tracking_acceleration(self._alpha, reference, data.qpos[self._qpos], speeds)
                 data.qfrc_applied[self._dofs] = held + masses @ pull
             mujoco.mj_step(model, data)
-            if self._alpha:  # As services.sim: exact for an acceleration that is held over the step.
+            if self._alpha:  # As services.sim: exact for an acceleration that is constant over the step.
                 data.qpos[self._qpos] -= step / 2 * (data.qvel[self._dofs] - speeds)
             touching = self._touching()
             if began and not touching:
@@ -120,11 +120,11 @@ class SimulatedContact:
         return not self._geoms.isdisjoint(self._data.contact.geom.ravel().tolist())
 
     def _touch(self, after: float) -> Touch:
-        """Return the ball of now led back by `after` (s)."""
+        """Return the ball's present state extrapolated back by `after` (s)."""
         gravity = np.array([0.0, 0.0, -GRAVITY])
         velocity = self._data.qvel[self._ball_dofs] - gravity * after
         position = self._data.qpos[self._ball_qpos] + self._origin
-        # The contacts of a step are those before it, so the ball has been free for half a step to one and a half.
+        # Contacts are detected at the begin of a step, so the ball has been free for 0.5 to 1.5 steps.
         duration = max(after - 1.5 * self._model.opt.timestep, 0.0)
         at_touch = position - velocity * after - gravity * after**2 / 2
         return Touch(at_touch, velocity, duration, self._data.qvel[self._dofs])

@@ -1,4 +1,4 @@
-"""When a ball may be hit first."""
+"""Candidate times of a hit."""
 
 import numpy as np
 
@@ -8,12 +8,12 @@ from robot.striking.path import Path
 
 
 def first_times(path: Path, fixed: np.ndarray, options: Options, begin: float, earliest: float = -np.inf) -> np.ndarray:
-    """Return times (n,), s, at which a ball is not in a bounce, and was not near to the points `fixed` (m, 3).
+    """Return times (n,), s, at which a ball is not in a bounce and was never near the points `fixed` (m, 3).
 
-    begin: s, of the arm's motion. earliest: s, none before.
+    begin: s, of the arm's motion. earliest: s, lower bound.
 
     Raises:
-        NoHit: there is none.
+        NoHit: there is no such time.
     """
     first = max(begin + options.soonest, earliest, float(path.times[0]))
     times = np.arange(first, path.times[-1] - 1e-9, options.time_step)

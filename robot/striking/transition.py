@@ -1,8 +1,8 @@
-"""How the belief about a ball changes with time: mean and covariance through flight and bounces.
+"""Propagate mean and covariance of a ball through flight and bounces.
 
-The state (11,) is position, velocity, wind, drag, restitution of the surface. At a bounce, which happens when the ball
-gets there, the covariance passes through its saltation matrix, Ξ = D + (f⁺ − D f⁻) nᵀ / (nᵀ f⁻), with D the derivative
-of the bounce, f⁻ and f⁺ the motion before and after it, n the vertical.
+The state (11,) is position, velocity, wind, drag, restitution of the surface. The time of a bounce depends on the
+state, so its covariance passes through the saltation matrix Ξ = D + (f⁺ − D f⁻) nᵀ / (nᵀ f⁻), with D the derivative of
+the bounce, f⁻ and f⁺ the time derivative of the state before and after it, n the vertical.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from robot.striking.flight import Air, Ball, Surface, acceleration, fly, time_to_fall
 
 STEP_S = 0.1
-"""Longest step of a belief."""
+"""Longest step of the propagation, s."""
 SIZE = 11
 POSITION, VELOCITY, WIND = slice(0, 3), slice(3, 6), slice(6, 9)
 DRAG, RESTITUTION = 9, 10
@@ -20,13 +20,13 @@ MOVES, BLOWS, DRIFTS, SPEEDS = (
 )
 """Diagonals of a transition: of positions by velocities, positions and velocities by the wind, velocities."""
 MOST = 100.0
-"""m/s²; no ball falls faster."""
+"""Upper bound of a ball's downward acceleration, m/s²."""
 TANGENTIAL_SPREAD = 0.02
-"""Standard deviation of the horizontal velocity that a bounce keeps, as a part."""
+"""Standard deviation of the horizontal velocity after a bounce, as a part of that velocity."""
 
 
 class Transition:
-    """Moves beliefs about a ball of this kind over this surface. unmodelled: of the acceleration, m/s per √s."""
+    """Propagates the state of a ball over a surface. unmodelled: process noise of the acceleration, m/s per √s."""
 
     def __init__(self, ball: Ball, surface: Surface, unmodelled: float = 0.02) -> None:
         self._ball = ball
@@ -41,13 +41,13 @@ class Transition:
         return self._surface.dwell
 
     def air(self, mean: np.ndarray) -> Air:
-        """Return what acts on a ball of state `mean`."""
+        """Return the forces on a ball of state `mean`."""
         return Air(float(mean[DRAG]), mean[WIND], self.spin)
 
     def time_to_bounce(self, mean: np.ndarray, within: float) -> float | None:
-        """Return the time (s) to the next bounce if it is at most `within`, a step."""
+        """Return the time (s) to the next bounce, None if it is later than `within`, one step."""
         height, speed = float(mean[2]) - self._floor, float(mean[5])
-        # Nothing but gravity, and what speeds a ball up downwards, lets it fall so fast.
+        # Quick exit: even with the largest downward acceleration the ball stays above the surface.
         if height > 0 and height + within * (speed - MOST * within / 2) > 0:
             return None
         air, found = self.air(mean), within
@@ -87,7 +87,7 @@ class Transition:
         return moved, covariance
 
     def bounce(self, mean: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return mean and covariance after a bounce of a ball that meets the surface now: `dwell` later."""
+        """Return mean and covariance after a bounce that begins now: `dwell` later."""
         surface, v, e = self._surface, mean[VELOCITY], float(mean[RESTITUTION])
         kept = np.array([surface.tangential, surface.tangential, -e])
         after = mean.copy()
@@ -119,7 +119,7 @@ class Transition:
                 mean, covariance = self.bounce(mean, covariance)
                 time -= self._surface.dwell
                 bounces += 1
-        if time < 0:  # Within the contact: the state after it, moved back to now.
+        if time < 0:  # within the contact: extrapolate back from the state after it
             mean = mean.copy()
             mean[POSITION] += mean[VELOCITY] * time
         return mean, covariance, bounces

@@ -27,7 +27,7 @@ EXPOSED = (
     "deploy/zenoh/router.json5 (docs/operations.md), or allow it with --insecure"
 )
 MISUSED = 2
-"""Exit status where a file or a command line cannot be meant."""
+"""Exit status for an unusable file or command line."""
 OWN_PORTS = range(20_000, 30_000)
 """Linux gives none of these to a program that asks for any port: what is found free still is when it is bound."""
 _counter = itertools.count(os.getpid() * 61)  # processes that choose at the same time begin at different ports
@@ -36,7 +36,7 @@ LIBRARIES = Path.home() / ".local" / "share" / "volley" / "library"
 
 
 def _shown_as(metavar: str) -> object:
-    """Name the value of a flag in a help screen, without a default that would say nothing."""
+    """Name the value of a flag in a help screen, and hide a default that says nothing."""
     return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
 
 
@@ -72,7 +72,7 @@ class Options:
 
 
 def free_port(preferred: int = 0) -> int:
-    """Return `preferred`, or where somebody listens there another port of loopback that is free."""
+    """Return `preferred`, or a free port of loopback if `preferred` is taken."""
     others = (OWN_PORTS[count % len(OWN_PORTS)] for count in _counter)
     return next(port for port in itertools.chain([preferred] if preferred else [], others) if _is_free(port))
 
@@ -92,7 +92,7 @@ def free_endpoint() -> str:
 
 
 def is_taken(endpoint: str) -> bool:
-    """Return whether another process listens at this TCP endpoint; False where that cannot be known."""
+    """Return whether another process listens at this TCP endpoint; False if that cannot be determined."""
     address = endpoint.partition("/")[2].partition("?")[0].partition("#")[0]
     host, _, port = address.rpartition(":")
     try:
@@ -146,7 +146,7 @@ def open_bus(
 
 
 def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[str]) -> None:
-    """Raise SystemExit where a session with these endpoints accepts other machines without a certificate.
+    """Raise SystemExit if a session with these endpoints would accept other machines without a certificate.
 
     Raises:
         zenoh.ZError: the configuration is invalid.
@@ -163,9 +163,10 @@ class SimFlags:
 
     Attributes:
         clock: paced follows the wall clock but waits for the controller, so that a slow machine only slows robot time;
-            realtime waits for nobody, as a real arm; stepped advances on `sim/step` requests only.
+            realtime does not wait, like a real arm; stepped advances on `sim/step` requests only.
         seed: Seed of the sensor noise; in stepped time it also names the first run.
-        pace: With the clock paced, robot time over wall time at most: 0.25 gives each process four times as long.
+        pace: With the clock paced, largest ratio of robot time to wall time: 0.25 gives each process four times as
+            long.
         also: TOML files of further robots that stand in the same model: one simulation moves them all, with one ball.
     """
 
@@ -180,8 +181,8 @@ class PlannerFlags:
     """Flags of the planner.
 
     Attributes:
-        library: Directory of the learned primitives; by default ~/.local/share/volley/library/ROBOT. Made on first
-            start, with the shipped demonstrations of this arm learned.
+        library: Directory of the learned primitives; by default ~/.local/share/volley/library/ROBOT. The first start
+            makes it and learns the demonstrations that are shipped for this arm.
         lead: Fixed time from now to the start of a plan, s; by default it follows the time that planning takes.
     """
 
@@ -194,10 +195,10 @@ class StrikerFlags:
     """Flags of the striker.
 
     Attributes:
-        learned: File of what the striker has learned about racket and ball, kept from one start to the next; by default
+        learned: File in which the striker keeps what it has learned about racket and ball; by default
             ~/.local/share/volley/striker/ROBOT.json.
-        method: How swings are planned; dmp is the movement primitive that Volley is compared with, quintic one
-            polynomial without a demonstration, which the striker has executed without the planner.
+        method: How swings are planned: qp is Volley's method; for comparison, dmp is the dynamic movement primitive,
+            and quintic is one polynomial without a demonstration, planned by the striker itself.
     """
 
     learned: OptionalFile = None

@@ -1,1 +1,1 @@
-"""The striker: sees the ball, predicts it, chooses a hit, asks the planner for it, and corrects it until the touch."""
+"""The striker: follow the ball, choose a hit, request it from the planner, and correct it until the touch."""

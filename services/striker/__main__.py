@@ -1,4 +1,4 @@
-"""`python -m services.striker`: return balls to where they are wanted."""
+"""`python -m services.striker`: return balls to a target."""
 
 import logging
 import threading
@@ -28,7 +28,7 @@ LEARNED = Path.home() / ".local" / "share" / "volley" / "striker"
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Return balls to where they are wanted."""
+    """Return balls to a target."""
 
     common: Common = field(default_factory=Options)
     own: Annotated[StrikerFlags, tyro.conf.arg(name="")] = field(default_factory=StrikerFlags)
@@ -59,10 +59,10 @@ def main() -> None:
 
 
 def prepare(flags: Flags, config: RobotConfig, log: logging.Logger) -> Mind:
-    """Return what the striker knows of this robot.
+    """Build the striker's mathematics for this robot.
 
     Raises:
-        SystemExit: its description, or the file of what was learned, cannot be used; the log says why.
+        SystemExit: the description, or the file of the learned law, cannot be used; the log says why.
     """
     learned = flags.own.learned or LEARNED / f"{(flags.common.robot or config.name).replace('/', '-')}.json"
     learned.parent.mkdir(parents=True, exist_ok=True)
@@ -74,7 +74,7 @@ def prepare(flags: Flags, config: RobotConfig, log: logging.Logger) -> Mind:
 
 
 def ask_library(bus: Bus, config: RobotConfig, stopping: threading.Event) -> list[tuple[str, float]]:
-    """Return name and duration (s) of this arm's primitives, once the planner says; none where it is stopped before."""
+    """Wait for the planner; return name and duration (s) of this arm's primitives. Empty if stopped before."""
     while not stopping.wait(0.1):
         try:
             entries = bus.ask(topics.PRIMITIVES, m.Empty(), timeout=2.0).primitives

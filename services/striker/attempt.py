@@ -1,4 +1,4 @@
-"""One ball: what was seen, planned and asked for, until it has landed."""
+"""One ball: its sights, plans and goals, until it has landed."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -14,9 +14,9 @@ Stage = Literal["seen", "swinging", "struck", "over"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """A hit that was seen: its time (s), the ball's position and velocity after it (3,), and when and where it lands.
+    """A hit that was seen: its time (s), the ball's position and velocity after it (3,), time and place of landing.
 
-    velocity and landing are None where too little was seen.
+    velocity and landing are None with too few sights.
     """
 
     time: float
@@ -27,7 +27,7 @@ class Outcome:
 
 @dataclass(slots=True, eq=False)
 class Asked:
-    """A goal that was sent and is not answered: the hit that it is for, and the motion that it corrects."""
+    """A goal that waits for its reply: its hit, and the motion that it corrects."""
 
     goal_id: str
     choice: Choice
@@ -40,19 +40,20 @@ class Attempt:
 
     Attributes:
         ball: Its number.
-        stage: seen: no hit is planned; swinging: one is; struck: it has left the racket; over: it landed or was missed.
+        stage: seen: no hit is planned; swinging: a hit is planned; struck: the ball has left the racket; over: it
+            landed or was missed.
         choice: The hit that is played.
-        further: Hits, or touches of a correction, that are tried where the planner refuses the ones before them.
+        further: Hits, or touches of a correction, to try next if the planner refuses.
         goal_id: Of the motion that is played.
-        primitive: That it imitates.
-        asked: The goal on its way.
-        rest_time: When the motion that is played ends, robot time.
-        revisions: Corrections that were taken.
-        again: When a hit is looked for once more, where none was found.
-        decided: Time of the newest sight that was decided on.
-        began: When that decision began, robot time.
+        primitive: Imitated by that motion.
+        asked: The goal that waits for its reply.
+        rest_time: End of the motion that is played, robot time.
+        revisions: Number of accepted corrections.
+        again: When to search for a hit again, if none was found.
+        decided: Time of the last sight that a decision has used.
+        began: Begin of that decision, robot time.
         sights: Times and positions of the ball after the planned touch.
-        touch: Contact of ball and racket, where the robot side says so.
+        touch: Contact of ball and racket, if the robot side reports it.
         reason: Why no hit was found or played last.
         refused_for: The kind of that reason.
     """

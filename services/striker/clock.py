@@ -1,4 +1,4 @@
-"""The robot's time, and where a motion begins that is asked for now."""
+"""The robot's time, and the state in which a motion can begin."""
 
 from dataclasses import replace
 
@@ -8,11 +8,11 @@ from protocol import messages as m
 from robot.striking.choice import State
 
 SILENT_S = 1.0
-"""A controller that has sent no command for longer is not known to run."""
+"""The controller counts as absent if it sends no command for this long, s."""
 
 
 class Clock:
-    """Follows the reference trajectory by the controller's commands. `now`: s, on the robot's clock."""
+    """Follows the reference trajectory from the controller's commands. `now`: s, on the robot's clock."""
 
     def __init__(self, rate_hz: float) -> None:
         self.now = 0.0
@@ -21,7 +21,7 @@ class Clock:
         self._newest: State | None = None
 
     def take(self, command: m.Command) -> bool:
-        """Take in the newest command; return whether a new run of the robot has begun with it."""
+        """Process the newest command; return whether it begins a new run of the robot."""
         is_new_run = self._run is not None and command.run != self._run
         if is_new_run:
             self.now = 0.0
@@ -34,7 +34,7 @@ class Clock:
         return is_new_run
 
     def start(self, lead: float) -> State | None:
-        """Return where a motion begins `lead` (s) from now, None while no controller sends commands."""
+        """Return the state of the reference `lead` (s) from now; None while no controller sends commands."""
         newest = self._newest
         if newest is None or self.now - newest.time > SILENT_S:
             return None

@@ -1,4 +1,4 @@
-"""The striker without a bus: what it does about each ball."""
+"""The striker without a bus: decisions about each ball."""
 
 import itertools
 import logging
@@ -20,15 +20,15 @@ from services.striker.swing import Swing
 from services.striker.voice import Voice
 
 MIN_SIGHTS = 5
-"""Sights before a first choice: the spread at the hit is then below the racket's radius."""
+"""Sights before a first choice: then the standard deviation at the hit is below the racket's radius."""
 TOUCH_WINDOW_S = 0.06
-"""A contact so near to the planned touch is the hit."""
+"""A contact within this time of the planned touch is the hit, s."""
 
 
 class Striker:
-    """Strikes the balls that it sees, while it has an order. Times are the robot's.
+    """Strikes the balls that it sees while it has an order. Times are the robot's.
 
-    Methods named after what happens take it in; `decide` then does the next thing that is to be done.
+    Methods named after events process them; `decide` then takes the next action.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Striker:
         self._fault: str | None = None
 
     def order(self, request: m.StrikeRequest) -> m.Striking:
-        """Strike from now on, as asked; what was asked before is forgotten.
+        """Start to strike as requested; this replaces an earlier order.
 
         Raises:
             Refusal: `bad_message`, naming the field; `unknown_primitive`.
@@ -66,18 +66,18 @@ class Striker:
         order = order_of(request)
         self._repertoire.check(order.primitives)
         if self._order is None:
-            self._homing.away = True  # for the first ball it waits in the ready pose
+            self._homing.away = True  # so that it waits for the first ball in the ready pose
         self._order, self._left = order, request.count
         self._log.info("strikes balls to %s", order.target.tolist())
         return m.Striking(active=True)
 
     def stop(self) -> m.Striking:
-        """Strike no further ball; a motion under way is played to its end."""
+        """Strike no further ball; the present motion is played to its end."""
         self._order, self._attempt = None, None
         return m.Striking(active=False)
 
     def see(self, ball: m.BallState) -> None:
-        """Take in where the ball was seen."""
+        """Process a sight of the ball."""
         self._take_command()
         position = self._eyes.read(ball, self._clock.now)
         if position is None:
@@ -91,7 +91,7 @@ class Striker:
             self._voice.miss(attempt, self._clock.now, over)
 
     def touch(self, contact: m.Contact) -> None:
-        """Take in that two bodies touched: the ball and the racket near the planned touch is the hit."""
+        """Process a contact: the ball and the racket near the planned touch are the hit."""
         attempt = self._attempt
         if attempt is None or attempt.choice is None or attempt.touch is not None:
             return
@@ -100,17 +100,17 @@ class Striker:
             attempt.touch = contact
 
     def ended(self, result: m.Result) -> None:
-        """Take in how a motion ended."""
+        """Process the result of a motion."""
         attempt = self._attempt
         if attempt and result.goal_id == attempt.goal_id and result.outcome == "aborted":
             self._voice.miss(attempt, self._clock.now, f"the swing was aborted: {result.reason}")
 
     def note(self, status: m.Status) -> None:
-        """Take in the controller's status: whether it is in fault."""
+        """Process the controller's status: whether it is in fault."""
         self._fault = status.fault
 
     def answered(self, goal_id: str, reply: Reply) -> None:
-        """Take in what came of a goal; of a ball that is forgotten nothing more is done, its motion ends at rest."""
+        """Process the reply to a goal; replies for earlier balls are ignored, and their motions end at rest."""
         attempt = self._attempt
         if self._homing.answered(goal_id, reply) or attempt is None:
             return
@@ -119,7 +119,7 @@ class Striker:
             self._swing.answered(attempt, self._order.primitives if self._order else (), reply)
 
     def decide(self) -> None:
-        """Do what is to be done now, if anything."""
+        """Take the next action, if any."""
         self._take_command()
         if self._order is not None:
             if self._attempt is None or self._attempt.stage == "over":
@@ -136,7 +136,7 @@ class Striker:
             self._aim(attempt)
 
     def give_up(self, reason: str) -> None:
-        """Let the ball go; the motion under way is played to its end."""
+        """Abandon the ball; the present motion is played to its end."""
         if self._attempt and self._attempt.stage != "over":
             self._voice.miss(self._attempt, self._clock.now, reason)
         self._eyes.forget()
@@ -157,7 +157,7 @@ class Striker:
             self._homing.go(now, self._names, order.primitives)
 
     def _aim(self, attempt: Attempt) -> None:
-        """Choose a hit of a ball that comes, or correct it."""
+        """Choose a hit of an approaching ball, or correct it."""
         ball = self._eyes.ball(self._clock.now)
         if self._order is None:
             return
@@ -170,7 +170,7 @@ class Striker:
             aim(attempt, self._order, ball)
 
     def _judge(self, attempt: Attempt) -> None:
-        """Say whether the ball was hit and where it lands, and learn from it, once enough of it was seen."""
+        """Publish whether the ball was hit and where it lands, and learn from it, once there are enough sights."""
         now = self._clock.now
         if not self._mind.can_judge(attempt, now):
             return
@@ -190,7 +190,7 @@ class Striker:
             self._order = None
 
     def _take_command(self) -> None:
-        """Take in the controller's newest command; with a new run nothing of the one before counts."""
+        """Process the controller's newest command; a new run discards the state of the last one."""
         command = self._outside.command()
         if command is not None and self._clock.take(command):
             self._eyes.forget(new_run=True)

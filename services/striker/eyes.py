@@ -1,4 +1,4 @@
-"""Sights of the ball, on their way into the estimator."""
+"""Sights of the ball, checked before the estimator uses them."""
 
 import logging
 import math
@@ -11,15 +11,15 @@ from services.common.logs import ThrottledLog
 from services.striker.watching import Stillness
 
 LOST_S = 0.15
-"""A ball that was not seen for so long has stopped coming."""
+"""A ball that was not seen for this long is lost, s."""
 AHEAD_S = 0.1
-"""A sight that is so far ahead of the robot's clock is not of this run."""
+"""A sight this far ahead of the robot's clock belongs to another run, s."""
 REACH = 100.0
-"""m, m/s: no ball that is struck is farther away or faster, on any axis."""
+"""m, m/s: largest distance and speed of a ball, on each axis."""
 
 
 class Eyes:
-    """Follows one ball with an estimator, and leaves out sights that cannot be of it."""
+    """Follows one ball with an estimator, and ignores sights that cannot belong to it."""
 
     def __init__(self, estimator: Estimator, log: logging.Logger) -> None:
         self._estimator = estimator
@@ -28,7 +28,7 @@ class Eyes:
         self._newest = -math.inf
 
     def read(self, ball: m.BallState, now: float) -> np.ndarray | None:
-        """Return where a ball was seen, (3,) m; None where that is no sight of a ball, which is logged."""
+        """Return the position of a sight, (3,) m; None, and a log line, if it is not a valid sight."""
         if len(ball.position) != 3:
             self._rejected.warn(f"a ball with {len(ball.position)} coordinates was left out; space has 3")
         elif ball.time > now + AHEAD_S:
@@ -43,7 +43,7 @@ class Eyes:
         return None
 
     def follow(self, ball: m.BallState, position: np.ndarray) -> str:
-        """Take in a sight that was read; return why the ball before it is over, as a sentence, or empty."""
+        """Process a sight that was read; return why the previous ball has ended, as a sentence, or empty."""
         if self._stillness.is_still(ball.time, position):
             self._estimator.reset()
             return ""
@@ -60,11 +60,11 @@ class Eyes:
         return ""
 
     def ball(self, now: float) -> Estimate | None:
-        """Return what is known of the ball, None where none was seen lately."""
+        """Return the estimate of the ball, None if it was not seen recently."""
         return None if self._estimator.age(now) > LOST_S else self._estimator.estimate
 
     def forget(self, new_run: bool = False) -> None:
-        """Forget the ball; of a `new_run`, the times of its sights too."""
+        """Forget the ball; with `new_run`, also the times of its sights."""
         self._estimator.reset()
         self._stillness.reset()
         if new_run:

@@ -1,4 +1,4 @@
-"""The way back to the ready pose."""
+"""The return to the ready pose."""
 
 import logging
 import math
@@ -11,13 +11,13 @@ from services.striker.outside import Reply, Taken
 from services.striker.repertoire import Repertoire
 
 RETRY_S = 1.0
-"""Between attempts to go to the ready pose."""
+"""Time between attempts to return to the ready pose, s."""
 
 
 class Homing:
-    """Sends the arm home, where it waits for the next ball.
+    """Sends the arm to the ready pose, where it waits for the next ball.
 
-    away: whether the arm may be anywhere else; set it when a swing is asked for.
+    away: whether the arm may be elsewhere; set it when a swing is requested.
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class Homing:
         self._next = -math.inf
 
     def go(self, now: float, names: Iterator[str], primitives: tuple[str, ...]) -> None:
-        """Ask for the way home, named by the next of `names`, where the arm is not there and none is under way."""
+        """Request the return, with the next goal id of `names`, unless the arm is in the ready pose or returning."""
         if not self.away or self._goal_id or now < self._next:
             return
         self._goal_id, self._next = next(names), now + RETRY_S
@@ -40,7 +40,7 @@ class Homing:
         self._send(ready_goal(self._goal_id, self._config, primitive))
 
     def answered(self, goal_id: str, reply: Reply) -> bool:
-        """Take in the answer to a goal; return whether it was a way home."""
+        """Process the reply to a goal; return whether the goal was a return."""
         if goal_id != self._goal_id:
             return False
         self._goal_id = None
@@ -51,5 +51,5 @@ class Homing:
         return True
 
     def forget(self) -> None:
-        """Forget what was asked, after a new run."""
+        """Forget pending requests, after a new run."""
         self.away, self._goal_id, self._next = True, None, -math.inf

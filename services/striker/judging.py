@@ -1,4 +1,4 @@
-"""What came of a hit, and what it teaches."""
+"""The result of a hit, and what is learned from it."""
 
 import logging
 from pathlib import Path
@@ -10,18 +10,18 @@ from robot.striking.learning import Learner, left_with, write
 from services.striker.attempt import Attempt, Outcome
 
 FLOWN = 0.9
-"""Part of the flight to the target after which a ball is judged: what spin and air do to it counts too, …"""
+"""Part of the flight to the target after which a ball is judged, so that spin and air count, …"""
 EARLY_SIGHTS, DEFLECTED_M_S = 12, 0.5
-"""… unless it met something: then these first ones tell another velocity, by more than that."""
+"""… unless it met something: then the velocity from this many first sights differs by more than this, m/s."""
 LEAST_STD = 0.02
-"""m/s; a velocity after a hit is known no better than this."""
+"""m/s; least standard deviation of a velocity after a hit."""
 MISSED_M_S = 1.0
-"""A ball whose velocity changed by less than this was not hit."""
+"""A ball whose velocity changed by less than this was not hit, m/s."""
 LONGEST_FLIGHT_S = 10.0
 
 
 class Judge:
-    """Judges hits of a ball on a court and teaches `learner`, which is written to the file `learned` for `robot`."""
+    """Judges hits of a ball on a court and updates `learner`, which is stored in the file `learned` for `robot`."""
 
     def __init__(
         self, ball: Ball, court: Court, learner: Learner, learned: Path, robot: str, log: logging.Logger
@@ -32,12 +32,12 @@ class Judge:
         self._learned, self._robot, self._log = learned, robot, log
 
     def can(self, attempt: Attempt, now: float) -> bool:
-        """Return whether a ball that has left the racket will soon land."""
+        """Return whether a ball that has left the racket is about to land."""
         assert attempt.choice is not None
         return now > attempt.choice.time + FLOWN * attempt.choice.flight_time
 
     def judge(self, attempt: Attempt) -> Outcome | None:
-        """Return how the ball left the hit, and learn from it; None where it was not hit."""
+        """Return how the ball left the hit, and learn from it; None if it was not hit."""
         choice = attempt.choice
         assert choice is not None
         hit = attempt.touch.time if attempt.touch else choice.time
@@ -54,7 +54,7 @@ class Judge:
         return Outcome(hit, choice.ball, velocity, self._landing(hit, choice.ball, velocity))
 
     def _left(self, hit: float, sights: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, float] | None:
-        """Return the velocity (3,) of a ball after a hit, and its std, m/s; None where it was not seen enough."""
+        """Return the velocity (3,) of a ball after a hit, and its std, m/s; None with too few sights."""
         times, places = [time for time, _ in sights], np.array([place for _, place in sights])
         air = Air(self._ball.drag)
         whole = left_with(times, places, hit, self._ball, air)
@@ -64,14 +64,14 @@ class Judge:
         return early if np.linalg.norm(whole[0] - early[0]) > DEFLECTED_M_S else whole
 
     def keep(self) -> None:
-        """Write what was learned."""
+        """Write the learned law."""
         try:
             write(self._learned, self._robot, self._learner)
         except OSError as error:
             self._log.warning("what was learned is not kept: %s", error)
 
     def _landing(self, hit: float, place: np.ndarray, velocity: np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Return when and where a ball that leaves `place` (3,) comes down; None where it never does."""
+        """Return time and place of landing of a ball that leaves `place` (3,); None if it never lands."""
         air = Air(self._ball.drag)
         time = float(time_to_fall(place[2] - self._floor, velocity[2], np.array(-GRAVITY), self._ball.step))
         for _ in range(3):  # Newton's method on the height

@@ -23,11 +23,11 @@ from services.striker.core import Striker
 from services.striker.outside import Reply, Taken
 
 GOAL_TIMEOUT_S = 1.0
-"""A planner that is silent for longer is taken for dead; the arm then ends the motion that it has."""
+"""Timeout of a goal's reply, s; after it the arm ends its present motion."""
 WAIT_S = 0.01
 LISTENED = (topics.BALL, topics.CONTACT, topics.ENDED, topics.STATUS)
 LENGTH = 256
-"""Messages that may wait: more than come during the longest choice of a hit."""
+"""Capacity of the inbox: more messages than arrive during the longest choice of a hit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,14 +40,14 @@ class Published:
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """A goal was answered; `read` returns the motion that is played, or raises Refusal or NoAnswer."""
+    """The reply to a goal; `read` returns the motion that is played, or raises Refusal or NoAnswer."""
 
     goal_id: str
     read: Callable[[], Taken]
 
 
 class BusLink:
-    """What the striker asks and says, over the bus. Implements `Outside`."""
+    """The striker's goals and publications over the bus. Implements `Outside`."""
 
     def __init__(self, bus: Bus, inbox: Inbox[Any]) -> None:
         self._bus = bus
@@ -56,7 +56,7 @@ class BusLink:
         self._said = bus.publisher(topics.STRIKES)
 
     def ask(self, goal: m.Goal) -> None:
-        """Send a goal; its answer comes back through the inbox."""
+        """Send a goal; its reply arrives in the inbox."""
         answered: list[bool] = []
         name = goal.goal_id or ""
 
@@ -72,7 +72,7 @@ class BusLink:
         return Taken(answer.goal_id, answer.start_time, answer.start_time + answer.total_duration)
 
     def command(self) -> m.Command | None:
-        """Return the newest command, None where none came since the last call."""
+        """Return the newest command, None if none has arrived since the last call."""
         taken = self._commands.take()
         if taken is None:
             return None
@@ -87,7 +87,7 @@ class BusLink:
 
 
 class Loop:
-    """Feeds the striker with what the bus brings, in order of arrival."""
+    """Passes messages to the striker in order of arrival."""
 
     def __init__(self, bus: Bus, inbox: Inbox[Any], striker: Striker, log: logging.Logger) -> None:
         self._bus = bus
@@ -97,7 +97,7 @@ class Loop:
         self._log = log
 
     def serve(self, stopping: threading.Event) -> None:
-        """Serve requests and strike until `stopping` is set; the motion under way ends by itself, at rest."""
+        """Serve requests and strike until `stopping` is set; the present motion then ends by itself, at rest."""
         with receivers():
             stray_puts = StrayPuts(self._bus, self._log)
             for topic in LISTENED:
@@ -116,7 +116,7 @@ class Loop:
             stray_puts.warn()
 
     def _decide(self) -> None:
-        """Decide; an unexpected error costs one ball, and the motion under way ends at rest."""
+        """Decide; after an unexpected error only this ball is abandoned, and the present motion ends at rest."""
         try:
             self._striker.decide()
         except Exception:
@@ -124,7 +124,7 @@ class Loop:
             self._striker.give_up(OWN_ERROR.format(service="striker"))
 
     def receive(self, item: Published | Answered | PendingQuery) -> None:
-        """Hand one item on."""
+        """Pass one item on."""
         match item:
             case Published():
                 self._read(item)

@@ -1,4 +1,4 @@
-"""The striker's messages: goals for the planner, and what it publishes of each ball."""
+"""The striker's messages: goals for the planner, and publications about each ball."""
 
 from typing import Literal
 
@@ -11,9 +11,9 @@ from robot.striking.path import Path
 from services.striker.attempt import Asked, Attempt, Outcome
 
 READY = "ready"
-"""The primitive with which the arm goes back to its ready pose, where the library has it."""
+"""Name of the primitive that returns the arm to its ready pose, if the library has it."""
 READY_S = 0.7
-"""How long that takes."""
+"""Duration of the return, s."""
 PATH_POINTS = 24
 CLIENT = "striker"
 Method = Literal["qp", "dmp"]
@@ -35,7 +35,7 @@ def goal_message(asked: Asked, primitive: str, follow_through: float, method: Me
 
 
 def ready_goal(goal_id: str, config: RobotConfig, primitive: str) -> m.Goal:
-    """Return the goal that takes the arm home, where it waits for the next ball."""
+    """Return the goal that returns the arm to the ready pose."""
     home = config.home.tolist()
     return m.Goal(primitive=primitive, positions=home, duration=READY_S, goal_id=goal_id, client_id=CLIENT)
 
@@ -43,7 +43,7 @@ def ready_goal(goal_id: str, config: RobotConfig, primitive: str) -> m.Goal:
 def strike_message(
     attempt: Attempt, phase: m.StrikePhase, now: float, path: Path | None, reason: str, outcome: Outcome | None
 ) -> m.Strike:
-    """Return what is published of a ball. path: its prediction; outcome: how it left the hit."""
+    """Return the publication about a ball. path: its prediction; outcome: how it left the hit."""
     choice = attempt.asked.choice if attempt.asked else attempt.choice
     return m.Strike(
         ball=attempt.ball,

@@ -1,4 +1,4 @@
-"""What the striker knows and works out: ball, court, arm, contact law. Arrays in, hits out."""
+"""The striker's knowledge and mathematics: ball, court, arm, contact law. Arrays in, hits out."""
 
 import logging
 from collections.abc import Iterator
@@ -29,18 +29,18 @@ from services.striker.judging import Judge
 from services.striker.orders import Order
 
 HORIZON_S = 2.0
-"""How far ahead a ball is predicted."""
+"""Prediction horizon of a ball, s."""
 FOLLOW_THROUGH_S = 0.015
 """s for which the racket keeps its velocity after the contact."""
 CLEARS_M = 0.15
-"""m above the net for a ball that is returned."""
+"""Clearance above the net for a returned ball, m."""
 BELIEVED = Belief(position_std=0.004, velocity_std=0.02, restitution_std=0.06, drag_std=0.2)
 CANDIDATES, ASKED = 40, 12
-"""First hits that are found, and how many of them are asked for before hits are chosen once more."""
+"""Number of first hits to find, and how many of them are requested before hits are chosen again."""
 TOUCHED = "out of reach", "room"
-"""Reasons for which there is no hit of a ball that may be touched at least."""
+"""Reasons of NoHit after which a ball may at least be touched."""
 BLOCK_S = 0.5
-"""s; a ball that comes later is not blocked yet: the next sights may show a hit."""
+"""s; a ball that arrives later is not blocked yet, since further sights may allow a hit."""
 OPTIONS = Options(
     time_step=0.04,
     flights=(0.6, 0.75, 0.9),
@@ -66,10 +66,10 @@ class Mind:
     """
 
     def __init__(self, config: RobotConfig, learned: Path, log: logging.Logger) -> None:
-        """Prepare; the first time for a robot this takes seconds, later the table is read from beside `learned`.
+        """Prepare. The first time for a robot takes seconds; later the table is read from beside `learned`.
 
         Raises:
-            CannotStrike: the description has no ball, racket or court; what was learned cannot be read.
+            CannotStrike: the description has no ball, racket or court, or the learned law cannot be read.
         """
         if config.ball is None or config.racket is None or config.court is None:
             missing = [name for name in ("ball", "racket", "court") if getattr(config, name) is None]
@@ -86,7 +86,7 @@ class Mind:
         contact = SimulatedContact(config, BALL, ContactLaw(0.0, 0.0), arm.offset, alpha=config.alpha)
         calibrated = calibrate(arm, table, contact).law
         self._learner = known or Learner.of(calibrated)
-        # What the simulated contact adds is counted from the calibrated law, so that what is learned adds to it.
+        # The simulated contact is compared with the calibrated law, so that the learned corrections add to it.
         contact.law = calibrated
         self.follow_through = self._learner.law.duration / 2 + FOLLOW_THROUGH_S
         options = replace(OPTIONS, follow_through=self.follow_through)
@@ -99,12 +99,12 @@ class Mind:
         self.racket_body = owner_name(config.model, config.model.geom(config.racket.geom).id)
 
     def comes(self, estimate: Estimate) -> bool:
-        """Return whether a ball comes towards the arm."""
+        """Return whether a ball moves towards the arm."""
         towards = self._centre[:2] - estimate.position[:2]
         return bool(estimate.velocity[:2] @ towards > 0.5 * np.linalg.norm(towards))
 
     def choose(self, begin: State, order: Order) -> Iterator[Choice]:
-        """Return hits of the ball that is followed, the best first; where none is found, what touches it at least.
+        """Return hits of the followed ball, the best first; if there are none, hits that at least touch it.
 
         Raises NoHit.
         """
@@ -120,26 +120,26 @@ class Mind:
         return islice(unlike_first(found), ASKED)
 
     def correct(self, begin: State, order: Order, last: Choice) -> Iterator[Choice]:
-        """Yield better hits than `last`, then what still touches the ball; see `Corrections`. Raises NoHit."""
+        """Yield better hits than `last`, then hits that at least touch the ball; see `Corrections`. Raises NoHit."""
         return self._corrections.of(last, begin, order.target)
 
     def rehearsed(self, choice: Choice) -> Choice:
-        """Return a correction that is played, its contact simulated for the next one; there is time for that now."""
+        """Return a correction that is played with its simulated contact, which the next correction uses."""
         return self._chooser.rehearsed(choice)
 
     def can_judge(self, attempt: Attempt, now: float) -> bool:
-        """Return whether enough was seen of a ball that has left the racket, or will not be any more."""
+        """Return whether a ball that has left the racket has enough sights, or will get no more."""
         return self._judge.can(attempt, now)
 
     def judge(self, attempt: Attempt) -> Outcome | None:
-        """Return how the ball left the hit, and learn from it; None where it was not hit."""
+        """Return how the ball left the hit, and learn from it; None if it was not hit."""
         outcome = self._judge.judge(attempt)
         self._chooser.law = self._learner.law
         return outcome
 
 
 def court_of(config: CourtConfig) -> Court:
-    """Return a robot's court as the mathematics has it."""
+    """Convert a robot's court to that of `robot.striking`."""
     surface = Surface(config.height, config.restitution, config.friction, config.dwell)
     if config.net is None:
         return Court(surface)

@@ -1,4 +1,4 @@
-"""What the striker was asked to do."""
+"""The order of the striker: a checked request."""
 
 import math
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ MAX_COUNT = 1_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Order:
-    """A `strike` request that was checked.
+    """A checked `strike` request.
 
-    target: (3,), m, where the balls shall land. flight_time: s from the touch until then, None: the striker's choice.
-    primitives: that may be imitated, empty: any of the library. period: s between corrections, inf: none.
-    until: s before the touch after which nothing is corrected.
+    target: (3,), m, where the balls must land. flight_time: s from the touch until then, None: the striker chooses.
+    primitives: allowed for imitation, empty: all of the library. period: s between corrections, inf: none. until: s
+    before the touch after which there are no corrections.
     """
 
     target: np.ndarray

@@ -1,4 +1,4 @@
-"""What the striker needs from the world around it."""
+"""The interface between the striker and its environment."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -9,7 +9,7 @@ from protocol.errors import NoAnswer, Refusal
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """A goal that is played: from when, and until when, in robot time (s)."""
+    """A goal that is played: begin and end, in robot time (s)."""
 
     goal_id: str
     start_time: float
@@ -21,14 +21,14 @@ Reply = Taken | Refusal | NoAnswer
 
 
 class Outside(Protocol):
-    """What the striker asks and says."""
+    """Goals, commands and publications of the striker."""
 
     def ask(self, goal: m.Goal) -> None:
-        """Send a goal; `Striker.answered` gets what comes of it."""
+        """Send a goal; `Striker.answered` receives its reply."""
         ...
 
     def command(self) -> m.Command | None:
-        """Return the controller's newest command, None where none came since the last call."""
+        """Return the controller's newest command, None if none has arrived since the last call."""
         ...
 
     def say(self, strike: m.Strike) -> None:

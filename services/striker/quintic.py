@@ -1,4 +1,4 @@
-"""Swings that are planned without the planner, for comparison: one polynomial of degree 5, sent as `execute`."""
+"""Swings without the planner, for comparison: one polynomial of degree 5, sent as `execute`."""
 
 import time
 from functools import partial
@@ -22,12 +22,12 @@ from services.striker.loop import Answered, BusLink
 from services.striker.outside import Taken
 
 LEAD_S = 0.02
-"""From the reference until a motion begins: for planning, and for the controller's check."""
+"""Lead from the reference to the begin of a motion, s, for planning and the controller's check."""
 SHORTEST_S = 0.02
 
 
 class QuinticLink(BusLink):
-    """Has hits executed as polynomials; the way home is still the planner's. It needs a role that may execute."""
+    """Executes hits as polynomials; the planner still plans the return. Needs a role that may execute."""
 
     def __init__(self, bus: Bus, inbox: Inbox[Any], config: RobotConfig) -> None:
         super().__init__(bus, inbox)
@@ -35,7 +35,7 @@ class QuinticLink(BusLink):
         self._motions = MotionCheck(config)
 
     def ask(self, goal: m.Goal) -> None:
-        """Send a goal, or plan its hit when the loop takes its answer."""
+        """Send a goal; the polynomial of a hit is planned when the loop reads the reply."""
         if goal.arrival_time is None:
             super().ask(goal)
         else:
@@ -53,10 +53,10 @@ class QuinticLink(BusLink):
 def quintic_message(
     goal: m.Goal, reference: m.Reference, config: RobotConfig, motions: MotionCheck, requested_ns: int
 ) -> m.Trajectory:
-    """Return the motion from `reference` to the hit of a goal, as the controller takes it; that checks the limits.
+    """Return the trajectory from `reference` to the hit of a goal; the controller checks its limits.
 
     Raises:
-        Refusal: `late`; `cannot_stop`; `collision`, which the controller does not look for.
+        Refusal: `late`; `cannot_stop`; `collision`, which the controller does not check.
     """
     assert goal.positions is not None
     assert goal.velocities is not None

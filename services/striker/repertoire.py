@@ -8,14 +8,14 @@ from services.striker.messages import READY
 
 
 class Repertoire:
-    """Name and duration (s) of an arm's primitives. home: that with which the arm goes home, empty if there is none."""
+    """Name and duration (s) of an arm's primitives. home: the primitive of the return, empty if there is none."""
 
     def __init__(self, library: Sequence[tuple[str, float]]) -> None:
         self.home = READY if READY in dict(library) else ""
         self._strikes = {name: duration for name, duration in library if name != READY}
 
     def check(self, primitives: tuple[str, ...]) -> None:
-        """Check that these may be imitated; none means any.
+        """Check that these primitives may be imitated; none means any.
 
         Raises:
             Refusal: `unknown_primitive`.
@@ -28,6 +28,6 @@ class Repertoire:
                 raise Refusal("unknown_primitive", sentence, name=name)
 
     def nearest(self, left: float, primitives: tuple[str, ...]) -> str:
-        """Return that of `primitives` (none: all) whose demonstration lasts most nearly the time that is left, s."""
+        """Return the one of `primitives` (empty: all) whose duration is nearest to `left`, s."""
         durations = {name: self._strikes[name] for name in primitives or self._strikes}
         return min(durations, key=lambda name: abs(math.log(durations[name] / max(left, 1e-3))))

@@ -1,4 +1,4 @@
-"""The hit of a ball: chosen, asked for, corrected."""
+"""The hit of a ball: choose it, request it, correct it."""
 
 from collections.abc import Callable, Iterator
 
@@ -17,19 +17,19 @@ from services.striker.repertoire import Repertoire
 from services.striker.voice import Voice
 
 CHOICE_PERIOD_S = 0.05
-"""Between choices for a ball for which no hit was found."""
+"""Time between choices for a ball without a hit, s."""
 LEAD_S, CORRECTION_LEAD_S = 0.05, 0.015
-"""From a decision until its motion begins, before anything was measured: of a first one, and of a correction."""
+"""Leads from a decision to the begin of its motion, before any is measured: of a first hit and of a correction, s."""
 SOONEST_S = 0.1
-"""A hit sooner than this is not asked for: choosing took too long."""
+"""A hit sooner than this is not requested: the choice took too long. s."""
 HOPELESS = ("fault", "busy", "not_holder", "unavailable")
-"""Refusals that meet every goal now."""
+"""Refusals that every goal would get now."""
 REPLACED = ("superseded", "unknown_goal")
-"""Refusals of a correction whose motion is not played any more."""
+"""Refusals of a correction whose motion is no longer played."""
 
 
 class Swing:
-    """Finds the hit of an attempt and has it played with `ask`; what comes of that goes to `answered`."""
+    """Finds the hit of an attempt and requests it with `ask`; pass the reply to `answered`."""
 
     def __init__(
         self,
@@ -51,7 +51,7 @@ class Swing:
         self._lead = RecentLead(LEAD_S), RecentLead(CORRECTION_LEAD_S)
 
     def choose(self, attempt: Attempt, order: Order, ball: Estimate) -> None:
-        """Choose a first hit of a ball and ask for it, if anything was seen since the last choice."""
+        """Choose a first hit of a ball and request it, if there are new sights since the last choice."""
         now = self._clock.now
         if attempt.asked is not None or ball.time <= attempt.decided or now < attempt.again:
             return
@@ -68,7 +68,7 @@ class Swing:
         self._ask_next(attempt, order.primitives)
 
     def correct(self, attempt: Attempt, order: Order, ball: Estimate) -> None:
-        """Correct the hit by the newest sight, at most once a period and until shortly before the touch."""
+        """Correct the hit with the newest sight, at most once a period, until shortly before the touch."""
         choice, now = attempt.choice, self._clock.now
         assert choice is not None
         if attempt.asked is not None or now > choice.time - order.until:
@@ -88,7 +88,7 @@ class Swing:
         self._ask(attempt, better, attempt.goal_id)
 
     def answered(self, attempt: Attempt, primitives: tuple[str, ...], reply: Reply) -> None:
-        """Take in what came of the goal that was asked for."""
+        """Process the reply to the requested goal."""
         asked, attempt.asked = attempt.asked, None
         assert asked is not None
         if isinstance(reply, Taken):
@@ -107,7 +107,7 @@ class Swing:
             self._ask(attempt, touch, asked.revises)
 
     def _play(self, attempt: Attempt, asked: Asked, reply: Taken) -> None:
-        """A hit was accepted, or a correction of it."""
+        """Adopt an accepted hit or correction."""
         attempt.goal_id, attempt.choice, attempt.stage = reply.goal_id, asked.choice, "swinging"
         attempt.rest_time = reply.rest_time
         attempt.reason = attempt.refused_for = ""
@@ -118,7 +118,7 @@ class Swing:
             attempt.choice = self._mind.rehearsed(asked.choice)
 
     def _ask_next(self, attempt: Attempt, primitives: tuple[str, ...]) -> None:
-        """Ask for the next of the hits that were found and can still be met; without one, `choose` finds others."""
+        """Request the next found hit for which there is still time; without one, `choose` searches again."""
         choice = next((c for c in attempt.further if c.goal_time > self._clock.now + SOONEST_S), None)
         if choice is not None:
             attempt.primitive = self._repertoire.nearest(choice.goal_time - self._clock.now, primitives)

@@ -1,4 +1,4 @@
-"""What the striker publishes and logs of each ball."""
+"""The striker's publications and log lines about each ball."""
 
 import contextlib
 import logging
@@ -12,9 +12,9 @@ from services.striker.attempt import Attempt, Outcome
 from services.striker.messages import strike_message
 
 SHOWN_S = 1.0
-"""How far ahead a ball is shown for which there is no hit yet."""
+"""Length of the published prediction of a ball without a hit, s."""
 PREDICTED = ("seen", "planned", "revised", "refused")
-"""Phases in which the ball is still to come."""
+"""Phases with a published prediction."""
 
 
 class Voice:
@@ -40,7 +40,7 @@ class Voice:
         self._publish(strike_message(attempt, phase, now, path, reason, outcome))
 
     def refuse(self, attempt: Attempt, now: float, reason: NoHit | Refusal | NoAnswer) -> None:
-        """Publish why no hit, or no correction, is played now; not again while the kind of reason is the same."""
+        """Publish why no hit, or no correction, is played; once for consecutive reasons of the same kind."""
         kind = reason.reason if isinstance(reason, NoHit) else reason.code if isinstance(reason, Refusal) else "silence"
         attempt.reason = str(reason)
         if kind != attempt.refused_for:

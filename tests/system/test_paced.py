@@ -77,7 +77,7 @@ def test_goals_succeed_without_rights_beside_busy_processes(tmp_path: Path):
         wait_for_controller(stack)
         stack.bus.ask(topics.SIM_RESET, m.Reset())
         reply = stack.goal(positions=[0.5, *stack.home[1:]], duration=2.0)
-        wait_for(lambda: stack.result(reply.goal_id).outcome != "running", "the goal to end", patience=60.0)
+        wait_for(lambda: stack.result(reply.goal_id).outcome != "running", "the goal to end", patience=300.0)
         assert stack.result(reply.goal_id).outcome == "succeeded"
         assert stack.status().cycle.missed == 0
         assert not prefix or "SCHED_FIFO" in stack.processes.log("sim").read_text()

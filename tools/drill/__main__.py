@@ -24,7 +24,7 @@ from tools.drill.table import chosen
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Cause every fault that Volley claims to survive, and measure each reaction against its bound.
+    """Cause faults, measure the reaction to each, and compare it with its bound.
 
     Each scenario has a bus of its own on a free port.
 
