@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from robot.model import FREE
 from robot.schema import BallTable, CourtTable, RacketTable, RobotError
 
 BALL = "ball"
 TEE = "tee"
 """Bodies known by name, both optional: a ball with a free joint, and a mocap body whose origin is its top."""
 _CYLINDER, _BOX, _PLANE = (int(getattr(mujoco.mjtGeom, f"mjGEOM_{kind}")) for kind in ("CYLINDER", "BOX", "PLANE"))
-_FREE = int(mujoco.mjtJoint.mjJNT_FREE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def ball_config(table: BallTable | None, model: mujoco.MjModel, robot_hz: float)
     """
     body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, BALL)
     joint = model.body_jntadr[body] if body >= 0 else -1
-    if joint < 0 or model.jnt_type[joint] != _FREE:
+    if joint < 0 or model.jnt_type[joint] != FREE:
         if table is not None:
             raise RobotError(f"ball: the model has no body {BALL!r} with a free joint; add one, or remove the table")
         return None

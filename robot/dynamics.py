@@ -21,10 +21,10 @@ class Load:
     inertia: np.ndarray
 
 
-def sample_poses(ranges: np.ndarray, count: int = POSES) -> np.ndarray:
-    """Return random poses (count, J), uniform over ranges (J, 2); ±π for a joint without a range."""
+def sample_poses(ranges: np.ndarray) -> np.ndarray:
+    """Return random poses (POSES, J), uniform over ranges (J, 2); ±π for a joint without a range."""
     bounded = np.where(np.isfinite(ranges), ranges, [-np.pi, np.pi])
-    return np.random.default_rng(0).uniform(*bounded.T, size=(count, len(ranges)))
+    return np.random.default_rng(0).uniform(*bounded.T, size=(POSES, len(ranges)))
 
 
 def load_at(model: mujoco.MjModel, qpos: np.ndarray, joints: list[int], poses: np.ndarray) -> Load:

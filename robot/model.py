@@ -29,6 +29,7 @@ CURES = {
 ASIDE = "The visual elements of the spec were discarded"
 """Irrelevant text that MuJoCo adds to an error."""
 # MuJoCo's enumeration members do not compare equal to the numbers in its arrays.
+FREE = int(mujoco.mjtJoint.mjJNT_FREE)
 SINGLE_AXIS = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 

@@ -26,10 +26,6 @@ class Surroundings:
                 start = int(model.jnt_qposadr[joint])
                 self._spans[name] = slice(start, start + _COORDINATES[int(model.jnt_type[joint])])
 
-    def __bool__(self) -> bool:
-        """Whether the model has such a joint."""
-        return bool(self._spans)
-
     def read(self, data: mujoco.MjData) -> dict[str, list[float]]:
         """Return the coordinates of each joint: an angle or a distance, a quaternion, or position and quaternion."""
         return {name: data.qpos[span].tolist() for name, span in self._spans.items()}

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from robot.model import SINGLE_AXIS, body_name
+from robot.model import FREE, SINGLE_AXIS, body_name
 
 CONNECTIONS = int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)
 JOINT_EQUALITY = int(mujoco.mjtEq.mjEQ_JOINT)
@@ -120,5 +120,4 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, joints: set[int]) -> di
 
 def flies(model: mujoco.MjModel, body: int) -> bool:
     """Return whether the body or an ancestor has a free joint."""
-    free = int(mujoco.mjtJoint.mjJNT_FREE)
-    return any(model.jnt_type[joint] == free for joint in carrying_joints(model, body))
+    return any(model.jnt_type[joint] == FREE for joint in carrying_joints(model, body))

@@ -41,7 +41,7 @@ def _exclude_neighbours(spec: mujoco.MjSpec) -> None:
             neighbour = None if neighbour.joints else neighbour.parent
 
 
-def find_mesh(name: str, folder: Path, meshdir: str = "") -> Path:
+def find_mesh(name: str, folder: Path, meshdir: str) -> Path:
     """Return the file of a mesh: in a package, in `folder`, or absolute.
 
     Raises:

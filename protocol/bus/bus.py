@@ -215,6 +215,7 @@ class Bus:
 
         Every session declares its claim before it queries others, so if two start at once, at least one sees the other.
         The session with the larger id withdraws at once. The other waits up to `timeout` s for that, then withdraws.
+        A session that withdrew queries once more: if both did, the last one sees no other, and claims again.
 
         Raises:
             NoAnswer: the router is silent.
@@ -225,7 +226,7 @@ class Bus:
         while others := self.rivals(service):
             if min(others) < own or time.monotonic() > deadline:
                 token.undeclare()  # so that the other does not wait for this process to end
-                return False
+                return not self.rivals(service) and self.claim(service, timeout)
             time.sleep(CLAIM_PERIOD_S)
         return True
 

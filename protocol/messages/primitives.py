@@ -9,6 +9,12 @@ from protocol.messages.base import MAX_JOINTS, Message, Names, Number, Point, Re
 Samples = Annotated[list[Annotated[Vector, Meta(max_length=MAX_JOINTS)]], Meta(max_length=1_000_000)]
 """Samples of a demonstration. Up to ten times too many are decoded, so that the planner can explain the refusal."""
 
+MAX_SAMPLES = 100_000
+"""Samples of a demonstration: 100 s at 1 kHz, or a minute and more of a slower arm."""
+
+DURATION_RANGE = 0.01, 3600.0
+"""Shortest and longest demonstration, s."""
+
 
 class SavitzkyGolay(Struct, forbid_unknown_fields=True, kw_only=True):
     """The smoothing filter.

@@ -61,7 +61,6 @@ def import_robot(
         home_origin=home.origin,
         limits=limits,
         held={model.joint(joint).name: float(home.positions[addresses[joint]]) for joint in arm.held},
-        held_origin=home.origin,
         notes=notes,
     )
     return Imported(to_toml(contents), notes)

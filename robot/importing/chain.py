@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import mujoco
 
-from robot.model import SINGLE_AXIS, TOOL_SITE, Tool, body_name
+from robot.model import FREE, SINGLE_AXIS, TOOL_SITE, Tool, body_name
 from robot.schema import RobotError
 from robot.tree import actuated, carrying_joints, followers, joint_equalities, path_to_world, same_tree, single_axis
 
@@ -121,10 +121,9 @@ def _check_chain(model: mujoco.MjModel, chain: list[int]) -> None:
     for joint in chain:
         if model.jnt_type[joint] not in SINGLE_AXIS:
             body = body_name(model, int(model.jnt_bodyid[joint]))
-            free = model.jnt_type[joint] == int(mujoco.mjtJoint.mjJNT_FREE)
             raise RobotError(
                 f"{body} floats freely and carries the arm; remove its free joint, so that the base stands still"
-                if free
+                if model.jnt_type[joint] == FREE
                 else f"{body} turns on a ball joint; an arm has hinges and slides, replace it by three hinges"
             )
         if not model.joint(joint).name:

@@ -43,7 +43,6 @@ class Contents:
     home_origin: str
     limits: JointLimits
     held: dict[str, float]
-    held_origin: str
     notes: Sequence[str]
 
 
@@ -118,7 +117,7 @@ def _origin(value: Value) -> str:
 
 
 def _held(contents: Contents) -> list[Entry]:
-    entries = [Entry(_key(name), _number(value), contents.held_origin) for name, value in contents.held.items()]
+    entries = [Entry(_key(name), _number(value), contents.home_origin) for name, value in contents.held.items()]
     return entries and [Entry(comment="kept at this value, rad or m"), *entries]
 
 

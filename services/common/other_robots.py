@@ -1,12 +1,30 @@
 """Other robots of the bus that stand in this robot's model."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from itertools import islice
+from typing import TypeVar
 
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
+from protocol.bus.queues import Collector
 from protocol.codec import decode
 from protocol.errors import Refusal
+from protocol.topics import SMALL
+from robot.conversions import samples_of
+
+MessageT = TypeVar("MessageT", m.State, m.Status, m.Plan)
+
+
+def received(collector: Collector, kind: type[MessageT], most: int = 1, max_bytes: int = SMALL) -> Iterator[MessageT]:
+    """Yield up to `most` messages that came, but for malformed ones, which their robot's own services count and log."""
+    for body, _ in islice(iter(collector.take, None), most):
+        with suppress(Refusal):
+            message = decode(body, kind, max_bytes)
+            if isinstance(message, m.Plan):
+                samples_of(message)
+            yield message
 
 
 class OtherRobots:
@@ -19,12 +37,6 @@ class OtherRobots:
     def take(self) -> Iterator[tuple[tuple[str, ...], m.State]]:
         """Yield the joints and the newest state of each robot that has published one since the last call."""
         for joints, source in self._sources:
-            taken = source.take()
-            if taken is None:
-                continue
-            try:
-                state = decode(taken[0], m.State)
-            except Refusal:
-                continue  # its own controller counts and logs it
-            if len(state.positions) == len(state.velocities) == len(joints):
-                yield joints, state
+            for state in received(source, m.State):
+                if len(state.positions) == len(state.velocities) == len(joints):
+                    yield joints, state

@@ -1,7 +1,6 @@
 """What the controller publishes and logs."""
 
 import logging
-import time
 from collections.abc import Callable
 
 from protocol import topics
@@ -18,9 +17,7 @@ class Publications:
         commands: The publisher of commands.
     """
 
-    def __init__(
-        self, bus: Bus, core: Controller, log: logging.Logger, clock: Callable[[], int] = time.perf_counter_ns
-    ) -> None:
+    def __init__(self, bus: Bus, core: Controller, log: logging.Logger, clock: Callable[[], int]) -> None:
         """Declare the publishers, not blocking; `clock` returns monotonic time, ns."""
         self._bus = bus
         self._core = core

@@ -1,6 +1,5 @@
 """The silence watchdog: how long the arm has published no state."""
 
-import time
 from collections.abc import Callable
 
 FIRST_WAIT = 1.2
@@ -17,7 +16,7 @@ class SilenceWatchdog:
     A stall of this process is cut to `STALL_NS`: while the machine stood still, so did the arm.
     """
 
-    def __init__(self, tick: float, clock: Callable[[], int] = time.perf_counter_ns) -> None:
+    def __init__(self, tick: float, clock: Callable[[], int]) -> None:
         """Begin a wait that is over at once.
 
         Args:

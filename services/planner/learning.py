@@ -17,14 +17,8 @@ AskedSmoothing = Literal["auto", "none"] | m.SavitzkyGolay
 MAX_POSITION = 1e4
 """Largest joint position, rad or m; the squares of larger numbers would overflow."""
 
-DURATION_RANGE = 0.01, 3600.0
-"""Shortest and longest demonstration, s."""
-
 MAX_ORDER = 10
 """Largest order of the smoothing polynomial; beyond it the fit is ill-conditioned."""
-
-MAX_SAMPLES = 100_000
-"""Samples of a demonstration: 100 s at 1 kHz, or a minute and more of a slower arm."""
 
 
 def demonstration_of(request: m.Learn, names: Sequence[str]) -> Demonstration:
@@ -34,8 +28,8 @@ def demonstration_of(request: m.Learn, names: Sequence[str]) -> Demonstration:
         Refusal: `bad_message`, naming the field.
     """
     positions = _of_the_arm(_positions(request), request.joint_names, names, "positions")
-    if len(positions) > MAX_SAMPLES:
-        sentence = f"positions has {len(positions)} samples; at most {MAX_SAMPLES} are taken, so send every nth"
+    if len(positions) > m.MAX_SAMPLES:
+        sentence = f"positions has {len(positions)} samples; at most {m.MAX_SAMPLES} are taken, so send every nth"
         raise bad_message("positions", sentence)
     try:
         return Demonstration(*_one_at_a_time(_times(request, len(positions)), positions))
@@ -167,7 +161,7 @@ def _matrix(request: m.Learn) -> np.ndarray:
 def _times(request: m.Learn, samples: int) -> np.ndarray:
     if (request.rate is None) == (request.times is None):
         raise bad_message("rate", "give either rate (Hz) or times (s), and not both")
-    shortest, longest = DURATION_RANGE
+    shortest, longest = m.DURATION_RANGE
     if request.rate is not None:
         if not (samples - 1) / longest <= request.rate <= (samples - 1) / shortest:
             sentence = f"rate is {request.rate} Hz; {samples} samples must take {shortest} s to {longest} s"

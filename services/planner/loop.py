@@ -75,10 +75,8 @@ class Loop:
         """Answer requests one at a time until `stopping` is set."""
         arm_appeared = threading.Event()
         with receivers():
-            watch, stray_puts = (
-                ControllerWatch(self._bus, self._log, self._planner.receive_status),
-                StrayPuts(self._bus, self._log),
-            )
+            watch = ControllerWatch(self._bus, self._log, self._planner.receive_status)
+            stray_puts = StrayPuts(self._bus, self._log)
             for query in topics.QUERIES:
                 if query.owner == "planner":
                     self._bus.serve(UNREAD_LEARN if query is topics.LEARN else query, self.inbox)

@@ -1,22 +1,14 @@
 """Another robot that stands in this robot's model, as it is seen on the bus."""
 
-from collections.abc import Iterator
-from contextlib import suppress
-from typing import TypeVar
-
 import numpy as np
 
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
-from protocol.bus.queues import Collector
-from protocol.codec import decode
-from protocol.errors import Refusal
 from protocol.topics import MIB
 from robot.conversions import samples_of
 from robot.other_motions import OtherMotion, PlannedMotion
-
-MessageT = TypeVar("MessageT", m.State, m.Status, m.Plan)
+from services.common.other_robots import received
 
 PLANS = 8
 """Plans that are kept, of those that are accepted between two goals of this robot: corrections of one motion."""
@@ -49,14 +41,15 @@ class OtherRobot:
 
     def look(self) -> bool:
         """Take what came since the last call; return whether a plan is among it."""
-        for state in _taken(self._states, m.State):
+        for state in received(self._states, m.State):
             if len(state.positions) == len(self.joints):
                 if self._state is not None and state.run != self._state.run:
                     self._plans.clear()
                 self._state, self.positions = state, state.positions
-        for status in _taken(self._statuses, m.Status):
+        for status in received(self._statuses, m.Status):
             self._status = status
-        new = [plan for plan in _taken(self._published, m.Plan) if len(plan.joint_names) == len(self.joints)]
+        plans = received(self._published, m.Plan, PLANS, LARGEST)
+        new = [plan for plan in plans if len(plan.joint_names) == len(self.joints)]
         self._plans = (self._plans + new)[-PLANS:]
         return bool(new)
 
@@ -90,13 +83,3 @@ def in_force(plans: list[m.Plan], time: float, status: m.Status) -> list[m.Plan]
             break
         found.insert(0, plan)
     return found
-
-
-def _taken(collector: Collector, kind: type[MessageT]) -> Iterator[MessageT]:
-    """Yield the messages that came, but for malformed ones: their robot's own services count and log them."""
-    while taken := collector.take():
-        with suppress(Refusal):
-            message = decode(taken[0], kind, LARGEST)
-            if isinstance(message, m.Plan):
-                samples_of(message)
-            yield message

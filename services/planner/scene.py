@@ -3,10 +3,9 @@
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
-from protocol.codec import decode
-from protocol.errors import Refusal
 from robot.description import RobotConfig
 from robot.motion_check import MotionCheck
+from services.common.other_robots import received
 from services.planner.other_robot import OtherRobot
 
 
@@ -27,9 +26,10 @@ class Scene:
 
         What no state has come from stays where it was.
         """
-        taken = None if self._own is None else self._own.take()
-        if taken is not None:
-            self._note_own(taken[0])
+        for own in received(self._own, m.State) if self._own else ():
+            self._time = own.time
+            known = {joint: value for joint, value in own.held.items() if joint in self._held}
+            self._motions.clearance.surround(tuple(known), list(known.values()))
         began = False
         for other in self._others:
             began |= other.look()
@@ -40,12 +40,3 @@ class Scene:
             if any(motion.plans for motion in found):
                 self._motions.others = found
         return began
-
-    def _note_own(self, state: bytes) -> None:
-        try:
-            own = decode(state, m.State)
-        except Refusal:
-            return  # the controller counts and logs it
-        self._time = own.time
-        known = {joint: value for joint, value in own.held.items() if joint in self._held}
-        self._motions.clearance.surround(tuple(known), list(known.values()))

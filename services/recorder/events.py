@@ -146,13 +146,11 @@ class ContactWriter:
         for one in received:
             contact = one.message
             row = self._context.row(self._context.runs.tick_at(contact.time), one.wall_ns)
-            speed = ""
-            if contact.ball_velocity is not None:
-                speed = f", the ball leaves at {np.linalg.norm(contact.ball_velocity):.2f} m/s"
-            bodies = " and ".join(contact.bodies)
+            bodies, ball = " and ".join(contact.bodies), contact.ball_velocity
             if not contact.ended:
                 self._context.event(entities.CONTACT_EVENT, row, f"{bodies} touch")
                 continue
+            speed = "" if ball is None else f", the ball leaves at {np.linalg.norm(ball):.2f} m/s"
             sentence = f"{bodies} parted after {contact.impulse:.3f} N·s{speed}"
             self._context.event(entities.CONTACT_EVENT, self._context.row_at(one.wall_ns), sentence)
             self._context.trace.scalars(entities.CONTACTS.path, row, [contact.impulse])

@@ -174,25 +174,17 @@ class SimulatedArm(Backend):
 
         Raises Refusal `bad_message` for fields that are missing, of another kind, or out of range.
         """
-        kind, now = request.kind, self._tick / self.config.rate_hz
-        if kind == "loss":
-            raise bad_message("kind", "kind: the arm itself loses no messages")
-        if kind == "sensor_noise":
-            self._disturbances.set_sensor_noise(request.position_std or 0.0, request.velocity_std or 0.0)
-            return now
-        if kind == "ball_noise":
-            self._refuse_without_ball("kind")
-            self._camera.disturb(request)
-            return now
-        if kind == "wind":
-            self._refuse_without_ball("kind").blow(request)
-            return now
-        for field in ("values", "duration"):
-            if getattr(request, field) is None:
-                raise bad_message(field, f"{field} is missing; kind {kind!r} needs it")
-        assert request.values is not None
-        assert request.duration is not None
-        return self._disturbances.push(kind, request.values, request.start_time, request.duration, self._tick)
+        match request.kind:
+            case "sensor_noise":
+                self._disturbances.set_sensor_noise(request.position_std or 0.0, request.velocity_std or 0.0)
+            case "ball_noise":
+                self._refuse_without_ball("kind")
+                self._camera.disturb(request)
+            case "wind":
+                self._refuse_without_ball("kind").blow(request)
+            case _:
+                return self._disturbances.push(request, self._tick)
+        return self._tick / self.config.rate_hz
 
     def hold(self, targets: Mapping[str, float]) -> float:
         """Begin to lead held joints to new values, rad or m by name; return how long that takes, s."""

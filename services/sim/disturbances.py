@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -26,14 +25,12 @@ MAX_NOISE = 10.0
 MAX_SPAN_S = 3600.0
 """How far ahead a push may begin, and how long a push or a loss may last."""
 
-PushKind = Literal["acceleration", "torque"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Push:
     """Acts on ticks first_tick <= tick < end_tick: values (J,) in rad/s² (`acceleration`) or N·m (`torque`)."""
 
-    kind: PushKind
+    kind: str
     values: np.ndarray
     first_tick: int
     end_tick: int
@@ -76,21 +73,24 @@ class Disturbances:
         self.position_std = position_std
         self.velocity_std = velocity_std
 
-    def push(self, kind: PushKind, values: list[float], start: float | None, duration: float, tick: int) -> float:
-        """Push with `values` (J,) for `duration` s from the first tick at or after `start` s (None: from `tick`, now).
+    def push(self, request: Disturb, tick: int) -> float:
+        """Push as requested, from the first tick at or after its `start_time` (None: from `tick`, now).
 
-        Returns the time it begins. Raises Refusal `bad_message` for a wrong length, an absurd number, or a start
-        that is past or far off; `busy` while MAX_PUSHES act or wait.
+        Returns the time it begins. Raises Refusal `bad_message` for what is missing, a wrong length, an absurd number,
+        or a start that is past or far off; `busy` while MAX_PUSHES act or wait.
         """
-        now = tick / self._rate_hz
-        start = now if start is None else start
-        self._check(values, self._largest[kind], start, duration, now)
+        now, values, duration = tick / self._rate_hz, request.values, request.duration
+        if values is None or duration is None:
+            field = "values" if values is None else "duration"
+            raise bad_message(field, f"{field} is missing; kind {request.kind!r} needs it")
+        start = now if request.start_time is None else request.start_time
+        self._check(values, self._largest[request.kind], start, duration, now)
         self._pushes = [push for push in self._pushes if push.end_tick > tick]
         if len(self._pushes) >= MAX_PUSHES:
             raise Refusal("busy", f"{MAX_PUSHES} disturbances act or wait already; wait for one to end", goal_id=None)
         first_tick = math.ceil(start * self._rate_hz - 1e-6)
         end_tick = first_tick + max(1, round(duration * self._rate_hz))
-        self._pushes.append(Push(kind, np.array(values, dtype=float), first_tick, end_tick))
+        self._pushes.append(Push(request.kind, np.array(values, dtype=float), first_tick, end_tick))
         return first_tick / self._rate_hz
 
     def acting(self, tick: int) -> list[Push]:

@@ -91,8 +91,7 @@ class SimLoop(RobotLoop):
 
     # --- requests -------------------------------------------------------------------------------------
 
-    def _step_later(self, asking: PendingQuery) -> None:
-        request = asking.decode()
+    def _step_later(self, asking: PendingQuery, request: m.Step) -> None:
         if self.clock != "stepped":
             raise Refusal("wrong_clock", f"sim/step needs the clock stepped; this arm's is {self.clock}")
         if not 1 <= request.ticks <= MAX_STEPS:
@@ -118,8 +117,7 @@ class SimLoop(RobotLoop):
         sentence = f"the controller did not answer tick {tick} within {HANG_S} s; {left} ticks are left"
         return Refusal("unavailable", sentence, service="controller", tick=tick)
 
-    def _reset(self, asking: PendingQuery) -> None:
-        request = asking.decode()
+    def _reset(self, asking: PendingQuery, request: m.Reset) -> None:
         self.refuse_while_deferring()
         self._arm.reset(request.positions, request.ball, request.seed)
         controlled = self.drive.answered_tick >= 0
@@ -129,13 +127,12 @@ class SimLoop(RobotLoop):
         patience = HANG_S if controlled else 0.0
         self.deferred = DeferredReply(asking, lambda: self.is_answered(0), lambda: done, time.monotonic() + patience)
 
-    def _disturb(self, asking: PendingQuery) -> None:
-        request = asking.decode()
+    def _disturb(self, asking: PendingQuery, request: m.Disturb) -> None:
         begins = self._lose(request) if request.kind == "loss" else self._arm.disturb(request)
         asking.reply(m.Disturbed(start_time=begins))
 
-    def _throw(self, asking: PendingQuery) -> None:
-        asking.reply(m.Thrown(time=self._arm.throw(asking.decode())))
+    def _throw(self, asking: PendingQuery, request: m.Throw) -> None:
+        asking.reply(m.Thrown(time=self._arm.throw(request)))
 
     def _lose(self, request: m.Disturb) -> float:
         tick = self._arm.observe().tick + 1

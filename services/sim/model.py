@@ -50,13 +50,10 @@ def build_scene(config: RobotConfig) -> Scene:
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     for flag in ("ACTUATION", "EULERDAMP", "AUTORESET"):
         model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}"))
-    ids = joint_ids(model, config.joint_names)
     return Scene(
         model=model,
         data=mujoco.MjData(model),
-        # numpy picks by intp several times as fast as by MuJoCo's int32.
-        qpos=model.jnt_qposadr[ids].astype(np.intp),
-        dofs=model.jnt_dofadr[ids].astype(np.intp),
+        **_addresses(model, config),
         substeps=substeps,
         ball=_find_ball(model) if config.ball else None,
         tee=_find_tee(model),
@@ -65,13 +62,13 @@ def build_scene(config: RobotConfig) -> Scene:
 
 def arm_in(scene: Scene, config: RobotConfig) -> Scene:
     """The same scene, as another robot that stands in it has it: with the addresses of that robot's joints."""
-    ids = joint_ids(scene.model, config.joint_names)
+    return replace(scene, **_addresses(scene.model, config))
+
+
+def _addresses(model: mujoco.MjModel, config: RobotConfig) -> dict[str, np.ndarray]:
+    ids = joint_ids(model, config.joint_names)
     # numpy picks by intp several times as fast as by MuJoCo's int32.
-    return replace(
-        scene,
-        qpos=scene.model.jnt_qposadr[ids].astype(np.intp),
-        dofs=scene.model.jnt_dofadr[ids].astype(np.intp),
-    )
+    return {"qpos": model.jnt_qposadr[ids].astype(np.intp), "dofs": model.jnt_dofadr[ids].astype(np.intp)}
 
 
 def _find_ball(model: mujoco.MjModel) -> FreeBall:

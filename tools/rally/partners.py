@@ -38,7 +38,7 @@ def play_partners(flags: Flags, console: Console) -> int:
     played: list[Rally] = []
     status = ended(lambda: rally_with(flags, console, played), console)
     if flags.json:
-        print(json_line(played))
+        print(json.dumps(summary(played)))
     else:
         console.print(table(played))
         console.print(sentence(played), soft_wrap=True, highlight=False)
@@ -127,11 +127,6 @@ def summary(played: Sequence[Rally]) -> dict[str, object]:
         "median_strokes": median(strokes) if strokes else None,
         "violations": sum(len(rally.violations()) for rally in played),
     }
-
-
-def json_line(played: Sequence[Rally]) -> str:
-    """Return the figures as one line."""
-    return json.dumps(summary(played))
 
 
 def table(played: Sequence[Rally]) -> Table:

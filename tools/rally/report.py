@@ -1,6 +1,5 @@
-"""The rally's table and its line of JSON."""
+"""The rally's figures and its table."""
 
-import json
 from collections.abc import Sequence
 
 import numpy as np
@@ -40,11 +39,6 @@ def summary(strokes: Sequence[Stroke]) -> dict[str, object]:
         "first_sight_to_command_ms": percentiles([latency.total for latency in found if latency.is_first]),
         "legs_ms": {leg: percentiles([x.legs[k] for x in corrections])["p50"] for k, leg in enumerate(LEGS)},
     }
-
-
-def json_line(strokes: Sequence[Stroke]) -> str:
-    """Return the figures as one line."""
-    return json.dumps(summary(strokes))
 
 
 def table(strokes: Sequence[Stroke]) -> Table:

@@ -1,5 +1,7 @@
 """Balls that are thrown at one arm: everything is started, played, reported and ended."""
 
+import json
+
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
@@ -14,7 +16,7 @@ from tools.rally.believed import scratch_robot
 from tools.rally.ending import ended
 from tools.rally.flags import Flags, noise_of
 from tools.rally.play import Player, Stroke
-from tools.rally.report import json_line, reasons, sentence, table
+from tools.rally.report import reasons, sentence, summary, table
 from tools.rally.targets import Targets
 
 
@@ -28,7 +30,7 @@ def play_thrown(flags: Flags, console: Console) -> int:
     if not strokes:
         return status
     if flags.json:
-        print(json_line(strokes))
+        print(json.dumps(summary(strokes)))
     else:
         console.print(table(strokes))
         for reason in reasons(strokes):

@@ -7,14 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from protocol.messages import DURATION_RANGE, MAX_SAMPLES
 from tools.recordings import names, readers
 from tools.recordings.calibration import in_degrees
 from tools.recordings.joints import Matching, Mismatch, match
 from tools.recordings.recording import Recording, Unit, Unreadable
 from tools.recordings.together import together
-
-LEARNED_SAMPLES = 100_000
-"""Samples that the planner takes at most, `services.planner.learning.MAX_SAMPLES`; importing that is slow."""
 
 EVEN = 0.01
 """Part of a step by which the steps of a column of times or indices differ at most."""
@@ -26,9 +24,6 @@ DEGREE = math.pi / 180
 
 LEROBOT = ".pos"
 """End of a joint's name in what LeRobot's arms report."""
-
-SHORTEST = 0.01
-"""s, of a demonstration: `services.planner.learning.DURATION_RANGE`."""
 
 
 def load(
@@ -88,13 +83,13 @@ def in_radians(recording: Recording) -> Recording:
         Unreadable: it lasts less than the planner takes.
     """
     length = float(np.ptp(recording.times))
-    if length < SHORTEST:
+    if length < DURATION_RANGE[0]:
         raise Unreadable(
             f"{recording.source}: {recording.episode} lasts {length:.2g} s by its times, too short for a movement; if "
             "its samples were written all at once, say how many there are a second (--rate) or how long they last "
             "(--duration)"
         )
-    every = max(1, math.ceil(len(recording.times) / LEARNED_SAMPLES))
+    every = max(1, math.ceil(len(recording.times) / MAX_SAMPLES))
     note = (f"one sample in {every} is learned, of {len(recording.times)}",) if every > 1 else ()
     values = recording.values[::every]
     return replace(

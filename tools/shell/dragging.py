@@ -3,14 +3,11 @@
 import time
 import warnings
 from contextlib import suppress
-from pathlib import Path
-from typing import Annotated
 
 import glfw
 import mujoco
 import mujoco.viewer
 import numpy as np
-from tyro.conf import arg
 
 from client import Stream
 from protocol import messages as m
@@ -20,6 +17,7 @@ from robot.model import joint_ids
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from robot.surroundings import Surroundings
 from robot.tree import is_moved_by
+from tools.shell.flags import RobotConfigFile
 from tools.shell.shell import Shared, Shell, UsageError, reach
 
 HOW = "double-click a link, then hold Ctrl and drag it: with the right button to pull, with the left one to turn"
@@ -29,11 +27,7 @@ STIFFNESS = 50.0
 """Stiffness of the spring between mouse and link, 1/s²; at MuJoCo's 100 the delay from mouse to arm makes it swing."""
 
 
-def drag(
-    *,
-    robot_config: Annotated[Path, arg(metavar="FILE", help_behavior_hint="")] = DEFAULT_ROBOT_CONFIG,
-    shell: Shared,
-) -> None:
+def drag(*, robot_config: RobotConfigFile = DEFAULT_ROBOT_CONFIG, shell: Shared) -> None:
     """Open MuJoCo's viewer, in which the mouse drags a simulated arm, until the window is closed.
 
     `volley teach NAME --drag` makes the arm compliant and records how it is dragged.

@@ -21,6 +21,7 @@ Place = Annotated[tuple[float, float, float], _quiet("X Y Z")]
 MaybePlace = Annotated[tuple[float, float, float] | None, _quiet("X Y Z")]
 Endpoints = Annotated[tuple[str, ...], _quiet("ENDPOINT ...")]
 File = Annotated[Path | None, _quiet("FILE")]
+RobotConfigFile = Annotated[Path, _quiet("FILE")]
 
 Name = Positional[Annotated[str, _quiet("NAME")]]
 NamedGoal = Positional[Annotated[str, _quiet("ID")]]

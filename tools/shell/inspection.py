@@ -1,7 +1,6 @@
 """`volley inspect`: faults of a recording, and a plot of what would be learned from it."""
 
 import sys
-from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import arg
@@ -15,7 +14,7 @@ from tools.recordings.learning import load
 from tools.recordings.pictures import picture
 from tools.recordings.preview import preview
 from tools.recordings.recording import Unit, Unreadable
-from tools.shell.flags import File, Number, Seconds, Source
+from tools.shell.flags import File, Number, RobotConfigFile, Seconds, Source
 from tools.shell.recordings import Chosen, Maps, mapping, print_findings
 from tools.shell.shell import UsageError
 
@@ -29,7 +28,7 @@ def inspect(
     rate: Number = None,
     duration: Seconds = None,
     calibration: File = None,
-    robot_config: Annotated[Path, arg(metavar="FILE", help_behavior_hint="")] = DEFAULT_ROBOT_CONFIG,
+    robot_config: RobotConfigFile = DEFAULT_ROBOT_CONFIG,
     plot: File = None,
 ) -> None:
     """Report the faults of a recording, and which of them `volley learn` repairs, without learning it.

@@ -1,15 +1,13 @@
 """`volley teach`: learn a movement from the guided arm, or from part of a trace."""
 
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-from tyro.conf import arg
 
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from tools.recordings.learning import arranged, in_radians
 from tools.recordings.recording import Recording, Unreadable
-from tools.shell.flags import File, Name, Seconds, Switch
+from tools.shell.flags import File, Name, RobotConfigFile, Seconds, Switch
 from tools.shell.following import follow
 from tools.shell.guiding import guided
 from tools.shell.recordings import learnable
@@ -21,7 +19,7 @@ def teach(
     *,
     seconds: Seconds = None,
     drag: Switch = False,
-    robot_config: Annotated[Path, arg(metavar="FILE", help_behavior_hint="")] = DEFAULT_ROBOT_CONFIG,
+    robot_config: RobotConfigFile = DEFAULT_ROBOT_CONFIG,
     trace: File = None,
     begin: Seconds = None,
     end: Seconds = None,

@@ -4,6 +4,7 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable
+from typing import Any
 
 from protocol import messages as m
 from protocol import topics
@@ -51,7 +52,7 @@ class RobotLoop:
         self.requests: Inbox[PendingQuery] = Inbox(wake=self.commands.wake if clock == "paced" else None)
         self.controller = ControllerPresence(wake=self.commands.wake)
         self.deferred: DeferredReply | None = None
-        self.handlers: dict[str, Callable[[PendingQuery], None]] = {
+        self.handlers: dict[str, Callable[[PendingQuery, Any], None]] = {
             topics.STATE_QUERY.key: self._tell_state,
             topics.DESCRIPTION.key: self._describe,
             topics.RECOVER.key: self._recover,
@@ -126,7 +127,7 @@ class RobotLoop:
             self._stray_puts.warn()
         else:
             try:
-                self.handlers[asking.topic.key](asking)
+                self.handlers[asking.topic.key](asking, asking.decode())
             except Refusal as refusal:
                 asking.refuse(refusal)
         if self.deferred is not None and self.deferred.settle():
@@ -162,30 +163,25 @@ class RobotLoop:
 
     # --- requests -------------------------------------------------------------------------------------
 
-    def _tell_state(self, asking: PendingQuery) -> None:
-        asking.decode()
+    def _tell_state(self, asking: PendingQuery, _: m.Empty) -> None:
         asking.reply(self.state_message())
 
-    def _describe(self, asking: PendingQuery) -> None:
-        asking.decode()
+    def _describe(self, asking: PendingQuery, _: m.Empty) -> None:
         asking.reply(description(self.config, self.backend.abilities, self.clock, self.drive.run))
 
-    def _recover(self, asking: PendingQuery) -> None:
-        asking.decode()
+    def _recover(self, asking: PendingQuery, _: m.Empty) -> None:
         self.refuse_while_deferring()
         self._refuse_while_moving("recover")
         self.backend.recover()
         deadline = time.monotonic() + RECOVERY_S
         self.deferred = DeferredReply(asking, self._is_ready, self._recovered, deadline)
 
-    def _hold(self, asking: PendingQuery) -> None:
-        targets = asking.decode().joints
-        duration = self.backend.hold(targets)
+    def _hold(self, asking: PendingQuery, request: m.Hold) -> None:
+        duration = self.backend.hold(request.joints)
         arrival_time = None if duration is None else self.backend.observe().time + duration
-        asking.reply(m.Held(joints=targets, arrival_time=arrival_time))
+        asking.reply(m.Held(joints=request.joints, arrival_time=arrival_time))
 
-    def _guide(self, asking: PendingQuery) -> None:
-        asking.decode()
+    def _guide(self, asking: PendingQuery, _: m.Empty) -> None:
         self.refuse_while_deferring()
         modes = self.backend.abilities.modes
         if "teach" not in modes:

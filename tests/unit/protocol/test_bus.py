@@ -226,28 +226,54 @@ def test_liveliness(router, client, endpoint):
 
 
 class Claimant(Bus):
-    """Declares its claim, and looks for others once `may_look` is set."""
+    """Declares its claim, looks for others once `may_look` is set, and acts on what it saw once `may_act` is."""
 
-    may_look: threading.Event
+    def __init__(self, session: zenoh.Session) -> None:
+        super().__init__(session)
+        self.may_look, self.has_looked, self.may_act = threading.Event(), threading.Event(), threading.Event()
 
     def rivals(self, service: str) -> set[str]:
         """Look, when the test lets it."""
         assert self.may_look.wait(PATIENCE_S)
-        return super().rivals(service)
+        seen = super().rivals(service)
+        self.has_looked.set()
+        assert self.may_act.wait(PATIENCE_S)
+        return seen
 
 
-def test_of_two_that_claim_a_place_at_once_the_smaller_id_gets_it(router, endpoint):
+@pytest.fixture
+def claimants(router: Bus, endpoint: str) -> Iterator[list[Claimant]]:
+    """Two, the one with the smaller id first."""
+    with Claimant(open_session(connect=[endpoint])) as one, Claimant(open_session(connect=[endpoint])) as other:
+        yield sorted((one, other), key=lambda claimant: str(claimant.session.zid()))
+
+
+@pytest.mark.parametrize("attempt", range(6))
+def test_of_two_that_claim_a_place_at_once_the_smaller_id_gets_it(router, claimants, attempt):
     """Both have declared before either looks, so one waits for the other to give way, however slow that is."""
     with ThreadPoolExecutor(2) as pool:
-        for k in range(6):
-            claimants = [Claimant(open_session(connect=[endpoint])) for _ in range(2)]
-            with claimants[0], claimants[1]:
-                claimants.sort(key=lambda claimant: str(claimant.session.zid()))
-                claimants[0].may_look = claimants[1].may_look = threading.Event()
-                claims = [pool.submit(each.claim, f"service-{k}", PATIENCE_S) for each in claimants]
-                assert eventually(lambda k=k: len(router.rivals(f"service-{k}")) == 2)
-                claimants[0].may_look.set()
-                assert [claim.result() for claim in claims] == [True, False]
+        claims = [pool.submit(each.claim, "sim", PATIENCE_S) for each in claimants]
+        assert eventually(lambda: len(router.rivals("sim")) == 2)
+        for each in claimants:
+            each.may_look.set()
+            each.may_act.set()
+        assert [claim.result() for claim in claims] == [True, False]
+
+
+def test_of_two_that_claim_a_place_at_once_one_gets_it_though_both_stall(router, claimants):
+    """The smaller id waits for the other in vain and gives way; only then does the other act on the claim it saw."""
+    smaller, larger = claimants
+    with ThreadPoolExecutor(2) as pool:
+        claims = [pool.submit(each.claim, "sim", 0.0) for each in claimants]
+        assert eventually(lambda: len(router.rivals("sim")) == 2)
+        larger.may_look.set()
+        assert larger.has_looked.wait(PATIENCE_S)
+        smaller.may_look.set()
+        smaller.may_act.set()
+        assert not claims[0].result()
+        larger.may_act.set()
+        assert claims[1].result()
+        assert eventually(lambda: len(router.rivals("sim")) == 1)
 
 
 def test_a_later_claim_gets_no_place_that_is_taken(router, endpoint):

@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.planner.learning import MAX_SAMPLES
 from tools.recordings import readers
-from tools.recordings.learning import LEARNED_SAMPLES, in_radians, load
+from tools.recordings.learning import in_radians, load
 from tools.recordings.recording import Recording, Unreadable
 
 TWO = "joint_1", "joint_2"
@@ -164,7 +163,6 @@ def test_times_that_do_not_rise_cannot_be_stretched(tmp_path: Path):
 
 
 def test_a_long_recording_is_thinned_to_what_the_planner_takes(tmp_path: Path):
-    assert LEARNED_SAMPLES == MAX_SAMPLES
     path = tmp_path / "demo.npz"
     np.savez(path, t=np.arange(250_000) / 1000, positions=np.zeros((250_000, 2)))
     recording = in_radians(load(path, TWO))

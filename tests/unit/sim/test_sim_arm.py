@@ -244,7 +244,6 @@ def test_a_refused_reset_changes_nothing(positions: list[float] | None, ball: Ba
         (Disturb(kind="torque", values=[0.0] * 6, duration=1.0, start_time=np.nan), "start_time", "or null"),
         (Disturb(kind="sensor_noise", position_std=-1.0), "position_std", "position_std is -1.0"),
         (Disturb(kind="sensor_noise", velocity_std=np.inf), "velocity_std", "velocity_std is inf"),
-        (Disturb(kind="loss", stream="state", duration=1.0), "kind", "loses no messages"),
     ],
 )
 def test_a_refused_disturbance_disturbs_nothing(request_: Disturb, field: str, sentence: str):

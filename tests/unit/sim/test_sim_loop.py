@@ -31,7 +31,7 @@ def test_stepped_runs_are_named_by_the_seed_and_then_in_order():
     loop = SimLoop(DEAF, ROBOT, "stepped", 7, logging.getLogger("sim"))  # type: ignore[arg-type]
     assert loop.drive.run == 7
     answers: list[m.Recovered] = []
-    loop.handlers[topics.RECOVER.key](SimpleNamespace(decode=m.Empty, reply=answers.append))  # type: ignore[arg-type]
+    loop.handlers[topics.RECOVER.key](SimpleNamespace(reply=answers.append), m.Empty())  # type: ignore[arg-type]
     assert loop.deferred is not None
     assert loop.deferred.settle()
     assert [(answer.condition, answer.run) for answer in answers] == [("ready", 8)]

@@ -165,8 +165,8 @@ def until(loops: list[SimLoop], done: Callable[[], bool]) -> threading.Event:
 def test_steps_of_one_arm_are_steps_of_both(answering: int):
     loops = loops_of("stepped", answering)
     answers: list[m.Stepped] = []
-    asking = SimpleNamespace(decode=lambda: m.Step(ticks=5), reply=answers.append)
-    loops[0].handlers[topics.SIM_STEP.key](asking)  # type: ignore[arg-type]
+    asking = SimpleNamespace(reply=answers.append)
+    loops[0].handlers[topics.SIM_STEP.key](asking, m.Step(ticks=5))  # type: ignore[arg-type]
     run_stepped(loops, until(loops, lambda: bool(answers)))
     assert [answer.tick for answer in answers] == [5]
     assert [loop.backend.observe().tick for loop in loops] == [5, 5]
