@@ -31,14 +31,14 @@ def forehand(basis_count: int = 50, joints: int = 6) -> Primitive:
 
 
 def joints_of(primitive: Primitive, joints: slice) -> Primitive:
-    """Return some joints of a primitive, as a primitive."""
+    """Return a primitive with some joints of a primitive."""
     values = {each.name: getattr(primitive, each.name) for each in fields(primitive)}
     rows = {name: value[joints] for name, value in values.items() if isinstance(value, np.ndarray)}
     return replace(primitive, **rows)
 
 
 def joint_of(primitive: Primitive, joint: int) -> Primitive:
-    """Return one joint of a primitive, as a primitive."""
+    """Return a primitive with one joint of a primitive."""
     return joints_of(primitive, slice(joint, joint + 1))
 
 

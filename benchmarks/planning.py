@@ -1,8 +1,8 @@
-"""`python -m benchmarks.planning`: the planner beside other solvers and planners, in one run on one machine.
+"""`python -m benchmarks.planning`: the planner and other solvers and planners, in one run on one machine.
 
-Times are processor times of one thread, which on an idle machine are wall times: other work on the machine stretches
-them less. Every solver meets every goal in turn, so that all see the same machine. Garbage is collected between goals,
-as the planner does.
+Times are processor times of one thread. On an idle machine they equal wall times; other load affects them less. Every
+goal is solved by all solvers in turn, so that all run under the same load. Garbage is collected between goals, as in
+the planner.
 """
 
 from collections.abc import Mapping
