@@ -72,8 +72,8 @@ def _accelerations(name: str, answer: np.ndarray, request: MotionRequest) -> np.
     return answer
 
 
-def beside_optimum(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, float]:
-    """Return Volley's imitation error over that of the paper's optimum: median, worst, number of goals."""
+def relative_errors(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, float]:
+    """Return Volley's imitation error relative to the paper's optimum: median, worst, number of goals."""
     ratios = []
     for joint, case in cases:
         primitive, request = primitives[joint], case.request
