@@ -71,7 +71,7 @@ def play(arguments: Arguments) -> None:
     """
     unknown = [name for name in arguments.variants if name not in VARIANTS]
     if unknown:
-        raise ValueError(f"variants: there is no {unknown[0]!r}; there are {', '.join(VARIANTS)}")
+        raise ValueError(f"variants: {unknown[0]!r} is unknown; choose from {', '.join(VARIANTS)}")
     deadline = time.monotonic() + arguments.seconds
     print(HEADING)
     for name in arguments.variants:

@@ -66,7 +66,9 @@ def read(path: Path, variant: str) -> dict[int, Ball]:
             name, seed = entry.pop("variant"), int(entry.pop("seed"))
             ball = Ball(**entry)
         except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"{path}: line {number} is no ball ({error}); remove it, or name another file") from error
+            raise ValueError(
+                f"{path}: line {number} cannot be read as a ball ({error}); remove it, or name another file"
+            ) from error
         if name == variant:
             found[seed] = ball
     return found
