@@ -31,14 +31,14 @@ def forehand(basis_count: int = 50, joints: int = 6) -> Primitive:
 
 
 def joints_of(primitive: Primitive, joints: slice) -> Primitive:
-    """Return some joints of a primitive, as a primitive."""
+    """Return a primitive with some joints of a primitive."""
     values = {each.name: getattr(primitive, each.name) for each in fields(primitive)}
     rows = {name: value[joints] for name, value in values.items() if isinstance(value, np.ndarray)}
     return replace(primitive, **rows)
 
 
 def joint_of(primitive: Primitive, joint: int) -> Primitive:
-    """Return one joint of a primitive, as a primitive."""
+    """Return a primitive with one joint of a primitive."""
     return joints_of(primitive, slice(joint, joint + 1))
 
 
@@ -51,7 +51,7 @@ def draw(primitive: Primitive, count: int, seed: int) -> list[Case]:
     rng = np.random.default_rng(seed)
     cases: list[Case] = []
     while len(cases) < count:
-        request = _wish(primitive, rng)
+        request = _random_request(primitive, rng)
         try:
             request = replace(
                 request, limits=_tight(plan(primitive, request), float(rng.choice([0.95, 0.85]))), tail="stop"
@@ -65,7 +65,7 @@ def draw(primitive: Primitive, count: int, seed: int) -> list[Case]:
     return cases
 
 
-def _wish(primitive: Primitive, rng: np.random.Generator) -> MotionRequest:
+def _random_request(primitive: Primitive, rng: np.random.Generator) -> MotionRequest:
     """Return a random goal near the demonstrated one, without limits."""
     joints = primitive.joint_count
     free = np.full(joints, np.nan)
@@ -84,9 +84,9 @@ def _nearby(request: MotionRequest) -> MotionRequest:
     return replace(request, goal=goal, duration=round(request.duration * 1.01, 3))
 
 
-def _tight(wished: Plan, fraction: float) -> Limits:
+def _tight(unlimited: Plan, fraction: float) -> Limits:
     """Return limits inside the peaks of a motion, outside its ends, with room to stop after it."""
-    request, extremes = wished.request, wished.report.extremes
+    request, extremes = unlimited.request, unlimited.report.extremes
     largest = {name: np.abs(values).max(axis=1) * fraction for name, values in extremes.items()}
     ends = np.stack([request.start.positions, request.goal.positions])
     centre = extremes["position"].mean(axis=1)

@@ -1,7 +1,7 @@
-"""`python -m benchmarks.client`: what the client library costs over raw Zenoh, a request at a time.
+"""`python -m benchmarks.client`: overhead of the client library over raw Zenoh, for single requests.
 
-A process of its own answers `status` with the golden message of the contract's tests. The same request is sent in turn
-by `session.get` with the reply's bytes left as they are, by the library's blocking arm, and by its awaited one.
+A separate process replies to `status` with the golden message of the contract's tests. The same request is sent in turn
+by `session.get` without decoding the reply, by the blocking arm of the library, and by its asynchronous arm.
 """
 
 import asyncio
@@ -30,11 +30,11 @@ WAYS = "raw Zenoh", "Arm", "AsyncArm"
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Measure what the client library costs over raw Zenoh.
+    """Measure the overhead of the client library over raw Zenoh.
 
     Attributes:
-        requests: How many, each way.
-        serve: Answer at this endpoint instead, until standard input ends.
+        requests: Number of requests by each way.
+        serve: Reply at this endpoint instead, until standard input ends.
     """
 
     requests: int = 3000
@@ -60,7 +60,7 @@ def main() -> None:
 
 
 def serve(endpoint: str) -> None:
-    """Host a bus and answer `status`."""
+    """Run a router and reply to `status`."""
     inbox = Inbox()
     with Bus(open_session(listen=[endpoint])) as bus:
         bus.serve(STATUS_QUERY, inbox)
@@ -70,7 +70,7 @@ def serve(endpoint: str) -> None:
 
 
 async def measure(arm: Arm, endpoint: str, count: int) -> np.ndarray:
-    """Return the times, s, (count, 3): in turn, so that what else the machine does falls on all ways alike."""
+    """Return the times, s, (count, 3): the ways take turns, so that other load affects all of them alike."""
     async with connect_async(endpoint) as twin:
         times = np.empty((count, len(WAYS)))
         for row in times:
@@ -79,7 +79,7 @@ async def measure(arm: Arm, endpoint: str, count: int) -> np.ndarray:
 
 
 def raw(arm: Arm) -> bytes:
-    """Ask with Zenoh's own means."""
+    """Send a request by Zenoh's own API."""
     for reply in arm.bus.session.get(arm.bus.key("status"), payload=b"\x80", timeout=5.0):
         assert reply.ok is not None
         return reply.ok.payload.to_bytes()
@@ -87,14 +87,14 @@ def raw(arm: Arm) -> bytes:
 
 
 def timed(ask: Callable[[], object]) -> float:
-    """Return how long a request took, s."""
+    """Return the duration of a request, s."""
     began = time.perf_counter()
     ask()
     return time.perf_counter() - began
 
 
 async def awaited(arm: AsyncArm) -> float:
-    """Return how long an awaited request took, s."""
+    """Return the duration of an awaited request, s."""
     began = time.perf_counter()
     await arm.status()
     return time.perf_counter() - began

@@ -1,4 +1,4 @@
-"""Plans of one joint by Volley and by others, and the distance from the optimum."""
+"""Plans of one joint by Volley and by other solvers, and Volley's distance from the optimum."""
 
 import gc
 from collections.abc import Callable
@@ -18,11 +18,11 @@ from motion.primitive import Primitive
 from motion.request import MotionRequest
 
 PAPER = "CVXOPT, full"
-"""The reference for times: the paper's solver on its whole problem."""
+"""Reference for times: the paper's solver on its full problem."""
 
 
 def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, Column]:
-    """Give every case of one joint to every solver in turn, so that all run under the same conditions."""
+    """Solve every case of one joint with every solver in turn, so that all run under the same conditions."""
     full = [FullProblem(primitive) for primitive in primitives]
     dmps = [dmp_solver(primitive) for primitive in primitives]
     columns: dict[str, Column] = {}
@@ -30,7 +30,7 @@ def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[
         gc.collect(1)
         primitive, request = primitives[joint], case.request
         works = _volley(primitive, case) | _others(full[joint], dmps[joint], request)
-        # Judged only after all have run, because judging fills the caches.
+        # Evaluated only after all have run, because the evaluation fills the caches.
         for name, (seconds, answer) in {name: timed(work) for name, work in works.items()}.items():
             column = columns.setdefault(name, Column())
             if answer is None:
@@ -42,7 +42,7 @@ def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[
 
 
 def _volley(primitive: Primitive, case: Case) -> dict[str, Callable[[], Answer]]:
-    """Return calls that make a whole plan, with stop, limits and report; they return control points."""
+    """Return calls that make a complete plan, with stop, limits and report; they return control points."""
     request, warm = case.request, plan(primitive, case.before).warm
     return {
         "Volley, cold": lambda: plan(primitive, request).control_points[0],
@@ -53,7 +53,7 @@ def _volley(primitive: Primitive, case: Case) -> dict[str, Callable[[], Answer]]
 def _others(
     problem: FullProblem, dmp: Callable[[MotionRequest], Answer], request: MotionRequest
 ) -> dict[str, Callable[[], Answer]]:
-    """Return calls that only solve; they return weights, or accelerations where there are none."""
+    """Return calls that only solve; they return weights, or accelerations of methods without weights."""
     return {
         "PIQP, full": lambda: problem.piqp(request),
         PAPER: lambda: problem.cvxopt(request),
@@ -72,8 +72,8 @@ def _accelerations(name: str, answer: np.ndarray, request: MotionRequest) -> np.
     return answer
 
 
-def beside_optimum(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, float]:
-    """Return Volley's imitation error over that of the paper's optimum: median, worst, number of goals."""
+def relative_errors(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, float]:
+    """Return Volley's imitation error relative to the paper's optimum: median, worst, number of goals."""
     ratios = []
     for joint, case in cases:
         primitive, request = primitives[joint], case.request

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.fleet`: what each further robot on one machine and one bus costs, on the clock `paced`."""
+"""`python -m benchmarks.fleet`: cost of each further robot on one machine and one router, with the clock `paced`."""
 
 import contextlib
 import tempfile
@@ -19,7 +19,7 @@ PRIMITIVE = "forehand"
 
 
 def families(cells: list[RunningCell]) -> list[psutil.Process]:
-    """Return the processes of all services, with those that they started."""
+    """Return the processes of all services and their child processes."""
     services = [psutil.Process(process.pid) for cell in cells for process in cell.services.running.values()]
     return [one for service in services for one in (service, *service.children(recursive=True))]
 

@@ -103,10 +103,10 @@ class Client:
         self.asked = {}
 
     def check(self) -> None:
-        """Return where the controller is in no fault.
+        """Return if the controller is not in fault.
 
         Raises:
-            SystemExit: with the fault, which ends the measurement: every later goal would be refused.
+            SystemExit: with the fault, because every later goal would be refused.
         """
         status = self.bus.ask(topics.STATUS_QUERY, m.Empty())
         if status.fault:
@@ -204,7 +204,7 @@ def _correct(
 
 
 def _settle(client: Client, asking: list[Asking]) -> None:
-    """Wait for the answers, raise what a thread raised (`NoAnswer`), and end the benchmark in a fault."""
+    """Wait for the replies, raise the exception of a thread (`NoAnswer`), and end the benchmark after a fault."""
     for each in asking:
         each.result()
     client.check()

@@ -1,7 +1,7 @@
 """`python -m benchmarks.learning`: errors and duration of learning.
 
-Accelerations are compared with the best Savitzky-Golay filter of order 5 in hindsight, the window with the smallest
-error of all that fit into the recording; positions with the movement itself.
+Accelerations are compared with the best Savitzky-Golay filter of order 5 in hindsight, which has the window with the
+least error of all windows that fit into the recording. Positions are compared with the movement itself.
 """
 
 import time
@@ -116,7 +116,7 @@ def places(seeds: int) -> list[dict[str, object]]:
 
 
 def recordings() -> list[dict[str, object]]:
-    """Return the same for recordings of an arm, compared with their samples: the worst joint of each."""
+    """Return the largest distances from the samples, rad, for recordings of an arm: the worst joint of each."""
     rows: list[dict[str, object]] = []
     for path in sorted(DEMOS.glob("*.csv")):
         positions = np.loadtxt(path, delimiter=",", skiprows=1)[:, 1:]
@@ -136,7 +136,7 @@ def _place(case: str, beside: float, span: float, noise: float, count: int) -> d
 
 
 def durations() -> dict[str, float]:
-    """Return the duration of learning, s, the second time."""
+    """Return the duration of learning, s, in a second run."""
     rng = np.random.default_rng(0)
     found = {}
     for samples, joints in SIZES:

@@ -73,9 +73,10 @@ def on_the_wire(goals: int, seed: int) -> dict[str, object]:
 
 
 def of_services(robot: Path, seconds: float) -> dict[str, dict[str, int]]:
-    """Return the memory of a robot's services while its arm stands and a trace is written, MB.
+    """Return the memory of a robot's services while its arm rests and a trace is written, MB.
 
-    share: pages that several processes have count in parts (PSS). resident: without that. peak: largest so far.
+    share: pages shared by several processes are divided between them (PSS). resident: without that division. peak:
+    largest so far.
     """
     found: dict[str, dict[str, int]] = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -105,11 +106,11 @@ def main(
     """Plan many goals here and over the bus, or run the services of robots; print and save the memory.
 
     Args:
-        goals: Planned in this process.
-        asked: Sent to a planner.
+        goals: Number of goals planned in this process.
+        asked: Number of goals sent to a planner.
         seed: Of the goals.
         robots: TOML files of robots whose services are measured instead.
-        seconds: After which those are measured.
+        seconds: Time before the services are measured.
     """
     if robots:
         found: dict[str, Any] = {path.stem: of_services(path, seconds) for path in robots}

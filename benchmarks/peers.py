@@ -1,7 +1,7 @@
 """Other solvers on the full problem, and planners that solve a part of it.
 
 The full problem is the paper's eq. 17 in the weights of one joint's Gaussians, with all limits at 1001 instants. Its
-matrices are made once; a goal only changes right-hand sides.
+matrices are built once; a goal only changes right-hand sides.
 """
 
 from collections.abc import Callable
@@ -79,7 +79,7 @@ class FullProblem:
         return weights if flag >= 1 else None
 
     def clarabel(self, request: MotionRequest) -> np.ndarray | None:
-        """Solve by Clarabel, which is made for sparse problems; this one is dense."""
+        """Solve by Clarabel, which is designed for sparse problems; this problem is dense."""
         targets, lower, upper = self.sides(request)
         settings = clarabel.DefaultSettings()  # pyright: ignore[reportAttributeAccessIssue]
         settings.verbose = False
@@ -114,7 +114,7 @@ def ruckig_motion(request: MotionRequest, samples: int = 1001) -> Answer:
 
 
 def dmp_solver(primitive: Primitive) -> Callable[[MotionRequest], Answer]:
-    """Learn DMPWithFinalVelocity, which imitates and keeps the final velocity, but knows no limits."""
+    """Learn DMPWithFinalVelocity, which imitates and reaches the final velocity, but has no limits."""
     duration = primitive.duration
     s = np.linspace(0, 1, 1001)
     learned = DMPWithFinalVelocity(n_dims=1, execution_time=duration, dt=duration / 1000, n_weights_per_dim=50)

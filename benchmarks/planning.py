@@ -1,8 +1,8 @@
-"""`python -m benchmarks.planning`: the planner beside other solvers and planners, in one run on one machine.
+"""`python -m benchmarks.planning`: the planner and other solvers and planners, in one run on one machine.
 
-Times are processor times of one thread, which on an idle machine are wall times: other work on the machine stretches
-them less. Every solver meets every goal in turn, so that all see the same machine. Garbage is collected between goals,
-as the planner does.
+Times are processor times of one thread. On an idle machine they equal wall times; other load affects them less. Every
+goal is solved by all solvers in turn, so that all run under the same load. Garbage is collected between goals, as in
+the planner.
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.cases import Case, draw, forehand, joint_of
-from benchmarks.comparison import PAPER, beside_optimum, compare
+from benchmarks.comparison import PAPER, compare, relative_errors
 from benchmarks.machine import save
 from benchmarks.workloads import alternatives, growth, refusals, revisions, six_joints
 from motion.primitive import Primitive
@@ -41,7 +41,7 @@ def main(goals: int = 60, beside: int = 200, corrections: int = 100, seed: int =
     found = {
         "one joint": {name: column.summary() for name, column in compare(primitives, cases).items()},
         "six joints": six_joints(primitive, whole),
-        "error over the optimum's": beside_optimum(primitives, of_one_joint(primitives, beside, seed + 100)),
+        "error over the optimum's": relative_errors(primitives, of_one_joint(primitives, beside, seed + 100)),
         "revisions": revisions(primitive, corrections, seed),
         "refused": refusals(primitive, whole),
         "alternatives": {"256": alternatives(primitive, whole, seed)},

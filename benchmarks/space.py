@@ -1,8 +1,8 @@
-"""`python -m benchmarks.space ROBOT.toml …`: the check of plans in space beside a replay at 1 kHz.
+"""`python -m benchmarks.space ROBOT.toml …`: the check of plans for collisions and torques, compared with a replay.
 
-Random plans of a robot are checked, and replayed: at every millisecond the distance of every pair of geoms and every
-torque. The replay knows nothing of how far a motion can get between two instants. Times are processor times. Results
-are saved after every part; with `--resume` a run adds to those saved, until there are enough.
+Random plans of a robot are checked and replayed. The replay computes the distance of every pair of geoms and every
+torque at every millisecond; unlike the check it has no bound of the motion between two instants. Times are processor
+times. Results are saved after every part; with `--resume` a run adds to the saved results, until there are enough.
 """
 
 import json
@@ -32,23 +32,23 @@ from robot.torques import InverseDynamics
 
 REPLAY_S = 1e-3
 FINER = 16
-"""Parts of a millisecond that a replay looks at where the check saw something between two milliseconds."""
+"""Number of instants a millisecond in a replay where the check found a violation between two milliseconds."""
 
 PART = 100
-"""Plans of one seed."""
+"""Number of plans with one seed."""
 
 REACH = 1.5
-"""Ends lie within this many rad of starts, on each joint."""
+"""Largest distance of ends from starts, rad, on each joint."""
 
 
 @dataclass
 class Found:
-    """What the check made of the plans, beside the replay.
+    """Results of the check, compared with the replay.
 
-    free: accepted plans. collisions, torques: refused. missed: accepted, though bodies touch, or a torque is beyond its
-    limit in the replay. wrong: refused, though clear by more than the margin, or inside all torque limits. inside:
-    accepted plans nearer than the margin at some millisecond, deepest: by how much at most, m. overestimated: by how
-    much the smallest distance in the report is too large at most, m. seconds: of each accepted plan's check.
+    free: accepted plans. collisions, torques: refused plans. missed: accepted plans with a contact, or a torque above
+    its limit, in the replay. wrong: refused plans with more than the margin, or inside all torque limits. inside:
+    accepted plans nearer than the margin at some millisecond; deepest: largest shortfall, m. overestimated: largest
+    excess of the smallest distance in a report, m. seconds: of each accepted plan's check.
     """
 
     free: int = 0
@@ -63,7 +63,7 @@ class Found:
 
 
 class Replay:
-    """Distances and torques of a robot at every instant, by its own models and data."""
+    """Distances and torques of a robot at every instant, with its own models and data."""
 
     def __init__(self, config: RobotConfig) -> None:
         self._model = model = config.load_model()
@@ -76,14 +76,14 @@ class Replay:
         self._reach = reach[self._geoms].sum(axis=1)
 
     def distance(self, plan: Plan, far: float, step: float = REPLAY_S) -> float:
-        """Return the smallest distance along a plan, m; `far` where it is larger."""
+        """Return the smallest distance along a plan, m; at most `far`."""
         clearance, nearest = self._clearance, far
         motion = plan.sample(np.arange(0, plan.total_duration + step / 2, step)).positions
         centres = np.empty((len(motion), self._model.ngeom, 3))
         for index, positions in enumerate(motion):
             clearance.place(positions)
             centres[index] = clearance.data.geom_xpos
-        # Spheres around the geoms: pairs whose spheres are apart need no closer look.
+        # Pairs of geoms with separate bounding spheres need no exact distance.
         apart = np.linalg.norm(np.subtract(*(centres[:, side] for side in self._geoms.T)), axis=2) - self._reach
         for index in np.flatnonzero((apart < far).any(axis=1)).tolist():
             clearance.place(motion[index])
@@ -117,7 +117,7 @@ def random_plans(config: RobotConfig, seed: int) -> Iterator[Plan]:
 
 
 def compare(config: RobotConfig, plans: int, seed: int = 0) -> Found:
-    """Check and replay random plans that begin clear of everything."""
+    """Check and replay random plans that begin without collisions."""
     motions, replay, found = MotionCheck(config), Replay(config), Found()
     margin = config.collision.margin
     for motion in islice(_clear(motions.clearance, random_plans(config, seed)), plans):
@@ -144,7 +144,7 @@ def compare(config: RobotConfig, plans: int, seed: int = 0) -> Found:
 
 
 def _clear(clearance: Clearance, motions: Iterator[Plan]) -> Iterator[Plan]:
-    """Yield the motions that begin clear of everything."""
+    """Yield the motions that begin without collisions."""
     for motion in motions:
         clearance.place(motion.request.start.positions)
         if all(clearance.distance(pair) > clearance.margin for pair in range(len(clearance.pairs))):
@@ -159,7 +159,7 @@ def _reach(joints: int) -> Primitive:
 
 
 def added(before: Found, new: Found) -> Found:
-    """Return what was found in both."""
+    """Return the sum of two results."""
     largest = {"deepest", "overestimated"}
     pairs = {entry.name: (getattr(before, entry.name), getattr(new, entry.name)) for entry in fields(Found)}
     return Found(**{name: max(pair) if name in largest else pair[0] + pair[1] for name, pair in pairs.items()})
@@ -172,9 +172,9 @@ def main(
 
     Args:
         robots: TOML files of robots.
-        plans: Of each robot, those resumed included.
-        seed: Of the first part of the random plans; each further part has the next.
-        resume: Go on after the plans whose results are saved; the times are those of the new plans.
+        plans: Number of plans of each robot, including resumed ones.
+        seed: Of the first part of the random plans; each further part uses the next seed.
+        resume: Continue after the plans with saved results; times are those of the new plans.
     """
     rows = json.loads((RESULTS / "space.json").read_text())["results"] if resume else {}
     for path in robots:

@@ -1,7 +1,8 @@
 """`python -m benchmarks.spreading`: whether planning is faster with half of the joints in another process.
 
-PIQP holds Python's lock, so threads cannot share the work. Six joints in one process and three in each of two take
-turns, goal by goal, on an idle machine and beside a running sim and controller. Times are wall times.
+PIQP holds Python's global interpreter lock, so threads cannot share the work. Six joints in one process, and three in
+each of two, take turns after every goal, on an idle machine and with a running sim and controller. Times are wall
+times.
 """
 
 import multiprocessing
@@ -49,7 +50,7 @@ def of_joints(warm: Warm, joints: slice) -> Warm:
 def work(pipe: Any, primitive: Primitive, warms: list[Warm]) -> None:
     """Plan the requests from the pipe, each with the index of its warm start, until None is received.
 
-    Send back what the other process needs of the plan.
+    Send back the parts of the plan that the other process needs.
     """
     while (asked := pipe.recv()) is not None:
         request, number = asked
@@ -58,7 +59,7 @@ def work(pipe: Any, primitive: Primitive, warms: list[Warm]) -> None:
 
 
 @contextmanager
-def helper(primitive: Primitive, warms: list[Warm]) -> Iterator[Any]:  # of a pipe, whose type depends on the platform
+def helper(primitive: Primitive, warms: list[Warm]) -> Iterator[Any]:  # a pipe's type depends on the platform
     """Run a process that plans with `primitive`; yield the pipe to it."""
     ours, theirs = multiprocessing.Pipe()
     process = multiprocessing.get_context("spawn").Process(target=work, args=(theirs, primitive, warms), daemon=True)

@@ -1,6 +1,6 @@
-"""`python -m benchmarks.starts`: whether everything comes up, time after time, beside busy processes, and how fast.
+"""`python -m benchmarks.starts`: reliability and duration of repeated starts, with busy processes in parallel.
 
-Each start is a `python -m services` of its own, with a new library, that must say that it is ready, play a goal to its
+Each start is a separate `python -m services` with a new library. It must report that it is ready, play a goal to its
 end, and end on Ctrl-C with status 0.
 """
 
@@ -34,7 +34,7 @@ POLL_S = 0.05
 
 @contextlib.contextmanager
 def busy(count: int) -> Iterator[None]:
-    """Run `count` processes that compute without end."""
+    """Run `count` processes that compute forever."""
     loops = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
     try:
         yield
@@ -45,10 +45,10 @@ def busy(count: int) -> Iterator[None]:
 
 
 def start(scratch: Path, log: Path, clock: Clock) -> float:
-    """Start, play a goal, end; return the seconds until all was ready.
+    """Start, play a goal, end; return the seconds until all services were ready.
 
     Raises:
-        RuntimeError: it did not come up, did not play the goal, or did not end; the sentence says which.
+        RuntimeError: it was not ready in time, did not play the goal, or did not end; the sentence says which.
     """
     endpoint, began = free_endpoint(), time.monotonic()
     line = [sys.executable, "-m", "services", "--listen", endpoint, "--clock", clock]
@@ -88,7 +88,7 @@ def play(endpoint: str) -> None:
 
 
 def main(starts: int = 50, beside: int = 4, clock: Clock = "paced", logs: Path | None = None) -> None:
-    """Start this often beside so many busy processes; print and save the times, and keep the logs of what failed."""
+    """Start this often with `beside` busy processes; print and save the times, and keep the logs of failures."""
     seconds, failures = [], []
     with busy(beside):
         for number in track(range(starts), "starts"):

@@ -1,8 +1,8 @@
-"""`python -m benchmarks.striking`: balls thrown at the shipped arm, returned without bus and wall clock.
+"""`python -m benchmarks.striking`: balls thrown at the shipped arm and returned, without bus and wall clock.
 
-The mathematics of striking as the striker uses it (`services.striker.mind`), motions by `motion.plan`, checked in space
-as the planner does, played by the simulated arm with the controller's tracking law. What a sight leads to begins a
-fixed time after it, so only the processor times depend on the machine.
+It uses the striker's mathematics (`services.striker.mind`). Motions are planned by `motion.plan`, checked for
+collisions and torques as in the planner, and played by the simulated arm with the controller's tracking law. A motion
+begins a fixed time after its sight, so only the processor times depend on the machine.
 """
 
 import gc
@@ -41,19 +41,19 @@ from services.striker.orders import Order
 MIN_SIGHTS = 5
 TOUCH_WINDOW_S, AFTER_HIT_S, AFTER_ARRIVAL_S = 0.06, 0.4, 2.0
 AGAIN_S = 0.05
-"""Between choices for a ball for which no hit was found."""
+"""Time between choices for a ball without a hit, s."""
 LEGS = "sight", "choice", "correction", "plan", "rehearsal"
 AnswerT = TypeVar("AnswerT")
 
 
 @dataclass(frozen=True)
 class Flags:
-    """Throw balls at the shipped arm; print what became of them, and processor times.
+    """Throw balls at the shipped arm; print the results and processor times.
 
-    balls: how many. noise: of each coordinate of a sight, m. latency: of a sight, s. drag_error, restitution_error:
-    parts by which beliefs are wrong. wind: across the court, m/s, of which the striker knows nothing. first_lead, lead:
-    from a sight's arrival to the begin of the motion that it leads to, s. period: between corrections, s. until: none
-    begins later before the touch, s. heights: at which balls arrive, m.
+    balls: number of balls. noise: of each coordinate of a sight, m. latency: of a sight, s. drag_error,
+    restitution_error: relative errors of the assumed values. wind: across the court, m/s, unknown to the striker.
+    first_lead, lead: from a sight's arrival to the begin of its motion, s. period: between corrections, s. until: least
+    time from the begin of a correction to the touch, s. heights: of arriving balls, m.
     """
 
     balls: int = 20
@@ -75,7 +75,7 @@ class Flags:
 
 @dataclass(slots=True, eq=False)
 class Stroke:
-    """A ball on its way: the hit that is played, the motions to it, what was seen."""
+    """A ball on its way: the hit that is played, its motions, its sights."""
 
     attempt: Attempt = field(default_factory=lambda: Attempt(1))
     motions: list[Motion] = field(default_factory=list)
@@ -87,7 +87,7 @@ class Stroke:
 
 
 class Rally:
-    """The arm, and what strikes with it. seconds: processor times (s) by leg."""
+    """The arm and its striker. seconds: processor times (s) by leg."""
 
     def __init__(self, flags: Flags, folder: Path) -> None:
         self._flags = flags
@@ -110,7 +110,7 @@ class Rally:
         self.seconds: dict[str, list[float]] = {leg: [] for leg in LEGS}
 
     def play(self, number: int) -> tuple[Stroke, Score]:
-        """Throw a ball, and play until it has landed; return what was done and its score."""
+        """Throw a ball and play until it has landed; return the stroke and its score."""
         flags, arm, stroke, launch = self._flags, self._arm, Stroke(), self._launcher.next()
         arm.reset(seed=flags.seed * 100_000 + number)
         if flags.noise or flags.latency:
@@ -136,12 +136,12 @@ class Rally:
         return stroke, self._score(stroke)
 
     def violations(self, stroke: Stroke) -> int:
-        """Return at how many instants what was played passes a limit, counted without the planner's code."""
+        """Return the number of instants at which the played motion exceeds a limit, without the planner's code."""
         motions = stroke.motions
         return violations(self._config.limits, motions, motions[-1].hit + 0.2) if motions else 0
 
     def touched(self, stroke: Stroke) -> bool:
-        """Return whether the arm touched anything but the ball: itself, the floor, the net."""
+        """Return whether the arm touched anything except the ball: itself, the floor, the net."""
         return any(self._mind.ball_body not in contact.bodies for contact in stroke.contacts)
 
     def _score(self, stroke: Stroke) -> Score:
@@ -172,7 +172,7 @@ class Rally:
             attempt.touch = contact
 
     def _see(self, stroke: Stroke, sight: BallState) -> None:
-        """Take in a sight, and choose or correct if that is due."""
+        """Process a sight; choose or correct a hit if that is due."""
         mind, flags, attempt = self._mind, self._flags, stroke.attempt
         now, place = self._arm.observe().time, np.array(sight.position)
         if attempt.choice is not None and sight.time > attempt.choice.time:
@@ -223,7 +223,7 @@ class Rally:
             stroke.attempt.reason = str(reason)
 
     def _plan(self, stroke: Stroke, choice: Choice, start: State, phase: float) -> bool:
-        """Play a hit from now on, if there is a motion to it inside the limits that touches nothing."""
+        """Play a hit from now on, if a feasible motion without collisions exists."""
         motion = self._timed("plan", lambda: self._motion(choice, start, phase))
         if motion is None:
             stroke.refused += 1
@@ -243,7 +243,7 @@ class Rally:
         return motion
 
     def _timed(self, leg: str, work: Callable[[], AnswerT]) -> AnswerT:
-        """Do some work and note its processor time, also where it fails."""
+        """Do some work and record its processor time, even if it fails."""
         began = time.thread_time()
         try:
             return work()
@@ -252,7 +252,7 @@ class Rally:
 
 
 def summary(rally: Rally, played: list[tuple[Stroke, Score]]) -> dict[str, object]:
-    """Return the figures of a rally."""
+    """Return the statistics of a rally."""
     scores = [found for _, found in played]
     away = np.array([np.inf if found.distance is None else found.distance for found in scores])
     found: dict[str, object] = {
@@ -273,7 +273,7 @@ def summary(rally: Rally, played: list[tuple[Stroke, Score]]) -> dict[str, objec
 
 
 def main() -> int:
-    """Play, and print the figures."""
+    """Play, and print the statistics."""
     flags = tyro.cli(Flags)
     with tempfile.TemporaryDirectory(prefix="volley-striking-") as folder:
         rally = Rally(flags, Path(folder))

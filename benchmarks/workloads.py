@@ -1,4 +1,4 @@
-"""Workloads of the planner: corrections, goals that cannot be met, alternatives, larger problems."""
+"""Workloads of the planner: corrections, infeasible goals, alternatives, larger problems."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -22,7 +22,7 @@ MOVED, RETIMED = 0.03, 0.03
 
 ALTERNATIVES = 256
 SHARES = 0.02, 0.1, 0.2, 0.4
-"""Durations of goals that cannot be met, as parts of a feasible one."""
+"""Durations of infeasible goals, as parts of a feasible one."""
 
 Summary = dict[str, float]
 
@@ -80,9 +80,9 @@ def revisions(primitive: Primitive, count: int, seed: int) -> dict[str, dict[str
 
 
 def refusals(primitive: Primitive, cases: list[Case]) -> dict[str, dict[str, object]]:
-    """Return the times of goals that cannot be met.
+    """Return the times of infeasible goals.
 
-    They have too little time, with and without a search for a feasible duration; limits under which no duration is
+    They have too little time, with and without a search for a feasible duration; limits for which no duration is
     feasible; or a velocity from which the arm cannot stop.
     """
     shortened = [replace(case.request, duration=case.request.duration * share) for case in cases for share in SHARES]

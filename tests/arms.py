@@ -1,4 +1,4 @@
-"""Robots of other people's models, with the little that their TOML must say."""
+"""Robots with models from other projects, and the fields that their TOML needs."""
 
 from dataclasses import dataclass
 from pathlib import Path

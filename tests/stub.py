@@ -1,4 +1,4 @@
-"""A robot that answers on real Zenoh with golden messages: what clients are tested against without services."""
+"""A robot that replies with golden messages over real Zenoh: clients are tested with it, without services."""
 
 import threading
 from collections.abc import Iterator

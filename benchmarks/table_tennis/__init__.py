@@ -1,1 +1,1 @@
-"""Balls returned on the table tennis scene of fancy_gym, which nobody of this project made."""
+"""Balls returned in the table tennis scene of fancy_gym, an independent environment."""

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.table_tennis`: balls of fancy_gym's table tennis, returned by the planner; no training."""
+"""`python -m benchmarks.table_tennis`: return balls of fancy_gym's table tennis with the planner, without training."""
 
 import os
 import sys
@@ -17,18 +17,18 @@ from benchmarks.table_tennis.player import Player
 from benchmarks.table_tennis.variants import VARIANTS, Variant
 
 SIDE_BY_SIDE = ("calm", "calm-dmp", "calm-quintic", "noise", "noise-once", "noise-dmp", "noise-quintic")
-"""The planner and what it is compared with, on the same balls."""
+"""The planner and the methods for comparison, on the same balls."""
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """Balls of fancy_gym's table tennis.
+    """Return balls of fancy_gym's table tennis.
 
-    variants: names. balls: of each. seed: of the first ball's; the next ones follow. json: file to which each ball is
-    appended as a line; those that it has already are not played again, so the same command continues a run. seconds:
-    begin no further ball after so long. demonstration: a recorded strike of a WAM, a CSV file with a line of names,
-    then time and seven positions, s and rad; without it a quintic is imitated. verbose: a line for each ball that is no
-    success.
+    variants: names. balls: of each. seed: of the first ball; later balls have the following seeds. json: file to which
+    each ball is appended as a line; balls that it contains are not played again, so the same command continues a run.
+    seconds: begin no further ball after this time. demonstration: a recorded strike of a WAM, a CSV file with a line of
+    names, then time and seven positions, s and rad; without it a quintic is imitated. verbose: print a line for each
+    failed ball.
     """
 
     variants: tuple[str, ...] = SIDE_BY_SIDE
@@ -41,7 +41,7 @@ class Arguments:
 
 
 def run(variant: Variant, arguments: Arguments, deadline: float) -> dict[int, Ball]:
-    """Play the balls of a variant that were not played yet; return all by their seeds."""
+    """Play the remaining balls of a variant; return all balls by their seeds."""
     folder = Path(gettempdir()) / f"volley-table-tennis-{os.getuid()}" / variant.name
     folder.mkdir(parents=True, exist_ok=True)
     wanted = range(arguments.seed, arguments.seed + arguments.balls)
@@ -67,11 +67,11 @@ def play(arguments: Arguments) -> None:
     """Play, and print a table.
 
     Raises:
-        ValueError: there is no such variant, or what was played before cannot be read.
+        ValueError: a variant is unknown, or the results file cannot be read.
     """
     unknown = [name for name in arguments.variants if name not in VARIANTS]
     if unknown:
-        raise ValueError(f"variants: there is no {unknown[0]!r}; there are {', '.join(VARIANTS)}")
+        raise ValueError(f"variants: {unknown[0]!r} is unknown; choose from {', '.join(VARIANTS)}")
     deadline = time.monotonic() + arguments.seconds
     print(HEADING)
     for name in arguments.variants:

@@ -1,4 +1,4 @@
-"""What became of the balls: one line of JSON each, so that a long run can be cut into parts, and figures of many."""
+"""Results of the balls: one line of JSON for each, so that a long run can be interrupted, and their statistics."""
 
 import json
 from collections.abc import Sequence
@@ -13,19 +13,19 @@ from benchmarks.table_tennis.variants import SERIES
 Z = 1.959964
 """Quantile of a two-sided 95 % interval."""
 LEARNED = 20
-"""Balls of a series after which the racket counts as learned."""
+"""Number of balls of a series after which the racket's restitution counts as learned."""
 
 
 @dataclass(slots=True)
 class Ball:
-    """One ball: planned at all, judged by the environment, error (m), and how it was played.
+    """Result of one ball: whether it was planned, the environment's verdict, error (m), and how it was played.
 
     violations: of the plan's limits, at 10 kHz. arm_violations: physics steps before the hit at which the arm itself
     was outside its range or faster than its velocity limits. arm_velocity, arm_acceleration: largest part of a limit
-    that the arm used before the hit, from step to step of the physics. off_plan: rad, the largest distance from the
-    plan before the hit. refused: choices and corrections for which there was no hit or no plan; note: why, of the last.
-    first_ms, correction_ms: processor time until the first hit was chosen that is then planned. planned_ms: of a
-    correction with all that was planned and checked.
+    that the arm used before the hit, between physics steps. off_plan: rad, largest distance from the plan before the
+    hit. refused: number of choices and corrections without a hit or a plan; note: the reason of the last. first_ms,
+    correction_ms: processor time until the first hit was chosen that is then planned. planned_ms: of a correction, with
+    all plans and checks.
     """
 
     planned: bool = False
@@ -53,10 +53,10 @@ def append(path: Path, variant: str, seed: int, ball: Ball) -> None:
 
 
 def read(path: Path, variant: str) -> dict[int, Ball]:
-    """Return the balls of a variant by seed; none where there is no such file.
+    """Return the balls of a variant by seed; empty if the file does not exist.
 
     Raises:
-        ValueError: a line is no ball; the sentence names it.
+        ValueError: a line cannot be decoded; the sentence gives its number.
     """
     found: dict[int, Ball] = {}
     lines = path.read_text().splitlines() if path.exists() else []
@@ -66,7 +66,9 @@ def read(path: Path, variant: str) -> dict[int, Ball]:
             name, seed = entry.pop("variant"), int(entry.pop("seed"))
             ball = Ball(**entry)
         except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"{path}: line {number} is no ball ({error}); remove it, or name another file") from error
+            raise ValueError(
+                f"{path}: line {number} cannot be read as a ball ({error}); remove it, or name another file"
+            ) from error
         if name == variant:
             found[seed] = ball
     return found
@@ -100,7 +102,7 @@ HEADING = f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}"
 
 
 def row(name: str, balls: Sequence[Ball]) -> str:
-    """Return the figures of balls as a row of the table under `HEADING`."""
+    """Return the statistics of balls as a row of the table under `HEADING`."""
     count = len(balls)
     rates = [f"{share(sum(getattr(ball, name) for ball in balls), count)}" for name in ("planned", "hit", "returned")]
     success = sum(ball.success for ball in balls)
@@ -126,7 +128,7 @@ def row(name: str, balls: Sequence[Ball]) -> str:
 
 
 def rows(name: str, balls: dict[int, Ball], learns: bool) -> list[str]:
-    """Return the row of a variant, and where it learns one more of the balls after the first of each series."""
+    """Return the row of a variant; if it learns, also a row of the balls after the first ones of each series."""
     found = [row(name, list(balls.values()))]
     later = [ball for seed, ball in balls.items() if seed % SERIES >= LEARNED]
     if learns and later:

@@ -45,9 +45,9 @@ INERTIA = 10.0
 
 
 def write_robot(folder: Path, restitution: float = 1.0) -> Path:
-    """Write the robot as the services need it, and return its TOML: their ball moves freely and is called `ball`.
+    """Write the files of the robot for the services, and return its TOML; the ball moves freely and is called `ball`.
 
-    restitution: of the table as it is believed, as a part of the true one.
+    restitution: assumed restitution of the table, relative to the true one.
     """
     xml = model_file()
     spec = mujoco.MjSpec.from_file(str(xml))
@@ -56,7 +56,7 @@ def write_robot(folder: Path, restitution: float = 1.0) -> Path:
     geom = slides.first_geom()
     ball = spec.worldbody.add_body(name="ball", pos=[-1.0, 0.0, 1.85])
     ball.add_freejoint(name="ball")
-    # The environment's ball slides without turning: so large a moment of inertia is not turned by a hit.
+    # The environment's ball slides without rotation; with this moment of inertia hits do not rotate it.
     ball.explicitinertial, ball.mass, ball.inertia, ball.ipos = True, BALL.mass, [INERTIA] * 3, [0.0] * 3
     shape = {
         name: getattr(geom, name) for name in ("type", "size", "condim", "friction", "solimp", "solref", "priority")
@@ -71,7 +71,7 @@ def write_robot(folder: Path, restitution: float = 1.0) -> Path:
 
 
 class EnvironmentArm(Backend):
-    """The arm of fancy_gym's environment, whose time passes while a ball flies; until then the arm rests at home."""
+    """The arm of fancy_gym's environment. Its time advances while a ball flies; before, the arm rests at home."""
 
     def __init__(self, config: RobotConfig) -> None:
         self.env: Any = environment()
@@ -88,14 +88,14 @@ class EnvironmentArm(Backend):
         self._now = self._measure()
 
     def begin_run(self) -> None:
-        """Count ticks from 0; only `begin_ball` begins a run here."""
+        """Count ticks from 0; runs begin only by `begin_ball`."""
 
     def observe(self) -> Observation:
         """Return the arm at the present tick."""
         return self._now
 
     def step(self, setpoint: Setpoint) -> None:
-        """Let the environment take a step of 8 ms, where its ball flies."""
+        """Advance the environment by one step of 8 ms, if its ball flies."""
         if self.flies and not self.done:
             now = self._now
             planned = setpoint.velocities - setpoint.feedforward * CONTROL_S / 2
@@ -107,12 +107,12 @@ class EnvironmentArm(Backend):
 
     @property
     def ball(self) -> np.ndarray:
-        """The ball's place (3,), m, in the world."""
+        """The ball's position (3,), m, in the world."""
         return self._seen[14:17] + np.array([0.0, 0.0, OFFSET])
 
     @property
     def target(self) -> np.ndarray:
-        """Where the ball is wanted (2,), m."""
+        """Target of the ball (2,), m."""
         return self._seen[-2:]
 
     def _measure(self) -> Observation:
@@ -123,7 +123,7 @@ class EnvironmentArm(Backend):
 
 
 class TableLoop(RobotLoop):
-    """Keeps the pace, `slow` times slower than the wall clock while the ball flies, and says where it is."""
+    """Keeps the pace, `slow` times slower than the wall clock while the ball flies, and publishes the ball."""
 
     def __init__(self, bus: Bus, config: RobotConfig, arm: EnvironmentArm, log: logging.Logger, slow: float) -> None:
         super().__init__(bus, config, arm, "paced", log)
@@ -144,7 +144,7 @@ class TableLoop(RobotLoop):
         self.publish()
 
     def receive(self, data: bytes) -> None:
-        """Take a command in, and keep it."""
+        """Process a command, and record it."""
         super().receive(data)
         self.commanded.append(data)
 

@@ -1,4 +1,4 @@
-"""What was played against the limits: the plan at 10 kHz, and the environment's arm at every step of its physics."""
+"""Check limits: of the plan at 10 kHz, and of the environment's arm at every physics step."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,14 +14,14 @@ from protocol.messages import Command
 
 CHECK_HZ = 10_000
 SLACK = 1e-6
-"""Rounding errors: rad of a position, and a part of the other limits."""
+"""Rounding errors: rad for positions, relative for the other limits."""
 JOINTS = 7
 
 
 def violations(limits: Limits, motions: list[Motion], until: float) -> int:
-    """Return at how many of 10,000 instants a second what was played passes a limit, on any joint, and seams jump.
+    """Return the number of instants, 10,000 a second, at which a joint exceeds a limit, plus jumps between motions.
 
-    Nothing of the planner's is used: the pieces' powers are evaluated here, derivatives are those of the powers.
+    The planner's code is not used: polynomials and their derivatives are evaluated here.
     """
     count = 0
     last: np.ndarray | None = None
@@ -57,7 +57,7 @@ def _powers(trajectory: Trajectory, times: np.ndarray) -> np.ndarray:
 
 
 class ArmCheck:
-    """Records the arm of an environment at every step of its physics, without changing what the environment does."""
+    """Records the arm of an environment at every physics step, without changing the environment."""
 
     def __init__(self, env: Any, limits: Limits) -> None:
         self._env, self._limits = env, limits
@@ -67,7 +67,7 @@ class ArmCheck:
 
         def do_simulation(action: np.ndarray, frames: int) -> None:
             simulate(action, frames)
-            # The environment looks for a hit after the step, so the step of the hit itself is still recorded.
+            # The environment detects a hit after the step, so the step of the hit itself is still recorded.
             if not was_hit(env):
                 self._states.append(self._state())
 
@@ -78,9 +78,10 @@ class ArmCheck:
         self._states = [self._state()]
 
     def judge(self, ball: Ball, until: float) -> tuple[np.ndarray, np.ndarray]:
-        """Note what the arm did before the hit, at most until a time (s); return times (n,) and positions (n, 7).
+        """Record the arm's use of limits before the hit, at most until a time (s).
 
-        Between two steps the environment's arm moves with constant velocity, so no instant is left out.
+        Returns times (n,) and positions (n, 7). Between two steps the environment's arm moves with constant velocity,
+        so no instant is left out.
         """
         states = np.array(self._states[:-1] if was_hit(self._env) else self._states)
         times = self._step * np.arange(len(states))
@@ -97,7 +98,7 @@ class ArmCheck:
         return times, positions
 
     def steps(self, time: float) -> int:
-        """Return how many steps of the physics a time (s) has."""
+        """Return the number of physics steps in a time (s)."""
         return round(time / self._step)
 
     def _state(self) -> np.ndarray:
@@ -106,7 +107,7 @@ class ArmCheck:
 
 
 def command_violations(limits: Limits, commands: Sequence[Command], tick: float) -> int:
-    """Return at how many ticks a commanded reference passes a limit, or does not go on where it said it would.
+    """Return the number of ticks at which a commanded reference exceeds a limit or is discontinuous.
 
     Accelerations are means over a tick of `tick` s, and jerks are their differences.
     """
@@ -126,7 +127,7 @@ def command_violations(limits: Limits, commands: Sequence[Command], tick: float)
 
 
 def distance(motions: Sequence[Motion], times: np.ndarray, positions: np.ndarray) -> float:
-    """Return the largest distance (rad) of positions (n, 7) at times (n,) from what was planned for them."""
+    """Return the largest distance (rad) of positions (n, 7) at times (n,) from their plan."""
     ends = [*(motion.start for motion in motions), np.inf][1:]
     found = 0.0
     for motion, until in zip(motions, ends, strict=True):
@@ -137,5 +138,5 @@ def distance(motions: Sequence[Motion], times: np.ndarray, positions: np.ndarray
 
 
 def largest(values: np.ndarray) -> float:
-    """Return the largest of values, 0 of none."""
+    """Return the largest of values, 0 if there are none."""
     return round(float(values.max(initial=0.0)), 4)

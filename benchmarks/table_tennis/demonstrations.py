@@ -1,4 +1,4 @@
-"""What the arm imitates: a quintic, or a strike that a person recorded on such an arm."""
+"""Demonstrations for the arm: a quintic, or a strike recorded by a person on such an arm."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -23,10 +23,10 @@ STILL_S = 0.7
 
 
 def learned(path: Path) -> Primitive:
-    """Return the strike that is recorded in a CSV file: a line of names, then time (s) and seven positions (rad).
+    """Return the strike in a CSV file: a line of names, then time (s) and seven positions (rad).
 
     Raises:
-        ValueError: the file cannot be read, or is no recording of seven joints; the sentence says why.
+        ValueError: the file cannot be read, or is not a recording of seven joints; the sentence says why.
     """
     try:
         table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
@@ -40,19 +40,19 @@ def learned(path: Path) -> Primitive:
 
 
 def still(home: np.ndarray) -> Primitive:
-    """Return a demonstration that stays at `home` (7,): imitating it moves with the least acceleration."""
+    """Return a demonstration that stays at `home` (7,): its imitation has the least acceleration."""
     return learn(Demonstration(np.linspace(0.0, STILL_S, 100), np.tile(home, (100, 1))))
 
 
 def quintic_of(config: RobotConfig, folder: Path) -> Primitive:
-    """Return `quintic` of an arm; its table of postures is kept in `folder`."""
+    """Return `quintic` of an arm; its table of postures is stored in `folder`."""
     arm, table = Arm(config, RACKET, BALL), Reachability.of(config, folder)
     contact = SimulatedContact(config, "target_ball", ContactLaw(0.0, 0.0), arm.offset)
     return quintic(arm, table, calibrate(arm, table, contact).law, config.home)
 
 
 def quintic(arm: Arm, table: Reachability, law: ContactLaw, home: np.ndarray) -> Primitive:
-    """Return a strike at a ball in the middle, as a quintic from rest at `home` (7,)."""
+    """Return a quintic from rest at `home` (7,) to the hit of a central ball."""
     estimator = Estimator(BALL, court(), Belief(1e-6, restitution_std=1e-4))
     for time in (0.0, 0.008):
         flown = np.array([2.5, 0.0, 0.5]) * time - [0, 0, 9.81 * time * (time + BALL.step) / 2]

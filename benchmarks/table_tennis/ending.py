@@ -1,4 +1,4 @@
-"""How both commands end."""
+"""Exit status of both commands."""
 
 import sys
 from collections.abc import Callable
@@ -13,7 +13,7 @@ INTERRUPTED = 130
 
 
 def status(play: Callable[[], object]) -> int:
-    """Play, and return the exit status; what does not work is printed as a sentence."""
+    """Play, and return the exit status; an error is printed as a sentence."""
     try:
         play()
     except (NotInstalled, NotReady, Refusal, NoAnswer, MotionError, ValueError, OSError) as error:

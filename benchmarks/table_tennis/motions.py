@@ -1,4 +1,4 @@
-"""Motions from one state of the arm to a hit, by the planner and by what it is compared with."""
+"""Motions from a state of the arm to a hit, by the planner and by the methods for comparison."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ def make_motion(
     phase: float,
     follow_through: float = Options().follow_through,
 ) -> Motion | None:
-    """Return the motion from `state` to a hit, None where the method refuses it or does not keep the limits.
+    """Return the motion from `state` to a hit, None if the method refuses it or exceeds the limits.
 
     follow_through: s after the middle of the contact for which the velocities of the hit are kept.
     """

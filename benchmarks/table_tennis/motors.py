@@ -1,4 +1,4 @@
-"""From accelerations to the environment's actions."""
+"""Convert accelerations to the environment's actions."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,7 +11,7 @@ from robot.model import joint_ids
 
 
 class Motors:
-    """Inverse dynamics of an environment's arm. It holds its own MuJoCo data."""
+    """Inverse dynamics of an environment's arm. It owns its MuJoCo data."""
 
     def __init__(self, env: Any, joints: Sequence[str]) -> None:
         self._env, self._model = env, env.model
@@ -21,10 +21,11 @@ class Motors:
         self._full = np.zeros((self._model.nv, self._model.nv))
 
     def action(self, velocities: np.ndarray, accelerations: np.ndarray, planned: np.ndarray) -> np.ndarray:
-        """Return the torques, as parts of the motors' own (7,), that accelerate the arm as it stands, clipped to ±1.
+        """Return the torques (7,), relative to the motors' maximum, for the present state of the arm, clipped to ±1.
 
-        velocities: of the arm. planned: those of the reference in the middle of the tick, rad/s, whose damping is
-        compensated: the measured ones' would be unstable, since some joints' velocity decays in less than a tick.
+        velocities: of the arm. planned: velocities of the reference in the middle of the tick, rad/s, for which damping
+        is compensated. Compensation of the measured velocities would be unstable: that of some joints decays in less
+        than a tick.
         """
         model, data = self._model, self._data
         data.qpos[:] = self._env.data.qpos

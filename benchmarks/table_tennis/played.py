@@ -1,4 +1,4 @@
-"""What the arm plays: a motion to a hit, until the next one takes over."""
+"""The played motion to a hit, until the next one replaces it."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from robot.striking.choice import State
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """What is played from `start` (s) on: phase is where in the demonstration it began, hit when it is over (s)."""
+    """A motion played from `start` (s). phase: where in the demonstration it began; hit: time of its end (s)."""
 
     start: float
     trajectory: Trajectory
@@ -18,7 +18,7 @@ class Motion:
     hit: float
 
     def phase_at(self, time: float) -> float:
-        """Return where in the demonstration the motion is."""
+        """Return the phase of the demonstration at a time."""
         return self.phase + (1 - self.phase) * min((time - self.start) / (self.hit - self.start), 0.999)
 
     def state(self, time: float) -> State:

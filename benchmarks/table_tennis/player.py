@@ -1,4 +1,4 @@
-"""Plays balls of the environment: sees, chooses, plans, tracks, corrects, learns."""
+"""Play balls of the environment: follow the ball, choose, plan, track, correct, learn."""
 
 import itertools
 import time as clock
@@ -33,26 +33,27 @@ from robot.striking.simulated_contact import SimulatedContact
 from robot.torque_check import TorqueExceeded
 
 LATENCY_S = 0.008
-"""A new motion begins so long after the sight that it is made from."""
+"""Time from a sight to the begin of its motion, s."""
 CANDIDATES = 40
-"""Hits that are planned one after the other until one is inside the limits and touches nothing."""
+"""Number of hits to plan, one after the other, until one is feasible without collisions."""
 TRIES = 12
-"""The same of a correction, of hits near the last one and of others."""
+"""The same for a correction, for hits near the last one and for hits elsewhere."""
 HOPELESS_M = 0.18
-"""Where a correction expects to land so far from the target, any hit is looked for first."""
+"""Expected landing error of a correction, m, above which hits elsewhere are searched first."""
 EXACT_M = 1e-4
-"""Standard deviation (m) that is believed of a sight without noise. With a hundredth of it the sights after the bounce
-would be of another ball, which may bounce once more, as it were on a table without end."""
+"""Assumed standard deviation (m) of a sight without noise. With a hundredth of it sights after the bounce would be
+rejected, and start a new ball, for which another bounce is allowed."""
 UNTIL_S = 0.05
-"""No correction begins later before the touch."""
+"""Least time from the begin of a correction to the touch, s."""
 OMEGA, DAMPING = 40.0, 1.4
 """Gains of the tracking: ω², and 1.4 ω."""
 
 
 class Player:
-    """Plays balls of one variant. What becomes of a ball depends on its seed alone, and not on those before it.
+    """Plays balls of one variant. The result of a ball depends on its seed only, not on earlier balls.
 
-    Where the racket is learned it depends on those of its series before it, which are played first if they were not.
+    In a variant that learns the racket, it depends on the earlier balls of its series, which are played first if
+    necessary.
     """
 
     def __init__(self, variant: Variant, folder: Folder, demonstration: Folder | None = None) -> None:
@@ -94,7 +95,7 @@ class Player:
         return self._play(seed)
 
     def _believe(self, first: int) -> None:
-        """Begin the series of a seed: the racket's restitution is believed wrong."""
+        """Begin the series of a seed, with a wrong assumed restitution of the racket."""
         wrong = _sign(np.random.default_rng((first, 1))) * self.variant.racket
         law = self._law
         self.learner = Learner.of(ContactLaw(law.restitution * (1 + wrong), law.friction, law.duration))
@@ -128,7 +129,7 @@ class Player:
             target = np.append(observation[-2:], believed.surface.height)
             place = observation[14:17] + np.array([0.0, 0.0, OFFSET])
             seen = place + variant.noise * rng.normal(size=3)
-            # Only to know which sights are of the outgoing ball.
+            # Used only to select the sights of the outgoing ball.
             if was_hit(env.unwrapped):
                 after.append((now, seen))
             else:
@@ -160,7 +161,7 @@ class Player:
         last: Choice | None,
         result: Ball,
     ) -> Choice | None:
-        """Choose or correct, and plan; return the hit that is played from now on, None where nothing changes."""
+        """Choose or correct, and plan; return the hit that is played from now on, None if nothing changes."""
         begin = now + LATENCY_S
         began = clock.thread_time()
         if last is None:
@@ -196,7 +197,7 @@ class Player:
         return None
 
     def _motion(self, start: State, choice: Choice, phase: float) -> Motion | None:
-        """Return the motion to a hit, None where it is refused: limits, collisions, torques."""
+        """Return the motion to a hit, None if it is refused for limits, collisions or torques."""
         motion = make_motion(self.variant.method, self.primitive, self._limits, start, choice, phase)
         try:
             if motion is not None:
@@ -206,9 +207,9 @@ class Player:
         return motion
 
     def _first(self, estimator: Estimator, start: State, target: np.ndarray) -> Iterator[Choice]:
-        """Yield hits not sooner than the variant asks for; where there are none, or all are refused, earlier ones.
+        """Yield hits that are not earlier than the variant demands; if none of them can be played, earlier ones.
 
-        Raises NoHit where there is none at all.
+        Raises NoHit if there are none at all.
         """
         path = estimator.path(start.time + HORIZON_S)
         until, found = np.inf, False
@@ -226,7 +227,7 @@ class Player:
             until = earliest
 
     def _action(self, observation: np.ndarray, motions: list[Motion], now: float) -> np.ndarray:
-        """Return the torques, as parts of the motors' own, that track the reference over the coming 8 ms."""
+        """Return the torques, relative to the motors' maximum, that track the reference over the coming 8 ms."""
         positions, velocities = observation[:7], observation[7:14]
         current = next((motion for motion in reversed(motions) if motion.start <= now + 1e-9), None)
         if current is None:
@@ -245,7 +246,7 @@ class Player:
         if result.returned:
             result.error = float(info["land_dist_error"])
         result.violations = violations(self._limits, motions, now) if motions else 0
-        # A ball that the racket missed may push the arm elsewhere.
+        # A ball that the racket has missed may push another part of the arm.
         times, positions = self._arm_check.judge(result, motions[-1].hit if motions else np.inf)
         result.off_plan = distance(motions, times, positions)
 

@@ -19,15 +19,15 @@ PACKAGES = ("fancy_gym", "fancy_gym.envs", "fancy_gym.envs.mujoco", "fancy_gym.e
 CONTROL_S = 0.008
 """The environment holds torques for four steps of 2 ms."""
 OFFSET = 0.1
-"""The ball's body stands so much (m) above its slides, whose values the environment observes."""
+"""Height (m) of the ball's body above its slides, whose values the environment observes."""
 FIRST_S = 0.1
-"""The first choice is made then."""
+"""Time of the first choice, s."""
 GEARS = np.array([150.0, 125.0, 40.0, 60.0, 5.0, 5.0, 2.0])
 TABLE, NET_TOP, NET_HALF_WIDTH = 0.77, 0.9225, 0.915
 BALL = Ball(mass=0.1, radius=0.025, step=0.002)
 RACKET = Racket(radius=0.075, thickness=0.005, two_sided=True)
 BOUNCE = Surface(TABLE, restitution=0.9463, tangential=0.8517, dwell=0.00888)
-"""What the table does to a ball of this environment, which always comes from the same height: one was watched."""
+"""Measured bounce of a ball of this environment on the table; balls always come from the same height."""
 
 ROBOT = """
 name = "wam"
@@ -55,7 +55,7 @@ jerks = {jerks}
 VELOCITIES = np.array([7.0, 7.0, 7.0, 7.0, 5.0, 7.0, 7.0])
 ACCELERATIONS = np.array([45.0, 32.0, 45.0, 130.0, 50.0, 130.0, 200.0])
 JERKS = ACCELERATIONS / 0.02
-"""rad/s, rad/s², rad/s³. Velocities are those of the environment's own check, but for the fifth joint, whose damping
+"""rad/s, rad/s², rad/s³. Velocities are those of the environment's own check, except for the fifth joint, whose damping
 takes most of its torque at 7 rad/s. Accelerations are 80 % of what the motors can do in the worst of 4,000 postures."""
 
 
@@ -64,7 +64,7 @@ class NotInstalled(ImportError):
 
 
 def environment(variant: str = "TableTennisEnv") -> Any:
-    """Return the environment of this class, made without what its package imports for others.
+    """Return the environment of this class, without the imports that its package needs for other environments.
 
     Raises:
         NotInstalled: a package is missing.
@@ -76,24 +76,24 @@ def environment(variant: str = "TableTennisEnv") -> Any:
     folder = Path(package.submodule_search_locations[0])
     for name in PACKAGES:
         if name not in sys.modules:
-            # The package's own __init__ imports every environment it has, and their packages.
+            # The package's own __init__ imports all its environments, and their packages.
             module = types.ModuleType(name)
             module.__path__ = [str(folder.joinpath(*name.split(".")[1:]))]
             module.__spec__ = ModuleSpec(name, None, is_package=True)
             module.__spec__.submodule_search_locations = module.__path__
             sys.modules[name] = module
     if "imageio" not in sys.modules and find_spec("imageio") is None:
-        sys.modules["imageio"] = types.ModuleType("imageio")  # for videos, which nobody records here
+        sys.modules["imageio"] = types.ModuleType("imageio")  # for videos, which are not recorded here
     return getattr(importlib.import_module(MODULE), variant)()
 
 
 def was_hit(env: Any) -> bool:
-    """Return whether the racket has met the ball, which the environment says nowhere else."""
+    """Return whether the racket has met the ball, which the environment exposes only as a private attribute."""
     return env._hit_ball  # noqa: SLF001
 
 
 def robot(folder: Path, scale: float = 1.0) -> RobotConfig:
-    """Return the environment's arm; its description is written into `folder`, its limits scaled."""
+    """Return the environment's arm with scaled limits; its description is written into `folder`."""
     path = folder / "wam.toml"
     path.write_text(toml(model_file(), scale))
     return load_robot(path)
@@ -106,13 +106,13 @@ def model_file() -> Path:
 
 
 def toml(model: Path, scale: float = 1.0) -> str:
-    """Return the description of the arm in a model, its limits scaled."""
+    """Return the description of the arm in a model, with scaled limits."""
     kinds = {"velocities": VELOCITIES, "accelerations": ACCELERATIONS, "jerks": JERKS}
     return ROBOT.format(model=model, **{name: (scale * values).tolist() for name, values in kinds.items()})
 
 
 def court(restitution: float = 1.0, spread: float = 0.02) -> Court:
-    """Return the table and its net; the restitution that is believed, as a part of the true one."""
+    """Return the table and its net. restitution: assumed one, relative to the true one."""
     net = Net(np.array([0.0, 0.0, NET_TOP]), np.array([1.0, 0.0]), NET_HALF_WIDTH)
     bounce = Surface(TABLE, restitution * BOUNCE.restitution, BOUNCE.tangential, BOUNCE.dwell, spread)
     return Court(bounce, net)

@@ -33,7 +33,7 @@ from services.common.supervisor import Supervisor, command_lines
 from services.planner.library import Arm, Library
 
 WAIT_TICKS = 110
-"""The arm rests so long before each ball: the striker goes to its ready pose and learns of the new run."""
+"""Ticks for which the arm rests before each ball: the striker detects the new run and goes to its ready pose."""
 LONGEST_TICKS = 360
 NAMES = ("planner", "striker", "controller")
 
@@ -43,10 +43,10 @@ class Arguments:
     """The balls of `python -m benchmarks.table_tennis`, through striker, planner and controller as processes.
 
     The environment is the robot: its arm follows the controller's commands at 125 Hz, its ball is published as `ball`.
-    balls, seed, json, demonstration: as there. noise: m, of each sight. table: part by which the striker believes in
-    too much restitution of the table; with a minus, too little. revise_hz: corrections a second, 0: planned once.
-    flight: s from the hit to the landing, by default the striker's choice. slow: wall time over robot time while a ball
-    flies, so that the outcome does not depend on the machine; 1: real time. verbose: show what the services log.
+    balls, seed, json, demonstration: as there. noise: m, of each sight. table: relative error of the table's assumed
+    restitution. revise_hz: corrections a second, 0: planned once. flight: s from the hit to the landing, by default the
+    striker's choice. slow: wall time over robot time while a ball flies, so that the outcome does not depend on the
+    machine; 1: real time. verbose: show the logs of the services.
     """
 
     balls: int = 100
@@ -67,7 +67,7 @@ class Arguments:
 
 
 def prepare(folder: Path, arguments: Arguments) -> Path:
-    """Write the robot and a library with a strike and the way home; return the robot's TOML."""
+    """Write the robot and a library with a strike and the return; return the robot's TOML."""
     arm = robot(folder)
     strike = learned(arguments.demonstration) if arguments.demonstration else quintic_of(arm, folder)
     path = write_robot(folder, 1 + arguments.table)
@@ -82,7 +82,7 @@ def prepare(folder: Path, arguments: Arguments) -> Path:
 
 @contextlib.contextmanager
 def running(path: Path, folder: Path, config: RobotConfig, arguments: Arguments) -> Iterator["Table"]:
-    """Start the services on a bus that this process hosts, and wait until they are ready."""
+    """Start the services on a router in this process, and wait until they are ready."""
     endpoint = free_endpoint()
     log = logging.getLogger("table")
     arm = EnvironmentArm(config)
@@ -113,7 +113,7 @@ class Table:
         """Play the ball of a seed.
 
         Raises:
-            Refusal, NoAnswer: the striker does not take the order.
+            Refusal, NoAnswer: the striker does not accept the order.
         """
         loop, arguments = self.loop, self._arguments
         rng = np.random.default_rng(seed)
@@ -134,7 +134,7 @@ class Table:
         return self._judge(released)
 
     def _order(self, request: m.StrikeRequest) -> None:
-        """Order a strike while time goes on."""
+        """Order a strike while time advances."""
         failed: list[Exception] = []
 
         def ask() -> None:
@@ -184,7 +184,7 @@ def _drain(queue: SimpleQueue[bytes]) -> list[bytes]:
 
 
 def play(arguments: Arguments) -> None:
-    """Play the balls that were not played yet, and print the row of all."""
+    """Play the remaining balls, and print the row of all."""
     folder = Path(gettempdir()) / f"volley-table-tennis-{os.getuid()}" / "services"
     folder.mkdir(parents=True, exist_ok=True)
     wanted = range(arguments.seed, arguments.seed + arguments.balls)

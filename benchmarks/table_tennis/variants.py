@@ -5,18 +5,18 @@ from typing import Any, Literal
 
 Method = Literal["qp", "dmp", "quintic"]
 SERIES = 50
-"""What is learned of the racket is forgotten after so many balls, by their seeds; then it is wrong once more."""
+"""Number of balls, by their seeds, after which the learned restitution is reset to a wrong one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
     """Conditions.
 
-    environment: fancy_gym's class. noise: m, of each sight. table, racket: the parts by which the restitutions believed
-    are wrong, the sign by chance, for each ball and each series. corrected: after the first choice. learns: from
-    outgoing balls. scale: of the limits. period: s between corrections, or attempts to choose. earliest: s, when the
-    hit should be at the soonest. wind: it blows, and velocities are seen. simulated: hits are chosen with a simulated
-    contact. options: of the chooser.
+    environment: fancy_gym's class. noise: m, of each sight. table, racket: relative errors of the assumed restitutions,
+    with random sign, for each ball and each series. corrected: after the first choice. learns: from outgoing balls.
+    scale: of the limits. period: s between corrections, or attempts to choose. earliest: s, earliest desired hit. wind:
+    wind blows, and velocities are observed. simulated: hits are chosen with a simulated contact. options: of the
+    chooser.
     """
 
     name: str
@@ -38,12 +38,12 @@ class Variant:
 CALM = Variant("calm", corrected=False)
 NOISE = Variant("noise", noise=0.005, table=0.1)
 UNCORRECTED = {"young_cost": 0.0, "use_cost": 0.0}
-"""A hit that nobody will correct need not leave time and room for it."""
+"""A hit without corrections need not leave time and room for them."""
 WIDER = {
     "time_shifts": (-0.06, -0.03, 0.0, 0.03, 0.06, 0.09, 0.12),
     "flight_shifts": (-0.2, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2),
 }
-"""A target that jumps by a metre asks for larger corrections than a ball that is known better."""
+"""A target that jumps by a metre needs larger corrections than a better estimate of a ball."""
 VARIANTS = {
     variant.name: variant
     for variant in (

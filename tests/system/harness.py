@@ -1,6 +1,6 @@
-"""Real processes on a bus of their own, and what a test wants to ask and see of them.
+"""Real processes on a router of their own, and requests and observations of tests.
 
-`Stack` is the drill's cell; what services log is printed, which pytest shows where a test failed.
+`Stack` is the drill's cell. The log lines of services are printed, so that pytest shows them after a failure.
 """
 
 import signal
@@ -86,12 +86,12 @@ def running(
 
 
 def joined(endpoint: str) -> Bus:
-    """Join a bus with the patience of a service: a stall of this process ends no client's session."""
+    """Join a bus with the session timeouts of a service: a stall of this process ends no session."""
     return Bus(open_session([endpoint], timeouts=SERVICE))
 
 
 def wait_for_controller(stack: Stack) -> None:
-    """Return once the controller has heard of the arm."""
+    """Wait until the controller has detected the arm."""
     wait_for(stack.mode, "the controller to hear of the arm")
 
 

@@ -1,4 +1,4 @@
-"""One joint's problem built afresh in seconds, from scipy's B-splines and quadrature of its own."""
+"""One joint's problem formulated independently in seconds, with scipy's B-splines and separate quadrature."""
 
 import math
 from functools import cache, cached_property
@@ -65,19 +65,19 @@ class InSeconds:
         self.bends, self.places = (self.at(quantity, self.t) for quantity in (2, 0))
 
     def at(self, quantity: int, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rows (n, N) of a quantity on the weights at t (n,), and what the start contributes (n,)."""
+        """Rows (n, N) of a quantity on the weights at t (n,), and the start's contributions (n,)."""
         # The weights are accelerations in t, so each integral over t brings a factor T.
         rows = self.end ** (2 - quantity) * integrals(self.count)[quantity](t / self.end)
         return rows, self.given(quantity, t)
 
     def given(self, quantity: int, t: np.ndarray) -> np.ndarray:
-        """What the start's position and velocity contribute to a quantity at t (n,)."""
+        """Contributions of the start's position and velocity to a quantity at t (n,)."""
         p, v = self.request.start.positions[0], self.request.start.velocities[0]
         return (p + v * t, np.full(len(t), v), np.zeros(len(t)), np.zeros(len(t)))[quantity]
 
     @cached_property
     def fixed(self) -> tuple[np.ndarray, np.ndarray]:
-        """What the request fixes: rows on the weights and targets."""
+        """Prescribed values: rows on the weights and targets."""
         request, rows, targets = self.request, [], []
 
         def fix(quantity: int, t: float, value: float) -> None:
@@ -116,9 +116,9 @@ class InSeconds:
         return np.linalg.solve(kkt, right)[: len(matrix)]
 
     def optimum(self, inside: float = 0.0) -> np.ndarray | None:
-        """Return the best weights (N,) that keep every limit at the `INSTANTS`, None if there are none.
+        """Return the best weights (N,) that keep every limit at the `INSTANTS`, None if it is infeasible.
 
-        inside: distance from each limit, as a part of its range; fixed values are exempt. Raises Inconclusive.
+        inside: distance from each limit, as a part of its range; prescribed values are exempt. Raises Inconclusive.
         """
         rows, _ = self.fixed
         factor = np.linalg.cholesky(self._gram(self.stiffness)[0])
@@ -144,12 +144,12 @@ class InSeconds:
         return None if step is None else self.unlimited + null @ step
 
     def beyond(self, weights: np.ndarray) -> float:
-        """The cost of weights (N,) that keep what is fixed, above that of the optimum without limits."""
+        """Cost of weights (N,) that satisfy the equalities, minus the cost of the optimum without limits."""
         away = weights - self.unlimited
         return float(away @ self._gram(self.stiffness)[0] @ away)
 
     def cost(self, weights: np.ndarray) -> float:
-        """All of it: what the optimum without limits costs, whose place term is 0 without a `place_time`, included."""
+        """Total cost, including that of the optimum without limits, whose place term is 0 without a `place_time`."""
         least = self.missed(self.unlimited) ** 2 * self.end
         if self.local:
             places, given = self.places

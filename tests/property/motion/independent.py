@@ -1,4 +1,4 @@
-"""The solver that plans are held against."""
+"""The independent solver with which plans are compared."""
 
 from ctypes import c_int
 
@@ -12,7 +12,7 @@ class Inconclusive(Exception):
 
 
 def smallest_step(matrix: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray | None:
-    """DAQP's smallest u with lower ≤ matrix·u ≤ upper, sides that are infinite included; None where there is none.
+    """DAQP's smallest u with lower ≤ matrix·u ≤ upper, where sides may be infinite; None if infeasible.
 
     Raises Inconclusive.
     """
@@ -27,7 +27,7 @@ def smallest_step(matrix: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> n
 
 
 def nearest_to_zero(matrix: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray | None:
-    """As `smallest_step`, in a property test, which leaves out what is inconclusive."""
+    """The same as `smallest_step`, in a property test, which skips inconclusive cases."""
     try:
         return smallest_step(matrix, lower, upper)
     except Inconclusive:

@@ -1,4 +1,4 @@
-"""Demonstrations and goals, drawn at random: near and on their limits, with everything a request may ask for."""
+"""Random demonstrations and goals, near and on their limits, that use every field of a request."""
 
 from dataclasses import dataclass, replace
 
@@ -40,7 +40,7 @@ def plain_manner(rng: np.random.Generator) -> Manner:
 
 
 def any_manner(rng: np.random.Generator) -> Manner:
-    """With phases, places kept near the ends, straight parts before and after the hit."""
+    """With a phase, a place time, straight parts before and after the hit."""
     return Manner(
         duration=rng.uniform(0.7, 1.3),
         rest_fraction=float(rng.choice([0.0, 0.0, 0.05, 0.2])),
@@ -53,10 +53,10 @@ def any_manner(rng: np.random.Generator) -> Manner:
 def random_request(
     rng: np.random.Generator, primitive: Primitive, tail: str = "coast", manner: Manner | None = None
 ) -> MotionRequest:
-    """One joint near its demonstration, with limits tighter than the motion that it would like to make.
+    """One joint near its demonstration, with limits tighter than the motion without limits.
 
-    Some with moving starts, given accelerations, waypoints with free entries. Fixed values lie on their limits, near
-    them, or away.
+    Some requests have moving starts, prescribed accelerations, waypoints with free entries. Prescribed values lie on
+    their limits, near them, or inside.
     """
     manner = manner or plain_manner(rng)
     straight = manner.rest_fraction > 0 or manner.follow_through > 0
@@ -98,7 +98,7 @@ def random_request(
 
 
 def _tight(rng: np.random.Generator, request: MotionRequest, wish: dict[str, np.ndarray], tail: str) -> Limits:
-    """Limits at a part of the range the wished motion uses, and outside of what is fixed."""
+    """Limits at a part of the range that the motion without limits uses, outside of the prescribed values."""
     start, goal, fraction = request.start, request.goal, rng.choice([0.95, 0.85])
 
     def headroom() -> float:
@@ -122,7 +122,7 @@ def _tight(rng: np.random.Generator, request: MotionRequest, wish: dict[str, np.
 
 
 def _stops_at(request: MotionRequest, most: float, jerk: float) -> float:
-    """About where the arm rests after the hit, with room for a final acceleration of half its limit."""
+    """Approximate position after the stop, with room for a final acceleration of half its limit."""
     v, a = abs(request.goal.velocities[0]), most / 2
     v, travel = v + a * a / (2 * jerk), a / jerk * (v + a * a / (3 * jerk))
     peak = min(np.sqrt(jerk * v), most)
@@ -132,7 +132,7 @@ def _stops_at(request: MotionRequest, most: float, jerk: float) -> float:
 
 
 def in_other_time(request: MotionRequest, factor: float) -> MotionRequest:
-    """The same motion `factor` times as slow: velocities, accelerations and jerks, limits too, scale along."""
+    """The same motion, `factor` times as slow: velocities, accelerations, jerks and limits scale with it."""
     ends = [
         Boundary(end.positions, end.velocities / factor, end.accelerations / factor**2)
         for end in (request.start, request.goal)

@@ -1,4 +1,4 @@
-"""The paper's program in normalised time against the same goal built afresh in seconds and solved by DAQP."""
+"""The paper's program in normalised time, compared with an independent formulation in seconds, solved by DAQP."""
 
 from dataclasses import replace
 
@@ -26,8 +26,8 @@ SAME = 1e-9
 class Afresh:
     """Eq. 8–17 of one joint in t: Gaussians over [0, T], their integrals by quadrature, limits in physical units.
 
-    The unknowns are the weights of the acceleration in t. `curves` (4, n, N) lead from them to position, velocity,
-    acceleration and jerk at `t`, beside what `start` (4, n) contributes. Every fourth time is an instant of the limits.
+    The unknowns are the weights of the acceleration in t. `curves` (4, n, N) map them to position, velocity,
+    acceleration and jerk at `t`; `start` (4, n) are the start's contributions. Limits apply at every fourth time.
     """
 
     def __init__(self, primitive: Primitive, request: MotionRequest) -> None:
@@ -126,7 +126,7 @@ def _at(t: np.ndarray, values: np.ndarray, when: float) -> np.ndarray:
 
 
 def drawn(seed: int) -> tuple[Primitive, MotionRequest]:
-    """A random goal without a rest fraction, in a duration unlike its demonstration's."""
+    """A random goal without a rest fraction, in another duration than its demonstration's."""
     rng = np.random.default_rng(seed)
     primitive = make_primitive(rng)
     request = random_request(rng, primitive)
@@ -151,7 +151,7 @@ def test_without_limits_the_trajectory_is_the_one_built_afresh(seed: int) -> Non
 @example(213593)  # a waypoint on a limit
 @given(seeds)
 def test_with_limits_the_optimum_is_the_one_built_afresh(seed: int) -> None:
-    """Its cost, that is: both keep the limits to their solvers' tolerances."""
+    """The costs agree: both keep the limits to their solvers' tolerances."""
     primitive, request = drawn(seed)
     program = make_programs(primitive, request, BASIS_COUNT)[0]
     afresh = Afresh(primitive, request)

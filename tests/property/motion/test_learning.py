@@ -1,4 +1,4 @@
-"""Learning, whatever is recorded however."""
+"""Properties of learning, for any movement and any recording."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -51,7 +51,7 @@ def test_places_are_kept(seed: int, duration: float, rate: int, noise: float, ti
 @settings(max_examples=25, deadline=None)
 @given(seed=SEEDS, count=st.integers(MIN_BASIS, MAX_BASIS))
 def test_a_spline_is_learned_as_itself(seed: int, count: int):
-    """Of its own space nothing is lost: without smoothing the control points come back."""
+    """Without smoothing the control points of a spline in the planner's space are recovered."""
     points = np.random.default_rng(seed).standard_normal((1, count + 2))
     s = np.linspace(0, 1, 8 * count)
     demonstration = Demonstration(s, splines.derivative(points, s, 0))
@@ -62,7 +62,7 @@ def test_a_spline_is_learned_as_itself(seed: int, count: int):
 @settings(max_examples=25, deadline=None)
 @given(seed=SEEDS, samples=st.integers(10, 60), slower=st.floats(0.1, 10), shift=st.floats(-100, 100))
 def test_time_is_a_unit_and_places_have_no_origin(seed: int, samples: int, slower: float, shift: float):
-    """A recording at another speed, that begins at another time and place, teaches the same movement."""
+    """A recording at another speed, with shifted time and positions, teaches the same movement."""
     rng = np.random.default_rng(seed)
     times = np.cumsum(rng.uniform(0.5, 1.5, samples))
     positions = np.cumsum(rng.standard_normal((samples, 1)) * 0.01, axis=0)
@@ -78,7 +78,7 @@ def test_time_is_a_unit_and_places_have_no_origin(seed: int, samples: int, slowe
     gaps=st.lists(st.floats(1e-9, 10), min_size=59, max_size=59),
 )
 def test_nothing_breaks_it(values: list[float], gaps: list[float]):
-    """Any samples at any rising times give finite numbers, that survive being kept."""
+    """Any samples at any increasing times give finite numbers, which survive storage."""
     times = np.concatenate([[0.0], np.cumsum(gaps)])[: len(values)]
     primitive = learn(Demonstration(times, np.array(values)[:, None]))
     again = from_arrays(to_arrays(primitive))

@@ -1,4 +1,4 @@
-"""Plans against the optimum of the same problem built afresh in seconds and solved by another solver (DAQP)."""
+"""Plans compared with the optimum of an independent formulation in seconds, solved by another solver (DAQP)."""
 
 from dataclasses import replace
 
@@ -73,9 +73,9 @@ def test_costs_of_plans_are_those_of_optima() -> None:
 
 @pytest.mark.parametrize("first", range(0, 120, 40))
 def test_verdicts_are_those_of_another_solver(first: int) -> None:
-    """What is refused has no motion a little inside its limits, what is planned has one at the limits.
+    """A refused request has no motion slightly inside its limits; a planned one has a motion at the limits.
 
-    Numerical trouble is an answer only in between.
+    A numerical failure is only allowed in between.
     """
     wrong = {}
     for seed in range(first, first + 40):

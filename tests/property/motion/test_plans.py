@@ -1,4 +1,4 @@
-"""Plans on random goals: curves sampled a hundred times finer, what is fixed, what is promised."""
+"""Plans on random goals: curves sampled a hundred times finer, prescribed values, the report."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -59,7 +59,7 @@ def moving(planned: SplinePlan) -> np.ndarray:
 
 
 def behind(planned: SplinePlan) -> np.ndarray:
-    """All four quantities (4, n, J) of what follows the moving part, up to the last break."""
+    """All four quantities (4, n, J) after the moving part, up to the last break."""
     start = planned.request.moving_duration
     motion, breaks = as_polynomials(planned.trajectory)
     later = np.concatenate([[start], breaks[breaks > start * (1 + 1e-12)]])
@@ -76,7 +76,7 @@ def as_polynomials(trajectory: Trajectory) -> tuple[PPoly, np.ndarray]:
 
 
 def allowed(request: MotionRequest) -> np.ndarray:
-    """By how much (J, 4) a quantity may be beyond its limit."""
+    """Tolerance (J, 4) by which a quantity may exceed its limit."""
     ranges = request.limits.ranges
     width = np.ptp(ranges, axis=2)
     states = [(e.positions, e.velocities, e.accelerations) for e in (request.start, request.goal)]
@@ -92,7 +92,7 @@ def allowed(request: MotionRequest) -> np.ndarray:
 
 
 def check_limits(planned: SplinePlan) -> None:
-    """No value anywhere beyond its limit, and none beyond the extremes that the report names."""
+    """No value exceeds its limit, or the extremes in the report."""
     request, report = planned.request, planned.report
     slack = allowed(request)
     for values in (moving(planned), behind(planned)):
@@ -118,7 +118,7 @@ def test_no_limit_is_passed_at_any_time(seed: int, tail: str) -> None:
 @settings(max_examples=20, deadline=None)
 @given(seeds)
 def test_extremes_are_those_of_the_curve(seed: int) -> None:
-    """To 2e-6 of its spread, and nothing is named that the curve does not reach."""
+    """To 2e-6 of its spread; the curve reaches every reported value."""
     planned = planned_or_not(*drawn(seed, "coast"))
     values = moving(planned)
     for quantity, name in enumerate(QUANTITIES):
@@ -217,7 +217,7 @@ def test_a_stop_ends_at_rest_on_a_tick(seed: int) -> None:
 @settings(max_examples=30, deadline=None)
 @given(seeds)
 def test_warm_and_cold_give_the_same_verdict(seed: int) -> None:
-    """And motions of the same cost: rows of another motion may be demanded, but not beyond where they bind."""
+    """And motions of the same cost: rows of another motion may be imposed, but only where they are active."""
     primitive, request = drawn(seed, "stop")
     other, before = drawn(seed + 1, "stop", request.joint_count)
     try:

@@ -1,4 +1,4 @@
-"""Movements in closed form, and what recording does to them."""
+"""Movements in closed form, and simulated recordings of them."""
 
 from collections.abc import Callable
 
@@ -47,5 +47,5 @@ def stamped(duration: float, rate: float, jitter: float = 0.0, seed: int = 0) ->
 
 
 def rounded(values: np.ndarray, tick: float) -> np.ndarray:
-    """What an encoder of this resolution, rad, says."""
+    """Positions quantised by an encoder of this resolution, rad."""
     return np.round(values / tick) * tick

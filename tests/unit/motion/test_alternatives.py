@@ -1,4 +1,4 @@
-"""The best of several ends, against planning each of them."""
+"""The best of several ends, compared with separate plans of all of them."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The DMPs against closed forms, against each other's drawbacks, and as plans."""
+"""The DMPs compared with closed forms, their known drawbacks, and plans made with them."""
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def test_the_linear_goal_arrives_with_the_goal_velocity():
 
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_it_reproduces_its_demonstration(figure: Primitive, system: System):
-    """Under the demonstration's own conditions the regression's error is all there is."""
+    """Under the demonstration's own conditions only the error of the regression remains."""
     samples = learn_dmp(figure, system).rollout(figure.start, figure.goal, 1.0, rule="newmark")
     shown = figure.sample(S)
     assert np.abs(samples.positions - shown.positions).max() < 0.006

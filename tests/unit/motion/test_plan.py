@@ -1,4 +1,4 @@
-"""Plans of single cases whose answer is known some other way."""
+"""Plans of single cases with independently known results."""
 
 import math
 from collections.abc import Callable
@@ -326,7 +326,7 @@ def test_a_warm_plan_is_as_good_as_a_cold_one(strike: Primitive, ask: Ask, paper
 def test_no_verdict_rests_on_the_rows_of_an_earlier_motion(
     strike: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """They are demanded where this motion might do without: what fails with them is tried without."""
+    """A warm start imposes rows that this motion may not need; if it fails, a cold start follows."""
     request = ask(goal=(-1.0, 10.0), limits=paper_limits)
     cold = plan(strike, request)
     tried = []
@@ -344,7 +344,7 @@ def test_no_verdict_rests_on_the_rows_of_an_earlier_motion(
 
 
 def test_rows_of_another_hull_are_left_aside(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """A waypoint on its limit changes the hull, so rows have other numbers."""
+    """A waypoint on its limit changes the hull, and thus the indices of rows."""
     turning = Waypoint(0.5, np.array([2.0]), FREE)
     other = plan(strike, ask(limits=paper_limits, waypoints=(turning,))).warm
     request = ask(goal=(-1.0, 10.0), limits=paper_limits)
@@ -354,7 +354,7 @@ def test_rows_of_another_hull_are_left_aside(strike: Primitive, ask: Ask, paper_
 
 
 def test_a_motion_that_is_over_at_once(strike: Primitive, ask: Ask) -> None:
-    """Its weights are large and cancel each other; what is left of the equalities is their rounding."""
+    """Its weights are large and cancel each other; the residuals of the equalities are rounding errors."""
     for goal in np.linspace(-1.0, 1.0, 21):
         hasty = ask(start=(0.5, 0.0), goal=(float(goal), 0.0), duration=10.0, rest_fraction=0.99)
         assert plan(strike, hasty).report.final_error_positions[0] < 1e-7
@@ -410,7 +410,7 @@ def test_follow_through_keeps_the_final_velocity(strike: Primitive, ask: Ask, pa
 
 
 def test_a_follow_through_without_room_cannot_stop(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """The stop would begin where the final velocity has led to; the velocity that is named leads less far."""
+    """The stop would begin after the follow-through; with the velocity that is named the follow-through is shorter."""
     request = ask(limits=paper_limits, goal=(1.5, 5.0), follow_through=0.2)
     plan(strike, replace(request, follow_through=0.0))
     with pytest.raises(CannotStop) as caught:
@@ -540,7 +540,7 @@ def test_a_final_acceleration_from_which_nothing_stops(strike: Primitive, ask: A
 
 
 def test_a_braking_final_acceleration_wants_some_velocity(ask: Ask, paper_limits: Limits) -> None:
-    """Too fast passes the upper limit, too slow swings back through the lower one: the fastest between is named."""
+    """Too fast exceeds the upper limit, too slow swings back below the lower one; the fastest feasible one is named."""
     narrow = replace(paper_limits, positions=np.array([[-0.01, 0.05]]))
 
     def hit(velocity: float) -> np.ndarray:

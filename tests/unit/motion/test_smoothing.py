@@ -1,4 +1,4 @@
-"""Splines from samples: places are kept whatever recording does, and accelerations come near the best filter's."""
+"""Splines fitted to samples: positions are kept for every recorder; accelerations come near the best filter's."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def test_a_strike_of_a_second_needs_fifty_functions(noise: float) -> None:
 
 
 def test_jittered_stamps_are_no_noise() -> None:
-    """The samples count where they were taken."""
+    """Each sample counts at its own time."""
     times = stamped(1.0, 100, jitter=0.3)
     s = (times - times[0]) / (times[-1] - times[0])
     found = learned(times, strike(times))
@@ -102,7 +102,7 @@ def test_accelerations_come_near_the_best_filter(curve: Curve | str, noise: floa
 
 
 def test_the_standard_error_is_one() -> None:
-    """Neither boast nor fear, on the average of some recordings."""
+    """It is neither too large nor too small, on the average of some recordings."""
     times = stamped(1.0, 500)
     ratios = []
     for seed in range(10):

@@ -52,7 +52,7 @@ def test_a_ball_of_fancy_gym_is_returned(name: str, seed: int, folder: Path, tmp
 def test_a_line_that_is_no_ball_is_named(tmp_path):
     path = tmp_path / "balls.jsonl"
     path.write_text("{}\n")
-    with pytest.raises(ValueError, match="line 1 is no ball"):
+    with pytest.raises(ValueError, match="line 1 cannot be read as a ball"):
         read(path, "calm")
 
 
