@@ -1,1 +1,1 @@
-"""The shell's way to the bus: every request of the wire contract, and a live screen."""
+"""The shell command: every request of the wire contract, and a live screen."""

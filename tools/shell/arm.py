@@ -1,4 +1,4 @@
-"""The commands that speak to the robot side: the arm, and what only a simulated one has."""
+"""Commands to the robot side: the arm, and the simulation."""
 
 from collections.abc import Mapping
 from typing import Annotated, Literal
@@ -20,32 +20,32 @@ KINDS: Mapping[Kind, tuple[DisturbanceKind, set[str], set[str]]] = {
     "wind": ("wind", {"--values"}, set()),
     "loss": ("loss", {"--stream", "--duration"}, set()),
 }
-"""The contract's word for each, the flags that it needs, and those that it may have besides."""
+"""Kind of disturbance: its name in the contract, the flags that it requires, and those that it allows."""
 
 
 def state(*, shell: Shared) -> None:
-    """Print what the arm measures."""
+    """Print the arm's measured state."""
     with reach(shell) as link:
         link.print(link.arm.state())
 
 
 def description(*, shell: Shared) -> None:
-    """Print what the arm is: joints, home, limits, clock."""
+    """Print the arm's joints, home, limits and clock."""
     with reach(shell) as link:
         link.print(link.arm.description())
 
 
 def recover(*, shell: Shared) -> None:
-    """Make the arm ready again after a reflex, a stop or its own brake: a new run begins where it stands."""
+    """Make the arm ready again after a reflex, a stop or braking; a new run begins at its present pose."""
     with reach(shell) as link:
         link.print(link.arm.recover())
 
 
 def hold(pairs: Positional[Annotated[tuple[str, ...], arg(metavar="JOINT VALUE ...")]], *, shell: Shared) -> None:
-    """Lead held joints, as those of a gripper, to new values: `volley hold finger_joint1 0.02 finger_joint2 0.02`.
+    """Move held joints, for example of a gripper: `volley hold finger_joint1 0.02 finger_joint2 0.02`.
 
     Args:
-        pairs: JOINT VALUE, rad or m, for each joint that is to move.
+        pairs: JOINT VALUE for each joint to move, rad or m.
         shell: How to reach the robot.
     """
     targets = joints.by_name(pairs)
@@ -57,7 +57,7 @@ def step(ticks: Positional[Annotated[int, arg(metavar="TICKS")]] = 1, *, shell: 
     """Advance the stepped clock.
 
     Args:
-        ticks: 1 to 10000.
+        ticks: Number of ticks, 1 to 10000.
         shell: How to reach the robot.
     """
     with reach(shell) as link:
@@ -72,13 +72,13 @@ def reset_sim(
     seed: Annotated[int, arg(metavar="N")] = 0,
     shell: Shared,
 ) -> None:
-    """Begin a new run: the arm at rest, the ball on its tee, the clock at 0.
+    """Start a new run: the arm at rest, the ball on its tee, the clock at 0.
 
     Args:
-        positions: Where the arm begins, rad a joint; by default home.
-        ball: Where the ball begins, m; by default on its tee.
-        ball_velocity: With --ball: its velocity, m/s.
-        seed: Of the sensor noise; names the run where the clock is stepped.
+        positions: Initial joint positions, rad; by default home.
+        ball: Initial position of the ball, m; by default on its tee.
+        ball_velocity: With --ball: initial velocity of the ball, m/s.
+        seed: Seed of the sensor noise; with the stepped clock also the number of the run.
         shell: How to reach the robot.
     """
     if ball is None and any(ball_velocity):
@@ -101,20 +101,20 @@ def disturb(
     drop_rate: Number = None,
     shell: Shared,
 ) -> None:
-    """Disturb the arm: push it, blur its sensors or the sight of the ball, let wind blow, or lose messages.
+    """Disturb the arm: push it, add noise to its sensors or to the measured ball, add wind, or drop messages.
 
     Args:
         kind: A push by acceleration or torque (--values, --duration, --at), sensor noise (--position-std,
-            --velocity-std), a worse sight of the ball (--position-std, --latency, --drop-rate), wind (--values), or
-            loss of messages (--stream, --duration).
-        values: Of the push on each joint, rad/s² or N·m; of the wind along x, y and z, m/s.
-        at: When the push begins, s on the robot's clock; by default now.
-        duration: Of the push or the loss, s.
-        position_std: Standard deviation of measured positions, rad, or of the ball's, m, until it is set again.
-        velocity_std: Standard deviation of measured velocities, rad/s, until it is set again.
-        stream: Whose messages are lost.
-        latency: From a sight of the ball to its message, s, until it is set again.
-        drop_rate: Part of the sights of the ball that are lost, 0 to 1, until it is set again.
+            --velocity-std), worse measurements of the ball (--position-std, --latency, --drop-rate), wind (--values),
+            or loss of messages (--stream, --duration).
+        values: Push on each joint, rad/s² or N·m; or wind along x, y and z, m/s.
+        at: Start of the push, s on the robot's clock; by default now.
+        duration: Duration of the push or the loss, s.
+        position_std: Standard deviation of measured joint positions, rad, or of the ball's, m, until set again.
+        velocity_std: Standard deviation of measured joint velocities, rad/s, until set again.
+        stream: Stream whose messages are dropped.
+        latency: Delay of the ball's measurements, s, until set again.
+        drop_rate: Fraction of the ball's measurements that are dropped, 0 to 1, until set again.
         shell: How to reach the robot.
     """
     given = {"--values": values or None, "--at": at, "--duration": duration, "--stream": stream}
@@ -138,10 +138,10 @@ def disturb(
 
 
 def check_flags(kind: Kind, given: set[str]) -> None:
-    """Check that a disturbance has the flags of its kind and no others.
+    """Check that a disturbance has exactly the flags of its kind.
 
     Raises:
-        UsageError: one is missing, or belongs to another kind.
+        UsageError: a flag is missing, or belongs to another kind.
     """
     _, needed, optional = KINDS[kind]
     if missing := sorted(needed - given):

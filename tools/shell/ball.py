@@ -1,4 +1,4 @@
-"""The commands around a ball: throw it, and have it returned."""
+"""Commands for the ball: throw it, and return it."""
 
 from typing import Annotated
 
@@ -17,12 +17,12 @@ def ball(
     spin: Place = (0.0, 0.0, 0.0),
     shell: Shared,
 ) -> None:
-    """Throw the ball, in the run that goes on; without flags to where the shipped arm reaches it.
+    """Throw the ball, in the present run; without flags, within reach of the shipped arm.
 
     Args:
-        position: Where it begins, m.
-        velocity: With what, m/s.
-        spin: Its angular velocity, rad/s.
+        position: Initial position, m.
+        velocity: Initial velocity, m/s.
+        spin: Initial angular velocity, rad/s.
         shell: How to reach the robot.
     """
     with reach(shell) as link:
@@ -43,13 +43,13 @@ def strike(
     """Return every ball that comes within reach to a target, until --count balls or `volley strike --stop`.
 
     Args:
-        target: Where the balls shall land, m.
-        stop: Strike at no further ball.
-        flight_time: From the touch to the landing, s; by default the striker chooses it.
-        count: Balls to strike at; by default without end.
-        primitives: Those that may be imitated; by default any of the library.
-        revise_hz: Corrections a second while the arm swings; 0: none.
-        until: Time before the touch after which nothing is corrected, s.
+        target: Where the balls must land, m.
+        stop: Stop returning balls.
+        flight_time: Time from the touch to the landing, s; by default the striker chooses it.
+        count: Number of balls to return; by default unlimited.
+        primitives: Primitives that may be imitated; by default all of the library.
+        revise_hz: Rate of corrections during the swing, Hz; 0: none.
+        until: No corrections later than this time before the touch, s.
         shell: How to reach the robot.
     """
     if stop == bool(target):

@@ -1,4 +1,4 @@
-"""`volley drag`: a window in which a simulated arm is dragged with the mouse."""
+"""`volley drag`: a window in which the mouse drags a simulated arm."""
 
 import time
 import warnings
@@ -26,7 +26,7 @@ HOW = "double-click a link, then hold Ctrl and drag it: with the right button to
 FRAME_S = 1 / 60
 LONGEST_PUSH_S = 0.1
 STIFFNESS = 50.0
-"""1/s²: of the spring between mouse and link; MuJoCo's 100 would swing with the time from the mouse to the arm."""
+"""Stiffness of the spring between mouse and link, 1/s²; at MuJoCo's 100 the delay from mouse to arm makes it swing."""
 
 
 def drag(
@@ -34,12 +34,12 @@ def drag(
     robot_config: Annotated[Path, arg(metavar="FILE", help_behavior_hint="")] = DEFAULT_ROBOT_CONFIG,
     shell: Shared,
 ) -> None:
-    """Show a simulated arm in MuJoCo's viewer, and push it where the mouse drags it, until the window is closed.
+    """Open MuJoCo's viewer, in which the mouse drags a simulated arm, until the window is closed.
 
-    `volley teach NAME --drag` records what an arm that yields is dragged through.
+    `volley teach NAME --drag` makes the arm compliant and records how it is dragged.
 
     Args:
-        robot_config: TOML file that describes the arm; by default the shipped one.
+        robot_config: TOML file of the arm; by default the shipped one.
         shell: How to reach the robot.
     """
     try:
@@ -65,7 +65,7 @@ def check_display() -> None:
     """Check that a window can be opened.
 
     Raises:
-        UsageError: there is no display, or it cannot draw.
+        UsageError: there is no display, or it cannot open an OpenGL window.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", glfw.GLFWError)
@@ -83,11 +83,11 @@ def check_display() -> None:
 
 
 class Mirror:
-    """A simulated arm in a model of its own: it stands where the arm stands, and forces on it become joint torques.
+    """A copy of the simulated arm: it follows the arm's states, and turns the mouse's forces into joint torques.
 
     Attributes:
-        model: With what is only for the eye.
-        data: As `place` left it; `xfrc_applied` (bodies, 6) are the forces, N and N·m, that drag it.
+        model: The arm's model, with its visual geometry.
+        data: The pose that `place` set; `xfrc_applied` (bodies, 6) are the dragging forces, N and N·m.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -102,7 +102,7 @@ class Mirror:
         self._largest = config.torques
 
     def aim(self, camera: mujoco.MjvCamera) -> None:
-        """Point a camera at the arm, from beside it and a little above."""
+        """Point a camera at the arm, from its side and slightly above."""
         mujoco.mj_kinematics(self.model, self.data)
         places = self.data.xpos[self._links]
         low, high = places.min(axis=0), places.max(axis=0)
@@ -110,13 +110,13 @@ class Mirror:
         camera.azimuth, camera.elevation = 130.0, -15.0
 
     def place(self, state: m.State) -> None:
-        """Bring the arm, and the joints that are held, where a state has them."""
+        """Set the arm's joints and the held joints to the positions of a state."""
         self.data.qpos[self._qpos], self.data.qvel[self._dofs] = state.positions, state.velocities
         self._surroundings.place(self.data, {name: [value] for name, value in state.held.items()})
         mujoco.mj_forward(self.model, self.data)
 
     def torques(self) -> np.ndarray:
-        """Return the torques (J,), N·m, of the forces that drag the arm, scaled to what its motors could do at most."""
+        """Return the joint torques (J,), N·m, of the dragging forces, scaled down to the motors' torque limits."""
         total = np.zeros(self.model.nv)
         for body in np.flatnonzero(self.data.xfrc_applied.any(axis=1)):
             force, torque = self.data.xfrc_applied[body].reshape(2, 3)
@@ -126,11 +126,11 @@ class Mirror:
 
 
 def _follow(link: Shell, states: Stream[m.State], mirror: Mirror, viewer: mujoco.viewer.Handle) -> None:
-    """Show the arm and push it, frame by frame; a push lasts as long as the frame before took."""
+    """Draw the arm and push it, frame by frame; each push lasts as long as the last frame took."""
     shown = before = None
     while viewer.is_running():
         time.sleep(FRAME_S)
-        with suppress(TimeoutError):  # where the clock is stepped, states come only with steps
+        with suppress(TimeoutError):  # a stepped clock sends states only with steps
             before, shown = shown, states.take(timeout=1.0)
             mirror.place(shown)
         viewer.sync()

@@ -1,4 +1,4 @@
-"""Types of flags: what stands for the value in a help screen, and no default where it would say nothing."""
+"""Types of flags: the placeholder of the value in the help, without defaults that carry no information."""
 
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +15,7 @@ Seconds = Annotated[float | None, _quiet("S")]
 Number = Annotated[float | None, _quiet("X")]
 Identifier = Annotated[str | None, _quiet("ID")]
 Words = Annotated[tuple[str, ...], _quiet("X ...")]
-"""One word a joint."""
+"""A vector over joints, one word each."""
 Coordinates = Annotated[tuple[str, ...], _quiet("X Y Z")]
 Place = Annotated[tuple[float, float, float], _quiet("X Y Z")]
 MaybePlace = Annotated[tuple[float, float, float] | None, _quiet("X Y Z")]

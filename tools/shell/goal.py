@@ -1,4 +1,4 @@
-"""`volley goal`: from flags to the fields of a goal."""
+"""`volley goal`: flags become the fields of a goal."""
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -21,51 +21,52 @@ Parsed = TypeVar("Parsed")
 
 @dataclass(frozen=True, slots=True)
 class GoalFlags:
-    """Flags of a goal. Vectors have one word a joint, in the order that `description` prints.
+    """Flags of a goal. Vectors have one word a joint, in the order of `volley description`.
 
     Attributes:
-        primitive: What to imitate; `primitives` lists them.
-        positions: Where the joints end, rad; by default where the primitive ends.
-        velocities: With which velocity they end, rad/s; by default zero, or without --positions as demonstrated.
-        accelerations: With which acceleration they end, rad/s², _ for free; by default free unless at rest.
-        tool: Where the tool ends, X Y Z in m in the world frame, instead of positions and velocities.
-        tool_axis: Direction in which its z axis points; by default any.
-        tool_orientation: Its orientation, a quaternion W X Y Z, instead of an axis.
-        tool_velocity: With which velocity it ends, m/s; by default zero.
-        tool_angular_velocity: With which angular velocity, rad/s; by default any beside a velocity.
-        duration: From the start to the goal, s; by default as long as the demonstration.
-        arrival_time: When to be at the goal, s on the robot's clock, instead of a duration.
-        fastest: As fast as the limits allow, instead of a duration.
-        alternative: A further end, TIME:POSITIONS:VELOCITIES:ACCELERATIONS, as 0.8:.2,.5,.8,0,0,0; TIME is a duration
-            or an arrival time as @12.5, and what is empty is as in the goal. The end that imitates best is played.
-        revises: Correct the motion of this goal_id, which is under way, and imitate what is left of it.
-        waypoint: A place on the way, TIME:POSITIONS or TIME:POSITIONS:VELOCITIES, as 0.5:0.1,_,_,_,_,_ (_ is free).
-        tool_waypoint: A place of the tool on the way, TIME:X,Y,Z; behind it :AX,AY,AZ for its axis or :W,X,Y,Z for its
+        primitive: Primitive to imitate; `volley primitives` lists them.
+        positions: Joint positions at the goal, rad; by default those of the primitive's end.
+        velocities: Joint velocities at the goal, rad/s; by default zero, or without --positions as demonstrated.
+        accelerations: Joint accelerations at the goal, rad/s², _ for free; by default free unless at rest.
+        tool: Tool position at the goal, X Y Z in m in the world frame, instead of positions and velocities.
+        tool_axis: Direction of the tool's z axis at the goal; by default free.
+        tool_orientation: Tool orientation at the goal, a quaternion W X Y Z, instead of an axis.
+        tool_velocity: Tool velocity at the goal, m/s; by default zero.
+        tool_angular_velocity: Tool angular velocity at the goal, rad/s; by default free if --tool-velocity is given.
+        duration: Time from the start to the goal, s; by default the demonstration's.
+        arrival_time: Time at the goal, s on the robot's clock, instead of a duration.
+        fastest: Use the shortest duration inside the limits, instead of a given one.
+        alternative: Another allowed end, TIME:POSITIONS:VELOCITIES:ACCELERATIONS, for example 0.8:.2,.5,.8,0,0,0. TIME
+            is a duration or, as @12.5, an arrival time. Empty parts are as in the goal. The best imitation is played.
+        revises: Correct the motion of this goal_id while it runs, and imitate the rest of its demonstration.
+        waypoint: TIME:POSITIONS or TIME:POSITIONS:VELOCITIES, for example 0.5:0.1,_,_,_,_,_ (_ is free).
+        tool_waypoint: Tool position on the way, TIME:X,Y,Z; append :AX,AY,AZ for its axis or :W,X,Y,Z for its
             orientation, and :VX,VY,VZ for its velocity.
-        limit_positions: Tighter limits for this goal, LOW:HIGH or _ a joint, rad; a single one is for all joints.
-        limit_velocities: Largest velocity a joint, rad/s, or _; a single one is for all joints.
-        limit_accelerations: Largest acceleration a joint, rad/s², or _; a single one is for all joints.
-        limit_jerks: Largest jerk a joint, rad/s³, or _; a single one is for all joints.
-        start_positions: With --plan-only: plan from here, rad, instead of where the arm will be.
-        start_velocities: With --start-positions: the velocity there, rad/s; by default zero.
-        start_accelerations: With --start-positions: the acceleration there, rad/s², _ for free; by default free.
-        tolerance: Largest position error of a joint at the hit, rad; a larger one is a miss. By default the robot's.
-        velocity_tolerance: The same for velocities, rad/s.
-        rest_fraction: Final part of the duration without acceleration, 0 to 0.99.
-        place_time: Keep the demonstrated places but for about this long at both ends, s; by default a start or goal
-            that differs moves all of them.
+        limit_positions: Tighter position limits for this goal, LOW:HIGH or _ a joint, rad; one value serves all joints.
+        limit_velocities: Tighter velocity limit of each joint, rad/s, or _; one value serves all joints.
+        limit_accelerations: Tighter acceleration limit of each joint, rad/s², or _; one value serves all joints.
+        limit_jerks: Tighter jerk limit of each joint, rad/s³, or _; one value serves all joints.
+        start_positions: With --plan-only: joint positions to plan from, rad, instead of the reference's.
+        start_velocities: With --start-positions: joint velocities at the start, rad/s; by default zero.
+        start_accelerations: With --start-positions: accelerations at the start, rad/s², _ for free; by default free.
+        tolerance: Largest position error of a joint at the hit, rad; beyond it the goal is missed. By default the
+            robot's.
+        velocity_tolerance: Largest velocity error of a joint at the hit, rad/s; by default the robot's.
+        rest_fraction: Final fraction of the duration without acceleration, 0 to 0.99.
+        place_time: Deviate from the demonstrated positions only within about this time of both ends, s; by default
+            a different start or goal changes the whole motion.
         follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
-        no_collision_check: Play it even where the arm meets itself or the scene.
-        no_torque_check: Play it even where it needs more torque than the joints have.
-        tail: After the goal: stop inside the limits, or coast on (--plan-only).
-        method: The quadratic program, the same as the paper has it, or the movement primitive both are compared with.
-        goal_id: Name of the motion; by default the planner makes one.
-        client_id: Your name, for a lease.
-        lease: Stop the arm when this command ends early, and keep other clients away until the motion has ended.
-        plan_only: Plan, and move nothing.
-        no_preempt: Be refused instead of taking the place of a motion that runs.
+        no_collision_check: Play the plan even if the arm collides with itself or the scene.
+        no_torque_check: Play the plan even if it exceeds the joints' torque limits.
+        tail: After the goal: stop inside the limits, or coast (--plan-only).
+        method: qp: quadratic program on B-splines; gaussian: the paper's formulation; dmp: a movement primitive.
+        goal_id: Name of the motion; by default the planner chooses one.
+        client_id: Name of this client, for a lease.
+        lease: Stop the arm if this command ends early, and refuse other clients until the motion has ended.
+        plan_only: Plan without moving the arm.
+        no_preempt: Refuse the goal if another motion runs, instead of replacing that motion.
         wait: Follow the motion to its end and print the result.
-        save: Write the planned trajectory to this .msgpack file; with --plan-only it is for `execute`.
+        save: Write the planned trajectory to this .msgpack file; with --plan-only, `volley execute` plays it.
     """
 
     primitive: Name
@@ -110,9 +111,9 @@ class GoalFlags:
 
 
 def goal(flags: Annotated[GoalFlags, arg(name="")], *, shell: Shared) -> int:
-    """Play a primitive to its own end, or to another: `volley goal forehand --positions .17 .47 .86 -.08 0 .1 --wait`.
+    """Play a primitive to its own or another end: `volley goal forehand --positions .17 .47 .86 -.08 0 .1 --wait`.
 
-    Ctrl-C while waiting leaves the motion running, unless it has a lease.
+    Ctrl-C while waiting does not stop the motion, unless it has a lease.
     """
     check(flags)
     with reach(shell, flags.client_id) as link, link.arm.lease() if flags.lease else nullcontext():
@@ -129,10 +130,10 @@ def goal(flags: Annotated[GoalFlags, arg(name="")], *, shell: Shared) -> int:
 
 
 def check(flags: GoalFlags) -> None:
-    """Check what the planner cannot: flags that do not reach it.
+    """Check the flags that the planner does not receive.
 
     Raises:
-        UsageError: they contradict each other, or --save names a directory that is not there.
+        UsageError: flags contradict each other, or the directory of --save does not exist.
     """
     if (flags.start_velocities or flags.start_accelerations) and not flags.start_positions:
         raise UsageError("--start-velocities and --start-accelerations need --start-positions")
@@ -146,11 +147,11 @@ def to_fields(flags: GoalFlags, count_joints: Callable[[], int]) -> GoalFields:
     """Return the fields of the goal that the flags describe.
 
     Args:
-        flags: As given.
-        count_joints: Asks how many joints the arm has, where one word stands for all of them.
+        flags: Flags of the command.
+        count_joints: Asks for the number of joints; called if one value serves all joints.
 
     Raises:
-        UsageError: a word that is no number.
+        UsageError: a word is not a number.
     """
     return GoalFields(
         positions=_given(joints.vector, flags.positions, "--positions"),
@@ -185,7 +186,7 @@ def to_fields(flags: GoalFlags, count_joints: Callable[[], int]) -> GoalFields:
 
 
 def _save(flags: GoalFlags, reply: m.GoalReply, link: Shell) -> None:
-    """Write the trajectory where --save says, as `execute` takes it."""
+    """Write the trajectory to the file of --save, in the format of `volley execute`."""
     if not flags.save:
         return
     body = encode(executable(reply, link.arm.description().rate_hz))

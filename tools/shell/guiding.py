@@ -1,4 +1,4 @@
-"""A recording of the arm itself, while it is guided by hand, by mouse, or by pushes."""
+"""Record the arm while it is guided by hand, by mouse, or by pushes."""
 
 import subprocess
 import sys
@@ -17,20 +17,20 @@ from tools.recordings.recording import Recording, Unreadable
 from tools.shell.shell import Flags, Shell, UsageError
 
 KEPT = 1 << 20
-"""States that are kept: 17 minutes at 1 kHz."""
+"""Capacity of the recording in states: 17 minutes at 1 kHz."""
 
 REST_S = 10.0
-"""How long the arm may take to come to rest once it is no longer guided."""
+"""Timeout for the arm to come to rest after guiding, s."""
 
 
 def guided(link: Shell, name: str, seconds: float | None, shown: Path | None) -> Recording:
-    """Record the arm while it is guided, for `seconds` of its time or until Enter.
+    """Record the arm while it is guided, for `seconds` of robot time or until Enter.
 
-    `shown`: the description of a simulated arm, which a window shows and the mouse drags; its end ends the recording.
+    `shown`: the description of a simulated arm, which the mouse drags in a window; closing it ends the recording.
 
     Raises:
         UsageError: the window cannot be opened.
-        Unreadable: the arm said nothing meanwhile.
+        Unreadable: no state arrived.
     """
     names = link.joint_names()
     with _window(link.flags, shown) as closed, link.arm.stream(topics.STATE, KEPT) as stream:
@@ -41,7 +41,7 @@ def guided(link: Shell, name: str, seconds: float | None, shown: Path | None) ->
         finally:
             _let_go(link)
     if not states:
-        raise Unreadable("no state of the arm came while it was guided; where its clock is stepped, step it meanwhile")
+        raise Unreadable("no state of the arm arrived during guiding; if its clock is stepped, step it meanwhile")
     times = np.array([state.time for state in states])
     positions = np.array([state.positions for state in states])
     return Recording(times, tuple(names), positions, "rad", Path(name), "guided", True)
@@ -49,9 +49,9 @@ def guided(link: Shell, name: str, seconds: float | None, shown: Path | None) ->
 
 @contextmanager
 def _window(flags: Flags, shown: Path | None) -> Iterator[Callable[[], bool]]:
-    """Run `volley drag` in a process of its own, so that no fault of a window loses the recording.
+    """Run `volley drag` in a separate process, so that a crash of the window does not lose the recording.
 
-    Yields a function that says whether the window was closed.
+    Yields a function that returns whether the window was closed.
     """
     if shown is None:
         yield lambda: False
@@ -61,8 +61,8 @@ def _window(flags: Flags, shown: Path | None) -> Iterator[Callable[[], bool]]:
         try:
             assert process.stdout is not None
             how = process.stdout.readline()
-            if not how:  # it said why on stderr
-                raise UsageError("nothing was recorded, because the window did not open")
+            if not how:  # the process printed the reason to stderr
+                raise UsageError("nothing was recorded: the window did not open")
             print(how, end="", file=sys.stderr)
             yield lambda: process.poll() is not None
         finally:
@@ -70,9 +70,9 @@ def _window(flags: Flags, shown: Path | None) -> Iterator[Callable[[], bool]]:
 
 
 def _until(stream: Stream[m.State], seconds: float | None, closed: Callable[[], bool]) -> list[m.State]:
-    """Take states for so many seconds of the robot's time, until Enter, or until the window is closed."""
+    """Return the states of `seconds` of robot time, or until Enter, or until the window is closed."""
     states: list[m.State] = []
-    print("Enter ends it" if seconds is None else f"it records {seconds:g} s", file=sys.stderr)
+    print("press Enter to end" if seconds is None else f"recording {seconds:g} s", file=sys.stderr)
     entered = _entered() if seconds is None else None
     while True:
         try:
@@ -87,7 +87,7 @@ def _until(stream: Stream[m.State], seconds: float | None, closed: Callable[[], 
 
 
 def _entered() -> Callable[[], bool]:
-    """Return a function that says whether a line came on standard input, or its end."""
+    """Return a function that returns whether standard input had a line or has ended."""
     done = threading.Event()
 
     def wait() -> None:
@@ -99,7 +99,7 @@ def _entered() -> Callable[[], bool]:
 
 
 def _let_go(link: Shell) -> None:
-    """Have the arm hold the pose at which it comes to rest."""
+    """Make the arm hold the pose at which it comes to rest."""
     deadline = time.monotonic() + REST_S
     while True:
         try:

@@ -1,4 +1,4 @@
-"""`volley inspect`: what the doctor says of a recording, and a picture of what it would become."""
+"""`volley inspect`: faults of a recording, and a plot of what would be learned from it."""
 
 import sys
 from pathlib import Path
@@ -32,18 +32,18 @@ def inspect(
     robot_config: Annotated[Path, arg(metavar="FILE", help_behavior_hint="")] = DEFAULT_ROBOT_CONFIG,
     plot: File = None,
 ) -> None:
-    """Say what is wrong with a recording, and what `volley learn` repairs; nothing is learned.
+    """Report the faults of a recording, and which of them `volley learn` repairs, without learning it.
 
     Args:
         file: The recording, or the directory of a data set or bag.
-        episode: Which of several movements, by name or number, as `volley episodes` lists them.
-        map: A column and the joint that it is, for every column whose name differs; `*` stands for any text.
-        unit: Of the angles, where the file does not say it.
-        rate: Samples per second, of a file without times.
-        duration: Stretch the times to last this long, s; for recordings against a phase from 0 to 1.
-        calibration: LeRobot's of the arm that recorded positions of -100 to 100, a .json file.
-        robot_config: TOML file of the arm that shall play it; by default the shipped one.
-        plot: Draw raw, fitted and imitated curves with the findings marked, into a .png or .rrd file.
+        episode: Name or number of the movement, as `volley episodes` lists them.
+        map: Column and joint, THEIRS=OURS, for a column that is not named like its joint; `*` matches any text.
+        unit: Unit of the angles, if the file does not give it.
+        rate: Samples per second, for a file without times.
+        duration: Scale the times to this total, s; for recordings over a phase from 0 to 1.
+        calibration: LeRobot calibration (.json) of the arm that recorded positions of -100 to 100.
+        robot_config: TOML file of the arm that will play it; by default the shipped one.
+        plot: Plot raw, fitted and imitated curves and the faults to a .png or .rrd file.
     """
     try:
         robot = load_robot(robot_config)
@@ -70,4 +70,4 @@ def inspect(
     except (RobotError, Unreadable, InvalidMotion) as problem:
         raise UsageError(str(problem)) from None
     if not examination.findings and not slower:
-        print("nothing is wrong with it", file=sys.stderr)
+        print("no faults found", file=sys.stderr)

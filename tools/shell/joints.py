@@ -10,10 +10,10 @@ FREE = "_"
 
 
 def vector(words: Sequence[str], flag: str) -> list[float]:
-    """Return one number a joint; how many there must be is for the one who knows the arm to say.
+    """Return one number a joint; the caller checks their count.
 
     Raises:
-        UsageError: a word that is no finite number.
+        UsageError: a word is not a finite number.
     """
     return [number(word, flag) for word in words]
 
@@ -31,7 +31,7 @@ def ranges(words: Sequence[str], flag: str) -> list[tuple[float, float] | None]:
     """Return (low, high) a joint from LOW:HIGH, or None for `_`.
 
     Raises:
-        UsageError: as `vector`, or a word without a colon.
+        UsageError: as `vector`, or a word has no colon.
     """
     return [None if word == FREE else _range(word, flag) for word in words]
 
@@ -40,12 +40,12 @@ def waypoint(text: str) -> m.Waypoint:
     """Return the waypoint of TIME:POSITIONS, TIME::VELOCITIES or TIME:POSITIONS:VELOCITIES, comma-separated.
 
     Raises:
-        UsageError: another form, or as `vector`.
+        UsageError: the text has another form, or as `vector`.
     """
     flag = f"--waypoint {text}"
     parts = text.split(":")
     if len(parts) not in (2, 3) or not any(parts[1:]):
-        raise UsageError(f"{flag}: write TIME:POSITIONS or TIME:POSITIONS:VELOCITIES, as 0.5:0.1,_,_,_,_,_")
+        raise UsageError(f"{flag}: write TIME:POSITIONS or TIME:POSITIONS:VELOCITIES, for example 0.5:0.1,_,_,_,_,_")
     positions, velocities = parts[1], parts[2] if len(parts) == 3 else ""
     return m.Waypoint(
         time_from_start=number(parts[0], flag),
@@ -55,12 +55,12 @@ def waypoint(text: str) -> m.Waypoint:
 
 
 def alternative(text: str) -> m.Alternative:
-    """Return the further end of TIME:POSITIONS:VELOCITIES:ACCELERATIONS, vectors comma-separated.
+    """Return the alternative of TIME:POSITIONS:VELOCITIES:ACCELERATIONS, vectors comma-separated.
 
-    What is empty or left out at the end is as in the goal; TIME is a duration, or after an @ an arrival time.
+    Parts that are empty or missing at the end are as in the goal. TIME is a duration, or after @ an arrival time.
 
     Raises:
-        UsageError: another form, or as `vector`.
+        UsageError: the text has another form, or as `vector`.
     """
     flag = f"--alternative {text}"
     parts = text.split(":")
@@ -78,13 +78,13 @@ def alternative(text: str) -> m.Alternative:
 
 
 def by_name(words: Sequence[str]) -> dict[str, float]:
-    """Return the values that the words JOINT VALUE JOINT VALUE … give to joints.
+    """Return the value of each joint of the words JOINT VALUE JOINT VALUE ….
 
     Raises:
-        UsageError: a joint without a value, or a value that is no finite number.
+        UsageError: a joint has no value, or a value is not a finite number.
     """
     if not words or len(words) % 2:
-        raise UsageError("write JOINT VALUE for each joint, as: finger_joint1 0.02 finger_joint2 0.02")
+        raise UsageError("write JOINT VALUE for each joint, for example: finger_joint1 0.02 finger_joint2 0.02")
     return {name: number(word, name) for name, word in zip(words[::2], words[1::2], strict=True)}
 
 
@@ -92,7 +92,7 @@ def number(word: str, flag: str) -> float:
     """Return the finite number in `word`.
 
     Raises:
-        UsageError: there is none.
+        UsageError: the word is not a finite number.
     """
     try:
         value = float(word)

@@ -15,7 +15,7 @@ def forget(name: Name, *, shell: Shared) -> None:
     """Remove a primitive from the library.
 
     Args:
-        name: Of the primitive.
+        name: Name of the primitive.
     """
     with reach(shell) as link:
         link.print(link.arm.forget(name))

@@ -1,4 +1,4 @@
-"""The commands that speak to the controller about motions and its state."""
+"""Commands to the controller: motions and its state."""
 
 from typing import Annotated
 
@@ -14,13 +14,13 @@ from tools.shell.shell import Shared, UsageError, reach
 
 
 def execute(file: Source, *, lead: Seconds = None, wait: Switch = False, shell: Shared) -> int:
-    """Play a trajectory from a .msgpack file, as `goal --plan-only --save` writes it.
+    """Play a trajectory from a .msgpack file, in the format of `goal --plan-only --save`.
 
-    The arm must be where it begins, and unless the clock is stepped --lead must move it into the future.
+    The arm must be at the trajectory's start. Unless the clock is stepped, --lead must set a start time in the future.
 
     Args:
-        file: One Trajectory message.
-        lead: Start this long from now, s, under the controller's present epoch, instead of as the file says.
+        file: File with one Trajectory message.
+        lead: Start this long from now, s, in the controller's present epoch, instead of at the file's time and epoch.
         wait: Follow the motion to its end and print the result.
         shell: How to reach the robot.
     """
@@ -39,10 +39,10 @@ def execute(file: Source, *, lead: Seconds = None, wait: Switch = False, shell: 
 
 
 def reference(*, lead: Annotated[float, arg(metavar="S")] = 0.0, shell: Shared) -> None:
-    """Print where everything accepted so far will have the arm.
+    """Print the state of the reference trajectory, of all motions accepted so far.
 
     Args:
-        lead: That long from now, s.
+        lead: Time ahead of now, s.
         shell: How to reach the robot.
     """
     with reach(shell) as link:
@@ -53,7 +53,7 @@ def cancel(goal_id: AnyGoal = None, *, shell: Shared) -> None:
     """Stop the motion inside the limits.
 
     Args:
-        goal_id: Stop only this one; by default whatever moves.
+        goal_id: Stop only this motion; by default any.
         shell: How to reach the robot.
     """
     with reach(shell) as link:
@@ -67,10 +67,10 @@ def reset(*, shell: Shared) -> None:
 
 
 def result(goal_id: NamedGoal, *, shell: Shared) -> None:
-    """Print how a goal went.
+    """Print the result of a goal.
 
     Args:
-        goal_id: As the goal's reply named it.
+        goal_id: Name of the motion, as in the goal's reply.
         shell: How to reach the robot.
     """
     with reach(shell) as link:
@@ -78,6 +78,6 @@ def result(goal_id: NamedGoal, *, shell: Shared) -> None:
 
 
 def status(*, shell: Shared) -> None:
-    """Print the controller at a glance: mode, goal, reference and errors, how well it keeps time."""
+    """Print the controller's mode, goal, reference, errors and timing."""
     with reach(shell) as link:
         link.print(link.arm.status())

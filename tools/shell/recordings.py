@@ -1,4 +1,4 @@
-"""`volley learn`, `episodes` and `export`: recordings into the library, and played motions into files."""
+"""`volley learn`, `episodes` and `export`: learn from recordings, and write played motions to files."""
 
 import re
 import sys
@@ -47,31 +47,31 @@ def learn(
 ) -> None:
     """Learn a primitive from a recording: CSV, NPZ, HDF5, LeRobot, ROS bag, MCAP or Rerun.
 
-    Joints are found by their names. Several files are recordings of one movement, of which the mean is learned. Prints
-    what was assumed and repaired, how far the learned movement is from its samples, where it begins and ends, and
-    warnings about the recording. docs/recordings.md describes each format.
+    Columns are matched to joints by name. Several files must be recordings of one movement; their mean is learned.
+    Prints assumptions, repairs, warnings, the error of the learned movement against its samples, and its start and
+    end. docs/recordings.md describes each format.
 
     Args:
         files: The recording, or the directory of a data set or bag; several are learned together.
-        name: Of the new primitive; by default the first file's name without its ending.
-        episode: Which of several movements, by name or number, as `volley episodes` lists them.
-        map: A column and the joint that it is, for every column whose name differs; `*` stands for any text.
-        unit: Of the angles, where the file does not say it.
-        rate: Samples per second, of a file without times.
-        duration: Stretch the times to last this long, s; for recordings against a phase from 0 to 1.
-        calibration: LeRobot's of the arm that recorded positions of -100 to 100, a .json file.
-        smoothing: auto fits a penalised spline, each joint smoothed as its noise asks for; none follows every sample.
-        window: Smooth with a Savitzky-Golay filter this long, s, instead, as the paper does.
-        order: Of that filter's polynomial.
-        follow_spread: Of several recordings, keep motions near the places where they agree, and free where they do not.
+        name: Name of the new primitive; by default the first file's name without its extension.
+        episode: Name or number of the movement, as `volley episodes` lists them.
+        map: Column and joint, THEIRS=OURS, for a column that is not named like its joint; `*` matches any text.
+        unit: Unit of the angles, if the file does not give it.
+        rate: Samples per second, for a file without times.
+        duration: Scale the times to this total, s; for recordings over a phase from 0 to 1.
+        calibration: LeRobot calibration (.json) of the arm that recorded positions of -100 to 100.
+        smoothing: auto fits a penalised spline and estimates each joint's smoothing; none follows every sample.
+        window: Smooth with a Savitzky-Golay filter of this width instead, s, as the paper does.
+        order: Polynomial order of that filter.
+        follow_spread: With several recordings: keep motions close where the recordings agree, and free elsewhere.
         replace: Overwrite a primitive of this name.
-        plot: Draw raw, fitted and imitated curves with what was found, into a .png or .rrd file, before it is learned.
+        plot: Plot raw, fitted and imitated curves and the faults to a .png or .rrd file, before learning.
         shell: How to reach the robot.
     """
     if rate is not None and duration is not None:
-        raise UsageError("--rate and --duration say the same thing twice; give one of them")
+        raise UsageError("--rate and --duration both set the times; give one of them")
     if not files:
-        raise UsageError("learn needs a FILE, or several of one movement; volley learn --help says more")
+        raise UsageError("learn needs a FILE, or several of one movement; see volley learn --help")
     if follow_spread and len(files) < 2:
         raise UsageError("--follow-spread needs several recordings of one movement; name more files")
     filtered = m.SavitzkyGolay(window_s=window, order=order) if window is not None else smoothing
@@ -104,7 +104,7 @@ def episodes(file: Source, *, rate: Number = None) -> None:
 
     Args:
         file: The recording, or the directory of a data set or bag.
-        rate: Samples per second, of a file without times.
+        rate: Samples per second, for a file without times.
     """
     try:
         found = readers.episodes(file, rate)
@@ -122,12 +122,12 @@ def export(
     trace: Annotated[Path, arg(metavar="FILE.rrd")],
     output: Annotated[Path, arg(metavar="OUT", aliases=["-o"])],
 ) -> None:
-    """Write a motion that was played, as the arm measured it, from a trace into a file for other programs.
+    """Write the measured positions of a played motion from a trace to a file for other programs.
 
     Args:
-        goal: Which motion, as `volley episodes` lists them, or last.
-        trace: What the recorder wrote.
-        output: A file that ends in .csv, .npz or .mcap, or a new directory for a LeRobot data set.
+        goal: The motion, as `volley episodes` lists them, or last.
+        trace: Trace (.rrd) of the recorder.
+        output: A .csv, .npz or .mcap file, or a new directory for a LeRobot data set.
     """
     try:
         chosen = readers.episodes(trace)[-1].name if goal == "last" else goal
@@ -139,40 +139,44 @@ def export(
 
 
 def way_to_begin(name: str, positions: Sequence[float], flags: Flags) -> str:
-    """Return the commands that bring an arm to where a primitive begins, rad, so that it plays as recorded."""
+    """Return a sentence with the commands that move an arm to the start of a primitive, `positions` (J,), rad."""
     begin = " ".join(f"{value:.6f}" for value in positions) + flags.way
     return (
-        f"it plays as recorded from where it begins: first volley goal {name} --wait --positions {begin}, or for a "
-        f"simulated arm volley reset-sim --positions {begin}"
+        f"to play it as recorded, first bring the arm to its start: volley goal {name} --wait --positions {begin}, or "
+        f"for a simulated arm volley reset-sim --positions {begin}"
     )
 
 
 def primitive_name(file: Path) -> str:
-    """Return a name for the library from a file's, with - for what a name cannot have."""
+    """Return a library name made from a file's name, with - for characters that are not allowed."""
     return re.sub(r"[^A-Za-z0-9_-]+", "-", file.resolve().stem).strip("-_")[:64] or "recording"
 
 
 def mapping(pairs: tuple[str, ...]) -> dict[str, str]:
-    """Return the columns and joints of --map. Raises UsageError."""
+    """Return the joint of each column in --map.
+
+    Raises:
+        UsageError: a pair has another form.
+    """
     split = [pair.partition("=") for pair in pairs]
     for pair, (theirs, _, ours) in zip(pairs, split, strict=True):
         if not theirs or not ours or theirs.count("*") > 1 or ours.count("*") > theirs.count("*"):
-            raise UsageError(f"--map {pair}: write THEIRS=OURS, a column and a joint, each with one * at most")
+            raise UsageError(f"--map {pair}: write THEIRS=OURS, a column and a joint, each with at most one *")
     return {theirs: ours for theirs, _, ours in split}
 
 
 class Lesson(NamedTuple):
-    """What is learned; of several recordings also their spread (n, J), rad, at even phases."""
+    """The recording to learn; of several recordings their mean, and their spread (n, J), rad, at even phases."""
 
     recording: Recording
     spread: np.ndarray | None = None
 
 
 def learnable(raws: Sequence[Recording], description: m.Description | None, plot: Path | None) -> Lesson:
-    """Return what is learned of recordings that were read: repaired, and of several their mean.
+    """Return the repaired recording, or the mean of several repaired recordings.
 
     Raises:
-        Unreadable: one cannot be learned.
+        Unreadable: a recording cannot be learned.
     """
     arm = _arm(description)
     examinations = [examine(raw, arm) for raw in raws]
@@ -182,7 +186,7 @@ def learnable(raws: Sequence[Recording], description: m.Description | None, plot
         print_findings(raw.notes, [finding for finding in examination.findings if not finding.planner_says])
         if refusal := examination.refusal:
             raise Unreadable(f"{raw.source} cannot be learned: {refusal.sentence}")
-    if plot is not None:  # what draws is slow to import
+    if plot is not None:  # the plotting module is slow to import
         from tools.recordings.pictures import picture
         from tools.recordings.preview import preview
 
@@ -197,19 +201,19 @@ def learnable(raws: Sequence[Recording], description: m.Description | None, plot
 
 
 def _arm(description: m.Description | None) -> Arm | None:
-    """Return the arm that shall play a recording, None where nobody describes it."""
+    """Return the arm that will play a recording, or None without a description."""
     if description is None:
         return None
     return Arm(tuple(description.joint_names), limits_of(description.limits))
 
 
 def print_findings(notes: Sequence[str], findings: Sequence[Finding]) -> None:
-    """Print a line for each to stderr, so that --json stays one line of JSON: assumed, repaired, and left."""
+    """Print assumptions, repairs and remaining faults to stderr, a line each; stdout stays one line with --json."""
     console = Console(stderr=True, soft_wrap=True)
     for note in notes:
         console.print(Text.assemble(("note: ", "dim"), note))
     for finding in findings:
-        if finding.fatal:  # the refusal says it
+        if finding.fatal:  # the refusal names it
             continue
         state = ("repaired: ", "green") if finding.repaired else ("look: ", "yellow")
         console.print(Text.assemble(state, finding.sentence))

@@ -1,4 +1,4 @@
-"""`volley robot`: from a model file to a robot that can be started."""
+"""`volley robot`: import a model file and check the robot's description."""
 
 import re
 from collections.abc import Sequence
@@ -26,19 +26,20 @@ from tools.shell.tables import joint_table
 STYLES = {"unusable": "bold red", "warning": "yellow", "note": "dim"}
 UNUSABLE = 1
 LINE = re.compile(r"^(?:# )?(\w+)\s*=\s*(.*?[\]}\"\d])\s+#\s*(.+)$", re.MULTILINE)
-"""A line of the TOML with a comment behind its value."""
+"""A line of the TOML with a comment after its value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Import:
-    """Write the TOML of the arm in an MJCF or URDF file, to standard output or with -o to a file.
+    """Write the robot's TOML for the arm in an MJCF or URDF file, to standard output or with -o to a file.
 
     Attributes:
         model: An .xml or .urdf file.
-        tool: The site or body at the end of the arm; by default the one whose name says so, else the last body.
-        home: The keyframe whose pose is home; by default that of `home`, else the first, else a pose without contact.
-        name: Of the robot on the bus; by default the model's.
-        output: The TOML to write, which must not exist. Its `model` is relative where the model lies beside or below.
+        tool: Site or body at the end of the arm; by default the one with a telling name, else the last body.
+        home: Keyframe of the home pose; by default `home`, else the first, else a pose without contact is computed.
+        name: Name of the robot on the bus; by default the model's.
+        output: TOML file to write, which must not exist. Its `model` path is relative if the model is in or below its
+            directory.
     """
 
     model: Source
@@ -50,9 +51,9 @@ class Import:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """Say what is wrong with a robot, each with its cure, and print its values with their origin.
+    """List a robot's faults, each with its cure, and print its values with their origin.
 
-    Exit status: 0, also with warnings; 1 where the arm cannot be driven so; 2 where the file cannot be read.
+    Exit status: 0, also with warnings; 1 if the arm cannot be driven; 2 if the file cannot be read.
 
     Attributes:
         config: The robot's TOML.
@@ -68,7 +69,7 @@ def robot(
         OmitSubcommandPrefixes,
     ],
 ) -> int:
-    """Bring a robot of your own: import its model, check its description."""
+    """Set up your own robot: import its model, check its description."""
     try:
         return _import(command) if isinstance(command, Import) else _check(command.config)
     except RobotError as error:
@@ -106,7 +107,7 @@ def _check(path: Path) -> int:
     if undecided := open_values(path.read_text()):
         console.print(f"to decide, marked {DECIDE}: {', '.join(undecided)}")
     worst = findings[0].level
-    console.print(Text({"unusable": "the arm cannot be driven so"}.get(worst, "the arm can be started")))
+    console.print(Text({"unusable": "the arm cannot be driven like this"}.get(worst, "the arm can be started")))
     return UNUSABLE if worst == "unusable" else 0
 
 
@@ -130,7 +131,7 @@ def _values(config: RobotConfig) -> RenderableType:
 
 
 def _origins(text: str) -> RenderableType:
-    """Return the values of a TOML that have a comment, which says where they come from; vectors are in the table."""
+    """Return the values of a TOML that have a comment with their origin, without vectors, which the table shows."""
     made = Table(box=None, pad_edge=False, show_header=False)
     for key, value, origin in LINE.findall(text):
         made.add_row(key, Text("" if "," in value else value), Text(origin, "dim"))

@@ -1,4 +1,4 @@
-"""What all commands share: their flags, the way to the robot, and the way to the screen."""
+"""Shared by all commands: flags, the link to the robot, and output."""
 
 import json
 import shlex
@@ -22,7 +22,7 @@ PIPE_WIDTH = 140
 
 
 class UsageError(Exception):
-    """Flags that cannot be meant; `str()` is a sentence that names the flag."""
+    """The flags are wrong; `str()` is a sentence that names the flag."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +30,11 @@ class Flags:
     """Flags of every command.
 
     Attributes:
-        connect: Endpoints of the bus, as tcp/HOST:PORT; by default tcp/127.0.0.1:7447, or those in --zenoh-config.
+        connect: Endpoints of the router, tcp/HOST:PORT; by default tcp/127.0.0.1:7447, or those in --zenoh-config.
         robot: Name of the robot on the bus.
         zenoh_config: A Zenoh configuration with certificates, a json5 file.
         json: Print the reply as one line of JSON, fields as in docs/protocol.md, matrices in base64.
-        timeout: Wait for the reply this long, s; by default as long as the request deserves.
+        timeout: Timeout of the reply, s; by default one that suits the request.
     """
 
     connect: Endpoints = ()
@@ -45,14 +45,14 @@ class Flags:
 
     @property
     def words(self) -> list[str]:
-        """The flags that lead another command to the same robot."""
+        """The flags with which another command reaches the same robot."""
         words = ["--connect", *self.connect] if self.connect else []
         words += ["--robot", self.robot] if self.robot != ROBOT else []
         return words + (["--zenoh-config", str(self.zenoh_config)] if self.zenoh_config else [])
 
     @property
     def way(self) -> str:
-        """The same, each after a blank."""
+        """`words` as text, each after a space."""
         return "".join(f" {shlex.quote(word)}" for word in self.words)
 
 
@@ -61,11 +61,11 @@ Shared = Annotated[Flags, tyro.conf.arg(name="")]
 
 
 class Shell:
-    """One command's way to the robot and to the screen.
+    """A command's link to the robot and its output.
 
     Attributes:
         arm: The robot.
-        flags: As given.
+        flags: Flags of the command.
         console: Standard output.
     """
 
@@ -78,7 +78,7 @@ class Shell:
         self._described: list[m.Description | None] = []
 
     def description(self) -> m.Description | None:
-        """Return what the arm is, or None where nobody says: a planner may be alone on its bus."""
+        """Return the arm's description, or None without a robot: a planner may be alone on its bus."""
         if not self._described:
             try:
                 self._described = [self.arm.description()]
@@ -87,12 +87,12 @@ class Shell:
         return self._described[0]
 
     def joint_names(self) -> list[str]:
-        """Return the joints' names, or none where nobody describes the arm."""
+        """Return the joints' names, or an empty list without a description."""
         description = self.description()
         return description.joint_names if description else []
 
     def print(self, reply: msgspec.Struct) -> None:
-        """Print a reply as a table or sentence, or with --json as it is."""
+        """Print a reply as a table or sentence, or with --json as JSON."""
         if self.flags.json:
             self.console.print(Text(msgspec.json.encode(reply).decode()), soft_wrap=True)
         else:
@@ -104,7 +104,7 @@ def reach(flags: Flags, client_id: str = "") -> Iterator[Shell]:
     """Join the bus for one command.
 
     Raises:
-        NoRouter: nobody hosts it.
+        NoRouter: there is no router.
         UsageError: the endpoint or the configuration cannot be used, or the robots on the bus have other names.
     """
     try:
@@ -120,5 +120,5 @@ def reach(flags: Flags, client_id: str = "") -> Iterator[Shell]:
 
 
 def refusal_json(refusal: Refusal) -> str:
-    """Return a refusal as it came, one line of JSON."""
+    """Return a refusal as one line of JSON."""
     return json.dumps({"code": refusal.code, "message": refusal.message, "detail": refusal.detail})

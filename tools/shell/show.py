@@ -1,4 +1,4 @@
-"""Replies as tables and sentences for a person; units stand in the headers."""
+"""Replies as tables and sentences for people; the headers contain the units."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -45,12 +45,12 @@ SENTENCES: dict[type[Struct], Callable[[Any], Sequence[str]]] = {
     m.Thrown: lambda reply: [f"the ball flies from {reply.time:.3f} s on"],
     m.Striking: lambda reply: ["the striker returns balls" if reply.active else "the striker strikes no further ball"],
 }
-"""Parts of the sentence that says a reply which needs no table."""
+"""Parts of the sentence for each reply that needs no table."""
 
 
 @singledispatch
 def show(reply: Struct, names: Sequence[str]) -> RenderableType:
-    """Return what to print for a reply; `names` of the joints, empty where they are not known."""
+    """Return what to print for a reply; `names` are the joints', empty if unknown."""
     return sentence(*SENTENCES[type(reply)](reply))
 
 
@@ -83,7 +83,7 @@ def _(reply: m.Status, names: Sequence[str]) -> RenderableType:
 
 
 def clock(status: m.Status) -> str:
-    """Return where the robot's clock and the motion stand."""
+    """Return the robot's time and the time since the motion's start."""
     into = f", {status.time_from_start:.3f} s into the motion" if status.time_from_start is not None else ""
     return f"at {status.time:.3f} s{into}"
 
@@ -165,5 +165,5 @@ def _(reply: m.Learned, names: Sequence[str]) -> RenderableType:
 
 
 def _smoothing(used: m.SavitzkyGolay | None) -> str:
-    """The filter, empty for a penalised spline and for no smoothing, whose replies are the same."""
+    """Describe the filter; empty for a penalised spline and for no smoothing, which have the same reply."""
     return "" if used is None else f"smoothed over {used.window_s:g} s, order {used.order}"

@@ -1,4 +1,4 @@
-"""The reply to a goal and its result as tables and sentences."""
+"""A goal's reply and result as tables and sentences."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -19,7 +19,7 @@ OUTCOME_STYLES = {
 
 
 def goal_reply(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
-    """Return the plan of a goal: its times, how it was solved, tables of its extremes and margins."""
+    """Return a goal's plan: times, solver statistics, tables of extremes and margins."""
     report = reply.report
     head = sentence(
         f"goal {reply.goal_id}",
@@ -52,7 +52,7 @@ def goal_reply(reply: m.GoalReply, names: Sequence[str]) -> RenderableType:
 
 
 def _space(report: m.Report) -> str:
-    """What was found of collisions and torques."""
+    """Describe the checks for collisions and torques."""
     if report.checked == "none":
         return "NOT checked for collisions and torques"
     part = "checked only in PART for collisions and torques, as time ran out; " if report.checked == "part" else ""
@@ -64,7 +64,7 @@ def _space(report: m.Report) -> str:
 
 
 def _deviations(deviation: m.Deviation | None) -> list[tuple[str, Sequence[object]]]:
-    """Columns of how far the plan is from the demonstration, and how much of that the limits do."""
+    """Columns of the plan's deviation from the demonstration, and of the part that the limits cause."""
     if deviation is None:
         return []
     kinds = ("deviation", deviation.from_demonstration), ("by limits", deviation.by_limits)
@@ -72,7 +72,7 @@ def _deviations(deviation: m.Deviation | None) -> list[tuple[str, Sequence[objec
 
 
 def result(reply: m.Result, names: Sequence[str]) -> RenderableType:
-    """Return how a goal ended: its outcome, the errors at the hit, what happened on the way."""
+    """Return a goal's result: outcome, errors at the hit, events during the motion."""
     head = sentence(f"goal {reply.goal_id}", reply.outcome, reply.reason)
     head.highlight_words([reply.outcome], OUTCOME_STYLES[reply.outcome])
     lines: list[RenderableType] = [head]
@@ -102,14 +102,14 @@ def result(reply: m.Result, names: Sequence[str]) -> RenderableType:
 
 
 def _recoil(recoil: m.Recoil) -> str:
-    """How far the hit threw the arm off, and when it was back."""
+    """Describe the recoil: peak error after the hit, and the time at which the arm was back."""
     back = f"{recoil.back_time:.3f} s" if recoil.back_time is not None else "not yet"
     peak = f"recoil {cell(recoil.peak_error)} rad at {recoil.peak_time:.3f} s"
     return f"{peak}, within {recoil.tolerance:g} rad again: {back}"
 
 
 def _stages(stamps: m.Stamps) -> str:
-    """How long each stage took, of those that were reached."""
+    """Durations of the stages that were reached."""
     reached = [(name, getattr(stamps, name)) for name in stamps.__struct_fields__ if getattr(stamps, name) is not None]
     steps = [f"{name.replace('_', ' ')} {(at - before) / 1e6:.1f} ms" for (_, before), (name, at) in pairwise(reached)]
     return f"after the request: {', then '.join(steps)}" if steps and stamps.requested is not None else ""

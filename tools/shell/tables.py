@@ -1,4 +1,4 @@
-"""Tables, cells and lines for a person."""
+"""Tables, cells and lines for people."""
 
 from collections.abc import Iterable, Sequence
 
@@ -25,10 +25,10 @@ def by_quantity(values: object, names: Iterable[str] = UNITS) -> list[tuple[str,
 
 
 def table(headers: Sequence[str], title: str = "") -> Table:
-    """Return an empty table: the first column to the left, the others to the right."""
+    """Return an empty table: the first column left-aligned, all further columns right-aligned."""
     made = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, title_justify="left", title_style="bold")
     made.title = title or None
-    for index, header in enumerate(headers):  # as Text: in a plain string rich would take [rad] for a style
+    for index, header in enumerate(headers):  # as Text: rich would parse [rad] in a plain string as a style
         made.add_column(Text(header), justify="right" if index else "left", no_wrap=not index)
     return made
 
@@ -48,5 +48,5 @@ def cell(value: object) -> str:
 
 
 def sentence(*parts: str) -> Text:
-    """Return parts of a line, set apart by dots; empty ones are left out."""
+    """Return a line of the non-empty parts, separated by dots."""
     return Text(" · ".join(part for part in parts if part))

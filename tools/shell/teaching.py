@@ -1,4 +1,4 @@
-"""`volley teach`: a movement from the arm itself, guided by hand, or cut out of a trace."""
+"""`volley teach`: learn a movement from the guided arm, or from part of a trace."""
 
 from pathlib import Path
 from typing import Annotated
@@ -30,22 +30,21 @@ def teach(
     replace: Switch = False,
     shell: Shared,
 ) -> int:
-    """Teach a movement by guiding the arm, weightless and compliant, until Enter; or cut it out of a trace.
+    """Learn a movement by guiding the arm, weightless and compliant, until Enter; or from part of a trace.
 
-    A simulated arm is dragged by the mouse (--drag) or pushed by `volley disturb`, a real one is moved by hand. Rest at
-    both ends is trimmed, and the recording is examined as by `volley learn`. Then the arm holds the pose at which it
-    was let go.
+    The mouse (--drag) or `volley disturb` moves a simulated arm; a hand moves a real one. Rest at both ends is
+    trimmed, and the recording is examined as by `volley learn`. Afterwards the arm holds its final pose.
 
     Args:
-        name: Of the new primitive.
-        seconds: Record so long, s of the robot's clock, instead of until Enter.
-        drag: Show the simulated arm in a window, where the mouse drags it; closing the window ends the recording, too.
-        robot_config: With --drag: TOML file that describes the arm; by default the shipped one.
-        trace: An .rrd file of the recorder's; the arm is not moved.
-        begin: With --trace: from when, s of `sim_time` as Rerun's viewer shows it; by default from its beginning.
-        end: With --trace: until when, s; by default to its end.
-        plot: Draw raw, fitted and imitated curves with what was found, into a .png or .rrd file, before it is learned.
-        play: Then play it once: first back to where it begins.
+        name: Name of the new primitive.
+        seconds: Duration of the recording, s of the robot's clock; by default until Enter.
+        drag: Open a window in which the mouse drags the simulated arm; closing it also ends the recording.
+        robot_config: With --drag: TOML file of the arm; by default the shipped one.
+        trace: Learn from this .rrd file of the recorder; the arm does not move.
+        begin: With --trace: start of the part, s of `sim_time` in Rerun's viewer; by default the trace's start.
+        end: With --trace: end of the part, s; by default the trace's end.
+        plot: Plot raw, fitted and imitated curves and the faults to a .png or .rrd file, before learning.
+        play: Move the arm back to the start afterwards, and play the primitive once.
         replace: Overwrite a primitive of this name.
         shell: How to reach the robot.
     """
@@ -77,7 +76,7 @@ def teach(
 
 
 def _cut(trace: Path, begin: float | None, end: float | None, joints: list[str]) -> Recording:
-    """Return the measured positions of a part of a trace."""
+    """Return the measured positions between two times of a trace."""
     from tools.recordings.readers import rrd  # slow to import
 
     part = rrd.cut(trace, -np.inf if begin is None else begin, np.inf if end is None else end)

@@ -1,4 +1,4 @@
-"""Goals in tool space as words of a command line."""
+"""Parse goals in tool space from the words of a command line."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from protocol import messages as m
 from tools.shell.joints import number, vector
 from tools.shell.shell import UsageError
 
-WAYPOINT_FORM = "write TIME:X,Y,Z or TIME:X,Y,Z:AXIS or TIME:X,Y,Z:W,X,Y,Z, and :VX,VY,VZ behind it for a velocity"
+WAYPOINT_FORM = "write TIME:X,Y,Z or TIME:X,Y,Z:AXIS or TIME:X,Y,Z:W,X,Y,Z; append :VX,VY,VZ for a velocity"
 
 
 def tool(
@@ -17,10 +17,10 @@ def tool(
     velocity: Sequence[str],
     angular_velocity: Sequence[str],
 ) -> m.ToolGoal | None:
-    """Return the goal of the tool that the flags' words say, None where there are none.
+    """Return the tool goal of the flags' words, or None without any.
 
     Raises:
-        UsageError: there is no position, or a flag has other words than its numbers.
+        UsageError: the position is missing, or a word is not a number.
     """
     further = {
         "orientation": _numbers(orientation, 4, "--tool-orientation"),
@@ -41,7 +41,7 @@ def tool_waypoint(text: str) -> m.Waypoint:
     """Return the waypoint of TIME:X,Y,Z, then optionally an axis or orientation, then optionally a velocity.
 
     Raises:
-        UsageError: another form, or a word that is no finite number.
+        UsageError: the text has another form, or a word is not a finite number.
     """
     flag = f"--tool-waypoint {text}"
     parts = text.split(":")
@@ -60,7 +60,7 @@ def tool_waypoint(text: str) -> m.Waypoint:
 
 
 def _numbers(words: Sequence[str], count: int, flag: str) -> list[float] | None:
-    """Return so many numbers, None where there are no words."""
+    """Return `count` numbers, or None without words."""
     if words and len(words) != count:
         raise UsageError(f"{flag}: needs {count} numbers, and these are {len(words)}")
     return vector(words, flag) if words else None

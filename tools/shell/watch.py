@@ -1,4 +1,4 @@
-"""`volley watch`: the live status in the terminal."""
+"""`volley watch`: live status in the terminal."""
 
 import sys
 import threading
@@ -28,13 +28,13 @@ from tools.shell.tables import cell
 REFRESH_HZ = 10.0
 EVENTS_SHOWN = 8
 KEPT = 64
-"""Messages of a topic between two pictures."""
+"""Queue capacity of each topic between two screen updates, messages."""
 WATCHED: tuple[Publication, ...] = (STATUS, PLAN, REFUSED, ENDED, CONTACT, DISTURBANCE)
 
 
 @dataclass(slots=True)
 class View:
-    """What the screen knows. `received` is when the newest status arrived, monotonic s, None before the first."""
+    """State of the screen; `received` is the newest status's arrival time, monotonic s, or None before the first."""
 
     joint_names: list[str]
     stepped: bool
@@ -44,7 +44,7 @@ class View:
     events: deque[str] = field(default_factory=lambda: deque(maxlen=EVENTS_SHOWN))
 
     def take(self, topic: Publication, message: Struct | Refusal, now: float) -> None:
-        """Take in one publication, or the refusal that says why it cannot be read."""
+        """Add one publication, or the refusal that explains why it cannot be decoded."""
         if isinstance(message, m.Status):
             self.status, self.received = message, now
         elif isinstance(message, Refusal):
@@ -54,7 +54,7 @@ class View:
 
 
 def event(message: object) -> str:
-    """Return one line about something that happened."""
+    """Return one line that describes a publication."""
     match message:
         case m.Plan():
             hit = message.start_time + message.hit_index * message.dt
@@ -96,7 +96,7 @@ def render(view: View, now: float) -> RenderableType:
 
 
 def silent(view: View, now: float) -> str:
-    """Return what to say where no fresh status comes, otherwise nothing."""
+    """Return a sentence if no recent status has arrived, otherwise an empty string."""
     if view.received is None:
         return "no status yet: " + ("waiting for the controller" if view.alive else "nobody is on this bus")
     age = now - view.received
@@ -108,9 +108,9 @@ def silent(view: View, now: float) -> str:
 
 
 def watch(*, shell: Shared) -> None:
-    """Show the live status, the joints, the loop and what happens, until Ctrl-C.
+    """Show the status, the joints, the loop's timing and events, until Ctrl-C.
 
-    With --json every message is printed as it comes, a line each.
+    With --json every message is printed on arrival, one line each.
     """
     with reach(shell) as link:
         stopping = stop_on_signals()
@@ -149,7 +149,7 @@ def _print_lines(link: Shell, streams: list[Stream], stopping: threading.Event) 
 
 
 def _drain(streams: list[Stream]) -> Iterator[tuple[Publication, Struct | Refusal]]:
-    """Yield every message that has come, and a refusal in place of each that cannot be read."""
+    """Yield every message that has arrived, and a refusal in place of each that cannot be decoded."""
     for stream in streams:
         while True:
             try:

@@ -135,7 +135,7 @@ def test_help_names_every_command_and_imports_little(capsys):
     assert main(["--help"]) == 0
     listed = capsys.readouterr().out
     assert [name for name in COMMANDS if f"  {name} " not in listed] == []
-    assert "Exit status: 0 done; 1 refused" in listed
+    assert "Exit status: 0 success; 1 refused" in listed
     code = "import sys, tools.shell.__main__ as shell; shell.main([]); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not {"tyro", "rich", "zenoh", "msgspec", "numpy"} & set(loaded)
@@ -318,7 +318,7 @@ def test_refusal_is_a_sentence_and_exits_with_1(robot, capsys):
         (["reset-sim", "--ball-velocity", "1", "0", "0"], "--ball-velocity needs --ball"),
         (["learn", "absent.csv"], "absent.csv cannot be read: No such file or directory"),
         (["learn", "absent.csv", "--map", "elbow"], "--map elbow: write THEIRS=OURS"),
-        (["learn", "absent.csv", "--rate", "50", "--duration", "2"], "say the same thing twice"),
+        (["learn", "absent.csv", "--rate", "50", "--duration", "2"], "both set the times"),
         (["status", "--zenoh-config", "absent.json5"], "absent.json5 is no Zenoh configuration"),
     ],
 )
