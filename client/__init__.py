@@ -1,4 +1,4 @@
-"""A client of a robot: five lines from nothing to a played motion.
+"""Client library of a robot: five lines play a motion.
 
     from client import connect
 
@@ -6,8 +6,8 @@
         result = arm.goal("forehand").wait()
         print(result.outcome)
 
-`connect_async` is its twin, whose methods are awaited. Replies and publications are the messages of the wire contract,
-`messages`; what is published is listed in `topics`.
+`connect_async` is its asynchronous twin, whose methods are awaited. Replies and publications are the messages of the
+wire contract, in `messages`; `topics` lists the publications.
 """
 
 from client.arms import Arm, AsyncArm

@@ -1,4 +1,4 @@
-"""The two kinds of arm: one whose methods block, and one whose methods are awaited."""
+"""A robot on the bus, with methods that block (`Arm`) or are awaited (`AsyncArm`)."""
 
 from typing import Self
 
@@ -11,10 +11,10 @@ from protocol.topics import MessageT, Publication
 
 
 class Arm(Requests[GoalHandle, MotionHandle], Blocks):
-    """A robot on the bus, made by `connect`. Its methods block, and may be called from several threads.
+    """A robot on the bus, returned by `connect`. Its methods block, and may be called from several threads.
 
-    Every method raises `Refusal` where the request is refused, with a `code`, a sentence and a `detail`, and `NoAnswer`
-    where nobody answers. A refused request changes nothing.
+    Every method raises `Refusal`, with a `code`, a sentence and a `detail`, if the service refuses the request, and
+    `NoAnswer` if there is no reply. A refused request changes nothing.
     """
 
     def __init__(self, link: Link) -> None:
@@ -27,16 +27,16 @@ class Arm(Requests[GoalHandle, MotionHandle], Blocks):
         self.close()
 
     def close(self) -> None:
-        """Leave the bus; a lease is lost, and streams end. The `with` block does it."""
+        """Leave the bus; a lease and all streams end. The end of the `with` block calls this."""
         self._link.close()
 
     def stream(self, topic: Publication[MessageT], length: int = LENGTH) -> Stream[MessageT]:
-        """Listen to what is published on a topic from now on, as `for state in arm.stream(topics.STATE)`.
+        """Subscribe to a topic, for example `for state in arm.stream(topics.STATE)`.
 
         Args:
             topic: One of `topics`: STATE, COMMAND, STATUS, PLAN, REFUSED, ENDED, CONTACT, BALL, SCENE,
                 DISTURBANCE, STRIKES.
-            length: Messages kept until they are taken; of more the oldest are dropped.
+            length: Capacity of the stream, messages; a full stream drops its oldest message.
         """
         return Stream(self._link, topic, length)
 
@@ -48,10 +48,10 @@ class AsyncArm(Requests[AsyncGoalHandle, AsyncMotionHandle], Awaits):
         super().__init__(link, AsyncGoalHandle, AsyncMotionHandle)
 
     def stream(self, topic: Publication[MessageT], length: int = LENGTH) -> AsyncStream[MessageT]:
-        """Listen to what is published on a topic from now on, as `async for state in arm.stream(topics.STATE)`.
+        """Subscribe to a topic, for example `async for state in arm.stream(topics.STATE)`.
 
         Args:
             topic: One of `topics`.
-            length: Messages kept until they are taken; of more the oldest are dropped.
+            length: Capacity of the stream, messages; a full stream drops its oldest message.
         """
         return AsyncStream(self._link, topic, length)

@@ -1,4 +1,4 @@
-"""What every group of requests is built on."""
+"""Base class of all groups of requests."""
 
 from client.link import Link
 from client.twofold import Twofold
@@ -14,10 +14,10 @@ class Asking:
 
     @property
     def bus(self) -> Bus:
-        """The bus underneath: its session, and who is alive on it."""
+        """The bus of this connection: its session and its liveliness tokens."""
         return self._link.bus
 
     @Twofold
     async def ask(self, topic: Query[RequestT, ReplyT], request: RequestT) -> ReplyT:
-        """Send any request of `protocol.topics` and return its reply; the other methods are built on this one."""
+        """Send any request of `protocol.topics` and return its reply; all other methods use this one."""
         return await self._link.ask(topic, request)

@@ -1,4 +1,4 @@
-"""Joining the bus of a robot."""
+"""Connect to a robot on the bus."""
 
 import json
 import time
@@ -19,11 +19,11 @@ from protocol.topics import check_robot_name
 ROBOT = "arm"
 """The name of the robot that ships with Volley."""
 PATIENCE_S = 2.0
-"""How long a router is waited for."""
+"""Timeout of the connection to a router."""
 
 
 class NoRouter(ConnectionError):
-    """Nobody hosts a bus at the endpoint."""
+    """There is no router at the endpoint."""
 
 
 def connect(
@@ -34,18 +34,18 @@ def connect(
     client_id: str = "",
     timeout: float | None = None,
 ) -> Arm:
-    """Join the bus of a robot; the arm's `with` block leaves it.
+    """Connect to a robot; the end of the arm's `with` block disconnects.
 
     Args:
-        endpoint: Where the router listens, as tcp/HOST:PORT, or several of these; by default tcp/127.0.0.1:7447, or
-            what `config` says.
+        endpoint: Endpoint of the router, tcp/HOST:PORT, or several of these; by default tcp/127.0.0.1:7447, or those
+            of `config`.
         robot: The robot's name, the second part of every key.
-        config: A Zenoh configuration (json5), as with the certificates for a bus over TLS.
-        client_id: Your name, which others see beside your goals; `lease` makes one where there is none.
-        timeout: Longest wait for a reply, s; by default as long as each request deserves.
+        config: A Zenoh configuration (json5), for example with the certificates for a bus over TLS.
+        client_id: Name of this client, which is published with its goals; by default `lease` chooses one.
+        timeout: Timeout of replies, s; by default one that suits each request.
 
     Raises:
-        NoRouter: nobody listens there.
+        NoRouter: there is no router at the endpoint.
         ValueError: the endpoint, the robot's name or the configuration cannot be used.
     """
     return Arm(_link(endpoint, robot, config, BlockingMailbox, client_id, timeout))
@@ -60,7 +60,7 @@ async def connect_async(
     client_id: str = "",
     timeout: float | None = None,
 ) -> AsyncIterator[AsyncArm]:
-    """Join the bus of a robot for the length of an `async with` block; arguments and errors as of `connect`."""
+    """Connect to a robot for an `async with` block; arguments and errors as `connect`."""
     import asyncio
 
     link = await asyncio.to_thread(_link, endpoint, robot, config, AwaitedMailbox, client_id, timeout)
@@ -95,13 +95,13 @@ def _link(
 
 
 def _endpoints(endpoint: str | Sequence[str] | None, config: Path | str | None) -> Sequence[str]:
-    """Return where to join: always as a client, so that the session listens to nobody."""
+    """Return the session's configuration: always as a Zenoh client, which opens no listening endpoint."""
     configured = _configured(config) if config else []
     if endpoint is None and config is not None and not configured:
         raise ValueError(f"{config} names no endpoint to connect to; give one")
     given = [endpoint] if isinstance(endpoint, str) else list(endpoint or configured or [DEFAULT_ENDPOINT])
     if wrong := [each for each in given if "/" not in each]:
-        raise ValueError(f"{wrong[0]!r} is no endpoint; write tcp/HOST:PORT, as {DEFAULT_ENDPOINT}")
+        raise ValueError(f"{wrong[0]!r} is no endpoint; write tcp/HOST:PORT, for example {DEFAULT_ENDPOINT}")
     return given
 
 

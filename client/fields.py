@@ -17,31 +17,33 @@ PartialVector: TypeAlias = "Sequence[float | None] | np.ndarray"
 
 
 class GoalFields(TypedDict, total=False):
-    """What a goal may say besides its primitive; what is left out is as the wire contract has it (docs/protocol.md).
+    """Fields of a goal besides its primitive; the wire contract (docs/protocol.md) gives the defaults.
 
     Attributes:
-        positions: Where each joint ends, rad; by default where the primitive ends.
-        velocities: With which velocity, rad/s; by default zero, or as demonstrated where `positions` is left out.
-        accelerations: With which acceleration, rad/s², None where free; by default free unless the arm ends at rest.
-        tool: Where the tool ends and how it moves there, made by `tool`, instead of positions and velocities.
-        alternatives: Up to 256 further ends; the feasible one that imitates best is played.
-        duration: From the start to the goal, s; by default as long as the demonstration.
-        arrival_time: When to be at the goal, s on the robot's clock, instead of a duration.
-        fastest: In the shortest duration inside the limits, instead of a given one.
-        revises: The goal_id of a motion under way that this one corrects; `GoalHandle.correct` sets it.
-        goal_id: Names the motion; by default the planner makes one.
-        start: Where a motion begins that is only planned; by default where the arm will be.
-        waypoints: Places or velocities on the way, of the joints or of the tool.
-        limits: Tighter limits than the robot's own.
-        tolerance: Largest error at the hit; where it is larger the outcome is `missed`. By default the robot's own.
-        rest_fraction: Final part of the duration without acceleration, 0 to 0.99.
-        place_time: Keep the demonstrated places but for about this long at both ends, s, at least 0.05.
+        positions: Joint positions at the goal, rad; by default those of the primitive's end.
+        velocities: Joint velocities at the goal, rad/s; by default zero, or without `positions` as demonstrated.
+        accelerations: Joint accelerations at the goal, rad/s², None for a free joint; by default free unless the arm
+            ends at rest.
+        tool: Pose and velocity of the tool at the goal, returned by `tool`, instead of positions and velocities.
+        alternatives: Up to 256 other allowed ends; the feasible one that imitates best is played.
+        duration: Time from the start to the goal, s; by default the demonstration's.
+        arrival_time: Time at the goal, s on the robot's clock, instead of a duration.
+        fastest: Use the shortest duration inside the limits, instead of a given one.
+        revises: The goal_id of a running motion that this goal corrects; `GoalHandle.correct` sets it.
+        goal_id: Name of the motion; by default the planner chooses one.
+        start: Start of a motion that is only planned; by default the reference at the motion's start time.
+        waypoints: Positions or velocities on the way, of the joints or of the tool.
+        limits: Tighter limits than the robot's.
+        tolerance: Largest error at the hit; beyond it the outcome is `missed`. By default the robot's.
+        rest_fraction: Final fraction of the duration without acceleration, 0 to 0.99.
+        place_time: Deviate from the demonstrated positions only within about this time of both ends, s, at least 0.05;
+            by default a different start or goal changes the whole motion.
         follow_through: Keep the final velocity this long after the goal, s, at most 0.5.
-        checks: What the plan is checked for besides its limits: by default collisions and torques.
-        tail: `stop` after the goal; `coast` on where the motion is only planned.
-        method: `qp`; `gaussian` (the paper's) or `dmp` (a movement primitive) to compare it with.
+        checks: Checks of the plan besides its limits; by default collisions and torques.
+        tail: After the goal: `stop`, or `coast` for a motion that is only planned.
+        method: `qp`, or for comparison `gaussian` (the paper's formulation) or `dmp` (a movement primitive).
         include_trajectory: Reply with the planned trajectory, for `samples` or `execute`.
-        preempt: Take the place of a motion that runs; False: be refused as `busy` while there is one.
+        preempt: Replace a running motion; False: the goal is refused as `busy` while one runs.
     """
 
     positions: Vector | None
@@ -76,14 +78,14 @@ def tool(
     velocity: Vector | None = None,
     angular_velocity: Vector | None = None,
 ) -> m.ToolGoal:
-    """Return where a goal or waypoint has the tool's site, in the world frame.
+    """Return a goal or waypoint of the tool's site, in the world frame.
 
     Args:
         position: (3,), m.
-        axis: (3,), direction in which the tool's z axis points; by default any.
-        orientation: (4,), quaternion w, x, y, z, instead of an axis; by default any.
-        velocity: (3,), m/s; by default at rest.
-        angular_velocity: (3,), rad/s; by default any beside a velocity.
+        axis: (3,), direction of the tool's z axis; by default free.
+        orientation: (4,), quaternion w, x, y, z, instead of an axis; by default free.
+        velocity: (3,), m/s; by default zero.
+        angular_velocity: (3,), rad/s; by default free if a velocity is given.
 
     Raises:
         ValueError: a vector has another length.
@@ -102,10 +104,10 @@ def tool(
 
 
 def triple(name: str, vector: Vector) -> tuple[float, float, float]:
-    """Return a vector in space as a message has it.
+    """Return a vector in space as a message field.
 
     Raises:
-        ValueError: it has not three numbers.
+        ValueError: it does not have three numbers.
     """
     return _numbers(name, vector, 3)
 

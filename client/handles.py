@@ -1,4 +1,4 @@
-"""Motions that were taken: waiting for their end, stopping and correcting them."""
+"""Handles of accepted motions: wait for their end, stop and correct them."""
 
 from collections.abc import Callable, Coroutine
 from typing import Any, Self, Unpack
@@ -12,11 +12,11 @@ from protocol.topics import CANCEL, RESULT
 
 
 class Following:
-    """What a handle of any motion can do. Every method raises NoAnswer where the controller is silent.
+    """Handle of an accepted motion. Every method raises NoAnswer if the controller does not reply.
 
     Attributes:
-        goal_id: Names the motion in everything that is published of it.
-        start_time: When it starts, s on the robot's clock.
+        goal_id: Name of the motion in all publications.
+        start_time: Start of the motion, s on the robot's clock.
     """
 
     def __init__(self, link: Link, results: Results, goal_id: str, start_time: float) -> None:
@@ -30,38 +30,38 @@ class Following:
 
     @Twofold
     async def wait(self, timeout: float | None = None) -> m.Result:
-        """Wait until the motion has ended and return how it went, whatever its outcome.
+        """Wait until the motion has ended and return its result, whatever the outcome.
 
         Args:
-            timeout: Longest wait, s; None waits without end. The robot's clock may be slower than the wall's.
+            timeout: Timeout, s of wall time; None: no timeout. The robot's clock may be slower than the wall clock.
 
         Raises:
-            TimeoutError: it has not ended by then.
-            Refusal: `unknown_goal`, where the controller was restarted meanwhile.
+            TimeoutError: the motion has not ended within the timeout.
+            Refusal: `unknown_goal`, if the controller was restarted meanwhile.
         """
         return await self._results.wait(self.goal_id, timeout)
 
     @Twofold
     async def result(self) -> m.Result:
-        """Return how the motion goes, `running` while it has not ended.
+        """Return the motion's result so far, with the outcome `running` until it ends.
 
         Raises:
-            Refusal: `unknown_goal`, where the controller was restarted meanwhile.
+            Refusal: `unknown_goal`, if the controller was restarted meanwhile.
         """
         return await self._link.ask(RESULT, m.ResultRequest(goal_id=self.goal_id))
 
     @Twofold
     async def cancel(self) -> m.Canceled:
-        """Stop this motion inside the limits; another one that took its place moves on."""
+        """Stop this motion inside the limits; a motion that has replaced it continues."""
         return await self._link.ask(CANCEL, m.Cancel(goal_id=self.goal_id))
 
 
 class Correcting(Following):
-    """What a handle of a goal can do besides.
+    """Handle of a goal's motion, which can also be corrected.
 
     Attributes:
-        primitive: What the goal imitates.
-        reply: The planner's, with its report.
+        primitive: Name of the imitated primitive.
+        reply: The planner's reply, with its report.
     """
 
     def __init__(
@@ -79,32 +79,32 @@ class Correcting(Following):
 
     @Twofold
     async def correct(self, **fields: Unpack[GoalFields]) -> Self:
-        """Correct this motion while it is under way: imitate what is left of the demonstration, to another end.
+        """Correct this motion while it runs: imitate the rest of the demonstration, to another end.
 
-        Without `duration` and `arrival_time` the hit keeps its time. The new handle stands for the corrected motion;
-        this one ends as `preempted`.
+        Without `duration` and `arrival_time` the time of the hit does not change. The returned handle is that of the
+        corrected motion; this motion ends with the outcome `preempted`.
 
         Args:
-            fields: As of `goal`; only what is given here counts, not what the corrected goal had said.
+            fields: As for `goal`. Fields of the corrected goal are not inherited.
 
         Raises:
-            Refusal: `late` where the hit has passed, `superseded` where another motion replaced it, `unknown_goal`
-                where it is not under way, and whatever refuses a goal. The motion then goes on as it was.
+            Refusal: `late` if the hit has passed, `superseded` if another motion has replaced this one,
+                `unknown_goal` if it does not run, or any refusal of a goal. This motion then continues unchanged.
         """
         return await self._send(self.primitive, {**fields, "revises": self.goal_id})
 
 
 class MotionHandle(Following, Blocks):
-    """An executed trajectory: its methods block."""
+    """Handle of an executed trajectory; its methods block."""
 
 
 class AsyncMotionHandle(Following, Awaits):
-    """An executed trajectory: its methods are awaited."""
+    """Handle of an executed trajectory; its methods are awaited."""
 
 
 class GoalHandle(Correcting, Blocks):
-    """A goal that is played: its methods block."""
+    """Handle of a goal's motion; its methods block."""
 
 
 class AsyncGoalHandle(Correcting, Awaits):
-    """A goal that is played: its methods are awaited."""
+    """Handle of a goal's motion; its methods are awaited."""

@@ -1,4 +1,4 @@
-"""One connection to the keys of one robot."""
+"""A connection to the keys of one robot."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -11,19 +11,19 @@ from protocol.errors import NoAnswer
 from protocol.topics import Publication, Query, ReplyT, RequestT
 
 ALIVE_S = 1.0
-"""How long the router may take to say who is there, once a request had no answer."""
+"""Timeout of the liveliness query that explains a missing reply."""
 
 CLOSED = "this connection is closed"
 
 
 class Link:
-    """Asks and listens over a bus, waiting in mailboxes.
+    """Sends requests and subscribes over a bus; replies and messages arrive in mailboxes.
 
     Attributes:
-        bus: What it asks over.
-        mailbox: Makes a mailbox of a length; which kind decides whether the link blocks.
-        client_id: Whose goals it sends, empty where nobody is named.
-        timeout: Longest wait for a reply, s; None: the topic's own.
+        bus: The bus of the connection.
+        mailbox: Makes a mailbox of a given capacity; its kind decides whether the link blocks.
+        client_id: Name of the client, empty for an anonymous one.
+        timeout: Timeout of replies, s; None: the topic's own.
         leased: Whether the client holds a lease at present.
     """
 
@@ -36,7 +36,7 @@ class Link:
         self._streams: set[Callable[[], object]] = set()
 
     def close(self) -> None:
-        """End the streams, and leave the bus."""
+        """End the streams and leave the bus."""
         for end in list(self._streams):
             end()
         self.bus.session.close()
@@ -46,7 +46,7 @@ class Link:
 
         Raises:
             Refusal: the owner refused.
-            NoAnswer: there is no owner, or it is silent.
+            NoAnswer: the owner does not exist or does not reply.
         """
         if self.bus.session.is_closed():
             raise NoAnswer(topic.owner, self.bus.key(topic.key), CLOSED)
@@ -59,11 +59,11 @@ class Link:
             raise NoAnswer(error.service, error.key, await self._reason(topic)) from None
 
     def subscribe(self, topic: Publication, put: Callable[[bytes], object]) -> Callable[[], None]:
-        """Hand the body of every publication on `topic` to `put`, in another thread; what is returned ends that."""
+        """Call `put` with the body of every publication on `topic`, in another thread; return what stops it."""
         return self.bus.listen(topic, put).undeclare
 
     def stream(self, topic: Publication, box: Mailbox[bytes | None]) -> Callable[[], None]:
-        """Put the body of every publication on `topic` into `box`, and None at the end; what is returned ends it."""
+        """Put the body of every publication on `topic` into `box`, then None; return a function that stops it."""
         undeclare = self.subscribe(topic, box.put)
 
         def end() -> None:
@@ -75,21 +75,21 @@ class Link:
         return end
 
     async def _reason(self, topic: Query) -> str:
-        """Return why a request may have had no answer."""
+        """Return a sentence with the likely cause of a missing reply."""
         if self.bus.session.is_closed():
             return CLOSED
         alive = await self.alive()
         services = sorted(service for robot, service in alive if robot == self.bus.robot)
         if topic.owner in services:
-            return f"the {topic.owner} runs, but did not answer in time"
+            return f"the {topic.owner} runs, but did not reply in time"
         if services:
-            return f"the {topic.owner} is not running; what runs is {', '.join(services)}"
+            return f"the {topic.owner} is not running; these services run: {', '.join(services)}"
         if others := sorted({robot for robot, _ in alive}):
             return unknown_robot(self.bus.robot, others)
         return f"the {topic.owner} is not running, or not on this bus; start the robot with: volley up"
 
     async def alive(self) -> set[tuple[str, str]]:
-        """Return the robot and the name of every service on the bus that is ready; none where the router is silent."""
+        """Return (robot, service) for every ready service on the bus; empty if the router does not reply."""
         box: Mailbox[zenoh.Reply | None] = self.mailbox(256)
         handler = zenoh.handlers.Callback(box.put, drop=lambda: box.put(None), indirect=False)
         self.bus.session.liveliness().get("volley/*/alive/*", handler, timeout=ALIVE_S)
@@ -102,5 +102,5 @@ class Link:
 
 
 def unknown_robot(name: str, others: Sequence[str]) -> str:
-    """Return a sentence that says which robots there are."""
+    """Return a sentence that lists the robots on the bus."""
     return f"no robot has the name {name!r} on this bus; choose from {', '.join(map(repr, others))}"

@@ -1,4 +1,4 @@
-"""Where one thread leaves items for another, or for a coroutine."""
+"""Bounded queues from one thread to another, or to a coroutine."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ Item = TypeVar("Item")
 
 
 class Mailbox(Protocol[Item]):
-    """Where another thread leaves items for the one who waits."""
+    """Bounded queue that another thread fills."""
 
     def put(self, item: Item) -> None:
-        """Leave an item; of more than the mailbox holds the oldest is dropped. Called from any thread."""
+        """Add an item; a full mailbox drops its oldest item. Called from any thread."""
         ...
 
     async def take(self, timeout: float | None = None) -> Item:
-        """Return the oldest item, after waiting up to `timeout` s for one, without end where it is None.
+        """Remove and return the oldest item; wait up to `timeout` s for one, or without a timeout if it is None.
 
         Raises:
-            TimeoutError: there was none.
+            TimeoutError: no item arrived in time.
         """
         ...
 
@@ -51,7 +51,7 @@ class BlockingMailbox(Generic[Item]):
 
 
 class AwaitedMailbox(Generic[Item]):
-    """A mailbox whose `take` suspends the coroutine; to be made while its event loop runs."""
+    """A mailbox whose `take` suspends the coroutine; create it while its event loop runs."""
 
     def __init__(self, length: int) -> None:
         import asyncio
@@ -61,7 +61,7 @@ class AwaitedMailbox(Generic[Item]):
 
     def put(self, item: Item) -> None:
         """Leave an item."""
-        with contextlib.suppress(RuntimeError):  # the event loop has ended, so nobody waits
+        with contextlib.suppress(RuntimeError):  # the event loop has ended: there is no reader
             self._loop.call_soon_threadsafe(self._append, item)
 
     async def take(self, timeout: float | None = None) -> Item:

@@ -29,7 +29,7 @@ MotionT = TypeVar("MotionT", bound=Following)
 
 
 class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
-    """What can be asked of a robot: what `Arm` and `AsyncArm` have in common."""
+    """Requests to a robot, shared by `Arm` and `AsyncArm`."""
 
     def __init__(self, link: Link, goal: type[GoalT], motion: type[MotionT]) -> None:
         super().__init__(link)
@@ -39,24 +39,24 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
 
     @property
     def holds_lease(self) -> bool:
-        """Whether this connection is in the block of a `lease`."""
+        """Whether this connection is inside a `lease` block."""
         return self._link.leased
 
     @Twofold
     async def robots(self) -> list[str]:
-        """Return the names of the robots on this bus, sorted; none where the router is silent."""
+        """Return the sorted names of the robots on this bus; empty if the router does not reply."""
         return sorted({robot for robot, _ in await self._link.alive()})
 
     # --- motions --------------------------------------------------------------------------------------
 
     @Twofold
     async def goal(self, primitive: str, **fields: Unpack[GoalFields]) -> GoalT:
-        """Plan a motion, play it, and return a handle to wait for its end, stop it or correct it.
+        """Plan and play a motion, and return a handle that waits for its end, stops it or corrects it.
 
-        With no fields the demonstration is played to its own end, from where the arm will be.
+        Without fields, the motion imitates the demonstration to its own end, starting from the reference trajectory.
 
         Args:
-            primitive: What to imitate; `primitives` lists them.
+            primitive: Primitive to imitate; `primitives` lists them.
             fields: See `GoalFields`.
         """
         return await self._send(primitive, fields)
@@ -66,21 +66,22 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         """Plan a motion without playing it, and return the plan with its report.
 
         Args:
-            primitive: What to imitate.
-            fields: See `GoalFields`; with `include_trajectory` the reply has samples, over 20 s polynomials too.
+            primitive: Primitive to imitate.
+            fields: See `GoalFields`. With `include_trajectory` the reply has samples, and polynomials too if the plan
+                is longer than 20 s.
         """
         return await self._link.ask(topics.GOAL, self._message(primitive, fields, plan_only=True))
 
     @Twofold
     async def execute(self, motion: m.GoalReply | m.Trajectory, lead: float | None = None) -> MotionT:
-        """Play a trajectory that was planned before, or that is your own.
+        """Play a planned trajectory, or one of your own.
 
-        The arm must be where the trajectory begins, at rest or in the motion that it was planned from. The controller
-        checks its limits and refuses it where it would pass one.
+        The arm must be at the trajectory's start, at rest or in the motion from which it was planned. The controller
+        refuses a trajectory that exceeds a limit.
 
         Args:
             motion: The reply of `plan` with `include_trajectory`, or a trajectory.
-            lead: Start this long from now, s, instead of at the trajectory's own `start_time`.
+            lead: Start this long from now, s, instead of at the trajectory's `start_time`.
 
         Raises:
             ValueError: the reply has no trajectory.
@@ -102,7 +103,7 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         """Stop the arm inside its limits.
 
         Args:
-            goal_id: Stop only this motion; by default whatever moves.
+            goal_id: Stop only this motion; by default any.
         """
         return await self._link.ask(topics.CANCEL, m.Cancel(goal_id=goal_id))
 
@@ -113,12 +114,12 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
 
     @Twofold
     async def recover(self) -> m.Recovered:
-        """Make the arm ready again after a reflex, a stop or its own brake; a new run begins where it stands."""
+        """Make the arm ready again after a reflex, a stop or braking; a new run begins at its present pose."""
         return await self._link.ask(topics.RECOVER, m.Empty())
 
     @Twofold
     async def hold(self, joints: Mapping[str, float]) -> m.Held:
-        """Lead held joints, as those of a gripper, to new values: rad or m by name."""
+        """Move held joints, for example of a gripper, to new values: rad or m, by joint name."""
         return await self._link.ask(topics.HOLD, m.Hold(joints=dict(joints)))
 
     @Twofold
@@ -128,16 +129,16 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
 
     @Twofold
     async def result(self, goal_id: str) -> m.Result:
-        """Return how a goal goes or went."""
+        """Return the result of a goal, also while it runs."""
         return await self._link.ask(topics.RESULT, m.ResultRequest(goal_id=goal_id))
 
     @contextmanager
     def lease(self) -> Iterator[str]:
-        """Hold the arm for the length of a `with` block, and return the client's id.
+        """Hold a lease on the arm for a `with` block, and return the client's id.
 
-        Goals and trajectories sent inside the block move the arm for this client alone: others are refused with
-        `not_holder` until the motion has ended. When the block is left, or this process dies, what still moves is
-        stopped. For an `AsyncArm` too this is a plain `with`.
+        While a motion sent inside the block runs, goals and trajectories of all other clients are refused as
+        `not_holder`. When the block ends, or this process dies, a running motion is stopped. Use a plain `with`, also
+        for an `AsyncArm`.
         """
         link = self._link
         link.client_id = link.client_id or f"client-{uuid.uuid4().hex[:8]}"
@@ -164,21 +165,21 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         replace: bool = False,
         spread: np.ndarray | None = None,
     ) -> m.Learned:
-        """Learn a primitive from a demonstration, and return how well it was learned, with warnings.
+        """Learn a primitive from a demonstration, and return the errors of the fit, with warnings.
 
         Args:
             name: 1 to 64 letters, digits, - or _, the first a letter or digit.
             positions: (N, J), rad: 10 to 100,000 samples of J joints.
-            rate: Samples a second; this or `times`.
-            times: (N,), s, not falling; of samples with one time the mean is learned.
-            joint_names: Of the columns, in any order; by default the arm's own, in its order.
-            smoothing: `auto` smooths each joint as its noise asks for; `none` follows every sample; or this filter.
+            rate: Samples a second; give this or `times`.
+            times: (N,), s, not decreasing; samples with the same time are averaged.
+            joint_names: Names of the columns, in any order; by default the arm's joints, in its order.
+            smoothing: `auto` estimates each joint's smoothing; `none` follows every sample; or a Savitzky-Golay filter.
             replace: Overwrite a primitive of this name; False refuses it as `exists`.
-            spread: (P, J), rad, at 2 to 1001 even times: how far several recordings spread around this one, their mean.
-                Motions stay near the places where it is small.
+            spread: (P, J), rad, at 2 to 1001 even times: standard deviation of several recordings around this one,
+                their mean. Motions stay close to it where the spread is small.
 
         Raises:
-            ValueError: `positions` is no matrix.
+            ValueError: `positions` is not a matrix.
         """
         import numpy as np
 
@@ -212,30 +213,30 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
 
     @Twofold
     async def description(self) -> m.Description:
-        """Return what the arm is: joints, home, limits, clock."""
+        """Return the arm's joints, home, limits and clock."""
         return await self._link.ask(topics.DESCRIPTION, m.Empty())
 
     @Twofold
     async def state(self) -> m.State:
-        """Return what the arm measured last."""
+        """Return the newest measured state."""
         return await self._link.ask(topics.STATE_QUERY, m.Empty())
 
     @Twofold
     async def status(self) -> m.Status:
-        """Return the controller at a glance: mode, goal, reference, errors, how well it keeps time."""
+        """Return the controller's mode, goal, reference, errors and timing."""
         return await self._link.ask(topics.STATUS_QUERY, m.Empty())
 
     @Twofold
     async def reference(self, lead: float = 0.0) -> m.Reference:
-        """Return where everything accepted so far will have the arm.
+        """Return the state of the reference trajectory, of all motions accepted so far.
 
         Args:
-            lead: From now, s.
+            lead: Time ahead of now, s.
         """
         return await self._link.ask(topics.REFERENCE, m.ReferenceRequest(lead=lead))
 
     async def _send(self, primitive: str, fields: GoalFields) -> GoalT:
-        """Send a goal to be played and return its handle."""
+        """Send a goal and return the handle of its motion."""
         goal = self._message(primitive, fields)
         self._results.expect(goal.goal_id)
         reply = await self._link.ask(topics.GOAL, goal)

@@ -1,4 +1,4 @@
-"""How goals ended, as the controller publishes it."""
+"""Results of goals, as the controller publishes them."""
 
 import contextlib
 import math
@@ -16,13 +16,13 @@ from protocol.errors import Refusal
 from protocol.topics import ENDED, RESULT
 
 ASK_EVERY_S = 1.0
-"""How often a client that waits asks for the result: the publication may have been lost."""
+"""Period with which a waiting client requests the result, in case the publication was lost."""
 KEPT = 256
-"""Results kept for handles that have not waited yet."""
+"""Number of results kept for handles that have not waited yet."""
 
 
 class Results:
-    """The results of a robot's goals: received as they are published, otherwise requested."""
+    """Results of a robot's goals: received as published, otherwise requested."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -32,7 +32,7 @@ class Results:
         self._listens = False
 
     def expect(self, goal_id: str | None) -> None:
-        """Listen from now on, before a goal is sent; what was received of an earlier goal of the same id is dropped."""
+        """Subscribe before a goal is sent; drop the result of an earlier goal with the same id."""
         with self._lock:
             if not self._listens:
                 self._link.subscribe(ENDED, self._hear)
@@ -44,9 +44,9 @@ class Results:
         """Return the result of a goal once it has ended.
 
         Raises:
-            TimeoutError: it has not within `timeout` s.
-            Refusal: `unknown_goal`, where the controller knows nothing of it.
-            NoAnswer: nothing was published, and the controller does not answer.
+            TimeoutError: the goal has not ended within `timeout` s.
+            Refusal: `unknown_goal`, if the controller does not know the goal.
+            NoAnswer: no result was published, and the controller does not reply.
         """
         end = math.inf if timeout is None else time.monotonic() + timeout
         with self._mailbox(goal_id) as box:
@@ -61,7 +61,7 @@ class Results:
 
     @contextmanager
     def _mailbox(self, goal_id: str) -> Iterator[Mailbox[m.Result]]:
-        """Return a mailbox for the result of a goal, which may be there already."""
+        """Return the mailbox of a goal's result, which may have arrived already."""
         box: Mailbox[m.Result] = self._link.mailbox(1)
         with self._lock:
             self._mailboxes[goal_id].append(box)
@@ -76,8 +76,8 @@ class Results:
                     del self._mailboxes[goal_id]
 
     def _hear(self, body: bytes) -> None:
-        """Take in a publication, in a thread of Zenoh's."""
-        with contextlib.suppress(Refusal):  # what cannot be read counts as lost
+        """Store a publication, in Zenoh's thread."""
+        with contextlib.suppress(Refusal):  # a message that cannot be decoded counts as lost
             result = decode(body, ENDED.message)
             with self._lock:
                 self._ended[result.goal_id] = result

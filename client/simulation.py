@@ -1,4 +1,4 @@
-"""Requests that only a simulated arm takes."""
+"""Requests to a simulated arm."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from protocol import topics
 
 
 class SimulationRequests(Asking):
-    """What can be asked of a simulation besides."""
+    """Requests that only a simulated arm accepts."""
 
     @Twofold
     async def step(self, ticks: int = 1) -> m.Stepped:
         """Advance the stepped clock.
 
         Args:
-            ticks: 1 to 10000.
+            ticks: Number of ticks, 1 to 10000.
         """
         return await self._link.ask(topics.SIM_STEP, m.Step(ticks=ticks))
 
@@ -27,18 +27,18 @@ class SimulationRequests(Asking):
     async def reset_sim(
         self, positions: Vector | None = None, ball: m.Ball | None = None, seed: int = 0
     ) -> m.ResetDone:
-        """Begin a new run of the simulated arm: at rest, the clock at 0.
+        """Start a new run of the simulated arm: at rest, the clock at 0.
 
         Args:
-            positions: Where the arm begins, rad a joint; by default home.
-            ball: Where the ball begins; by default on its tee.
-            seed: Of the sensor noise; names the run where the clock is stepped.
+            positions: Initial joint positions (J,), rad; by default home.
+            ball: Initial state of the ball; by default at rest on its tee.
+            seed: Seed of the sensor noise; with the stepped clock also the number of the run.
         """
         return await self._link.ask(topics.SIM_RESET, m.Reset(positions=_listed(positions), ball=ball, seed=seed))
 
     @Twofold
     async def throw(self, position: Vector, velocity: Vector, spin: Vector | None = None) -> m.Thrown:
-        """Put the simulated ball in flight, in the run that goes on.
+        """Throw the simulated ball, in the present run.
 
         Args:
             position: (3,), m, in the world frame.
@@ -46,7 +46,7 @@ class SimulationRequests(Asking):
             spin: Angular velocity (3,), rad/s; by default none.
 
         Raises:
-            ValueError: a vector has not three numbers.
+            ValueError: a vector does not have three numbers.
         """
         turning = None if spin is None else triple("spin", spin)
         throw = m.Throw(position=triple("position", position), velocity=triple("velocity", velocity), spin=turning)
@@ -66,20 +66,20 @@ class SimulationRequests(Asking):
         latency_s: float | None = None,
         drop_rate: float | None = None,
     ) -> m.Disturbed:
-        """Push the simulated arm, blur its sensors or the sight of the ball, let wind blow, or lose messages.
+        """Push the simulated arm, add noise to its sensors or to the measured ball, add wind, or drop messages.
 
         Args:
-            kind: A push by `acceleration` or `torque` needs values and duration; `sensor_noise` both standard
-                deviations; `ball_noise` the first, the latency and the drop rate; `wind` values; `loss` stream and
-                duration.
-            values: On each joint, rad/s² or N·m; of the wind along the axes of the world, m/s.
-            start_time: When a push begins, s on the robot's clock; by default now.
-            duration: Of a push or a loss, s.
-            position_std: Standard deviation of measured positions, rad; of the ball's, m.
-            velocity_std: Standard deviation of measured velocities, rad/s.
-            stream: Whose messages are lost.
-            latency_s: From a sight of the ball to its message, s.
-            drop_rate: Part of the sights of the ball that are lost, 0 to 1.
+            kind: `acceleration` and `torque`, which push the arm, need values and duration; `sensor_noise` needs both
+                standard deviations; `ball_noise` position_std, latency_s and drop_rate; `wind` values; `loss` stream
+                and duration.
+            values: Push on each joint, rad/s² or N·m; or wind along the axes of the world, m/s.
+            start_time: Start of the push, s on the robot's clock; by default now.
+            duration: Duration of the push or the loss, s.
+            position_std: Standard deviation of measured joint positions, rad, or of the ball's, m.
+            velocity_std: Standard deviation of measured joint velocities, rad/s.
+            stream: Stream whose messages are dropped.
+            latency_s: Delay of the ball's measurements, s.
+            drop_rate: Fraction of the ball's measurements that are dropped, 0 to 1.
         """
         push = {"values": _listed(values), "start_time": start_time, "duration": duration}
         noise = {"position_std": position_std, "velocity_std": velocity_std}

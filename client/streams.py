@@ -1,4 +1,4 @@
-"""What services publish, one message after the other."""
+"""Streams of published messages."""
 
 from collections.abc import AsyncIterator, Iterator
 from typing import Generic, Self
@@ -10,7 +10,7 @@ from protocol.codec import decode
 from protocol.topics import MessageT, Publication
 
 LENGTH = 1024
-"""Messages that a stream keeps by default: a second of the arm's states."""
+"""Default capacity of a stream, messages: one second of the arm's states."""
 MAX_BYTES = 1 << 26
 """Largest message that is decoded: a plan of 60 s has 17 MB."""
 
@@ -20,7 +20,7 @@ class StreamEnded(Exception):
 
 
 class Listening(Generic[MessageT]):
-    """What `Stream` and `AsyncStream` have in common; closed by its `with` block, or with its connection."""
+    """Base of `Stream` and `AsyncStream`; its `with` block or its connection closes it."""
 
     def __init__(self, link: Link, topic: Publication[MessageT], length: int = LENGTH) -> None:
         self.topic = topic
@@ -29,15 +29,15 @@ class Listening(Generic[MessageT]):
 
     @Twofold
     async def take(self, timeout: float | None = None) -> MessageT:
-        """Return the oldest message that was not yet taken, after waiting up to `timeout` s for one.
+        """Remove and return the oldest message in the stream; wait for one if it is empty.
 
         Args:
-            timeout: 0 does not wait; None waits without end.
+            timeout: Timeout, s; 0: do not wait; None: no timeout.
 
         Raises:
-            TimeoutError: there was none.
-            StreamEnded: the stream was closed, or its connection, and what came before is taken.
-            Refusal: `bad_message`, where a message cannot be read; the next one may be.
+            TimeoutError: no message arrived in time.
+            StreamEnded: the stream or its connection was closed, and all earlier messages are taken.
+            Refusal: `bad_message`, if a message cannot be decoded; later ones may be valid.
         """
         try:
             body = await self._box.take(timeout)
@@ -49,13 +49,13 @@ class Listening(Generic[MessageT]):
         return decode(body, self.topic.message, MAX_BYTES)
 
     def close(self) -> None:
-        """Stop listening; an iteration ends, in another thread too."""
+        """Unsubscribe; iterations end, also in other threads."""
         close, self._close = self._close, lambda: None
         close()
 
 
 class Stream(Listening[MessageT], Blocks):
-    """The messages of a topic since the stream was opened, until it is closed; the oldest are dropped first."""
+    """The messages of a topic from opening to closing, as an iterator; a full stream drops its oldest message."""
 
     def __iter__(self) -> Iterator[MessageT]:
         return self

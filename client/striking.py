@@ -1,4 +1,4 @@
-"""Requests of the striker."""
+"""Requests to the striker."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from protocol import topics
 
 
 class StrikingRequests(Asking):
-    """What can be asked of the striker."""
+    """Requests that the striker answers."""
 
     @Twofold
     async def strike(
@@ -25,20 +25,20 @@ class StrikingRequests(Asking):
         revise_hz: float = 50.0,
         until_s: float = 0.05,
     ) -> m.Striking:
-        """Let the striker return every ball that comes within reach; `stream(topics.STRIKES)` says what it does.
+        """Let the striker return every ball that comes within reach; `stream(topics.STRIKES)` reports its decisions.
 
-        A further call replaces the one before; for a ball on its way it moves the target.
+        Each call replaces the last one, and moves the target of a ball in flight.
 
         Args:
-            target: Where the balls shall land, (3,), m, in the world frame.
-            flight_time: From the touch to the landing, s; by default the striker chooses it.
-            count: Balls to strike at; by default without end.
-            primitives: Those that may be imitated; by default any of the library.
-            revise_hz: Corrections a second while the arm swings; 0: none.
-            until_s: Time before the touch after which nothing is corrected, s.
+            target: Where the balls must land, (3,), m, in the world frame.
+            flight_time: Time from the touch to the landing, s; by default the striker chooses it.
+            count: Number of balls to return; by default unlimited.
+            primitives: Primitives that may be imitated; by default all of the library.
+            revise_hz: Rate of corrections during the swing, Hz; 0: none.
+            until_s: No corrections later than this time before the touch, s.
 
         Raises:
-            ValueError: the target has not three numbers.
+            ValueError: the target does not have three numbers.
         """
         request = m.StrikeRequest(
             target=triple("target", target),
@@ -52,5 +52,5 @@ class StrikingRequests(Asking):
 
     @Twofold
     async def stop_striking(self) -> m.Striking:
-        """Strike at no further ball; a motion under way is played to its end."""
+        """Stop returning balls; a running motion is played to its end."""
         return await self._link.ask(topics.STRIKE_STOP, m.Empty())

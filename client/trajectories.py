@@ -1,4 +1,4 @@
-"""Planned trajectories as arrays, and as the controller takes them."""
+"""Convert planned trajectories to arrays, and to the form that the controller accepts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 ROUNDING = 1e-6
-"""Rounding of a duration, ticks."""
+"""Tolerance for the rounding of a duration, ticks."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +27,7 @@ class Samples:
         positions: (N, J), rad.
         velocities: (N, J), rad/s.
         accelerations: (N, J), rad/s².
-        hit_index: The sample at the goal; the last ones are the stop after it.
+        hit_index: Index of the sample at the goal; later samples are the stop.
     """
 
     times: np.ndarray
@@ -41,11 +41,11 @@ def samples(motion: m.GoalReply | m.Trajectory | m.Plan) -> Samples:
     """Return the samples of a planned or published motion as arrays.
 
     Args:
-        motion: The reply of `plan` with `include_trajectory`, a trajectory, or what is published as PLAN.
+        motion: The reply of `plan` with `include_trajectory`, a trajectory, or a publication of `topics.PLAN`.
 
     Raises:
         ValueError: the reply has no trajectory.
-        Refusal: `bad_message`, where the trajectory has no samples, as one of `pieces` alone.
+        Refusal: `bad_message`, if the trajectory has no samples but only `pieces`.
     """
     import numpy as np
 
@@ -59,11 +59,11 @@ def samples(motion: m.GoalReply | m.Trajectory | m.Plan) -> Samples:
 
 
 def executable(reply: m.GoalReply, rate_hz: float) -> m.Trajectory:
-    """Return the trajectory of a plan as `execute` takes it: as polynomial pieces, where it has them.
+    """Return the trajectory of a plan in the form that `execute` accepts: as polynomial pieces, if it has them.
 
     Args:
-        reply: The planner's, asked for with `include_trajectory`.
-        rate_hz: Ticks a second, as `description` says.
+        reply: The planner's reply to a goal with `include_trajectory`.
+        rate_hz: Ticks a second, from `description`.
 
     Raises:
         ValueError: the reply has no trajectory.
@@ -83,7 +83,7 @@ def executable(reply: m.GoalReply, rate_hz: float) -> m.Trajectory:
 
 
 def _included(reply: m.GoalReply) -> m.Trajectory:
-    """Return the trajectory of a reply. Raises ValueError where it has none."""
+    """Return the trajectory of a reply. Raises ValueError if it has none."""
     if reply.trajectory is None:
         raise ValueError("the plan has no trajectory; ask for it with include_trajectory=True")
     return reply.trajectory

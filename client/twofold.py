@@ -1,8 +1,8 @@
-"""Methods in two forms: of a connection that blocks, and of one that is awaited.
+"""Methods in two forms: blocking, and awaited.
 
-Every method of the library is written once, as a coroutine that waits for nothing but mailboxes. On a blocking
-connection a mailbox blocks the thread, so the coroutine ends without having been suspended; on an asynchronous one it
-suspends the coroutine.
+Every method of the library is written once, as a coroutine that waits only for mailboxes. On a blocking connection a
+mailbox blocks the thread, so the coroutine finishes without being suspended; on an asynchronous connection the
+mailbox suspends the coroutine.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Awaits:
 
 
 class Twofold(Generic[P, R]):
-    """A method that is written as a coroutine: awaited on `Awaits`, and run to its end on `Blocks`."""
+    """A method written as a coroutine: awaited on `Awaits`, run to its end on `Blocks`."""
 
     def __init__(self, body: Callable[Concatenate[Any, P], Coroutine[Any, Any, R]]) -> None:
         @functools.wraps(body)

@@ -56,10 +56,10 @@ def test_no_answer_says_why(router, robot):
             leg.status()
     robot.silent.add("status")
     with connect(robot.endpoint, timeout=0.2) as arm:
-        with pytest.raises(NoAnswer, match=r"the controller is not running; what runs is sim$"):
+        with pytest.raises(NoAnswer, match=r"the controller is not running; these services run: sim$"):
             arm.status()
         router.bus.announce("controller")
-        with pytest.raises(NoAnswer, match=r"the controller runs, but did not answer in time$"):
+        with pytest.raises(NoAnswer, match=r"the controller runs, but did not reply in time$"):
             arm.status()
 
 
