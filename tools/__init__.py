@@ -1,6 +1,6 @@
-"""What people run beside the services."""
+"""Programs for people, beside the services."""
 
 import os
 
-# A second BLAS thread competes with the loops for the cores, and on a busy machine learns twenty times more slowly.
+# A second BLAS thread competes with the loops for the cores; on a busy machine it makes learning 20 times slower.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -1,1 +1,1 @@
-"""Five strikes from one demonstration: played, reported and recorded."""
+"""The demo: five strikes from one demonstration, reported and recorded."""

@@ -24,15 +24,15 @@ from tools.demo.strikes import STRIKES
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Start everything on a bus of its own, strike five times, report, and leave a trace.
+    """Start all services on a bus of their own, strike five times, report, and write a trace.
 
-    The bus is on a free port, or where --listen says; with --connect it is one that somebody else hosts.
+    The router listens on a free port or on --listen; --connect uses a router that runs already.
 
     Attributes:
-        clock: Of the arm. paced waits for a slow machine; realtime does not, and a strike may then be lost.
-        record: The trace to write.
-        live: Serve a viewer on loopback meanwhile.
-        verbose: Show what the services log.
+        clock: The arm's clock. paced waits for a slow machine; realtime does not, so a strike may fail.
+        record: Trace to write.
+        live: Serve a live viewer on loopback.
+        verbose: Show the services' logs.
     """
 
     common: Common = field(default_factory=Options)
@@ -43,7 +43,7 @@ class Flags:
 
 
 def main() -> int:
-    """Return 0 where every strike kept its promises, 1 otherwise."""
+    """Return 0 if every strike kept its bounds, 1 otherwise."""
     flags = tyro.cli(Flags)
     console = Console()
     end_like_ctrl_c()
@@ -66,7 +66,7 @@ def main() -> int:
 
 
 def run(flags: Flags, console: Console) -> tuple[list[Outcome], m.Cycle]:
-    """Start everything on a bus of its own, strike, end everything; return the outcomes and the controller's timing."""
+    """Start all services, strike, end them; return the outcomes and the controller's timing."""
     values: dict[str, object] = {"clock": flags.clock, "record": flags.record, "live": flags.live}
     with running_cell(flags.common, values, quiet=not flags.verbose) as cell:
         outcomes = strike_all(cell.bus, console)
@@ -74,7 +74,7 @@ def run(flags: Flags, console: Console) -> tuple[list[Outcome], m.Cycle]:
 
 
 def strike_all(bus: Bus, console: Console) -> list[Outcome]:
-    """Play every strike, showing progress."""
+    """Play every strike and show the progress."""
     columns = SpinnerColumn(), TextColumn("{task.description}: {task.fields[doing]}"), TimeElapsedColumn()
     with Progress(*columns, console=console, transient=True) as progress:
         shown = progress.add_task("", doing="")
@@ -87,7 +87,7 @@ def strike_all(bus: Bus, console: Console) -> list[Outcome]:
 
 
 def report_broken(outcomes: list[Outcome], console: Console) -> int:
-    """Print which promises were broken; return the exit status."""
+    """Print the bounds that were missed; return the exit status."""
     status = 0
     for outcome in outcomes:
         for sentence in outcome.broken_promises():

@@ -1,4 +1,4 @@
-"""Plays one strike on running services and collects its result."""
+"""Play one strike on running services and collect its result."""
 
 import time
 from collections.abc import Callable
@@ -20,9 +20,9 @@ POLL_S = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """A strike that was played: the planner's reply, the controller's result, and the ball's speed after it, m/s.
+    """A played strike: the planner's reply, the controller's result, and the ball's speed afterwards, m/s.
 
-    `robot_s`, `wall_s`: how long its run lasted by the robot's clock and by the wall's.
+    `robot_s`, `wall_s`: duration of its run in robot time and in wall time, s.
     """
 
     strike: Strike
@@ -33,7 +33,7 @@ class Outcome:
     wall_s: float
 
     def broken_promises(self) -> list[str]:
-        """Return a sentence for each promise of the strike that was broken."""
+        """Return a sentence for each bound that the strike missed."""
         result, strike = self.result, self.strike
         if result.hit is None or result.hit.truth_error is None:
             return [f"the goal was {result.outcome} before the hit: {result.reason}"]
@@ -52,7 +52,7 @@ class Outcome:
         return broken
 
     def true_errors(self) -> tuple[float, float]:
-        """Return the largest error of the true arm at the hit: position (rad) and velocity (rad/s)."""
+        """Return the true arm's largest position (rad) and velocity (rad/s) error at the hit, over all joints."""
         hit = self.result.hit
         assert hit is not None
         assert hit.truth_error is not None
@@ -60,7 +60,7 @@ class Outcome:
 
 
 class Player:
-    """Plays strikes one after another on the services that `bus` reaches."""
+    """Plays strikes, one after another, on the services of a bus."""
 
     def __init__(self, bus: Bus, say: Callable[[str], None]) -> None:
         self._bus = bus
@@ -69,11 +69,11 @@ class Player:
         bus.listen(topics.CONTACT, self._contacts.put)
 
     def play(self, strike: Strike, seed: int) -> Outcome:
-        """Place arm and ball, strike, and wait until the arm rests.
+        """Place the arm and the ball, strike, and wait until the arm is at rest.
 
         Raises:
             Refusal: the goal or a disturbance was refused.
-            NoAnswer: a service is silent.
+            NoAnswer: a service does not reply.
         """
         self._say("placing arm and ball")
         start = None if strike.start is None else list(strike.start)
@@ -106,7 +106,7 @@ class Player:
             time.sleep(POLL_S)
 
     def _ball_speed(self) -> float:
-        """The ball's speed after the racket left it, m/s; 0 where the racket missed it."""
+        """Return the ball's speed after the touch, m/s; 0 if the racket missed it."""
         speed = 0.0
         while True:
             try:

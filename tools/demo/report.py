@@ -1,4 +1,4 @@
-"""The demo's table."""
+"""Table of the demo's strikes."""
 
 from collections.abc import Sequence
 
@@ -10,11 +10,11 @@ from protocol import messages as m
 from tools.demo.play import Outcome
 
 SLOW = 0.95
-"""Robot time over wall time below which the table says so."""
+"""Ratio of robot time to wall time below which the report calls the machine slow."""
 
 
 def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
-    """Return one row for each strike."""
+    """Return a table with one row for each strike."""
     shown = Table(title="Five strikes from one demonstration", box=SIMPLE_HEAD, padding=0)
     shown.add_column("strike", no_wrap=True)
     for heading in ("plan\ns", "solve\nms", "off by\nmrad", "off by\nmrad/s", "ball\nm/s", "unlike\nrad/s²"):
@@ -42,9 +42,9 @@ def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
 
 
 def speed(outcomes: list[Outcome], cycle: m.Cycle) -> str:
-    """Return a sentence about robot time beside the wall clock, and about the controller's answers."""
+    """Return a sentence about the ratio of robot time to wall time and the controller's latency."""
     ratio = sum(outcome.robot_s for outcome in outcomes) / sum(outcome.wall_s for outcome in outcomes)
-    cost = " (the machine is slow or busy, which costs nothing but this)" if ratio < SLOW else ""
+    cost = " (the machine is slow or busy; the results do not depend on it)" if ratio < SLOW else ""
     return (
         f"robot time ran at {ratio:.2f} of the wall clock{cost}; an answer of the controller took "
         f"{cycle.late_us.p50:.0f} µs in the median, {cycle.late_us.p99:.0f} µs at the 99th percentile"
@@ -52,9 +52,9 @@ def speed(outcomes: list[Outcome], cycle: m.Cycle) -> str:
 
 
 def closest_limit(report: m.Report, joint_names: Sequence[str]) -> str:
-    """Return the active limits of the plan, or else the limit that it comes closest to.
+    """Return the plan's active limits, or without any its closest limit.
 
-    Jerk is left out: the stop after the hit always uses all of it.
+    Jerk is left out: the stop after the hit always uses the full jerk.
     """
     shaping = sorted({f"{active.joint} {active.quantity}" for active in report.active if active.quantity != "jerk"})
     if shaping:

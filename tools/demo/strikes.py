@@ -1,4 +1,4 @@
-"""The five strikes of the demo, and the errors that each allows at the hit."""
+"""The demo's five strikes and their error bounds at the hit."""
 
 from dataclasses import dataclass
 
@@ -26,10 +26,10 @@ EXCURSION, SPEED = 1.22, 4.6  # rad, rad/s: of joint_1 in the demonstration
 
 @dataclass(frozen=True, slots=True)
 class Strike:
-    """A goal, the arm's pose before it, what disturbs it, and the errors that it allows at the hit.
+    """A goal, the arm's initial pose, disturbances, and error bounds at the hit.
 
-    `start`: rad, None for home. `position_bound`, `velocity_bound`: the largest error of the true arm on any joint at
-    the hit, rad and rad/s.
+    `start`: joint positions, rad; None for home. `position_bound`, `velocity_bound`: largest error of the true arm on
+    any joint at the hit, rad and rad/s.
     """
 
     title: str
@@ -56,7 +56,7 @@ STRIKES = (
 
 
 def noise_request(strike: Strike) -> m.Disturb:
-    """Return the sensor noise of a strike."""
+    """Return the request for a strike's sensor noise."""
     return m.Disturb(kind="sensor_noise", position_std=strike.noise * EXCURSION, velocity_std=strike.noise * SPEED)
 
 

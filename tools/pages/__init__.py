@@ -1,1 +1,1 @@
-"""Pages of the documentation that are made from the code."""
+"""Documentation pages generated from the code."""

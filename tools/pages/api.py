@@ -1,4 +1,4 @@
-"""Make the API page from docstrings: `python -m tools.pages.api > docs/api.md`.
+"""Generate the API page from docstrings: `python -m tools.pages.api > docs/api.md`.
 
 The sources are parsed, not imported. A package documents the names in its `__all__`; without one, everything public in
 the modules that its docstring names.
@@ -25,7 +25,7 @@ MARGIN = 100
 """Longest signature, characters, that stays on one line."""
 
 DECORATORS = ("staticmethod", "classmethod", "contextmanager", "asynccontextmanager")
-"""Decorators that a reader needs to know. A method under the client's `Twofold` blocks, or is awaited by the twin."""
+"""Decorators that the page shows. The client's `Twofold` makes a blocking method and its awaitable twin."""
 
 Definition = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
@@ -69,7 +69,7 @@ def public(package: str) -> dict[str, set[str] | None]:
 
 
 def names_in_all(tree: ast.Module) -> set[str]:
-    """Return the names in a module's `__all__`, none where it has no such list."""
+    """Return the names in a module's `__all__`, or an empty set without one."""
     for node in tree.body:
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
             return set(ast.literal_eval(node.value))
@@ -89,7 +89,7 @@ def definitions(node: ast.Module | ast.ClassDef) -> Iterator[Definition]:
 
 
 def entry(definition: Definition) -> list[str]:
-    """Return a definition's heading, declaration and docstring; of a class, also its methods."""
+    """Return a definition's heading, declaration and docstring, and a class's methods."""
     parts = [f"#### {definition.name}\n", code(definition), prose(definition)]
     return parts + methods(definition) if isinstance(definition, ast.ClassDef) else parts
 
@@ -100,7 +100,7 @@ def methods(definition: ast.ClassDef) -> list[str]:
 
 
 def new_bases(package: str, tree: ast.Module, definition: Definition, shown: set[str]) -> Iterator[ast.ClassDef]:
-    """Yield the bases of a class, and theirs, that are classes of the package and not yet shown; note them as shown."""
+    """Yield the direct and indirect bases that belong to the package and are not yet shown; mark them as shown."""
     for base in definition.bases if isinstance(definition, ast.ClassDef) else ():
         name = ast.unparse(base).partition("[")[0]
         for origin in (tree, *imported_from(package, tree, name)):
@@ -112,24 +112,24 @@ def new_bases(package: str, tree: ast.Module, definition: Definition, shown: set
 
 
 def imported_from(package: str, tree: ast.Module, name: str) -> list[ast.Module]:
-    """Return the module of the package from which a module imports a name; none where it does not."""
+    """Return the modules of the package from which a module imports a name, at most one."""
     imports = [node for node in tree.body if isinstance(node, ast.ImportFrom) and own_module(package, node)]
     return [parse(package, own_module(package, node)) for node in imports if name in {each.name for each in node.names}]
 
 
 def own_module(package: str, node: ast.ImportFrom) -> str:
-    """Return the name of the package's module from which something is imported, empty for another package's."""
+    """Return the name of the package's module that an import names, or an empty string for other packages."""
     prefix, _, module = (node.module or "").rpartition(".")
     return module if prefix == package and (ROOT / package / f"{module}.py").exists() else ""
 
 
 def code(definition: Definition) -> str:
-    """Return a definition's declaration as a block of code."""
+    """Return a definition's declaration as a code block."""
     return f"```python\n{declaration(definition)}\n```\n"
 
 
 def declaration(definition: Definition) -> str:
-    """Return a definition's signature; of a class, that of its constructor, or its bases."""
+    """Return a function's signature; for a class, that of its constructor, or its bases."""
     if isinstance(definition, ast.ClassDef):
         given = constructor(definition) or [ast.unparse(base) for base in definition.bases]
         return wrapped(f"class {definition.name}", given, "")
@@ -174,7 +174,7 @@ def _argument(argument: ast.arg, default: ast.expr | None = None) -> str:
 
 
 def wrapped(name: str, given: list[str], returns: str) -> str:
-    """Return a signature on one line, or with a line for each argument where that is too long."""
+    """Return a signature on one line, or with one line an argument if it is too long."""
     line = f"{name}({', '.join(given)}){returns}"
     if len(line) <= MARGIN:
         return line

@@ -1,4 +1,4 @@
-"""Make the reference page of the wire contract: `python -m tools.pages.protocol > docs/protocol.md`."""
+"""Generate the reference page of the wire contract: `python -m tools.pages.protocol > docs/protocol.md`."""
 
 import inspect
 import json
@@ -214,7 +214,7 @@ def _default(field: msgspec.structs.FieldInfo) -> str:
 
 
 def _nested(kinds: Iterable[type[Struct]]) -> list[type[Struct]]:
-    """Return the Structs that the fields of `kinds` refer to, at any depth, without `kinds` but with ErrorBody."""
+    """Return ErrorBody and the Structs that the fields of `kinds` refer to, at any depth, without `kinds`."""
     found: list[type[Struct]] = []
 
     def visit(hint: Any) -> None:

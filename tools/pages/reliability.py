@@ -1,4 +1,4 @@
-"""Make the table of docs/reliability.md from its JSON, without measuring: `python -m tools.pages.reliability`."""
+"""Generate the table of docs/reliability.md from its JSON, without measuring: `python -m tools.pages.reliability`."""
 
 import json
 from pathlib import Path

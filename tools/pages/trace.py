@@ -1,4 +1,4 @@
-"""The page of a trace's entities: `python -m tools.pages.trace > docs/trace.md`."""
+"""Generate the page of a trace's entities: `python -m tools.pages.trace > docs/trace.md`."""
 
 from itertools import groupby
 
@@ -14,17 +14,17 @@ A trace is a Rerun recording (`.rrd`). `rerun FILE` shows it; Rerun's reader (`r
 `tools/trace_reader.py` read it into arrays.
 
 **Timelines.** `sim_time` (duration), `tick` (sequence), `wall` (when the router had the message). Ticks of the arm
-begin at 0 in each run. In the trace each further run is placed behind the one before, so that `tick` and `sim_time`
-never go back. The tick of the trace at which a run's tick 0 lies is the run's offset, 0 for the first; `/runs` has it
-as a number, `/events/run` as a sentence. Subtract it to get the ticks of the messages. Planned curves, targets and
-limits have no wall time; everything else is on all three timelines.
+begin at 0 in each run. The trace appends each run to the last one, so that `tick` and `sim_time` never go back. A
+run's offset is the tick of the trace at its tick 0, and 0 for the first run; `/runs` has it as a number,
+`/events/run` as a sentence. Subtract it to get the ticks of the messages. Planned curves, targets and limits have no
+wall time; everything else is on all three timelines.
 
-**Values.** Scalars are float64, exactly as the messages had them. JOINT, BODY and PART stand for names of the robot's
-description. A quantity of all joints is one entity a joint, or one entity with one scalar a joint, in their order.
-A command's `next` and `feedforward` are left out, for they follow from the rest: the reference of the next tick,
-unless that was replaced, and the difference of its velocities divided by the length of a tick.
-Planned curves grow as time passes, so that what a later plan replaced is not in the trace. Where a correction takes
-over the curves have a gap of one tick.
+**Values.** Scalars are float64, bit for bit those of the messages. JOINT, BODY and PART stand for names of the robot's
+description. A quantity of all joints is one entity a joint, or one entity with one scalar a joint, in joint order.
+The trace omits a command's `next` and `feedforward`, because they follow from other entities: `next` is the reference
+of the next tick, unless that was replaced; `feedforward` is the difference of the reference velocities divided by the
+tick. Planned curves are written as time passes, so the replaced part of a plan is not in the trace. At the start of
+a correction the curves have a gap of one tick.
 """
 
 HEADER = "| entity | shows | unit | from | archetype | in traces with |\n|---|---|---|---|---|---|"

@@ -1,1 +1,1 @@
-"""What a machine can promise before an arm is moved by it."""
+"""Check whether a machine can control an arm at 1 kHz, before it moves one."""

@@ -1,4 +1,4 @@
-"""`python -m tools.preflight`: what this machine can promise; exit status 1 where that is not 1 kHz."""
+"""`python -m tools.preflight`: check this machine for a 1 kHz loop; exit status 1 if it cannot run one."""
 
 import sys
 from collections.abc import Sequence
@@ -20,17 +20,17 @@ SHORTEST_S, LONGEST_S = 0.1, 3600.0
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Measure what this machine can promise a 1 kHz loop.
+    """Measure whether this machine can run a 1 kHz loop.
 
     Attributes:
-        seconds: How long to run the loop.
+        seconds: Duration of the measurement.
     """
 
     seconds: float = 2.0
 
 
 def main() -> int:
-    """Ask for what the loops ask for, read the facts, run the loop, print."""
+    """Request real-time scheduling as the services do, read the facts, run the loop, print the verdict."""
     flags = tyro.cli(Flags)
     if not SHORTEST_S <= flags.seconds <= LONGEST_S:
         bounds = f"{SHORTEST_S:g} and {LONGEST_S:g}"

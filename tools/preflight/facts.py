@@ -1,4 +1,4 @@
-"""Facts about a machine from the operating system, each with what would be better; no privileges are needed."""
+"""Facts about the machine from the operating system, each with advice; no privileges needed."""
 
 import os
 import platform
@@ -10,21 +10,21 @@ from protocol.bus.sessions import RECORDER
 from services.common.steal_time import stolen_share
 
 CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter")
-"""Clock sources that a process reads without a system call."""
+"""Clock sources that can be read without a system call."""
 
 FAIR = 1e-5
 """Acceptable share of stolen time: 36 ms an hour."""
 
 CORES = 4
-"""One for the sim or the robot's driver, one for the controller, two for the rest."""
+"""Cores needed: one for the sim or the robot's driver, one for the controller, two for the rest."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """One line of the table. `good` is None where the machine does not say; `advice` says what would be better.
+    """One line of the table. `good` is None if the machine does not report it; `advice` says what would be better.
 
-    `needed`: without it the machine is not fit for an arm, however well the measurement went. `timing`: it affects
-    ticks. `braking`: where it is bad, an arm may brake now and then.
+    `needed`: without it the machine is unfit for an arm, whatever the measurement shows. `timing`: it affects
+    ticks. `braking`: if it is bad, an arm may brake occasionally.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Fact:
 
 
 def granted(missing: Sequence[str]) -> tuple[Fact, Fact, Fact]:
-    """Return what `realtime.become_real_time` was granted; it returned `missing`."""
+    """Return the real-time rights as facts; `missing` is what `realtime.become_real_time` returned."""
     by_name = {sentence.split()[0].rstrip(":"): sentence for sentence in missing}
     scheduler, memory, slack = (by_name.get(name) for name in ("SCHED_FIFO", "mlockall", "timer"))
     return (
@@ -48,7 +48,7 @@ def granted(missing: Sequence[str]) -> tuple[Fact, Fact, Fact]:
 
 
 def cores(usable: int, isolated: str) -> Fact:
-    """Judge the number of usable cores; `isolated` lists those that the kernel keeps free of other processes."""
+    """Judge the number of usable cores; `isolated` lists those without other processes (isolcpus)."""
     found = f"{usable} usable, isolated: {isolated or 'none'}"
     return Fact("cores", found, usable >= CORES, f"{CORES} or more, two of them isolated (isolcpus=2,3)")
 
@@ -73,7 +73,7 @@ def clock(source: str) -> Fact:
 
 
 def host(share: float | None) -> Fact:
-    """Judge the share of the cores' time that the host of a virtual machine has stolen."""
+    """Judge the CPU steal: the share of the cores' time that a virtual machine's host has taken."""
     if share is None:
         return Fact("host", "unknown", None)
     found = f"has stolen {share:.3%} of the time" if share >= FAIR else f"less than {FAIR:.3%} stolen"
@@ -82,7 +82,7 @@ def host(share: float | None) -> Fact:
 
 
 def receive_buffer(allowed: int | None) -> Fact:
-    """Judge net.core.rmem_max, bytes: whether messages to a suspended recorder fit into its socket."""
+    """Judge net.core.rmem_max, bytes: whether a suspended recorder's messages fit into its socket."""
     wanted = RECORDER.backlog_bytes
     found = "unknown" if allowed is None else f"{allowed >> 10} KiB"
     good = None if allowed is None else allowed >= wanted
@@ -106,7 +106,7 @@ def read_facts(missing: Sequence[str]) -> list[Fact]:
 
 
 def _read(path: Path) -> str:
-    """Return the text of a file, empty where there is none."""
+    """Return the text of a file, or an empty string if it does not exist."""
     try:
         return path.read_text().strip()
     except OSError:

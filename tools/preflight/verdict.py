@@ -1,4 +1,4 @@
-"""What a machine can promise, from a sample of late ticks and the facts."""
+"""Judge a machine from a sample of tick latencies and the facts."""
 
 import time
 from collections.abc import Sequence
@@ -11,12 +11,12 @@ from tools.preflight.facts import Fact
 
 TICK_US = 1000.0
 QUARTER_US = TICK_US / 4
-"""A tick that begins later than this leaves the controller too little time to answer."""
+"""Latest start of a tick that leaves the controller enough time to answer, µs."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """How late the ticks of a 1 ms loop began, µs."""
+    """Latencies of the ticks of a 1 ms loop, µs."""
 
     count: int
     median_us: float
@@ -26,12 +26,12 @@ class Sample:
 
     @property
     def missed(self) -> bool:
-        """Whether a tick began after the next one was due."""
+        """Whether a tick started after the next one was due."""
         return self.max_us >= TICK_US
 
 
 def measure(seconds: float) -> Sample:
-    """Run the services' own 1 ms loop for `seconds` and return how late its ticks began."""
+    """Run the services' 1 ms loop for `seconds` and return the latencies of its ticks."""
     late_ns = np.zeros(max(1, round(seconds * 1e6 / TICK_US)))
     deadlines = Deadlines(period_ns=round(TICK_US * 1e3))
     for index in range(len(late_ns)):
@@ -42,14 +42,14 @@ def measure(seconds: float) -> Sample:
 
 
 def summarise(late_us: np.ndarray) -> Sample:
-    """Return the sample of some latenesses, µs."""
+    """Return the sample of these latencies, µs."""
     median, p99 = np.percentile(late_us, (50, 99))
     late = int(np.count_nonzero(late_us > QUARTER_US))
     return Sample(len(late_us), float(median), float(p99), float(late_us.max()), late)
 
 
 def promise(sample: Sample, facts: Sequence[Fact]) -> tuple[bool, str]:
-    """Return whether the machine is fit for an arm at 1 kHz, and what it can promise, in a sentence."""
+    """Return whether the machine is fit for an arm at 1 kHz, and a sentence that says why."""
     lacking = [fact.name for fact in facts if fact.needed and not fact.good]
     amiss = [fact.name for fact in facts if fact.good is False and fact.timing]
     worst = f"the worst of {sample.count} ticks came {sample.max_us:.0f} µs late"

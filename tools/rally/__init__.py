@@ -1,1 +1,1 @@
-"""A rally: balls thrown at the arm, returned to a target, scored and recorded."""
+"""Rallies: the arm returns thrown balls to a target; returns are scored and recorded."""

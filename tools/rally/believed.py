@@ -1,4 +1,4 @@
-"""What the striker believes of robot and court, wrong where that is asked for."""
+"""The striker's copy of the robot's description, with deliberate errors on request."""
 
 import contextlib
 import json
@@ -12,7 +12,7 @@ from tools.rally.flags import Flags
 
 @contextlib.contextmanager
 def scratch_robot(flags: Flags) -> Iterator[tuple[Path, Path]]:
-    """Yield the robot's TOML as the striker believes it, wrong where that is asked for, and a file to learn into."""
+    """Yield the striker's copy of the robot's TOML, with the requested errors, and a file to learn into."""
     original = flags.common.robot_config.resolve()
     with tempfile.TemporaryDirectory(prefix="volley-rally-") as folder:
         learned = Path(folder) / "learned.json"
@@ -31,7 +31,7 @@ def scratch_robot(flags: Flags) -> Iterator[tuple[Path, Path]]:
 
 
 def changed(toml: str, values: Mapping[tuple[str, str], object]) -> str:
-    """Return a TOML text with other values, by table and key; the rest stays as it is."""
+    """Return a TOML text with some values replaced; `values` maps (table, key) to the new value."""
     lines, section = [], ""
     for line in toml.splitlines():
         if line.startswith("["):

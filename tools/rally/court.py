@@ -1,4 +1,4 @@
-"""Rallies of two arms on running services: serves, follows the ball, and says what became of it."""
+"""Play rallies of two arms on running services: serve, follow the ball, report the rally."""
 
 import contextlib
 import time
@@ -21,13 +21,13 @@ from tools.rally.referee import Referee
 from tools.rally.touches import touched
 
 OWN = (topics.CONTACT, topics.ENDED, topics.STRIKES)
-"""What is followed of each arm, in its own time; the referee follows the first one's ball and contacts."""
+"""Topics that are followed for each arm, in its own time; the referee uses the first arm's ball and contacts."""
 READY_S = 30.0
-"""How long (wall time) the arms may take to come to rest before the next serve is thrown all the same."""
+"""Longest wait for both arms to rest before the next serve, s of wall time."""
 REST_S = 0.2
-"""How long (robot time) they rest."""
+"""Rest before a serve, s of robot time."""
 STALLED_S = 10.0
-"""A sim that shows no ball for so long (wall time) is gone."""
+"""Timeout of the sim's ball messages, s of wall time."""
 
 
 @dataclass(slots=True, eq=False)
@@ -36,11 +36,11 @@ class Rally:
 
     Attributes:
         server: The arm from whose half the ball was served.
-        strokes: That counted.
-        over: Why it ended.
-        duration: s of robot time.
+        strokes: Number of strokes that counted.
+        over: Reason of the rally's end.
+        duration: Robot time, s.
         faults: A sentence for each motion that was aborted, and each contact without the ball.
-        checked: What commands and states used of the limits, by arm.
+        checked: Use of the limits by commands and states, by arm.
     """
 
     server: str
@@ -51,7 +51,7 @@ class Rally:
     checked: dict[str, Findings] = field(default_factory=dict)
 
     def violations(self) -> list[str]:
-        """Return a sentence for each fault, and for each arm that passed a limit."""
+        """Return a sentence for each fault, and for each arm that exceeded a limit."""
         passed = [(name, found) for name, found in self.checked.items() if found.violations]
         return self.faults + [
             f"{name}: {found.violations} ticks beyond a limit: {found.worst}" for name, found in passed
@@ -71,7 +71,7 @@ class _Course:
         self.touches: dict[str, list[float]] = {name: [] for name in arms}
 
     def take(self, name: str, message: Any) -> None:
-        """Take in a message about the arm `name`."""
+        """Process a message about the arm `name`."""
         match message:
             case m.BallState():
                 self.referee.see(message)
@@ -85,7 +85,7 @@ class _Course:
         self._rally.strokes = self.referee.strokes
 
     def ended_by(self) -> str:
-        """Return why the rally has ended, with what the strikers said last."""
+        """Return why the rally has ended, with the strikers' last sentences."""
         if not self.referee.over:
             return "as many as were asked for"
         said = "; ".join(f"{name}: {reason}" for name, reason in self._reasons.items() if reason)
@@ -105,7 +105,7 @@ class Court:
     """Plays rallies on the services of two running cells."""
 
     def __init__(self, buses: Mapping[str, Bus], configs: Mapping[str, RobotConfig], seed: int, most: int) -> None:
-        """`buses`, `configs`: of both arms, by name; `most`: strokes after which a rally ends."""
+        """`buses`, `configs`: bus and description of each arm, by name; `most`: strokes after which a rally ends."""
         self._buses, self._configs, self._most = buses, configs, most
         self._random = np.random.default_rng(seed)
         self._received: SimpleQueue[tuple[str, m.BallState | m.Contact | m.Result | m.Strike]] = SimpleQueue()
@@ -119,7 +119,7 @@ class Court:
         self._exchanges = {a: exchange(configs[a], configs[b]) for a, b in ((one, other), (other, one))}
 
     def begin(self, noise: m.Disturb | None, revise_hz: float) -> None:
-        """Blur the cameras, and ask both strikers to strike."""
+        """Add noise to the cameras, and make both strikers return balls."""
         for name, bus in self._buses.items():
             if noise is not None:
                 bus.ask(topics.SIM_DISTURB, noise)
@@ -133,7 +133,7 @@ class Court:
 
         Raises:
             Refusal: the ball cannot be served.
-            NoAnswer: the sim is silent.
+            NoAnswer: the sim does not reply.
         """
         self._buses[self._first].ask(topics.SIM_BALL, away(self._configs[self._first]))
         self._wait_for_rest()
@@ -157,7 +157,7 @@ class Court:
         self._buses[name].listen(topic, lambda body: self._received.put((name, decode(body, topic.message))))
 
     def _take(self) -> tuple[str, Any]:
-        """Return the next message, and the arm that it is from. Raises NoAnswer where none comes."""
+        """Return the next message and its arm. Raises NoAnswer if none arrives."""
         try:
             return self._received.get(timeout=STALLED_S)
         except Empty:
@@ -172,7 +172,7 @@ class Court:
                 self._received.get_nowait()
 
     def _wait_for_rest(self) -> None:
-        """Return once both arms have rested for a moment of robot time, at the latest after `READY_S`."""
+        """Wait until both arms have rested for `REST_S` of robot time, at most `READY_S`."""
         since: dict[str, float] = {}
         deadline = time.monotonic() + READY_S
         while time.monotonic() < deadline:
@@ -183,7 +183,7 @@ class Court:
 
     @staticmethod
     def _rests(name: str, bus: Bus, since: dict[str, float]) -> bool:
-        """Return whether an arm has rested long enough; `since`: from when on (s) each does. A fault is reset."""
+        """Return whether an arm has rested long enough, and reset a fault; `since`: start of each arm's rest, s."""
         with contextlib.suppress(Refusal, NoAnswer):
             status = bus.ask(topics.STATUS_QUERY, m.Empty())
             if status.mode == "fault":

@@ -1,4 +1,4 @@
-"""How a rally ends: what was played until then is reported, whatever ended it."""
+"""End a rally: whatever ended it, report what was played."""
 
 from collections.abc import Callable
 
@@ -8,9 +8,9 @@ from protocol.errors import NoAnswer, Refusal
 
 
 def ended(play: Callable[[], None], console: Console) -> int:
-    """Play to the end; say so where it ends early.
+    """Play to the end, and print why if it ends early.
 
-    Returns 0, 1 where a service was silent or refused something, 130 after an interruption.
+    Returns 0; 1 if a service did not reply or refused a request; 130 after an interruption.
     """
     try:
         play()

@@ -1,4 +1,4 @@
-"""How two arms that face each other play the ball: where it shall bounce, and how it is served."""
+"""Strokes and serves of two arms that face each other."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -11,19 +11,19 @@ from robot.kinematics import Kinematics
 from robot.striking.flight import GRAVITY, Air, Ball, aim
 
 SERVE = 0.55, 0.25
-"""Where a serve begins: its part of the way from the net to the server's racket, and m above that."""
+"""Start of a serve: fraction of the way from the net to the server's racket, and height above the racket, m."""
 AWAY_M = 0.2
-"""From the net and from its end, where the ball lies between rallies."""
+"""Distances of the resting ball from the net and from the net's end, m, between rallies."""
 SPREAD_M = 0.08
-"""How far from the target serves bounce at most, on each axis: from 0.12 m on, to one side, no posture of the shipped
-arm returns the ball."""
+"""Largest distance of a serve's bounce from the target on each axis, m. From 0.12 m on, to one side, no posture of
+the shipped arm returns the ball."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Exchange:
-    """A stroke that the partner likes: the ball bounces at `target` (3,), m, after `flight_time` s.
+    """A stroke that the partner can return: the ball bounces at `target` (3,), m, after `flight_time` s.
 
-    It then rises just to the height of the partner's racket at home, and is there when it has risen.
+    After the bounce its apex is at the partner's racket at home.
     """
 
     target: np.ndarray
@@ -31,12 +31,12 @@ class Exchange:
 
 
 def home_of(config: RobotConfig) -> np.ndarray:
-    """Return where the racket waits (3,), m."""
+    """Return the position of the racket at home (3,), m."""
     return Kinematics(config).tool_pose(config.home)[0]
 
 
 def exchange(striker: RobotConfig, partner: RobotConfig) -> Exchange:
-    """Return the strokes that `striker` plays to `partner`, from where its racket waits; drag is left out."""
+    """Return the strokes of `striker` to `partner`, from its racket at home; drag is neglected."""
     court, ball = partner.court, partner.ball
     assert court is not None
     assert ball is not None
@@ -51,7 +51,7 @@ def exchange(striker: RobotConfig, partner: RobotConfig) -> Exchange:
 
 
 def away(config: RobotConfig) -> Throw:
-    """Return a throw that lays the ball on the floor beside the end of the net, where nobody plays it."""
+    """Return a throw that puts the ball on the floor beside the net's end, out of play."""
     ball, court = config.ball, config.court
     assert ball is not None
     assert court is not None
@@ -62,7 +62,7 @@ def away(config: RobotConfig) -> Throw:
 
 
 def serve(server: RobotConfig, play: Exchange, random: np.random.Generator) -> Throw:
-    """Return a throw from the server's half that bounces near to where its strokes shall."""
+    """Return a throw from the server's half that bounces near the target of its strokes."""
     ball, court = server.ball, server.court
     assert ball is not None
     assert court is not None

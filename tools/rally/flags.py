@@ -11,33 +11,34 @@ from services.common.cli import Common, Options
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Throw balls at the arm, which returns them to a target; print a table and leave a trace.
+    """Throw balls, which the arm returns to a target; print a table and write a trace.
 
     Attributes:
-        balls: How many.
-        target: Where they shall land, m; z is the height of the court.
+        balls: Number of balls.
+        target: Where the balls must land, m; z is the height of the court.
         kind: Whether the balls bounce before they arrive.
-        noise: Standard deviation of each coordinate of a sight, m.
-        latency: From a sight of the ball to its message, s.
-        wind: Across the court, m/s; the striker does not know of it.
-        wander: How far (m, along x and y) the target jumps about `target`: before each ball, and again while it flies.
-        drag_error: Part by which the striker believes in too much drag.
-        restitution_error: Part by which the striker believes in too high a bounce.
-        seed: Of the throws and the noise.
-        method: qp corrects the swing; once plans it once; dmp plans it once by the movement primitive; quintic
+        noise: Standard deviation of each coordinate of the measured ball, m.
+        latency: Delay of the ball's measurements, s.
+        wind: Wind across the court, m/s; the striker does not know it.
+        wander: The target jumps within this distance of `target` (m, along x and y), before each ball and during its
+            flight.
+        drag_error: Relative error of the striker's drag coefficient; positive: too large.
+        restitution_error: Relative error of the striker's restitution of the court; positive: too large.
+        seed: Seed of the throws and the noise.
+        method: qp corrects the swing; once plans it once; dmp plans it once with a movement primitive; quintic
             plans it once as one polynomial, without a demonstration.
-        revise_hz: Corrections a second.
-        slow: Wall time over robot time, for machines that are busy: striker and planner have that much more time for
-            each decision.
-        learned: File of what the striker has learned; by default a new one, thrown away at the end.
-        record: The trace to write.
-        live: Serve a viewer on loopback meanwhile.
-        partners: 1: balls are thrown at one arm; 2: two arms, near and far, rally with each other, each with a target
-            of its own; balls, kind, target, wander and wind are then of no effect.
-        rallies: Of two arms, how many.
-        strokes: Of two arms, after which a rally ends.
-        json: Print one line of JSON in place of the table.
-        verbose: Show what the services log.
+        revise_hz: Rate of corrections, Hz.
+        slow: Ratio of wall time to robot time. A larger one gives striker and planner more time for each decision on a
+            busy machine.
+        learned: File with the striker's learned values; by default a temporary one.
+        record: Trace to write.
+        live: Serve a live viewer on loopback.
+        partners: 1: balls are thrown at one arm; 2: two arms, near and far, rally with each other, each with its own
+            target; balls, kind, target, wander and wind then have no effect.
+        rallies: With two arms: number of rallies.
+        strokes: With two arms: number of strokes after which a rally ends.
+        json: Print one line of JSON instead of the table.
+        verbose: Show the services' logs.
     """
 
     common: Common = field(default_factory=Options)
@@ -65,7 +66,7 @@ class Flags:
 
 
 def noise_of(flags: Flags) -> m.Disturb | None:
-    """Return what blurs a camera; None where it sees exactly."""
+    """Return the request for the camera's noise, or None for an exact camera."""
     if not flags.noise and not flags.latency:
         return None
     return m.Disturb(kind="ball_noise", position_std=flags.noise, latency_s=flags.latency, drop_rate=0.0)
