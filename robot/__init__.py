@@ -1,1 +1,1 @@
-"""The robot: its description, its kinematics, and conversions between `motion` and `protocol`."""
+"""The robot: its description, kinematics, checks, and conversions between `motion` and `protocol`."""

@@ -1,9 +1,9 @@
-"""When a pair of geoms comes too near along a motion: conservative advancement.
+"""Smallest distance along a motion, and the first one below a bound: conservative advancement.
 
-Two bodies whose distance is d at one instant and e at another were never nearer between the two than (d + e − w) / 2,
-where w is by how much the joints can have moved them meanwhile. Where spheres around the bodies show that they stay
-apart, nothing is measured. Elsewhere the next look is as far ahead as this bound may reach, and a look between two
-follows where it did not: pairs far apart are measured seldom, near ones often.
+If the distance of two bodies is d at one instant and e at another, it is at least (d + e − w) / 2 in between, where w
+bounds their relative displacement in that interval. Intervals in which bounding spheres prove clearance are skipped.
+In the remaining intervals, each step is as long as this bound is expected to allow; an interval that the bound does
+not clear is bisected. So distant pairs are measured seldom, and near ones often.
 """
 
 import math
@@ -18,30 +18,30 @@ import numpy as np
 from robot.clearance import ROUGH, Clearance
 
 PRECISION, SHARE = 2e-3, 0.1
-"""The smallest distance along a motion is found to this much (m), or this part of it, where `LOOKS` suffice."""
+"""Absolute (m) and relative precision of the smallest distance along a motion, if `LOOKS` suffice."""
 
 LOOKS = 40
-"""Most distances that are measured to find the smallest one, beside those that show that nothing collides."""
+"""Limit on the number of distances that are measured only to refine the smallest one."""
 
 LIKELY = 0.4
-"""Part of the fastest approach that the joints could cause, up to which a smaller distance is looked for."""
+"""Fraction of the largest possible approach that is assumed when gaps are ranked by their likely smallest distance."""
 
 STRIDE = 1.8
-"""How far ahead the next look is: times the way that the pair may go before it is too near. 2 would do for bodies
-that do not come nearer meanwhile; more than 1 needs the look at the end."""
+"""Length of a step, in units of the displacement after which the pair could be too near. 2 suffices for bodies that do
+not approach each other; above 1, the measurement at the end of the step is needed."""
 
 COARSE = 16
-"""Spheres around the bodies are compared at every 16th step."""
+"""Bounding spheres are compared at every 16th step."""
 
 STEP_WAY = 5e-3
 MAX_PARTS = 16
-"""Within a step no pair may move by more than half of the margin, or this (m) if that is more; steps are divided by
-at most so much."""
+"""Largest displacement of a pair in a step (m), unless half of the margin is larger, and the most parts into which a
+step is divided for that."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """Distance (m) of a pair, and when: in steps."""
+    """Distance (m) of a pair, and its time in steps."""
 
     distance: float
     pair: int
@@ -50,15 +50,15 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """nearest: None where nothing nearer than `best` was found. hit: the first below its floor."""
+    """nearest: smallest distance, None if none below `best` was found. hit: first distance below its floor."""
 
     nearest: Seen | None = None
     hit: Seen | None = None
 
 
 Gap = tuple[float, int, int, float, int, float]
-"""Instants between which a pair was not measured: the least distance (m) that is likely, the pair, the first instant
-and the distance then, or less, the last one and the distance then, or less."""
+"""Interval in which a pair was not measured: its likely smallest distance (m), the pair, then the first instant with a
+lower bound of the distance, and the last instant with a lower bound."""
 
 
 def approach(
@@ -68,18 +68,18 @@ def approach(
     floors: np.ndarray,
     best: float = math.inf,
 ) -> Approach:
-    """Return the smallest distance over the steps, and the first that is below its floor.
+    """Return the smallest distance over the steps, and the first one below its floor.
 
-    positions: (n, K), one row a step, of the arm's joints, or of the other robots' too; n - 1 a multiple of `COARSE`.
-    moved: (n - 1, K), by how much each joint moves at most in each step, rad. floors: (P,), m. best: nothing farther
-    than this is of interest as the smallest distance.
+    positions: (n, K), rad, one row a step, of the arm's joints and optionally of the other robots'; n - 1 is a multiple
+    of `COARSE`. moved: (n - 1, K), rad, largest displacement of each joint in each step. floors: (P,), m, a bound for
+    each pair. best: distances above this are ignored as the smallest one, m.
     """
     passed = np.concatenate([np.zeros((1, moved.shape[1])), np.cumsum(moved, axis=0)])
     ways = clearance.rates[:, : moved.shape[1]] @ passed.T
     survey = _Survey(clearance, positions, ways)
     unclear = survey.least < floors
     near = np.flatnonzero(unclear.any(axis=0))
-    # Nothing may pass within a step: a fast arm gets more of them.
+    # A body must not pass another within a step, so a fast arm gets more steps.
     largest = float(np.diff(ways[near], axis=1).max(initial=0.0))
     parts = min(max(math.ceil(largest / max(clearance.margin / 2, STEP_WAY)), 1), MAX_PARTS)
     fine = _divided(ways[near], parts)
@@ -93,7 +93,7 @@ def approach(
 
 
 def _divided(ways: np.ndarray, parts: int) -> np.ndarray:
-    """Return the ways (P, n) at the instants that divide steps, (P, (n - 1)·parts + 1)."""
+    """Return the displacements (P, n) at the instants that divide steps, (P, (n - 1)·parts + 1)."""
     if parts == 1:
         return ways
     inner = ways[:, :-1, None] + np.diff(ways, axis=1)[..., None] * (np.arange(parts) / parts)
@@ -101,15 +101,15 @@ def _divided(ways: np.ndarray, parts: int) -> np.ndarray:
 
 
 def _stretches(flags: np.ndarray) -> Iterator[tuple[int, int]]:
-    """Yield the begin and end of each row of flags (n,) that are set."""
+    """Yield the begin and end of each run of set flags (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
     yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
 class _Survey:
-    """Lower bounds of all distances, by spheres around the bodies at every `COARSE`-th step.
+    """Lower bounds of all distances, from bounding spheres at every `COARSE`-th step.
 
-    low: (k, P), at these steps; least: (k - 1, P), between them, m.
+    low: (k, P), at these steps, m; least: (k - 1, P), between them, m.
     """
 
     def __init__(self, clearance: Clearance, positions: np.ndarray, ways: np.ndarray) -> None:
@@ -123,7 +123,7 @@ class _Survey:
         return Seen(float(self.low[step, pair]), pair, step * COARSE)
 
     def gaps(self, floors: np.ndarray, below: float, parts: int) -> Iterator[Gap]:
-        """Yield the gaps in which nothing is below its floor, but something is likely `below` a distance (m)."""
+        """Yield the gaps that are clear of their floors, but whose likely smallest distance is below `below` (m)."""
         open_ = (self.least >= floors) & (self._likely < below)
         for pair in np.flatnonzero(open_.any(axis=0)).tolist():
             for begin, end in _stretches(open_[:, pair]):
@@ -132,7 +132,7 @@ class _Survey:
 
 
 class _Look:
-    """Distances at instants, whole steps and parts of them; the arm is moved only where the instant changes."""
+    """Distances at instants, which are parts of steps; sets the arm's pose only when the instant changes."""
 
     def __init__(self, clearance: Clearance, positions: np.ndarray, parts: int) -> None:
         self.parts = parts
@@ -153,10 +153,10 @@ class _Look:
 
 @dataclass(slots=True, eq=False)
 class _Run:
-    """Instants of a pair, from `begin` to `end`, between which spheres do not show that it stays apart.
+    """Interval of a pair, from `begin` to `end`, in which bounding spheres do not prove clearance.
 
-    low: distance (m) at the end at least. way: how far the joints have moved the pair up to each instant, m. at: the
-    last instant up to which all is known, and the distance then. ahead: measured instants beyond, the last one first.
+    low: lower bound of the distance at the end, m. way: bound of the pair's displacement up to each instant, m. at: the
+    instant up to which the pair is proved clear, and its distance there. ahead: later measured instants, latest first.
     """
 
     pair: int
@@ -169,7 +169,7 @@ class _Run:
     ahead: list[tuple[int, float]] = field(default_factory=list)
 
     def following(self, instant: int, distance: float, gaps: list[Gap]) -> int | None:
-        """Note a distance (m); return the next instant to look at, None where no more is needed."""
+        """Add a measured distance (m); return the next instant to measure, or None if no more is needed."""
         way, floor = self.way, self.floor
         if self.at is None:
             self.at = instant, distance
@@ -194,9 +194,9 @@ class _Run:
 
 @dataclass(slots=True, eq=False)
 class _Search:
-    """Looks along runs in the order of time, then into gaps for the smallest distance.
+    """Searches runs in the order of time for a collision, then gaps for the smallest distance.
 
-    nearest: the distance `best` (m), its pair and instant, once one was measured.
+    nearest: the smallest measured distance (`best`, m), its pair and its instant; None before the first.
     """
 
     look: _Look
@@ -235,7 +235,7 @@ class _Search:
             if hit is not None and instant >= hit[2]:
                 if run.at is None or run.at[0] >= hit[2]:
                     continue
-                instant = hit[2]  # what comes after is of no interest, but this pair may be too near before
+                instant = hit[2]  # later instants do not matter, but this pair may be too near before the hit
             distance = self._measure(instant, run.pair)
             if distance < run.floor and (hit is None or instant < hit[2]):
                 hit = distance, run.pair, instant
@@ -249,7 +249,7 @@ class _Search:
         return bound < best - max(PRECISION, SHARE * best)
 
     def _refine(self) -> tuple[float, int, int] | None:
-        """Look into the gaps in which the distance could be smallest; return one that is below its floor."""
+        """Measure in the gaps with the likely smallest distances; return one below its floor."""
         parts, ways = self.look.parts, self.ways
         gaps = chain(self.survey.gaps(self.floors, min(self.best, ROUGH), parts), self.gaps)
         ranked = [gap for gap in gaps if self._matters(gap[0])]

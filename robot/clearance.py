@@ -1,4 +1,4 @@
-"""Distances between the arm's bodies, and to what stands around it."""
+"""Distances between the arm's bodies, and to the bodies around it."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -17,13 +17,13 @@ from robot.model import addresses, body_name, joint_ids, owner_name
 from robot.tree import flies, is_moved_by, path_to_world
 
 FAR = 1.0
-"""Distances are measured up to here, m; what is farther counts as this far."""
+"""Largest distance that is measured, m; larger ones are returned as this."""
 
 ROUGH = 0.2
-"""Beyond this (m) the distance of the spheres around two bodies will do."""
+"""Distance (m) beyond which that of the bounding spheres is precise enough."""
 
 UNMEASURED = int(mujoco.mjtGeom.mjGEOM_HFIELD), int(mujoco.mjtGeom.mjGEOM_SDF)
-"""Height fields and signed distance fields: MuJoCo finds their contacts, but returns no true distance."""
+"""Height fields and signed distance fields: MuJoCo finds their contacts, but computes no true distance."""
 
 Reason = Literal["neighbours", "near at home", "collision.ignore"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
@@ -31,7 +31,7 @@ REASONS: tuple[Reason, ...] = get_args(Reason)
 
 @dataclass(frozen=True, slots=True)
 class Ignored:
-    """Two bodies whose collisions are not looked for, and why."""
+    """Two bodies that are not checked for collisions, and the reason."""
 
     body: str
     other: str
@@ -40,11 +40,12 @@ class Ignored:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two bodies that could meet.
+    """Two bodies that could collide.
 
-    bodies: their names, first the one that the arm moves; of the world that of its geom. geoms: what could meet. rates:
-    (J + O,), by how much their distance can shrink a unit of each joint, the arm's and then other robots'. centres,
-    reach: a geom of each, and how far the bodies' geoms reach from their centres, in all, m.
+    bodies: their names, first that of the one that the arm moves; for the world the geom's name. geoms: pairs of geoms
+    that could touch. rates: (J + O,), bound of the decrease of their distance per unit of each joint, first the arm's
+    joints, then other robots'. centres: one geom of each body. reach: sum of the radii of the bodies' bounding spheres
+    around these, m.
     """
 
     bodies: tuple[str, str]
@@ -55,16 +56,16 @@ class Pair:
 
 
 class Clearance:
-    """Pairs of bodies that could meet, and their distances at a pose. It holds its own data: use one a thread.
+    """Pairs of bodies that could collide, and their distances at a pose. Not thread-safe: use one a thread.
 
-    MuJoCo's filter decides which geoms can meet: `contype`, `conaffinity`, `<exclude>`. Pairs count whose distance the
-    arm's joints change, but for neighbours (a body and its parent, bodies without a joint taken as part of what they
-    are welded to), what is nearer than the margin at home, and what the robot's TOML ignores. The world body is
-    nobody's neighbour, and each of its geoms makes a pair of its own. Bodies with a free joint and the tee, which the
-    simulation moves, do not count; other mocap bodies, that of a base too, stand where the model has them. Held joints
-    are at their values until `surround` moves them, all others as in the model. `UNMEASURED` geoms do not count.
+    MuJoCo's filter (`contype`, `conaffinity`, `<exclude>`) decides which geoms can touch. A pair is checked if the
+    arm's joints change its distance. Excepted are neighbours (a body and its parent; welded bodies count as one),
+    pairs that are nearer than the margin at home, and pairs that the robot's TOML ignores. The world body is no
+    neighbour, and each of its geoms makes a separate pair. Bodies with a free joint, the tee and `UNMEASURED` geoms
+    are not checked. Other mocap bodies, also the base's, stay at their pose in the model. Held joints have the values
+    of the TOML until `surround` moves them; all other joints stay as in the model.
 
-    margin: m. ignored: pairs that are not looked at. rates: (P, J + O), those of all pairs.
+    margin: m. ignored: pairs that are not checked. rates: (P, J + O), those of all pairs.
     """
 
     def __init__(self, config: RobotConfig, model: mujoco.MjModel) -> None:
@@ -74,7 +75,7 @@ class Clearance:
         self._positions_of = self.data.geom_xpos
         joints = joint_ids(model, config.joint_names)
         others = joint_ids(model, tuple(chain.from_iterable(config.others.values())))
-        # By the number of joints that are placed: the arm's, or the others' too.
+        # Addresses by the number of given joint positions: the arm's, or also the other robots'.
         moved = joints, joints + others
         self._qpos = {len(placed): addresses(model.jnt_qposadr[placed]) for placed in moved}
         self._addresses: dict[tuple[str, ...], np.ndarray] = {}
@@ -95,7 +96,7 @@ class Clearance:
         self._reach = np.array([pair.reach for pair in kept])
 
     def __str__(self) -> str:
-        """Say what is looked at and what is not, and why."""
+        """Describe the pairs that are checked, and those that are not with the reason."""
         of = {reason: [f"{i.body} – {i.other}" for i in self.ignored if i.reason == reason] for reason in REASONS}
         left_out = "; ".join(f"{reason}: {', '.join(pairs)}" for reason, pairs in of.items() if pairs) or "none"
         return (
@@ -103,14 +104,14 @@ class Clearance:
         )
 
     def place(self, positions: np.ndarray) -> None:
-        """Put the arm at joint positions (J,), or the arm and the other robots at (J + O,)."""
+        """Set the arm's joint positions (J,), or those of the arm and the other robots (J + O,)."""
         self.data.qpos[self._qpos[len(positions)]] = positions
         mujoco.mj_kinematics(self.model, self.data)
 
     def spheres(self, positions: np.ndarray) -> np.ndarray:
-        """Return a lower bound of each pair's distance at n poses, (n, P), m: that of spheres around the bodies.
+        """Return a lower bound of each pair's distance at n poses, (n, P), m, from bounding spheres.
 
-        It is -inf for what no sphere holds.
+        It is -inf for geoms without a bounding sphere.
         """
         placed = np.empty((len(positions), *self._positions_of.shape))
         for row, pose in enumerate(positions):
@@ -120,16 +121,16 @@ class Clearance:
         return np.sqrt(np.einsum("npx,npx->np", between, between)) - self._reach
 
     def surround(self, joints: tuple[str, ...], positions: Sequence[float]) -> None:
-        """Put joints beside the arm's, held ones or those of another robot, at positions, rad or m."""
+        """Set the positions of joints that are not the arm's: held ones, or another robot's; rad or m."""
         if joints not in self._addresses:
             found = joint_ids(self.model, joints, "others")
             self._addresses[joints] = np.array([self.model.jnt_qposadr[joint] for joint in found], dtype=np.intp)
         self.data.qpos[self._addresses[joints]] = positions
 
     def distance(self, index: int) -> float:
-        """Return the distance of a pair where the arm is placed, m; negative: how deep they are in each other.
+        """Return the distance of a pair at the pose that was set, m; negative: penetration depth.
 
-        Beyond `ROUGH` it is a lower bound.
+        Above `ROUGH` it is a lower bound.
         """
         pair, centres = self.pairs[index], self._positions_of
         apart = dist(centres[pair.centres[0]], centres[pair.centres[1]]) - pair.reach
@@ -174,9 +175,9 @@ def _pair(
 
 
 def _names(model: mujoco.MjModel, geoms: tuple[int, int], joints: list[int]) -> tuple[str, str]:
-    """Return the names of two geoms' bodies, first the one that the arm moves, or moves farther: the later of two.
+    """Return the names of two geoms' bodies, first that of the body later in the chain, which the arm moves farther.
 
-    Of the world it is the geom's name, as in messages on contacts.
+    For the world it is the geom's name, as in contact messages.
     """
 
     def farther(geom: int) -> tuple[bool, int]:
@@ -188,7 +189,7 @@ def _names(model: mujoco.MjModel, geoms: tuple[int, int], joints: list[int]) -> 
 
 
 def _reach(model: mujoco.MjModel, geom: int, centre: int) -> float:
-    """Return how far a geom reaches from the centre of another one of its body."""
+    """Return the largest distance of a geom's points from the centre of another geom of its body, m."""
     if model.geom_type[geom] == PLANE:
         return float("inf")
     return float(np.linalg.norm(model.geom_pos[geom] - model.geom_pos[centre]) + model.geom_rbound[geom])

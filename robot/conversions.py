@@ -30,23 +30,23 @@ def sample_matrices(samples: Samples) -> dict[str, Any]:
 
 
 def finite_or_null(values: np.ndarray) -> list[float | None]:
-    """Return limits (J,) as a list, with null where there is none (±inf)."""
+    """Return limits (J,) as a list, with null for no limit (±inf)."""
     return [value if np.isfinite(value) else None for value in values.tolist()]
 
 
 def ranges_or_null(ranges: np.ndarray) -> list[m.Range | None]:
-    """Return ranges (J, 2) as pairs, with null where either side has no limit."""
+    """Return ranges (J, 2) as pairs, with null if either side has no limit."""
     return [tuple(pair) if np.isfinite(pair).all() else None for pair in ranges.tolist()]
 
 
 def limit_fields(limits: Limits) -> dict[str, Any]:
-    """Return limits as the four fields of a message, with null where there is none."""
+    """Return limits as the four fields of a message, with null for no limit."""
     largest = {name: finite_or_null(getattr(limits, name)) for name in ("velocities", "accelerations", "jerks")}
     return {"positions": ranges_or_null(limits.positions), **largest}
 
 
 def limits_of(limits: m.RobotLimits) -> Limits:
-    """Return the limits that a robot describes, ±inf where there is null."""
+    """Return the limits of a robot's description message, with ±inf for null."""
     ranges = [(-np.inf, np.inf) if pair is None else pair for pair in limits.positions]
     largest = (
         np.array([np.inf if value is None else value for value in values])
@@ -56,6 +56,6 @@ def limits_of(limits: m.RobotLimits) -> Limits:
 
 
 def collision_refusal(error: Collides) -> Refusal:
-    """Return the refusal `collision` of a motion."""
+    """Return the refusal `collision` for a motion that collides."""
     where = {"body": error.body, "other": error.other, "time_from_start": error.time}
     return Refusal("collision", str(error), **where, distance=error.distance)

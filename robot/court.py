@@ -17,10 +17,10 @@ _FREE = int(mujoco.mjtJoint.mjJNT_FREE)
 
 @dataclass(frozen=True, slots=True)
 class BallConfig:
-    """The model's body `ball`, which moves freely.
+    """The model's body `ball`, which has a free joint.
 
-    mass, radius: kg, m. drag, magnus: of a = −drag·|v|·v + magnus·ω × v, 1/m and 1. every: ticks from one sight to the
-    next. rate_hz: sights a second.
+    mass, radius: kg, m. drag, magnus: coefficients of a = −drag·|v|·v + magnus·ω × v, 1/m and 1. every: ticks from one
+    measurement of the ball to the next. rate_hz: measurements a second.
     """
 
     mass: float
@@ -35,7 +35,7 @@ class BallConfig:
 class RacketConfig:
     """The face of the racket: a disc of `radius` and half `thickness`, m, whose middle and normal are the tool's.
 
-    restitution, friction: believed of the contact, before anything is learned.
+    restitution, friction: initial estimates for the contact, before learning.
     """
 
     geom: str
@@ -59,8 +59,8 @@ class NetConfig:
 class CourtConfig:
     """The surface on which balls bounce, and the net.
 
-    surface: its geom's name. height: of its top, m. restitution, friction, dwell: believed of a bounce, see
-    `CourtTable`. region: ((x, x), (y, y)), m, where a returned ball must land, inf where it has no end.
+    surface: its geom's name. height: height of its top, m. restitution, friction, dwell: initial estimates for a
+    bounce, see `CourtTable`. region: ((x, x), (y, y)), m, where a returned ball must land; ±inf for no bound.
     """
 
     surface: str
@@ -73,10 +73,10 @@ class CourtConfig:
 
 
 def ball_config(table: BallTable | None, model: mujoco.MjModel, robot_hz: float) -> BallConfig | None:
-    """Return the ball of the model, or None where it has none.
+    """Return the ball of the model, or None without one.
 
     Raises:
-        RobotError: the table has a value out of range, or is there without a ball.
+        RobotError: the table has a value out of range, or the model has no ball.
     """
     body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, BALL)
     joint = model.body_jntadr[body] if body >= 0 else -1
@@ -94,7 +94,7 @@ def ball_config(table: BallTable | None, model: mujoco.MjModel, robot_hz: float)
 
 
 def racket_config(table: RacketTable | None, model: mujoco.MjModel, bodies: Sequence[int]) -> RacketConfig | None:
-    """Return the racket's face, None where the table names none; `bodies` are those that the joints move.
+    """Return the racket's face, or None if the table names none; `bodies` are those that the joints move.
 
     Raises:
         RobotError: the geom is missing, of another shape or not on the arm, or a value is out of range.
@@ -116,7 +116,7 @@ def racket_config(table: RacketTable | None, model: mujoco.MjModel, bodies: Sequ
 
 
 def court_config(table: CourtTable | None, model: mujoco.MjModel) -> CourtConfig | None:
-    """Return the court, None without the table.
+    """Return the court, or None without the table.
 
     Raises:
         RobotError: a geom is missing, moves or has another shape, or a value is out of range.

@@ -19,12 +19,12 @@ from robot.tree import is_moved_by
 from robot.urdf import UrdfJoint, read_urdf
 
 MAX_GAIN = 2.0
-"""Eq. 11 is unstable where alpha, times the length of a tick, is larger."""
+"""Eq. 11 is unstable if alpha·tick is larger."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Largest error at a hit on any joint, rad and rad/s; inf: any."""
+    """Largest error at a hit on any joint, rad and rad/s; inf: no bound."""
 
     positions: float = np.inf
     velocities: float = np.inf
@@ -32,7 +32,7 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """The least distance (m) that plans keep from contact, and the pairs of bodies that may touch."""
+    """The smallest distance (m) that plans keep between bodies, and the pairs of bodies that may touch."""
 
     margin: float
     ignore: frozenset[frozenset[str]]
@@ -40,10 +40,10 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class RecoilBounds:
-    """The recoil of a hit that is no fault.
+    """Bounds of a hit's recoil within which it is no fault.
 
     window: s before and after the planned hit, and after the first contact with the ball. positions, velocities: the
-    largest errors of any joint then, rad and rad/s. tolerance: rad; within it the arm is back.
+    largest errors of any joint in the window, rad and rad/s. tolerance: error at which the recoil is over, rad.
     """
 
     window: float
@@ -56,19 +56,19 @@ class RecoilBounds:
 class RobotConfig:
     """The validated description of a robot of J joints, in the order of `joint_names`.
 
-    home: (J,), rad. limits: positions from the model or tighter, the rest from the TOML; ±inf where the model has none.
-    torques: (J,), N·m, the largest of either sign, inf where the model has none. alpha: gain of eq. 11, 1/s.
+    home: (J,), rad. limits: positions from the model or tighter, the rest from the TOML; ±inf for no limit.
+    torques: (J,), N·m, largest magnitude, inf for no limit. alpha: gain of eq. 11, 1/s.
     rate_hz: ticks per second. silence_ticks: ticks without a fresh command before the arm brakes.
-    max_tracking_error: rad, on any joint. on_fault: what the arm does beyond it: hold the measured pose, or stop along
-    its reference. tolerance: default of a goal's. tool: a racket's centre, for example, its z axis the normal of the
-    striking face. bodies: names of those that the joints move. held: joints beside the arm's, and the value (rad, m) at
-    which each is held.
-    recoil: what a hit may do to the arm without a fault, None where nothing may.
-    others: robots of the same bus that stand in the model: their joints, in the order of their own vectors.
-    ball, racket, court: what it plays with, each None where it has none.
-    urdf: the joints of a URDF by name, none of an MJCF.
-    model: the robot and its surroundings in MuJoCo, with the tool's site, without geoms that touch nothing; only to be
-    read.
+    max_tracking_error: rad, on any joint. on_fault: reaction to a larger error: hold the measured pose, or stop along
+    the reference. tolerance: default tolerance of goals. tool: its frame; for a racket the centre, with the z axis
+    normal to the striking face. bodies: names of the bodies that the joints move. held: joints that are not the arm's,
+    and the value (rad, m) at which each is held.
+    recoil: bounds of a hit's recoil, None if a recoil is a fault.
+    others: other robots on the bus that stand in the model: their joints, in the order of their own vectors.
+    ball, racket, court: equipment for ball games, each None if absent.
+    urdf: the joints of a URDF by name; empty for an MJCF.
+    model: MuJoCo model of the robot and its surroundings, with the tool's site, without geoms that cannot collide;
+    read-only.
     """
 
     name: str
@@ -102,19 +102,19 @@ class RobotConfig:
 
     @property
     def tick(self) -> float:
-        """Length of a tick, s."""
+        """Duration of a tick, s."""
         return 1.0 / self.rate_hz
 
     @property
     def pose_at_home(self) -> np.ndarray:
-        """Positions (nq,) of the whole model: the arm at home, held joints at their values, all else as it begins."""
+        """Positions (nq,) of the whole model: the arm at home, held joints at their values, the rest as modelled."""
         pose = self.model.qpos0.copy()
         joints = joint_ids(self.model, (*self.joint_names, *self.held))
         pose[self.model.jnt_qposadr[joints]] = [*self.home, *self.held.values()]
         return pose
 
     def load_model(self, visual: bool = False) -> mujoco.MjModel:
-        """Return a copy of the model; `visual`: one that is compiled with what is only for the eye."""
+        """Return a copy of the model; `visual`: with visual geometry."""
         return compile_model(self.mjcf_path, self.tool, self.urdf, visual) if visual else copy(self.model)
 
 
@@ -231,7 +231,7 @@ def _held(description: Description, model: mujoco.MjModel) -> dict[str, float]:
 
 
 def _others(description: Description, model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
-    """Return the joints of each other robot that stands in the model; each is held, which says where it begins."""
+    """Return the joints of each other robot that stands in the model; `held` must have the initial value of each."""
     others = {name: tuple(joints) for name, joints in description.others.items()}
     for name, joints in others.items():
         joint_ids(model, joints, f"others.{name}")

@@ -1,4 +1,4 @@
-"""What an arm's torques must overcome, over its range."""
+"""Gravity and inertia of an arm, over its joint ranges."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ class Load:
     """Gravity and inertia in n poses of J joints.
 
     Attributes:
-        gravity: (n, J), N·m, the torque that holds the arm still.
+        gravity: (n, J), N·m, the torque that balances gravity.
         inertia: (n, J, J), kg·m².
     """
 
@@ -22,13 +22,13 @@ class Load:
 
 
 def sample_poses(ranges: np.ndarray, count: int = POSES) -> np.ndarray:
-    """Return poses (count, J) that are spread evenly at random over ranges (J, 2); ±π where there is none."""
+    """Return random poses (count, J), uniform over ranges (J, 2); ±π for a joint without a range."""
     bounded = np.where(np.isfinite(ranges), ranges, [-np.pi, np.pi])
     return np.random.default_rng(0).uniform(*bounded.T, size=(count, len(ranges)))
 
 
 def load_at(model: mujoco.MjModel, qpos: np.ndarray, joints: list[int], poses: np.ndarray) -> Load:
-    """Return the load at poses (n, J) of the joints; all else stands as in `qpos` (nq,)."""
+    """Return gravity and inertia at poses (n, J) of the joints; the rest of the model is at `qpos` (nq,)."""
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
     addresses, dofs = model.jnt_qposadr[joints], model.jnt_dofadr[joints]

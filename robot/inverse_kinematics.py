@@ -1,4 +1,4 @@
-"""All postures that have the tool at a pose, and why there are none."""
+"""Find postures with the tool at a pose, or the reason that there is none."""
 
 from collections.abc import Iterable, Sequence
 
@@ -10,13 +10,13 @@ from robot.tool_target import Posture, ToolTarget, Unreachable
 from robot.tool_velocities import joint_velocities
 
 RANDOM_SEEDS, FURTHER_SEEDS = 6, 24
-"""Random postures from which to search, and how many more where the tool can be there, but not yet pointing so."""
+"""Number of random seeds, and of further ones if the tool reaches the position but not the orientation."""
 SAME_POSTURE = 0.02
-"""rad, on any joint."""
+"""Difference of two distinct postures on some joint, rad."""
 
 
 class InverseKinematics:
-    """Postures of one arm. It holds its own MuJoCo data: use one per thread."""
+    """Inverse kinematics of one arm. Not thread-safe: use one a thread."""
 
     def __init__(self, config: RobotConfig) -> None:
         self._names = config.joint_names
@@ -27,11 +27,11 @@ class InverseKinematics:
     def postures(self, target: ToolTarget, ranges: np.ndarray, seeds: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return postures (J,) inside `ranges` (J, 2) that meet a target, the nearest to the first seed first.
 
-        Searched from the seeds (J,) and from some drawn at random, always the same. A redundant arm comes as near to
-        the first seed as the target allows.
+        The search starts from the seeds (J,) and from random ones, which are the same each time. A redundant arm comes
+        as near to the first seed as the target allows.
 
         Raises:
-            Unreachable: none was found.
+            Unreachable: no posture was found.
         """
         inside: list[np.ndarray] = []
         for seed in (np.clip(seed, *ranges.T) for seed in seeds):
@@ -48,18 +48,18 @@ class InverseKinematics:
         return sorted(found, key=lambda positions: self._tool.distance(positions, inside[0]))
 
     def nearby(self, target: ToolTarget, ranges: np.ndarray, seed: np.ndarray) -> np.ndarray | None:
-        """Return the posture (J,) to which a descent from the seed alone leads, None where it meets no target."""
+        """Return the posture (J,) that a descent from the seed reaches, or None if it does not meet the target."""
         seed = np.clip(seed, *ranges.T)
         positions, error = self._tool.descend(target, seed, ranges)
         return self._tool.pull(target, positions, seed, ranges) if error <= MET else None
 
     def velocities(self, target: ToolTarget, positions: np.ndarray, limits: np.ndarray) -> np.ndarray:
-        """Return the joint velocities (J,), within `limits` (J,), that move the tool as the target says.
+        """Return the joint velocities (J,), within `limits` (J,), of the target's tool velocity.
 
-        Zero for a target without velocities.
+        They are zero for a target without velocities.
 
         Raises:
-            Unreachable: there are none.
+            Unreachable: no such velocities exist.
         """
         if target.velocity is None and target.angular_velocity is None:
             return np.zeros(len(positions))
@@ -69,14 +69,14 @@ class InverseKinematics:
         return found
 
     def _random(self, around: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-        """Random postures inside the ranges and within half a turn of one."""
+        """Return random postures inside the ranges and within half a turn of a given one."""
         low, high = np.maximum(ranges[:, 0], around - np.pi), np.minimum(ranges[:, 1], around + np.pi)
         return low + self._spread * (high - low)
 
     def _search(
         self, target: ToolTarget, ranges: np.ndarray, preferred: np.ndarray, seeds: Iterable[np.ndarray]
     ) -> tuple[list[np.ndarray], np.ndarray]:
-        """Return the different postures to which the seeds lead, and the one that comes nearest to the target."""
+        """Return the distinct postures that the seeds lead to, and the one that comes nearest to the target."""
         found: list[np.ndarray] = []
         nearest, least = preferred, np.inf
         for seed in seeds:
@@ -101,7 +101,7 @@ class InverseKinematics:
         nearest: Posture,
         can_be_there: bool,
     ) -> Unreachable:
-        """Find out why no posture meets a target: would one do so if every hinge could turn at will?"""
+        """Return why no posture meets a target, by searching again without the ranges of hinges."""
         wide = np.where(self._tool.turns[:, None], [-np.inf, np.inf], ranges)
         if can_be_there and not self._is_met(target, wide, seeds):
             reason, why = "orientation", "the arm can be there, but no posture was found in which the tool points so"

@@ -8,7 +8,7 @@ from robot.torque_limits import torque_limit
 
 KEYFRAME = "keyframe:"
 ROUNDING = 1e-3
-"""A position (rad, m) that lies outside of its range by less than this was rounded, and is moved to the end."""
+"""A position less than this (rad, m) outside its range was rounded, and is moved to the end of the range."""
 
 
 def _vector(joints: JointsTable, key: str) -> np.ndarray:
@@ -29,7 +29,7 @@ def bounds(joints: JointsTable, key: str) -> np.ndarray:
 
 
 def model_ranges(model: mujoco.MjModel, joints: list[int]) -> np.ndarray:
-    """Return the ranges of joints in the model, (J, 2), ±inf where there is none."""
+    """Return the ranges of joints in the model, (J, 2), ±inf for none."""
     limited = model.jnt_limited[joints].astype(bool)[:, None]
     return np.where(limited, model.jnt_range[joints], [-np.inf, np.inf])
 
@@ -89,7 +89,7 @@ def _keyframe(home: str, model: mujoco.MjModel) -> np.ndarray:
 
 
 def inside(where: str, value: float, bounds: np.ndarray) -> float:
-    """Return a position, moved to the end of its range (2,) where it lies outside by rounding only."""
+    """Return a position; one that rounding put outside its range (2,) is moved to the range's end."""
     low, high = bounds
     if not (low - ROUNDING <= value <= high + ROUNDING and np.isfinite(value)):
         raise RobotError(f"{where}: {value} lies outside its range {low:.6g} to {high:.6g}")

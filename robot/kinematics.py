@@ -8,9 +8,9 @@ from robot.model import joint_ids
 
 
 class Kinematics:
-    """Pose and velocity of the tool site in the world frame. It holds its own MuJoCo data: use one per thread.
+    """Pose and velocity of the tool site in the world frame. Not thread-safe: use one a thread.
 
-    model: MuJoCo's. joint_ids: of the arm's joints in it. site: the tool's number.
+    model: MuJoCo model. joint_ids: indices of the arm's joints in it. site: index of the tool's site.
     """
 
     def __init__(self, config: RobotConfig) -> None:

@@ -1,7 +1,7 @@
-"""How fast motions of the joints can bring two geoms nearer to each other, whatever the pose.
+"""Bounds of the rate at which joint motions reduce the distance of two geoms, valid for all poses.
 
-The distance of two geoms changes by the velocity of one against the other along the line of their nearest points. A
-hinge between them adds at most its speed times the distance of either point from its axis, a slide at most its speed.
+The distance of two geoms changes at their relative velocity along the line of their nearest points. A hinge between
+them contributes at most its speed times the distance of either point from its axis; a slide at most its speed.
 """
 
 import mujoco
@@ -13,11 +13,11 @@ from robot.tree import joints_of, path_to_world
 HINGE, SLIDE = SINGLE_AXIS
 PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 UNLIMITED_SLIDE = 10.0
-"""m. How far a slide without a range is taken to go: a lever without end would bound nothing."""
+"""Assumed travel of a slide without a range, m: an infinite lever would give no bound."""
 
 
 class Levers:
-    """Bounds of a model's levers. It reads the model alone, and holds for all positions of all joints in range."""
+    """Bounds of a model's levers, valid for all positions of all joints inside their ranges."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
@@ -25,9 +25,9 @@ class Levers:
         self._edges = [self._edge(body) for body in range(model.nbody)]
 
     def between(self, one: int, other: int, joints: list[int]) -> np.ndarray:
-        """Return by how much the distance of two geoms can shrink a unit of each joint (J,): m/rad, 1 of slides.
+        """Return bounds of the decrease of two geoms' distance per unit of each joint (J,): m/rad, or 1 for slides.
 
-        It is 0 for joints that move both or neither.
+        They are 0 for joints that move both geoms or neither.
         """
         model, found = self._model, np.zeros(len(joints))
         bodies = [int(model.geom_bodyid[geom]) for geom in (one, other)]
@@ -49,7 +49,7 @@ class Levers:
         anchor, parent = model.jnt_pos[joint], int(model.body_parentid[body])
         alone = model.body_jntnum[body] == 1
         if body not in self._chains[target]:
-            # The axis does not move in the frame of the parent.
+            # The axis is fixed in the frame of the parent.
             turn = np.empty(9)
             mujoco.mju_quat2Mat(turn, model.body_quat[body])
             turn = turn.reshape(3, 3)
@@ -68,7 +68,7 @@ class Levers:
         return float(np.linalg.norm(anchor) + loose + sum(self._edges[b] for b in path) + reach)
 
     def _path(self, begin: int, end: int) -> list[int]:
-        """Return the bodies whose edge to their parent lies on the way from one body to another, in its order."""
+        """Return the bodies on the path from one body to another whose edge to their parent is on it, in path order."""
         up, down = self._chains[begin], self._chains[end]
         return [b for b in up if b not in down] + [b for b in reversed(down) if b not in up]
 

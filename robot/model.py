@@ -1,4 +1,4 @@
-"""The MuJoCo model of a robot: compiled from its file, and where its joints are in it."""
+"""The MuJoCo model of a robot: compile its file, and find joints, bodies and the tool in it."""
 
 import sys
 import warnings
@@ -16,7 +16,7 @@ from robot.urdf import UrdfJoint
 from robot.urdf_model import prepare
 
 TOOL_SITE = "volley_tool"
-"""Name of the site that stands for a tool which is given as a frame on a body."""
+"""Name of the site that is added for a tool given as a frame on a body."""
 CURES = {
     "mass and inertia of moving bodies": "give each link a mass and an inertia (<inertial>)",
     "missing element: 'inertia'": "add <inertia> to that <inertial>, or remove <inertial>",
@@ -25,9 +25,9 @@ CURES = {
     "range[0] should be smaller": "exchange or correct the two numbers",
     "unknown transmission target": "give the joint that name, or remove the actuator",
 }
-"""What to do about an error of MuJoCo, by a part of it."""
+"""Cure for each error of MuJoCo, by a part of its text."""
 ASIDE = "The visual elements of the spec were discarded"
-"""What MuJoCo adds to an error, and does not concern the file."""
+"""Irrelevant text that MuJoCo adds to an error."""
 # MuJoCo's enumeration members do not compare equal to the numbers in its arrays.
 SINGLE_AXIS = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -36,7 +36,7 @@ SINGLE_AXIS = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 class Tool:
     """The tool's frame: the site of this name in the compiled model.
 
-    body, position (m), quaternion (w, x, y, z): where the site is added; body is None where the model has it already.
+    body, position (m), quaternion (w, x, y, z): frame of the added site; body is None for a site of the model.
     """
 
     site: str
@@ -46,12 +46,12 @@ class Tool:
 
 
 def compile_model(path: Path, tool: Tool, urdf: Mapping[str, UrdfJoint], visual: bool = False) -> mujoco.MjModel:
-    """Compile the MJCF or URDF file at `path`, with the tool's site; `visual`: with what is only for the eye.
+    """Compile the MJCF or URDF file at `path`, with the tool's site; `visual`: with visual geometry.
 
     `urdf`: the joints that `read_urdf` returns.
 
     Raises:
-        RobotError: MuJoCo cannot load it, or it has no such body.
+        RobotError: MuJoCo cannot load the file, or it does not have the tool's body.
     """
     if not path.is_file():
         raise RobotError(f"model: there is no file {str(path)!r}; name an MJCF or URDF file")
@@ -79,7 +79,7 @@ def joint_ids(model: mujoco.MjModel, names: tuple[str, ...], key: str = "joints.
     """Return the indices of the named joints.
 
     Raises:
-        RobotError: a joint is missing or has several axes; `key` is where the TOML names it.
+        RobotError: a joint is missing or has several axes. The sentence names the TOML's `key`.
     """
     available = [model.joint(i).name for i in range(model.njnt) if model.jnt_type[i] in SINGLE_AXIS]
     for name in names:
@@ -89,24 +89,24 @@ def joint_ids(model: mujoco.MjModel, names: tuple[str, ...], key: str = "joints.
 
 
 def addresses(found: np.ndarray) -> slice | np.ndarray:
-    """Return what selects these elements of an array of the model: a slice where they follow each other, for speed."""
+    """Return an index of these elements of a model array: a slice if they are adjacent, which is faster."""
     first = int(found[0]) if len(found) else 0
     return slice(first, first + len(found)) if (np.diff(found) == 1).all() else found.astype(np.intp)
 
 
 def body_name(model: mujoco.MjModel, body: int) -> str:
-    """Return the name of a body; one without a name is called by its number."""
+    """Return the name of a body, or its number if it has none."""
     return model.body(body).name or f"body {body}"
 
 
 def owner_name(model: mujoco.MjModel, geom: int) -> str:
-    """Return the name of a geom's body; of what belongs to the world, the geom's own."""
+    """Return the name of a geom's body; for the world's geoms, the geom's name."""
     body = int(model.geom_bodyid[geom])
     return body_name(model, body) if body else model.geom(geom).name or "world"
 
 
 def check_tool(model: mujoco.MjModel, tool: Tool, moved: list[int]) -> None:
-    """Return where the tool is on one of the `moved` bodies.
+    """Return the tool's frame, which must be on one of the `moved` bodies.
 
     Raises:
         RobotError: the model has no such site, or none of the joints moves it.
@@ -121,7 +121,7 @@ def check_tool(model: mujoco.MjModel, tool: Tool, moved: list[int]) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep MuJoCo from warning of attached models: the first one's options hold, and nothing is saved as XML."""
+    """Suppress MuJoCo's warnings about attached models: the first one's options apply, and no XML is saved."""
 
     def warn(text: str) -> None:
         if not text.startswith("Attach"):

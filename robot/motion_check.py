@@ -1,4 +1,4 @@
-"""Whether a motion collides, and whether it needs more torque than the arm has."""
+"""Check motions for collisions and for torques beyond the arm's limits."""
 
 import math
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from robot.other_motions import OtherMotion
 from robot.torque_check import TorqueCheck
 
 STEP_S = 0.002
-"""Instants at which a motion is looked at are multiples of this, or of the robot's tick if that is longer."""
+"""Shortest step of the checked instants, s; a longer tick of the robot replaces it."""
 
 SEGMENT = 32 * COARSE
-"""Steps that are checked for collisions, then for torques, before those that follow."""
+"""Number of steps that are checked for collisions and then for torques before the next ones."""
 
 ESCAPE = 1e-3
-"""Bodies that are nearer than the margin when a motion begins may come this much (m) nearer still."""
+"""Allowed decrease (m) of a distance that is below the margin already at the motion's start."""
 
 AFTER = 200
-"""Number of instants after a collision at which the distance of the two bodies is measured, for the smallest one."""
+"""Number of instants after a collision at which the two bodies' distance is measured, to report the smallest one."""
 
 Scope = Literal["all", "none"]
 
@@ -32,12 +32,12 @@ Scope = Literal["all", "none"]
 class Collides(MotionError):
     """Two bodies come nearer to each other than the margin.
 
-    `time` (s from the start) is the first such instant, `distance` (m) the smallest distance of the two after it,
-    negative: how deep they are in each other.
+    `time` (s from the start) is the first such instant, `distance` (m) their smallest distance after it; negative:
+    penetration depth.
     """
 
     def __init__(self, pair: Pair, time: float, distance: float, margin: float, clear_at: float | None = None) -> None:
-        """Describe it; `clear_at`: when (s on the robot's clock) the other robot of the pair has ended its motion."""
+        """Describe the collision; `clear_at`: end of the other robot's motion, if any, s on the robot's clock."""
         self.body, self.other = pair.bodies
         how = f"within {distance:.3f} m of" if distance > 0 else f"{-distance:.3f} m deep into"
         later = "" if clear_at is None else f"begin after {clear_at:.3f} s, when the other robot's motion has ended, "
@@ -51,7 +51,7 @@ class Collides(MotionError):
 
 @dataclass(frozen=True, slots=True)
 class Nearest:
-    """The smallest distance (m) that was measured along a motion, of which bodies, and when (s from its start)."""
+    """The smallest measured distance (m) along a motion, its two bodies, and its time (s from the start)."""
 
     distance: float
     body: str
@@ -61,10 +61,11 @@ class Nearest:
 
 @dataclass(slots=True)
 class Findings:
-    """What a check found out.
+    """Result of a check.
 
-    nearest: None where nothing can meet, or nothing was looked at. torque_use: (J,), largest part of each joint's
-    torque limit, NaN where it has none; None where it was not looked at. scope: whether anything was looked at.
+    nearest: None if no bodies can collide, or collisions were not checked. torque_use: (J,), largest used fraction of
+    each joint's torque limit, NaN for a joint without a limit; None if torques were not checked. scope: whether
+    anything was checked.
     """
 
     nearest: Nearest | None = None
@@ -74,10 +75,10 @@ class Findings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scene:
-    """A motion beside those of the other robots.
+    """A motion together with the motions of other robots.
 
-    duration: of the motion, s. begin: of the motion, s on the robot's clock. until: when all are at rest, s from its
-    begin.
+    duration: duration of the motion, s. begin: its start, s on the robot's clock. until: time at which all robots are
+    at rest, s from the start.
     """
 
     trajectory: Trajectory
@@ -87,7 +88,7 @@ class _Scene:
     others: tuple[OtherMotion, ...]
 
     def sample(self, times: np.ndarray) -> Samples:
-        """Return the states of the arm's joints and then the others', (n, J + O), at times (n,), s from the begin."""
+        """Return the states of the arm's joints, then the other robots', (n, J + O) at times (n,) from the start, s."""
         own = self.trajectory.sample(np.minimum(times, self.duration))
         if not self.others:
             return own
@@ -97,10 +98,10 @@ class _Scene:
 
 
 class MotionCheck:
-    """Checks motions of one robot, along all of their way and their stop. It holds its own data: use one a thread.
+    """Checks motions of one robot, including the stop. Not thread-safe: use one a thread.
 
-    others: the motions of the other robots that stand in the model, in the order of the robot's TOML; none where none
-    of them moves: they then stand where `clearance` has them.
+    others: motions of the other robots in the model, in the order of the robot's TOML; empty if none of them moves:
+    they then stand at their pose in `clearance`.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -109,7 +110,7 @@ class MotionCheck:
         self.others: tuple[OtherMotion, ...] = ()
         self._joints = config.joint_count
         self._torques = TorqueCheck(config, model)
-        # A multiple of the tick, or a part of it, so that the arm passes through the steps.
+        # A multiple or a fraction of the tick, so that the steps coincide with ticks.
         ticks = STEP_S / config.tick
         self._step = config.tick * (math.floor(ticks + 1e-9) if ticks >= 1 else 1 / math.ceil(1 / ticks))
 
@@ -123,11 +124,12 @@ class MotionCheck:
     ) -> Findings:
         """Check a motion of `duration` (s) that begins at `begin` (s on the robot's clock).
 
-        Other robots move meanwhile, and after it; where `begin` is None they stand. What comes first is checked first.
+        Other robots move during the motion and after it; without `begin` they stand still. The check runs forward in
+        time.
 
         Raises:
-            Collides: two bodies come nearer than the margin. A pair that is nearer at the start may part.
-            TorqueExceeded: a joint needs more torque than it has.
+            Collides: two bodies come nearer than the margin. A pair that is nearer at the start may separate.
+            TorqueExceeded: a joint exceeds its torque limit.
         """
         findings = Findings()
         if not (collision or torque):
@@ -138,7 +140,7 @@ class MotionCheck:
         until = max([duration, *(other.until - begin for other in others)])
         scene = _Scene(trajectory, duration, begin, until, others)
         floors = np.empty(0)
-        # Steps beyond the end, where the arm is at rest, make whole intervals of the coarse grid.
+        # Steps after the end, where the arm is at rest, complete the last interval of the coarse grid.
         count = max(math.ceil(scene.until / self._step - 1e-9), 1)
         count += -count % COARSE
         for first in range(0, count, SEGMENT):
@@ -161,7 +163,7 @@ class MotionCheck:
         return Samples(*(part[:, : self._joints] for part in parts))
 
     def _floors(self, start: np.ndarray) -> np.ndarray:
-        """Return the smallest distance (m) that each pair may have, (P,): less than the margin for those near now."""
+        """Return each pair's smallest allowed distance (P,), m: less than the margin for pairs near at the start."""
         clearance = self.clearance
         floors = np.full(len(clearance.pairs), clearance.margin)
         near = np.flatnonzero(clearance.spheres(start[None])[0] < clearance.margin)
@@ -174,9 +176,9 @@ class MotionCheck:
     def _keep_apart(
         self, scene: _Scene, times: np.ndarray, states: Samples, floors: np.ndarray, findings: Findings
     ) -> None:
-        """Look for collisions, and note the smallest distance. Raises Collides."""
+        """Check for collisions, and update the smallest distance. Raises Collides."""
         clearance, step = self.clearance, times[1] - times[0]
-        # A joint that turns round within a step goes a little farther than from one to the other.
+        # A joint that reverses within a step moves a little farther than the difference of its ends.
         turning = np.abs(states.accelerations).max(axis=0) * step**2 / 2
         moved = np.abs(np.diff(states.positions, axis=0)) + turning
         best = findings.nearest.distance if findings.nearest else math.inf
@@ -192,7 +194,7 @@ class MotionCheck:
             findings.nearest = Nearest(near.distance, *clearance.pairs[near.pair].bodies, when)
 
     def _deepest(self, pair: int, scene: _Scene, first: float) -> float:
-        """Return the smallest distance of a pair from an instant on, m."""
+        """Return the smallest distance of a pair after an instant, m."""
         distances = []
         for positions in scene.sample(np.linspace(first, max(first, scene.until), AFTER)).positions:
             self.clearance.place(positions)

@@ -1,4 +1,4 @@
-"""Where other robots of the scene will be while this one moves."""
+"""Predicted motions of other robots in the scene."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -36,9 +36,9 @@ class PlannedMotion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OtherMotion:
-    """The motion of another robot: along its plans, each of which replaces those before from its start on.
+    """The motion of another robot along its plans; each plan replaces the earlier ones from its start on.
 
-    positions: (J,), where it stands before the first. plans: by their start. Times are s on this robot's clock.
+    positions: (J,), rad, its pose before the first plan. plans: sorted by start. Times are s on this robot's clock.
     """
 
     positions: np.ndarray
@@ -46,7 +46,7 @@ class OtherMotion:
 
     @property
     def until(self) -> float:
-        """When the robot comes to rest, s; -inf where it does not move."""
+        """Time at which the robot comes to rest, s; -inf if it does not move."""
         return self.plans[-1].end if self.plans else -np.inf
 
     def sample(self, times: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The TOML file of a robot, as it is written. Reading it needs no model."""
+"""The tables of a robot's TOML file. Reading them needs no model."""
 
 import math
 from pathlib import Path
@@ -24,7 +24,7 @@ class ToolFrame(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class ToleranceTable(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `tolerance`: the largest error at a hit on any joint, rad and rad/s."""
+    """Table `tolerance`: largest error at a hit on any joint, rad and rad/s."""
 
     positions: float = math.inf
     velocities: float = math.inf
@@ -43,16 +43,16 @@ class JointsTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class CollisionTable(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `collision`: the least distance that plans keep, m, and pairs of bodies that may touch."""
+    """Table `collision`: smallest distance that plans keep, m, and pairs of bodies that may touch."""
 
     margin: float = 0.01
     ignore: list[tuple[str, str]] = msgspec.field(default_factory=list)
 
 
 class RecoilTable(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `racket.recoil`: s around a hit, the largest errors of any joint then (rad, rad/s), and when it is over.
+    """Table `racket.recoil`: a window around a hit (s), and the largest errors of any joint in it (rad, rad/s).
 
-    tolerance: rad; the arm is back where each joint is this close to its reference.
+    tolerance: rad; the recoil is over when each joint is this close to its reference.
     """
 
     window: float
@@ -62,9 +62,9 @@ class RecoilTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class BallTable(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `ball`: how the model's body `ball` flies, and how often it is seen.
+    """Table `ball`: flight of the model's body `ball`, and the rate of its measurements.
 
-    drag: 1/m, of a = −drag·|v|·v. magnus: of a = magnus·ω × v. rate_hz: sights a second.
+    drag: 1/m, coefficient of a = −drag·|v|·v. magnus: coefficient of a = magnus·ω × v. rate_hz: measurements a second.
     """
 
     drag: float = 0.0
@@ -73,9 +73,9 @@ class BallTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class RacketTable(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `racket`: the geom that the ball meets, a disc or a box, and what is believed of their contact.
+    """Table `racket`: the geom that hits the ball, a disc or a box, and initial estimates for their contact.
 
-    restitution: of the approach along the normal. friction: part of the tangential velocity that the contact keeps.
+    restitution: of the normal velocity. friction: fraction of the tangential velocity that remains after the contact.
     """
 
     geom: str | None = None
@@ -85,10 +85,10 @@ class RacketTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class CourtTable(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `court`: the geoms of the surface and the net, and what is believed of a bounce.
+    """Table `court`: the geoms of the surface and the net, and initial estimates for a bounce.
 
-    restitution, friction: parts of the vertical and of the horizontal velocity that are kept. dwell: s that the bounce
-    takes. region: [[x, x], [y, y]], m, where a ball that was returned must land; null: anywhere on the surface.
+    restitution, friction: fractions of the vertical and of the horizontal velocity that remain. dwell: duration of the
+    bounce, s. region: [[x, x], [y, y]], m, where a returned ball must land; null: anywhere on the surface.
     """
 
     surface: str
@@ -121,18 +121,18 @@ class Description(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def read_description(path: Path) -> Description:
-    """Return the TOML file at `path`, whose fields are there and of the right type.
+    """Return the tables of the TOML file at `path`, with checked fields and types.
 
     Raises:
-        RobotError: it cannot be read, a field is missing, unknown or of another type, or the name cannot be a part
-            of a key.
+        RobotError: the file cannot be read, a field is missing, unknown or of another type, or the name is not valid
+            in a key.
     """
     try:
         description = msgspec.toml.decode(path.read_bytes(), type=Description)
         check_robot_name(description.name)
     except OSError as error:
         raise RobotError(f"{path}: cannot be read ({error.strerror}); name a robot's TOML file") from error
-    except ValueError as error:  # msgspec's errors and the decoding of its text are ones
+    except ValueError as error:  # errors of msgspec and of text decoding are ValueErrors
         cure = '; write "hold" or "stop"' if "on_fault" in str(error) else ""
         raise RobotError(f"{path}: {error}{cure}") from error
     return description

@@ -8,4 +8,4 @@ DEFAULT_ROBOT_CONFIG = _DEPLOY / "robots" / "arm.toml"
 """The default robot."""
 
 DEMONSTRATIONS = _DEPLOY / "demonstrations"
-"""CSV files, one demonstration each, that a new library learns."""
+"""CSV files with one demonstration each, which a new library learns."""

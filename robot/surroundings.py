@@ -1,4 +1,4 @@
-"""What moves in a robot's model beside the arm and the ball: grippers, loose objects, other arms."""
+"""Movable joints of a robot's model other than the arm and the ball: grippers, loose objects, other arms."""
 
 from collections.abc import Mapping
 
@@ -27,7 +27,7 @@ class Surroundings:
                 self._spans[name] = slice(start, start + _COORDINATES[int(model.jnt_type[joint])])
 
     def __bool__(self) -> bool:
-        """Whether there is such a joint."""
+        """Whether the model has such a joint."""
         return bool(self._spans)
 
     def read(self, data: mujoco.MjData) -> dict[str, list[float]]:
@@ -35,7 +35,7 @@ class Surroundings:
         return {name: data.qpos[span].tolist() for name, span in self._spans.items()}
 
     def place(self, data: mujoco.MjData, joints: Mapping[str, list[float]]) -> None:
-        """Set the coordinates of joints; those that the model has not, or has with another number, are left out."""
+        """Set the coordinates of joints; ignore joints that are missing or have another number of them."""
         for name, coordinates in joints.items():
             span = self._spans.get(name)
             if span is not None and len(coordinates) == span.stop - span.start:

@@ -1,8 +1,8 @@
-"""From a seed to a posture that has the tool at a pose.
+"""Iterative inverse kinematics: from a seed to a posture with the tool at a pose.
 
-mink says how far the tool is from its pose and how the joints change that; a damped Gauss-Newton descent inside the
-joints' ranges leads there, and a redundant arm then moves in its null space towards a preferred posture. Steps are
-counted, not timed, so every machine returns the same answer.
+mink computes the residual of the tool's pose and its Jacobian. A damped Gauss-Newton descent inside the joint ranges
+reduces the residual; then a redundant arm moves in its null space towards a preferred posture. Steps are counted, not
+timed, so every machine returns the same result.
 """
 
 from math import sqrt
@@ -18,27 +18,27 @@ from robot.kinematics import Kinematics
 from robot.tool_target import Posture, ToolTarget
 
 MET, AIMED_AT, AIMED_AT_BY_PULLS = 1e-7, 1e-10, 1e-8
-"""Error (m, rad) up to which a pose is met, and at which a descent ends, from a seed and in the null space: nearly
-always, and where the arm is stretched out only slowly."""
+"""Largest error (m, rad) of a pose that counts as met; errors at which a descent ends, from a seed and in the null
+space. A stretched-out arm converges to them only slowly."""
 STEPS, PULLS, STEPS_A_PULL = 30, 6, 6
-"""Steps of a descent, moves in the null space, and steps that lead back to the pose after each."""
+"""Limits on the steps of a descent, on the moves in the null space, and on the correcting steps after each move."""
 STUCK, STUCK_STEPS = 0.9, 5
-"""A descent ends where more than this part of the error is left by each of so many steps."""
+"""A descent ends if more than this fraction of the error remains after each of this many steps."""
 PULL_GAIN, LEAST_PULL = 0.9, 0.005
-"""The last move in the null space leaves more than this part of the distance, or would be shorter than this (rad)."""
+"""Null-space motion ends if a move leaves more than this fraction of the distance, or is shorter than this (rad)."""
 FIRST_DAMPING, LEAST_DAMPING = 0.1, 1e-4
 LONGEST_STEP = 0.8
-"""rad, on any joint: beyond it the linearisation says nothing."""
+"""Largest step of any joint, rad, for which the linearisation is valid."""
 FULL_TURN = 2 * np.pi
 
 _SOLVE: Any = get_lapack_funcs("posv", dtype=np.float64)
-"""Solve a positive definite system, without the checks that take longer than six equations."""
+"""Solve a positive definite system, without argument checks, which would take longer than six equations."""
 
 
 class ToolDescent:
-    """Descents of one arm. It holds its own MuJoCo data: use one per thread.
+    """Descents of one arm. Not thread-safe: use one a thread.
 
-    turns: (J,), which joints are hinges.
+    turns: (J,), whether each joint is a hinge.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -63,7 +63,7 @@ class ToolDescent:
         steps: int = STEPS,
         aimed_at: float = AIMED_AT,
     ) -> tuple[np.ndarray, float]:
-        """Lead joint positions (J,) inside `ranges` (J, 2) to the pose; return where they end and the error left."""
+        """Descend to the pose from joint positions (J,) inside `ranges` (J, 2); return the result and its error."""
         self._aim(target)
         low, high = np.ascontiguousarray(ranges.T)
         error, rows = self._error(target, positions)
@@ -84,7 +84,7 @@ class ToolDescent:
         return positions, size
 
     def pull(self, target: ToolTarget, positions: np.ndarray, preferred: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-        """Return a posture that meets the target too and is as near to the preferred one as the null space leads."""
+        """Return the posture that meets the target and is nearest to the preferred one along the null space."""
         self._aim(target)
         for _ in range(PULLS):
             _, rows = self._error(target, positions)
@@ -106,17 +106,17 @@ class ToolDescent:
         return positions
 
     def distance(self, positions: np.ndarray, preferred: np.ndarray) -> float:
-        """Return how far postures are apart, each joint as its acceleration limit weighs it."""
+        """Return the distance of two postures, with joints weighted by their acceleration limits."""
         return float(np.linalg.norm((positions - preferred) / self._weights))
 
     def wind(self, positions: np.ndarray, preferred: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-        """Return the same posture whole turns nearer to the preferred one, where the ranges allow it."""
+        """Return the same posture, turned by whole turns towards the preferred one as far as the ranges allow."""
         turned = positions - FULL_TURN * np.round((positions - preferred) / FULL_TURN)
         inside = self.turns & (turned >= ranges[:, 0]) & (turned <= ranges[:, 1])
         return np.where(inside, turned, positions)
 
     def motion(self, target: ToolTarget, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows (m, J) of the tool's Jacobian and the velocities (m,) that are asked of them, in its frame."""
+        """Return rows (m, J) of the tool's Jacobian and their required velocities (m,), in the tool's frame."""
         turned = self._place(positions).rotation().as_matrix().T
         rows = self._configuration.get_frame_jacobian(self._site, "site")[:, self._dofs]
         asked = (rows[:3], target.velocity), (rows[3:], target.angular_velocity)
@@ -124,7 +124,7 @@ class ToolDescent:
         return np.concatenate([part for part, _ in given]), np.concatenate([wish for _, wish in given])
 
     def posture(self, target: ToolTarget, positions: np.ndarray) -> Posture:
-        """Return where joint positions (J,) have the tool, and how far from the target."""
+        """Return the tool's pose at joint positions (J,), and its distance from the target."""
         pose = self._place(positions)
         rotation = pose.rotation().as_matrix()
         cosine = 1.0
@@ -142,13 +142,13 @@ class ToolDescent:
         return self._configuration.get_transform_frame_to_world(self._site, "site")
 
     def _aim(self, target: ToolTarget) -> None:
-        """Prepare for the errors of a target."""
+        """Set the target."""
         if target.rotation is not None:
             rotation = mink.SO3.from_matrix(target.rotation)
             self._frame.set_target(mink.SE3.from_rotation_and_translation(rotation, target.position))
 
     def _error(self, target: ToolTarget, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far the tool is from its pose (m, rad; 3 or 6 numbers, in its frame), and the Jacobian of that."""
+        """Return the residual of the tool's pose (3 or 6 numbers, m and rad, in its frame), and its Jacobian."""
         self._configuration.data.qpos[self._qpos] = positions
         self._configuration.update()
         if target.rotation is not None:
@@ -164,9 +164,9 @@ class ToolDescent:
 
 
 def _step(rows: np.ndarray, error: np.ndarray, damping: float, lowest: np.ndarray, highest: np.ndarray) -> np.ndarray:
-    """Return the damped Gauss-Newton step (J,) of the joints that their ranges do not hold back.
+    """Return the damped Gauss-Newton step (J,) of the joints that are not blocked by an end of their range.
 
-    lowest, highest: (J,), whether a joint is at that end of its range.
+    lowest, highest: (J,), whether each joint is at that end of its range.
     """
     free, step = np.ones(len(lowest), dtype=bool), np.zeros(len(lowest))
     for _ in range(len(lowest)):

@@ -1,4 +1,4 @@
-"""What a tool is asked to do, and why it cannot."""
+"""Targets of the tool, postures that meet them, and the error if there is none."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,8 @@ import numpy as np
 class ToolTarget:
     """Pose and velocity of the tool site in the world frame.
 
-    position: (3,), m. rotation: (3, 3), or None. axis: (3,), unit vector along which the tool's z points, or None; with
-    neither the tool may point anywhere. velocity: (3,), m/s, and angular_velocity: (3,), rad/s; None where free.
+    position: (3,), m. rotation: (3, 3), or None. axis: (3,), unit vector of the tool's z axis, or None; without either
+    the orientation is free. velocity: (3,), m/s, and angular_velocity: (3,), rad/s; None if free.
     """
 
     position: np.ndarray
@@ -22,20 +22,20 @@ class ToolTarget:
 
     @property
     def points(self) -> bool:
-        """Whether the tool must point somewhere."""
+        """Whether the target fixes the tool's axis or orientation."""
         return self.rotation is not None or self.axis is not None
 
     @property
     def anywhere(self) -> "ToolTarget":
-        """The same position, with the tool pointing anywhere."""
+        """The same target with a free orientation."""
         return ToolTarget(self.position)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posture:
-    """Joint positions (J,) and where they have the tool.
+    """Joint positions (J,) and the tool's pose at them.
 
-    distance (m) and angle (rad) from its target, position (3,) and quaternion (4,), w first.
+    distance (m) and angle (rad): from the target. position (3,), m, and quaternion (4,), w first: of the tool.
     """
 
     positions: np.ndarray
@@ -46,9 +46,9 @@ class Posture:
 
 
 class Unreachable(Exception):
-    """No posture was found that meets a target; `str()` says why and what comes nearest.
+    """No posture was found that meets a target; `str()` gives the reason and the nearest pose.
 
-    reason: out of reach, joint ranges, orientation or velocity. nearest: the posture that comes nearest.
+    reason: out of reach, joint ranges, orientation or velocity. nearest: the posture nearest to the target.
     """
 
     def __init__(self, reason: str, sentence: str, nearest: Posture) -> None:

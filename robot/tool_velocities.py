@@ -1,11 +1,11 @@
-"""Joint velocities that move the tool as asked."""
+"""Joint velocities for a velocity of the tool."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 MISSED = 1e-8
-"""Part of a velocity that may be missed."""
+"""Relative tolerance of the velocity."""
 SINGULAR = 1e-6
 """Singular values below this part of the largest count as zero."""
 
@@ -13,10 +13,10 @@ SINGULAR = 1e-6
 def joint_velocities(
     rows: np.ndarray, wanted: np.ndarray, limits: np.ndarray, names: Sequence[str]
 ) -> np.ndarray | str:
-    """Return the joint velocities (J,) with rows (m, J) · velocities = wanted (m,), or a sentence why there are none.
+    """Return the joint velocities (J,) with rows (m, J) · velocities = wanted (m,), or a sentence why none exist.
 
-    They are least in units of the limits (J,). A joint that would pass its limit keeps it, and the others make up for
-    it where the arm is redundant (saturation in the null space, Flacco et al. 2012).
+    They have the least norm in units of the limits (J,). A joint that would exceed its limit is fixed at it, and a
+    redundant arm compensates with its other joints (saturation in the null space, Flacco et al. 2012).
     """
     scale = np.where(np.isfinite(limits), limits, 1.0)
     free, found = np.ones(len(limits), dtype=bool), np.zeros(len(limits))

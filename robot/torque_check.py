@@ -1,4 +1,4 @@
-"""Whether a motion needs more torque than the arm has."""
+"""Check motions for torques beyond the arm's limits."""
 
 import mujoco
 import numpy as np
@@ -10,20 +10,20 @@ from robot.description import RobotConfig
 from robot.torques import InverseDynamics
 
 COARSE = 16
-"""Torques are computed at every 16th step; between two of these they follow from accelerations and inertias."""
+"""Torques are computed at every 16th step, and interpolated in between from accelerations and inertias."""
 
 NEAR_LIMIT = 0.85
-"""Part of a torque limit, from which on torques are computed at every step and half-way to the next."""
+"""Fraction of a torque limit above which torques are computed at every step and half-way to the next."""
 
 ROUNDING = 1e-9
 
 
 class TorqueExceeded(MotionError):
-    """A motion needs more torque than a joint has.
+    """A motion exceeds a joint's torque limit.
 
     `time` (s from the start) is the first instant beyond `bound`, `value` (N·m, signed) the largest found in the second
     around it. `min_duration` (s) is a duration in which the motion can be played, `waypoint_times` (s) are its
-    waypoints' times in it; both are None where none was found.
+    waypoints' times in it; both are None if no duration was found.
     """
 
     def __init__(
@@ -49,31 +49,30 @@ class TorqueExceeded(MotionError):
         self.waypoint_times = waypoint_times
 
     def with_remedy(self, works: MotionRequest) -> "TorqueExceeded":
-        """Return the error with the duration (s) of a request that works, and the times (s) of its waypoints."""
+        """Return the error with a duration (s) that works, and the waypoints' times (s) in it."""
         return TorqueExceeded(self.joint, self.value, self.bound, self.time, works.duration, works.waypoint_times)
 
 
 class TorqueCheck:
-    """Compares the torques of motions with the arm's limits. It holds its own data: use one a thread."""
+    """Compares the torques of motions with the arm's limits. Not thread-safe: use one a thread."""
 
     def __init__(self, config: RobotConfig, model: mujoco.MjModel) -> None:
         self._dynamics = InverseDynamics(config, model)
         self._limits = config.torques
-        # Friction jumps where a velocity changes its sign, so no torque between two steps follows from theirs.
+        # Friction jumps when a velocity changes sign, so torques between two steps cannot be interpolated.
         self._near = NEAR_LIMIT * self._limits - 2 * self._dynamics.friction
         self.unused = np.where(np.isfinite(self._limits), 0.0, np.nan)
 
     def use(self, trajectory: Trajectory, times: np.ndarray, states: Samples) -> np.ndarray:
-        """Return the largest part of each joint's torque limit, (J,).
+        """Return the largest used fraction of each joint's torque limit, (J,); NaN for a joint without a limit.
 
-        times: (n,), s, at even steps, with n - 1 a multiple of `COARSE`; states: the trajectory's then. Joints without
-        a limit have NaN.
+        times: (n,), s, at even steps, with n - 1 a multiple of `COARSE`; states: the trajectory's states at these.
 
         Raises:
-            TorqueExceeded: a joint needs more torque than it has.
+            TorqueExceeded: a joint exceeds its torque limit.
         """
         torques = self._along(states)
-        # A jerky motion passes a limit between two steps.
+        # A jerky motion can exceed a limit between two steps.
         near = times[(np.abs(torques) > self._near).any(axis=1)]
         if near.size:
             half = (times[1] - times[0]) / 2
@@ -110,8 +109,8 @@ class TorqueCheck:
 def between(torques: np.ndarray, inertias: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
     """Return the torques at all steps from those at every `COARSE`-th.
 
-    Inertia, and what is left of the torque without it (gravity, Coriolis, friction), change linearly from one to the
-    next; accelerations are those of each step. torques: (k, J), N·m. inertias: (k, J, J), kg·m². accelerations: (n, J),
+    Inertia and the remaining torque (gravity, Coriolis, friction) are interpolated linearly; accelerations are those
+    of each step. torques: (k, J), N·m. inertias: (k, J, J), kg·m². accelerations: (n, J),
     rad/s². Returns ((k - 1)·COARSE + 1, J).
     """
     joints = torques.shape[1]

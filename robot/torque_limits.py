@@ -23,7 +23,7 @@ def torque_limit(model: mujoco.MjModel, joint: int) -> float:
 
 
 def _is_motor(model: mujoco.MjModel, actuator: int) -> bool:
-    """Return whether the control of the actuator is its force, so that both have the same range."""
+    """Return whether the actuator's control equals its force, so that both have the same range."""
     return (
         model.actuator_gaintype[actuator] == int(mujoco.mjtGain.mjGAIN_FIXED)
         and model.actuator_biastype[actuator] == int(mujoco.mjtBias.mjBIAS_NONE)

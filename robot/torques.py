@@ -1,4 +1,4 @@
-"""Torques that a motion needs."""
+"""Torques of a motion, by inverse dynamics."""
 
 import mujoco
 import numpy as np
@@ -8,12 +8,12 @@ from robot.model import addresses, joint_ids
 
 
 class InverseDynamics:
-    """Torques by inverse dynamics; gravity, damping and friction included. It holds its own data: use one a thread.
+    """Torques by inverse dynamics, with gravity, damping and friction. Not thread-safe: use one a thread.
 
-    What else the model has moves with the arm or is at rest. Contacts, stops and equalities carry nothing: they are
-    switched off in `model`.
+    All other bodies of the model move with the arm or are at rest. Contacts, joint stops and equalities exert no force:
+    they are disabled in `model`.
 
-    friction: (J,), N·m, that the joints' friction can be at most.
+    friction: (J,), N·m, largest friction torque of each joint.
     """
 
     def __init__(self, config: RobotConfig, model: mujoco.MjModel) -> None:
@@ -39,7 +39,7 @@ class InverseDynamics:
         return self._found[self._dofs].copy()
 
     def inertia(self) -> np.ndarray:
-        """Return the inertia matrix (J, J), kg·m², at the positions of the last call of `torques`."""
+        """Return the inertia matrix (J, J), kg·m², at the positions of the last call to `torques`."""
         mujoco.mj_fullM(self._model, self._data, self._inertia)
         return self._inertia[self._dofs][:, self._dofs].copy()
 

@@ -1,4 +1,4 @@
-"""Which bodies and joints of a MuJoCo model belong together."""
+"""Kinematic tree of a MuJoCo model: which joints move which bodies."""
 
 from collections.abc import Iterator
 
@@ -12,11 +12,11 @@ JOINT_EQUALITY = int(mujoco.mjtEq.mjEQ_JOINT)
 BODY = int(mujoco.mjtObj.mjOBJ_BODY)
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 ROUNDING = 1e-6
-"""m. Bodies that overlap by less only touch."""
+"""Largest overlap of bodies that only touch, m."""
 
 
 def path_to_world(model: mujoco.MjModel, body: int) -> list[int]:
-    """Return a body and all that carry it, up to the world, which is left out."""
+    """Return a body and its ancestors, without the world."""
     path: list[int] = []
     while body:
         path.append(body)
@@ -25,7 +25,7 @@ def path_to_world(model: mujoco.MjModel, body: int) -> list[int]:
 
 
 def joints_of(model: mujoco.MjModel, body: int) -> range:
-    """Return the joints by which a body moves on its parent."""
+    """Return the joints between a body and its parent."""
     first = int(model.body_jntadr[body])
     return range(first, first + int(model.body_jntnum[body]))
 
@@ -36,7 +36,7 @@ def carrying_joints(model: mujoco.MjModel, body: int) -> list[int]:
 
 
 def is_moved_by(model: mujoco.MjModel, body: int, joints: set[int]) -> bool:
-    """Return whether one of the joints moves the body."""
+    """Return whether any of the joints moves the body."""
     return not joints.isdisjoint(carrying_joints(model, body))
 
 
@@ -56,7 +56,7 @@ def connections(model: mujoco.MjModel) -> Iterator[tuple[int, int, int]]:
 
 
 def joint_equalities(model: mujoco.MjModel) -> Iterator[tuple[int, int]]:
-    """Yield the active equalities of joints: the joint that follows, and the one it follows (-1: none)."""
+    """Yield the active joint equalities: the dependent joint, and the joint that drives it (-1: none)."""
     for equality in range(model.neq):
         if model.eq_type[equality] == JOINT_EQUALITY and model.eq_active0[equality]:
             yield int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
@@ -74,7 +74,7 @@ def same_tree(model: mujoco.MjModel, joints: list[int]) -> set[int]:
 
 
 def actuated(model: mujoco.MjModel) -> set[int]:
-    """Return the joints that an actuator drives, by itself or by a tendon."""
+    """Return the joints that an actuator drives, directly or through a tendon."""
     driven: set[int] = set()
     for actuator in range(model.nu):
         kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
@@ -90,7 +90,7 @@ def actuated(model: mujoco.MjModel) -> set[int]:
 
 
 def followers(model: mujoco.MjModel) -> set[int]:
-    """Return the joints that nobody needs to drive: an equality moves them with a joint that is driven."""
+    """Return the joints that an equality couples to a driven joint, and that need no drive themselves."""
     driven = actuated(model)
     found = {follower for follower, leader in joint_equalities(model) if leader >= 0 and follower not in driven}
     for _, first, second in connections(model):
@@ -101,9 +101,9 @@ def followers(model: mujoco.MjModel) -> set[int]:
 
 
 def touching(model: mujoco.MjModel, data: mujoco.MjData, joints: set[int]) -> dict[tuple[str, str], float]:
-    """Return the pairs of bodies that overlap and of which a joint moves one, with their distance (m, negative).
+    """Return the overlapping pairs of bodies, one of which a joint moves, with their distance (m, negative).
 
-    `data` holds the pose, and its contacts are found here. A body that flies freely does not count.
+    `data` has the pose; this function computes its contacts. Bodies with a free joint are ignored.
     """
     mujoco.mj_fwdPosition(model, data)
     pairs: dict[tuple[str, str], float] = {}
@@ -119,6 +119,6 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, joints: set[int]) -> di
 
 
 def flies(model: mujoco.MjModel, body: int) -> bool:
-    """Return whether the body, or what carries it, moves freely."""
+    """Return whether the body or an ancestor has a free joint."""
     free = int(mujoco.mjtJoint.mjJNT_FREE)
     return any(model.jnt_type[joint] == free for joint in carrying_joints(model, body))

@@ -1,4 +1,4 @@
-"""A URDF's joints, read beside MuJoCo, which drops velocity limits and misreads implausible ranges silently."""
+"""Parser of a URDF's joints. MuJoCo's silently drops velocity limits and misreads implausible ranges."""
 
 import math
 from collections import Counter
@@ -11,20 +11,20 @@ from xml.parsers import expat
 from robot.schema import RobotError
 
 MAX_BYTES = 50_000_000
-"""A larger file is no URDF: meshes are files of their own."""
+"""Largest size of a URDF, bytes; meshes are separate files."""
 
 
 @dataclass(frozen=True, slots=True)
 class UrdfJoint:
-    """A joint as the file has it; limits are None where it has none.
+    """A joint of the file; missing limits are None.
 
     Attributes:
-        name: Of the joint.
+        name: Name of the joint.
         kind: revolute, continuous, prismatic or fixed.
-        velocity: Limit, rad/s or m/s.
-        effort: Limit, N·m or N.
-        mimics: The joint that it follows.
-        limited: The file gives limits, even if the joint is fixed.
+        velocity: Velocity limit, rad/s or m/s.
+        effort: Effort limit, N·m or N.
+        mimics: Name of the joint that it mimics.
+        limited: Whether the file gives limits, even for a fixed joint.
     """
 
     name: str
@@ -36,12 +36,12 @@ class UrdfJoint:
 
     @property
     def moves(self) -> bool:
-        """Whether it has a single axis."""
+        """Whether the joint has a single axis."""
         return self.kind in ("revolute", "continuous", "prismatic")
 
     @property
     def doubts(self) -> Iterator[str]:
-        """Sentences on limits that are hardly meant so."""
+        """Yield sentences about implausible limits."""
         if self.kind == "fixed" and self.limited:
             yield f'{self.name} is fixed, but has limits; if it should move, write type="revolute"'
         if self.moves:
@@ -51,10 +51,10 @@ class UrdfJoint:
 
 
 def read_urdf(path: Path) -> dict[str, UrdfJoint]:
-    """Return the joints of a URDF by name; none of a file that is not named `.urdf`.
+    """Return the joints of a URDF by name; empty for a file not named `.urdf`.
 
     Raises:
-        RobotError: the file is no URDF, or a joint of it cannot be meant.
+        RobotError: the file is not a URDF, or one of its joints is invalid.
     """
     if path.suffix != ".urdf":
         return {}

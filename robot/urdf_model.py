@@ -1,4 +1,4 @@
-"""Put right what MuJoCo makes of a URDF, before it is compiled."""
+"""Correct MuJoCo's specification of a URDF before it is compiled."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -14,14 +14,14 @@ READABLE = (".stl", ".obj", ".msh")
 
 
 def prepare(spec: mujoco.MjSpec, path: Path, joints: Mapping[str, UrdfJoint]) -> None:
-    """Change the specification of the URDF at `path`, whose `joints` were read beside MuJoCo.
+    """Correct the specification of the URDF at `path`; `joints` are those that `read_urdf` returns.
 
-    Links that are fixed to each other remain bodies of their own, so that each can carry the tool. Links that a joint
-    connects may overlap in a URDF, so they do not collide. Meshes of `package://` are found. A negative effort is no
-    limit.
+    Links with fixed joints remain separate bodies, so that each can carry the tool. Links that a joint connects may
+    overlap in a URDF, so their collisions are disabled. `package://` paths of meshes are resolved. A negative effort
+    means no limit.
 
     Raises:
-        RobotError: a mesh is missing or of a format that MuJoCo cannot read.
+        RobotError: a mesh is missing or has a format that MuJoCo cannot read.
     """
     spec.compiler.fusestatic = False
     for mesh in spec.meshes:
@@ -33,7 +33,7 @@ def prepare(spec: mujoco.MjSpec, path: Path, joints: Mapping[str, UrdfJoint]) ->
 
 
 def _exclude_neighbours(spec: mujoco.MjSpec) -> None:
-    """Let no body collide with what its joint connects it to, even where that is fixed to the world."""
+    """Disable collisions between each body and its parent, also if the parent is fixed to the world."""
     for body in spec.bodies:
         neighbour = body.parent if body.joints else None
         while neighbour is not None and neighbour.parent is not None:
@@ -42,10 +42,10 @@ def _exclude_neighbours(spec: mujoco.MjSpec) -> None:
 
 
 def find_mesh(name: str, folder: Path, meshdir: str = "") -> Path:
-    """Return the file of a mesh: of a package, of `folder`, or absolute.
+    """Return the file of a mesh: in a package, in `folder`, or absolute.
 
     Raises:
-        RobotError: it is not there, or MuJoCo cannot read its format.
+        RobotError: the file does not exist, or MuJoCo cannot read its format.
     """
     if Path(name).suffix.lower() not in READABLE:
         raise RobotError(f"mesh {name}: MuJoCo reads {', '.join(READABLE)}; convert it and change the name in the URDF")
@@ -62,7 +62,7 @@ def find_mesh(name: str, folder: Path, meshdir: str = "") -> Path:
 
 
 def _places(name: str, folder: Path, meshdir: str) -> Iterator[Path]:
-    """Yield where a mesh may be; last where MuJoCo looks for it, which strips the path of a URDF's meshes."""
+    """Yield candidate files of a mesh; the last is MuJoCo's own, which ignores the directories of mesh paths."""
     stripped = folder / meshdir / Path(name).name
     if not name.startswith(PACKAGE):
         yield folder / meshdir / name.removeprefix("file:").replace("//", "/")

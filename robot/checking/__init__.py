@@ -1,1 +1,1 @@
-"""What is wrong with a robot's description and its model, in sentences with a cure."""
+"""Check a robot's description and model: each fault is a sentence with a cure."""

@@ -1,4 +1,4 @@
-"""The checks of a robot, and what it costs to simulate it."""
+"""The checks of a robot, and the cost of its simulation."""
 
 import resource
 import time
@@ -28,11 +28,11 @@ CHECKS = (
 LEVELS = "unusable", "warning", "note"
 STEPS = 300
 BUSY = 0.5
-"""Part of a tick that the simulation may take."""
+"""Largest fraction of a tick that the simulation may take."""
 
 
 def check_robot(config: RobotConfig, model: mujoco.MjModel) -> list[Finding]:
-    """Return what is wrong with a robot, the worst first; about 20 ms for six joints."""
+    """Return the faults of a robot, the worst first. Takes about 20 ms for six joints."""
     subject = Subject(config, model)
     findings = [finding for check in CHECKS for finding in check(subject)]
     return sorted(findings, key=lambda finding: LEVELS.index(finding.level))
@@ -40,12 +40,12 @@ def check_robot(config: RobotConfig, model: mujoco.MjModel) -> list[Finding]:
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What a process takes that simulates the robot.
+    """Memory and time that simulating the robot takes.
 
     Attributes:
-        model_bytes: The compiled model and its data.
-        peak_bytes: Of this process so far, compiling included.
-        step_s: One physics step at home, without the bus.
+        model_bytes: Size of the compiled model and its data.
+        peak_bytes: Peak memory of this process so far, including compilation.
+        step_s: Duration of a physics step at home, without the bus, s.
     """
 
     model_bytes: int
@@ -54,7 +54,7 @@ class Cost:
 
 
 def measure_cost(config: RobotConfig, model: mujoco.MjModel) -> Cost:
-    """Return what the robot takes; simulates some steps."""
+    """Return the cost of a robot; this simulates some steps."""
     data = mujoco.MjData(model)
     data.qpos[:] = config.pose_at_home
     mujoco.mj_step(model, data)

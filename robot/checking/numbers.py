@@ -7,20 +7,20 @@ import numpy as np
 from robot.checking.subject import Finding, Subject
 
 HIGH_GAIN = 0.5
-"""alpha, times the length of a tick, above which a push rings; eq. 11 is unstable above 2."""
+"""alpha·tick above which the response to a push rings; eq. 11 is unstable above 2."""
 MANY_TURNS = 4 * np.pi
-"""rad. A range beyond it was hardly meant."""
+"""Largest plausible end of a range, rad."""
 NARROW = 0.2
-"""rad. Where all ranges are narrower, radians were read as degrees."""
+"""If all ranges are narrower than this (rad), the model's radians were read as degrees."""
 FAST = 60.0
 """rad/s."""
 TIGHT = 0.9
 RUBS = 0.3
-"""Part of its torque that a joint spends on friction before it is worth a warning."""
+"""Fraction of the torque limit that friction may take without a warning."""
 
 
 def gravity(subject: Subject) -> Iterator[Finding]:
-    """Torque limits that do not hold the arm."""
+    """Find torque limits that are too low to hold the arm."""
     config = subject.config
     use = np.abs(subject.load_at_home.gravity[0]) / config.torques
     for index in np.flatnonzero(use > TIGHT):
@@ -44,7 +44,7 @@ def gravity(subject: Subject) -> Iterator[Finding]:
 
 
 def friction(subject: Subject) -> Iterator[Finding]:
-    """Dry friction, and what it costs."""
+    """Find joints with dry friction, and its effect."""
     config, model = subject.config, subject.model
     rubbing = model.dof_frictionloss[model.jnt_dofadr[subject.joints]]
     if not rubbing.any():
@@ -67,7 +67,7 @@ def friction(subject: Subject) -> Iterator[Finding]:
 
 
 def gain(subject: Subject) -> Iterator[Finding]:
-    """A gain that rings."""
+    """Find a gain that rings."""
     config = subject.config
     product = config.alpha * config.tick
     if product > HIGH_GAIN:
@@ -79,7 +79,7 @@ def gain(subject: Subject) -> Iterator[Finding]:
 
 
 def missing_limits(subject: Subject) -> Iterator[Finding]:
-    """Limits that nobody gives."""
+    """Find missing limits."""
     config = subject.config
     rows = (
         ("range", np.isfinite(config.limits.positions).all(axis=1), "joints.positions"),
@@ -96,7 +96,7 @@ def missing_limits(subject: Subject) -> Iterator[Finding]:
 
 
 def swapped_ranges(subject: Subject) -> Iterator[Finding]:
-    """Ranges that end before they begin, which MuJoCo takes for none."""
+    """Find ranges whose end is below their beginning, which MuJoCo ignores."""
     model = subject.model
     for name, joint in zip(subject.config.joint_names, subject.joints, strict=True):
         low, high = model.jnt_range[joint]
@@ -108,7 +108,7 @@ def swapped_ranges(subject: Subject) -> Iterator[Finding]:
 
 
 def degrees(subject: Subject) -> Iterator[Finding]:
-    """Angles in the wrong unit."""
+    """Find angles in the wrong unit."""
     config = subject.config
     hinges = [index for index in range(config.joint_count) if not subject.is_slide(index)]
     ranges = np.where(np.isfinite(config.limits.positions), config.limits.positions, 0.0)

@@ -1,4 +1,4 @@
-"""Checks of how a model is built: contacts, equalities, joints, names."""
+"""Checks of a model's structure: contacts, equalities, joints, names."""
 
 from collections.abc import Iterator
 
@@ -20,12 +20,12 @@ from robot.tree import (
 )
 
 DEEP = 1e-3
-"""Bodies that overlap by more than this (m) push each other away."""
+"""Overlap (m) above which two bodies push each other apart."""
 LISTED = 4
 
 
 def contacts_at_home(subject: Subject) -> Iterator[Finding]:
-    """Bodies of the arm that touch something at home."""
+    """Find bodies of the arm that overlap others at home."""
     data = mujoco.MjData(subject.model)
     data.qpos[:] = subject.config.pose_at_home
     for (first, second), distance in touching(subject.model, data, {*subject.joints, *subject.held}).items():
@@ -41,7 +41,7 @@ def contacts_at_home(subject: Subject) -> Iterator[Finding]:
 
 
 def restraints(subject: Subject) -> Iterator[Finding]:
-    """Equalities that keep the arm from moving."""
+    """Find equalities that obstruct the arm's motion."""
     model, arm = subject.model, set(subject.joints)
     for equality, first, second in connections(model):
         if stopped := loop_joints(model, first, second) & arm:
@@ -62,7 +62,7 @@ def restraints(subject: Subject) -> Iterator[Finding]:
 
 
 def undriven(subject: Subject) -> Iterator[Finding]:
-    """Joints that fall."""
+    """Find joints that are neither driven nor held, and fall."""
     model = subject.model
     driven = {*subject.joints, *subject.held}
     tool = int(model.site_bodyid[model.site(subject.config.tool.site).id])
@@ -81,7 +81,7 @@ def undriven(subject: Subject) -> Iterator[Finding]:
 
 
 def order(subject: Subject) -> Iterator[Finding]:
-    """Names that are not in chain order."""
+    """Find names that are not in chain order."""
     model, joints = subject.model, subject.joints
     for place, joint in enumerate(joints):
         carried_by = set(carrying_joints(model, int(model.jnt_bodyid[joint])))
@@ -95,12 +95,12 @@ def order(subject: Subject) -> Iterator[Finding]:
 
 
 def urdf_limits(subject: Subject) -> Iterator[Finding]:
-    """Limits in a URDF that are hardly meant so."""
+    """Find implausible limits in a URDF."""
     yield from (Finding("warning", doubt) for joint in subject.config.urdf.values() for doubt in joint.doubts)
 
 
 def unnamed_bodies(subject: Subject) -> Iterator[Finding]:
-    """Bodies without a name, which no message can name."""
+    """Find bodies without a name, which no message can name."""
     model = subject.model
     arm = set(subject.joints)
     unnamed = [body for body in range(1, model.nbody) if not model.body(body).name and is_moved_by(model, body, arm)]
@@ -112,7 +112,7 @@ def unnamed_bodies(subject: Subject) -> Iterator[Finding]:
 
 
 def shapes(subject: Subject) -> Iterator[Finding]:
-    """Links that nothing can touch, and shapes whose distances are not known."""
+    """Find arms without collision geometry, and shapes whose distances MuJoCo does not compute."""
     model, arm = subject.model, set(subject.joints)
     solid = np.flatnonzero(model.geom_contype | model.geom_conaffinity).tolist()
     for geom in solid:

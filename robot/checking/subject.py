@@ -1,4 +1,4 @@
-"""What the checks look at."""
+"""The robot under check, and the findings."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,8 +19,8 @@ class Finding:
     """One sentence about a robot.
 
     Attributes:
-        level: unusable: the arm cannot be driven so; warning: it moves, but not as expected; note: worth knowing.
-        sentence: What is wrong, and what would work.
+        level: unusable: the arm cannot be driven; warning: it moves, but not as expected; note: information.
+        sentence: The fault and its cure.
     """
 
     level: Level
@@ -29,11 +29,11 @@ class Finding:
 
 @dataclass(frozen=True)
 class Subject:
-    """A robot and its compiled model, which the checks only read.
+    """A robot and its compiled model; the checks do not change either.
 
     Attributes:
-        config: The description.
-        model: Compiled of it.
+        config: The robot's description.
+        model: The model compiled from it.
     """
 
     config: RobotConfig
@@ -41,17 +41,17 @@ class Subject:
 
     @cached_property
     def joints(self) -> list[int]:
-        """The arm's joints, in the order of the vectors."""
+        """Indices of the arm's joints, in the order of the vectors."""
         return joint_ids(self.model, self.config.joint_names)
 
     @cached_property
     def held(self) -> list[int]:
-        """The joints that are held."""
+        """Indices of the held joints."""
         return joint_ids(self.model, tuple(self.config.held))
 
     @cached_property
     def followers(self) -> set[int]:
-        """The joints that move with others by an equality."""
+        """Indices of the joints that an equality couples to others."""
         return followers(self.model)
 
     @cached_property
@@ -61,13 +61,13 @@ class Subject:
 
     @cached_property
     def load(self) -> Load:
-        """Gravity and inertia over the range."""
+        """Gravity and inertia over the joint ranges."""
         return load_at(self.model, self.config.pose_at_home, self.joints, sample_poses(self.config.limits.positions))
 
     def is_slide(self, index: int) -> bool:
-        """Return whether the arm's joint of this index moves in m and N."""
+        """Return whether the arm's joint of this index is a slide, in m and N."""
         return self.model.jnt_type[self.joints[index]] == int(mujoco.mjtJoint.mjJNT_SLIDE)
 
     def joint_name(self, joint: int) -> str:
-        """Return a joint's name, or its body's where it has none."""
+        """Return a joint's name; a joint without a name is called by its body."""
         return self.model.joint(joint).name or f"a joint of {body_name(self.model, int(self.model.jnt_bodyid[joint]))}"

@@ -1,1 +1,1 @@
-"""A robot's TOML, written from its model file."""
+"""Write a robot's TOML from its model file."""

@@ -1,4 +1,4 @@
-"""Import of a model: from an MJCF or URDF file to the text of a robot's TOML."""
+"""Import a model: from an MJCF or URDF file to the text of a robot's TOML."""
 
 import re
 from collections.abc import Mapping
@@ -16,13 +16,13 @@ from robot.urdf import UrdfJoint, read_urdf
 
 NO_TOOL = Tool("")
 UNNAMED = "MuJoCo Model"
-"""The name that MuJoCo gives a model without one."""
+"""MuJoCo's default name of a model."""
 MAX_JOINTS = 16
 
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """The text of a TOML, and sentences on what was decided or looks wrong."""
+    """The text of a TOML, with sentences about decisions and suspicious values."""
 
     text: str
     notes: list[str]
@@ -34,11 +34,11 @@ def import_robot(
     """Return the TOML of the arm in a model file.
 
     Args:
-        source: MJCF or URDF.
-        out: Where the TOML is going to lie; `model` in it is relative where the model lies beside or below.
-        tool: A site or a body; by default the one whose name says so, else the last body.
-        keyframe: Whose pose is home; by default that of `home`, else the first one.
-        name: Of the robot; by default the model's.
+        source: MJCF or URDF file.
+        out: Future path of the TOML; its `model` path is relative if the model is in or below that directory.
+        tool: Name of a site or a body; by default the one with a telling name, else the last body.
+        keyframe: Keyframe of the home pose; by default `home`, else the first one.
+        name: Name of the robot; by default the model's.
 
     Raises:
         RobotError: the model cannot be loaded, or has no arm that can be driven.
@@ -68,14 +68,14 @@ def import_robot(
 
 
 def _robot_name(model: mujoco.MjModel, source: Path) -> str:
-    """Return a name that can be a part of the bus's keys."""
+    """Return a name that is valid in keys of the bus."""
     given = model.names.split(b"\0", 1)[0].decode()
     chosen = source.stem if given in ("", UNNAMED) else given
     return re.sub(r"[^a-z0-9_-]+", "_", chosen.lower()).strip("_") or "robot"
 
 
 def _reference(source: Path, out: Path | None) -> str:
-    """Return the model's path as seen from the TOML: relative where it lies beside or below, else absolute."""
+    """Return the model's path for the TOML: relative if it is in or below the TOML's directory, else absolute."""
     source = source.absolute()
     if out is not None and source.is_relative_to(out.absolute().parent):
         return str(source.relative_to(out.absolute().parent))
@@ -83,7 +83,7 @@ def _reference(source: Path, out: Path | None) -> str:
 
 
 def _urdf_notes(urdf: Mapping[str, UrdfJoint]) -> list[str]:
-    """Return sentences on joints that a URDF hardly means so."""
+    """Return sentences about suspicious joints of a URDF."""
     notes = [doubt for joint in urdf.values() for doubt in joint.doubts]
     mimics = [f"{one.name} follows {one.mimics}" for one in urdf.values() if one.mimics]
     return notes + [f"{mimic} by an equality that MuJoCo keeps softly" for mimic in mimics]

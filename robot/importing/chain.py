@@ -1,4 +1,4 @@
-"""The arm in a model: its tool, the joints that lead to it, and the joints beside it."""
+"""Find the arm in a model: its tool, the joints from the base to it, and joints to hold."""
 
 import re
 from dataclasses import dataclass, field
@@ -10,11 +10,11 @@ from robot.schema import RobotError
 from robot.tree import actuated, carrying_joints, followers, joint_equalities, path_to_world, same_tree, single_axis
 
 TOOL_NAMES = ("attachment_?site", "tcp", "tool0?", "ee|eef|end_?effector", "grip.*", "grasp|pinch", "flange", "hand")
-"""Words that name a tool, the surest first."""
+"""Words that name a tool, the most certain first."""
 PARTS = re.compile(r"finger|jaw|knuckle|claw", re.IGNORECASE)
-"""Parts of a gripper, which are no tool."""
+"""Words that name parts of a gripper, which are not the tool."""
 GRIPPER = re.compile(rf"grip|{PARTS.pattern}", re.IGNORECASE)
-"""Joints of a gripper."""
+"""Words that name a gripper's joints."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,11 +22,11 @@ class Arm:
     """The joints of an arm.
 
     Attributes:
-        tool: Its frame.
-        tool_origin: Where that comes from.
+        tool: Frame of the tool.
+        tool_origin: Origin of this choice, for the TOML.
         joints: Indices in the model, from the base to the tool.
-        held: Indices of joints beside the arm that something must hold.
-        notes: Sentences on what was decided.
+        held: Indices of joints that are not the arm's and must be held.
+        notes: Sentences about decisions.
     """
 
     tool: Tool
@@ -37,7 +37,7 @@ class Arm:
 
 
 def find_arm(model: mujoco.MjModel, tool: str | None) -> Arm:
-    """Return the arm that ends at `tool`, a site or a body; by default at the one whose name says so.
+    """Return the arm that ends at `tool`, a site or a body; by default at the one with a telling name.
 
     Raises:
         RobotError: there is no such tool, or no chain of hinges and slides that leads to it from a fixed base.
@@ -72,7 +72,7 @@ def _named(model: mujoco.MjModel, name: str) -> tuple[Tool, str, list[str]]:
 
 
 def _default(model: mujoco.MjModel) -> tuple[Tool, str, list[str]]:
-    """Return the site, or else the body whose name says that it is a tool; else the end of the longest chain."""
+    """Return the site, or else the body, with a name of a tool; else the end of the longest chain."""
     depth = {body: len(carrying_joints(model, body)) for body in range(model.nbody)}
     sites = [(model.site(i).name, int(model.site_bodyid[i])) for i in range(model.nsite)]
     bodies = [(model.body(body).name, body) for body in depth]
@@ -103,7 +103,7 @@ def _choice(kind: str, name: str, others: list[str]) -> str:
 
 
 def _rank(name: str) -> int | None:
-    """Return the place in TOOL_NAMES of the surest word in a name, the whole name before its parts."""
+    """Return the index in TOOL_NAMES of the most certain word in a name, the whole name before its parts."""
     words = [name, *re.split(r"[^a-zA-Z0-9]+|_", name)]
     for rank, pattern in enumerate(TOOL_NAMES):
         for extra, word in enumerate(words):
@@ -143,7 +143,7 @@ def _check_mimics(model: mujoco.MjModel, chain: list[int], names: list[str]) -> 
 
 
 def _beside(model: mujoco.MjModel, chain: list[int]) -> list[int]:
-    """Return the joints that would fall: of the arm's own tree or with an actuator, and no equality moves them."""
+    """Return the joints that would fall: those in the arm's tree or with an actuator that no equality moves."""
     own = same_tree(model, chain) | actuated(model).intersection(single_axis(model))
     beside = own - set(chain) - followers(model)
     return [joint for joint in sorted(beside) if model.joint(joint).name]

@@ -1,4 +1,4 @@
-"""The text of a robot's TOML, with the origin of each value beside it."""
+"""The text of a robot's TOML, with the origin of each value as a comment."""
 
 import json
 import re
@@ -11,18 +11,18 @@ from robot.importing.limits import JointLimits, Value
 from robot.model import Tool
 
 DECIDE = "DECIDE"
-"""Marks what no file says and the user must look up."""
+"""Mark of values that no file contains and the user must look up."""
 RATE_HZ = 1000
 ALPHA = 50.0
 SILENCE_TICKS = 20
 MAX_TRACKING_ERROR = 0.1
-"""rad. Eq. 11 then asks for alpha²/4 times as much, 62.5 rad/s² beside the reference."""
+"""rad. At this error eq. 11 adds alpha²/4 times as much to the reference acceleration: 62.5 rad/s²."""
 MARGIN = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A line of the TOML: `key = value  # comment`, or without a key a comment alone."""
+    """A line of the TOML: `key = value  # comment`, or without a key only a comment."""
 
     key: str = ""
     value: str = ""
@@ -31,7 +31,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What is written of an arm; vectors are (J,), in the order of `joint_names`."""
+    """Values to write for an arm; vectors are (J,), in the order of `joint_names`."""
 
     name: str
     model: str
@@ -55,7 +55,7 @@ def to_toml(contents: Contents) -> str:
 
 
 def open_values(text: str) -> list[str]:
-    """Return the keys of a TOML that the user must still decide."""
+    """Return the keys of a TOML whose values the user must still decide."""
     return re.findall(rf"^(\w+) .*# {DECIDE}", text, re.MULTILINE)
 
 
@@ -151,7 +151,7 @@ def _key(name: str) -> str:
 
 
 def _number(value: float) -> str:
-    """Return a float as TOML has it, with all its digits: a limit that was rounded up would be none."""
+    """Return a float in TOML with all its digits: a limit that was rounded up would not be kept."""
     return repr(value)
 
 

@@ -1,4 +1,4 @@
-"""Where an arm begins."""
+"""Choose the home pose of an arm."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from robot.schema import RobotError
 from robot.tree import touching
 
 TRIES = 300
-"""Random poses that are tried for one without contact."""
+"""Number of random poses that are tried to find one without contact."""
 NOT_HOME = 1e-9
 
 
@@ -22,8 +22,8 @@ class Home:
 
     Attributes:
         positions: qpos, (nq,), inside the ranges of the arm's and the held joints.
-        origin: Where it comes from.
-        notes: What was changed, and what touches.
+        origin: Origin of the pose, for the TOML.
+        notes: Sentences about changes and contacts.
     """
 
     positions: np.ndarray
@@ -32,7 +32,7 @@ class Home:
 
 
 def find_home(model: mujoco.MjModel, arm: Arm, keyframe: str | None) -> Home:
-    """Return the keyframe's pose, by default that of `home` or else the first; without one a pose free of contact.
+    """Return the keyframe's pose, by default that of `home`, else the first; without keyframes, a pose without contact.
 
     Raises:
         RobotError: there is no such keyframe.
@@ -78,7 +78,7 @@ def _free_of_contact(model: mujoco.MjModel, data: mujoco.MjData, joints: list[in
 
 
 def _candidates(ranges: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield poses (J,) to begin at, the plainest first."""
+    """Yield candidate home poses (J,), the simplest first."""
     bounded = np.where(np.isfinite(ranges), ranges, [-np.pi, np.pi])
     yield "assumed: the middle of the ranges", np.clip(bounded.mean(axis=1), *ranges.T)
     yield "assumed: zero, or the end of the range next to it", np.clip(0.0, *ranges.T)

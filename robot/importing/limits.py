@@ -12,27 +12,27 @@ from robot.torque_limits import torque_limit
 from robot.urdf import UrdfJoint
 
 ASSUMED_VELOCITY = 2.0
-"""rad/s: most arms of some kilograms reach it."""
+"""rad/s: most arms of a few kilograms reach it."""
 ASSUMED_SLIDE_VELOCITY = 0.5
 """m/s."""
 QUANTILE = 0.05
-"""The acceleration limit is kept by the torques in all but this part of the poses."""
+"""Fraction of the poses in which the torques may not suffice for the acceleration limit."""
 SPEED_UP_S = 0.1
-"""No joint reaches its velocity limit in less: what a bare inertia allows beyond that no drive keeps."""
+"""Shortest time to the velocity limit, s: drives do not reach the higher accelerations that a small inertia allows."""
 ASSUMED_SPEED_UP_S = 0.25
-"""The same where there is no torque limit."""
+"""Assumed time to the velocity limit without a torque limit, s."""
 JERK_S = 0.03
-"""From rest to full acceleration."""
+"""Time from rest to full acceleration, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """One vector of the TOML.
+    """A vector of the TOML.
 
     Attributes:
         numbers: (J,).
         origin: "file: …", "derived: …" or "assumed: …".
-        is_open: The user must decide it: no file has it.
+        is_open: Whether the user must decide it, because no file contains it.
     """
 
     numbers: np.ndarray
@@ -42,7 +42,7 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """Limits of J joints; ±inf where there is none. Ranges are (J, 2), the others (J,)."""
+    """Limits of J joints, ±inf for no limit. Ranges are (J, 2), all other vectors (J,)."""
 
     ranges: np.ndarray
     torques: Value
@@ -54,7 +54,7 @@ class JointLimits:
 def find_limits(
     model: mujoco.MjModel, joints: list[int], qpos: np.ndarray, urdf: Mapping[str, UrdfJoint]
 ) -> JointLimits:
-    """Return the limits of the arm's joints, with what is beside it as in `qpos` (nq,)."""
+    """Return the limits of the arm's joints; the rest of the model is at `qpos` (nq,)."""
     ranges = model_ranges(model, joints)
     torques = _torques(model, joints, bool(urdf))
     velocities = _velocities(model, joints, urdf)
@@ -97,7 +97,7 @@ def _velocities(model: mujoco.MjModel, joints: Sequence[int], urdf: Mapping[str,
 def _accelerations(
     model: mujoco.MjModel, joints: list[int], qpos: np.ndarray, torques: np.ndarray, velocities: np.ndarray
 ) -> Value:
-    """Return what the torques leave after gravity, friction and damping, while all joints pull against each other."""
+    """Return the accelerations that the torques allow beyond gravity, friction and damping, for the worst coupling."""
     load = load_at(model, qpos, joints, sample_poses(model_ranges(model, joints)))
     dofs = model.jnt_dofadr[joints]
     known = np.isfinite(torques)
@@ -107,7 +107,7 @@ def _accelerations(
     reached = np.quantile(spare / np.abs(load.inertia).sum(axis=2), QUANTILE, axis=0)
     reached = np.where(known, reached, np.inf)
     highest = velocities / np.where(known, SPEED_UP_S, ASSUMED_SPEED_UP_S)
-    lowest = velocities  # a joint that its torque hardly holds still takes no more than a second to full speed
+    lowest = velocities  # a joint whose torque hardly holds it is given at least this: full speed in a second
     values = round_down(np.clip(reached, lowest, highest))
     rule = f"(torque - gravity) / inertia in {1 - QUANTILE:.0%} of poses, full speed in {SPEED_UP_S:g} s at least"
     if known.all():

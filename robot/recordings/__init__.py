@@ -1,1 +1,1 @@
-"""Whether a recording can be of an arm, and what its teacher should know of it, in sentences."""
+"""Plausibility of a recording for an arm, and warnings about it, in sentences."""

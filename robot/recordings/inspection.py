@@ -1,4 +1,4 @@
-"""What the teacher of a movement should know about a recording, in sentences."""
+"""Warnings about a recording and the primitive learned from it, in sentences."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,27 +13,27 @@ from motion.smoothing import run_length
 from robot.recordings.plausibility import beyond_limits, garbled, jumps, outside, too_fast
 
 PLACE_SHARE, PLACE_FLOOR = 0.01, 0.005
-"""Distance between a motion and its demonstration that is worth a sentence: part of the joint's range, or rad."""
+"""Distance between a motion and its demonstration that causes a warning: fraction of the joint's range, or rad."""
 
 SPREAD = 4 / 27
-"""Largest distance, in units of velocity × duration, when a motion begins or ends at rest that did not."""
+"""Largest deviation, in units of velocity × duration, if a moving start or end is replaced by rest."""
 
 UNSURE = 10.0
-"""Times the noise: the velocity at an end is known no better."""
+"""Uncertainty of the velocity at an end, in units of the noise."""
 
 END_SHARE, END_SAMPLES, CHANCE = 0.05, 10, 1e-5
-"""Part of the samples, and least number of them, that show a joint in motion at an end, and the chance of an error."""
+"""Fraction and least number of samples that decide whether a joint moves at an end, and the error probability."""
 
 GAP = 5.0
-"""Times the usual distance between two samples."""
+"""Length of a gap, in units of the usual distance between two samples."""
 
 LISTED = 3
 
 
 def warnings_of(demonstration: Demonstration, primitive: Primitive, limits: Limits, names: Sequence[str]) -> list[str]:
-    """Sentences about a recording and the primitive learned from it; empty for a clean one.
+    """Return warnings about a recording and the primitive learned from it; empty for a clean one.
 
-    `limits` and joint `names` are the arm's; a recording of another number of joints is not held against limits.
+    `limits` and joint `names` are the arm's; a recording with another number of joints is not checked against limits.
     """
     if limits.joint_count != (joint_count := primitive.joint_count):
         names, limits = [f"joint {joint}" for joint in range(joint_count)], Limits.unlimited(joint_count)
@@ -50,7 +50,7 @@ def warnings_of(demonstration: Demonstration, primitive: Primitive, limits: Limi
 
 
 def moving_ends(demonstration: Demonstration, primitive: Primitive, names: Sequence[str]) -> Iterator[str]:
-    """Sentences where the movement begins or ends so fast that a start or goal at rest shifts its places."""
+    """Yield warnings if the movement starts or ends so fast that a start or goal at rest shifts its positions."""
     tolerance = np.maximum(_tolerance(primitive), UNSURE * primitive.noise_estimate)
     times, positions = demonstration.times, demonstration.positions
     for verb, boundary, end, order in (("begins", primitive.start, "start", 1), ("ends", primitive.goal, "goal", -1)):
@@ -67,12 +67,12 @@ def moving_ends(demonstration: Demonstration, primitive: Primitive, names: Seque
 
 
 def _moves(times: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Whether each joint (J,) moves at the first sample, by a cubic through the first ones and its standard error."""
+    """Return whether each joint (J,) moves at the first sample: a cubic is fitted and tested by its standard error."""
     count = max(END_SAMPLES, round(END_SHARE * len(times)))
     since = (times[:count] - times[0]) / (times[count - 1] - times[0])
     powers = np.vander(since, 4, increasing=True)
     fitted = np.linalg.lstsq(powers, positions[:count])[0]
-    # Neighbours on one step of a quantised encoder have one error and count as one.
+    # Adjacent samples on one step of a quantised encoder share their error, so they count as one.
     correlation = np.array([run_length(column) for column in positions[:count].T])
     free = np.maximum(count / correlation - 4, 1.0)
     variance = correlation * np.mean((positions[:count] - powers @ fitted) ** 2, axis=0) * (1 + 4 / free)
@@ -81,7 +81,7 @@ def _moves(times: np.ndarray, positions: np.ndarray) -> np.ndarray:
 
 
 def gaps(demonstration: Demonstration, primitive: Primitive) -> Iterator[str]:
-    """A sentence on stretches without samples that are longer than half the distance between two knots."""
+    """Yield a warning about gaps that are longer than half a knot interval."""
     steps = np.diff(demonstration.times)
     knot = primitive.duration / (primitive.basis_count - 3)
     rows = np.flatnonzero(steps > max(GAP * float(np.median(steps)), knot / 2))
@@ -90,7 +90,7 @@ def gaps(demonstration: Demonstration, primitive: Primitive) -> Iterator[str]:
 
 
 def filled_gaps(times: np.ndarray, rows: np.ndarray) -> str:
-    """Return a sentence on the gaps that follow the samples `rows`; times (n,), s."""
+    """Return a sentence about the gaps after the samples `rows`; times: (n,), s."""
     steps, since = np.diff(times), times - times[0]
     longest = sorted(rows[np.argsort(-steps[rows], kind="stable")][:LISTED].tolist())
     listed = ", ".join(f"{steps[row]:.3g} s after {since[row]:.3g} s" for row in longest)
@@ -99,14 +99,14 @@ def filled_gaps(times: np.ndarray, rows: np.ndarray) -> str:
 
 
 def not_followed(demonstration: Demonstration, primitive: Primitive, names: Sequence[str]) -> Iterator[str]:
-    """Sentences for joints whose spline passes beside the samples by more than their noise explains."""
+    """Yield warnings about joints whose spline is farther from the samples than their noise explains."""
     s = demonstration.phases
     beside = primitive.positions(s) - demonstration.positions
-    # Noise averages out over half a knot interval, what the spline cannot follow does not.
+    # Noise averages out over half a knot interval; a misfit of the spline does not.
     width = max(1, len(s) // (2 * (primitive.basis_count - 3)))
     sums = np.cumsum(np.pad(beside, ((1, 0), (0, 0))), axis=0)
     beside = np.abs(sums[width:] - sums[:-width]).max(axis=0) / width
-    # What differs from sample to sample is noise: its standard deviation by the median of the second differences.
+    # Estimate the noise's standard deviation by the median of the second differences.
     noise = np.median(np.abs(np.diff(demonstration.positions, n=2, axis=0)), axis=0) / 0.6745 / np.sqrt(6)
     tolerance = np.maximum(_tolerance(primitive), 2 * noise)
     for joint in np.flatnonzero(beside > tolerance).tolist():
@@ -117,6 +117,6 @@ def not_followed(demonstration: Demonstration, primitive: Primitive, names: Sequ
 
 
 def _tolerance(primitive: Primitive) -> np.ndarray:
-    """Distance (J,), rad, that is worth a sentence."""
+    """Return the distance (J,), rad, that causes a warning."""
     positions = primitive.positions(np.linspace(0, 1, 1001))
     return np.maximum(PLACE_SHARE * np.ptp(positions, axis=0), PLACE_FLOOR)

@@ -1,4 +1,4 @@
-"""Whether a recording can be of this arm, in sentences with a guess at the cause."""
+"""Plausibility of a recording for this arm: warnings with a likely cause."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -12,28 +12,28 @@ from motion.limits import Limits
 from motion.primitive import Primitive
 
 FAST = 10.0
-"""Times a velocity limit: no joint moves like that."""
+"""Implausible speed, in units of the velocity limit."""
 
 ORDERS = 1, 2, 3
-"""Derivatives of position that have limits: velocity, acceleration, jerk."""
+"""Orders of the derivatives of position that have limits: velocity, acceleration, jerk."""
 
 OUTSIDE = 0.02
-"""rad: an arm may be calibrated, or pushed, this far outside its range."""
+"""Distance outside its range, rad, that a joint may have by calibration or pushing."""
 
 TURN_TOLERANCE = 0.5
-"""rad: a jump within this of a full turn is a wrapped angle."""
+"""Largest difference, rad, of a wrapped angle's jump from a full turn."""
 
 GARBLED = 0.2
-"""A matrix that takes less than this part of its largest steps when it is read by columns is column-major."""
+"""A matrix is column-major if reading it by columns reduces its largest steps below this fraction."""
 
 LEAST, MOST = 1e-9, 1e4
-"""Sizes of a joint's position, rad, that are no accident: a sixth of all random numbers has them."""
+"""Plausible magnitudes of a joint position, rad; a sixth of all random float32 numbers has them."""
 
 NEARLY_ALL = 0.9
 
 
 def outside(demonstration: Demonstration, limits: Limits, names: Sequence[str]) -> Iterator[str]:
-    """A sentence where samples lie outside position ranges, with a guess at the cause."""
+    """Yield a warning if samples are outside position ranges, with a likely cause."""
     excess = _excess(demonstration.positions, limits.positions)
     joint = int(np.argmax(np.diagonal(excess)))
     if excess[joint, joint] <= OUTSIDE:
@@ -52,7 +52,7 @@ def outside(demonstration: Demonstration, limits: Limits, names: Sequence[str]) 
 
 
 def too_fast(demonstration: Demonstration, primitive: Primitive, limits: Limits, names: Sequence[str]) -> Iterator[str]:
-    """A sentence where the movement is faster than FAST times a velocity limit."""
+    """Yield a warning if the movement is faster than FAST times a velocity limit."""
     s = np.linspace(0, 1, 4 * primitive.basis_count + 1)
     speeds = np.abs(primitive.sample(s).velocities)
     steps = np.diff(demonstration.times)
@@ -69,9 +69,9 @@ def too_fast(demonstration: Demonstration, primitive: Primitive, limits: Limits,
 
 
 def beyond_limits(primitive: Primitive, limits: Limits, names: Sequence[str]) -> Iterator[str]:
-    """A sentence where the movement passes limits in its own duration, with the shortest one in which it does not.
+    """Yield a warning if the movement exceeds limits in its own duration, with the shortest duration that does not.
 
-    A movement that is `too_fast` passes without a sentence: its units are wrong.
+    A movement that is `too_fast` gets no warning here: its units are wrong.
     """
     s = np.linspace(0, 1, 4 * primitive.basis_count + 1)
     peaks = [np.abs(splines.derivative(primitive.control_points, s, order)).max(axis=0) for order in ORDERS]
@@ -90,7 +90,7 @@ def beyond_limits(primitive: Primitive, limits: Limits, names: Sequence[str]) ->
 
 
 def jumps(demonstration: Demonstration, names: Sequence[str]) -> Iterator[str]:
-    """Sentences for joints that turn by 2π from one sample to the next."""
+    """Yield a warning for each joint that jumps by 2π from one sample to the next."""
     steps = np.diff(demonstration.positions, axis=0)
     beside = np.abs(np.abs(steps) - 2 * np.pi)
     for joint in np.flatnonzero(np.any(beside < TURN_TOLERANCE, axis=0)).tolist():
@@ -102,12 +102,12 @@ def jumps(demonstration: Demonstration, names: Sequence[str]) -> Iterator[str]:
 
 
 def garbled(demonstration: Demonstration) -> Iterator[str]:
-    """A sentence where the bytes of the matrix make more sense when they are read in another way."""
+    """Yield a warning if the matrix's bytes make more sense in another layout or type."""
     positions = np.ascontiguousarray(demonstration.positions)
     columns = positions.reshape(positions.shape[::-1]).T
     if positions.shape[1] > 1 and _largest_step(columns) < GARBLED * _largest_step(positions):
         yield "the matrix is smooth when it is read column by column; it must be row-major, one sample after another"
-    # The lower halves of float64 are random as float32: of any size, or no number at all.
+    # Read as float32, the lower halves of float64 are random: of any magnitude, or NaN.
     halves = np.abs(positions.view(np.float32).reshape(-1, 2))
     sizes = halves[halves > 0]
     if np.count_nonzero(halves[:, 0]) > len(halves) / 2 and np.mean((sizes > LEAST) & (sizes < MOST)) > NEARLY_ALL:
@@ -115,13 +115,13 @@ def garbled(demonstration: Demonstration) -> Iterator[str]:
 
 
 def _excess(positions: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """How far, rad, column i lies outside the range of joint j: (J, J)."""
+    """Return the distance (J, J), rad, of column i from the range of joint j."""
     low, high = positions.min(axis=0)[:, None], positions.max(axis=0)[:, None]
     return np.maximum(np.maximum(high - ranges[:, 1], ranges[:, 0] - low), 0.0)
 
 
 def _largest_step(columns: np.ndarray) -> float:
-    """The columns' largest steps from sample to sample, in units of their range: the mean of them."""
+    """Return the mean over columns of the largest step from sample to sample, in units of the column's range."""
     ranges = np.ptp(columns, axis=0)
     steps = np.abs(np.diff(columns, axis=0)).max(axis=0)
     return float(np.mean(steps[ranges > 0] / ranges[ranges > 0])) if np.any(ranges > 0) else 0.0
