@@ -1,1 +1,1 @@
-"""What the services share: real-time behaviour, logs, command lines, their place on the bus."""
+"""Shared by the services: real-time scheduling, logs, command lines, single instances on the bus."""

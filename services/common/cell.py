@@ -20,7 +20,7 @@ Wrap = Callable[[str, list[str]], list[str]]
 
 @dataclass(frozen=True, slots=True)
 class RunningCell:
-    """The processes of a cell, a session on its bus, which outlives stalls of this process, and where others join."""
+    """A cell's processes, a session on its bus that survives stalls of this process, and endpoints for clients."""
 
     services: Supervisor
     bus: Bus
@@ -38,24 +38,24 @@ def running_cell(
     wrap: Wrap = lambda _, line: line,
     give_up: Callable[[], bool] = lambda: False,
 ) -> Iterator[RunningCell]:
-    """Start the services, wait until the arm can be asked to move, and end them with the block.
+    """Start the services, wait until the arm accepts goals, and end them with the block.
 
-    Without an endpoint in `options` the bus is on a free port; without a `library` in `flags` the planner has a new
-    one, which is removed at the end.
+    Without an endpoint in `options` the router listens on a free port. Without a `library` in `flags` the planner has
+    a temporary one.
 
     Args:
-        options: What all services are given: robot, endpoints, form of the log.
+        options: Options of all services: robot, endpoints, form of the log.
         flags: Values of the services' own flags by name.
         names: The services to start; by default all of the process table.
-        logs: Directory for the services' logs; by default they go to stderr, or nowhere where `quiet`.
-        quiet: Keep the logs from stderr.
-        wrap: Returns, for a service's name and command line, the command line to start in its place.
-        give_up: Called 20 times a second; once it returns True, nothing is waited for any longer.
+        logs: Directory for the services' logs; by default they go to stderr, or nowhere if `quiet`.
+        quiet: Do not log to stderr.
+        wrap: Returns, for a service's name and command line, the command line to start instead.
+        give_up: Called 20 times a second; returns True to stop waiting.
 
     Raises:
-        NotReady: a service ended, or did not become ready in time; the sentence says which and why.
+        NotReady: a service ended, or did not become ready in time; the sentence names it and the reason.
         ValueError: the robot config cannot be read.
-        zenoh.ZError: the bus cannot be joined, or `give_up` returned True before there was one.
+        zenoh.ZError: the bus cannot be joined, or `give_up` returned True before it existed.
     """
     if not options.listen and not options.connect:
         options = replace(options, listen=(free_endpoint(),))
@@ -79,10 +79,10 @@ def running_cell(
 
 
 def _wait_for_controller(bus: Bus, give_up: Callable[[], bool]) -> None:
-    """Return once the controller has met the arm, or `give_up` says so.
+    """Wait until the controller has detected the arm, or `give_up` returns True.
 
     Raises:
-        NotReady: it has not within `READY_S`.
+        NotReady: the controller has not detected the arm within `READY_S`.
     """
     deadline = time.monotonic() + READY_S
     while not give_up():

@@ -1,4 +1,4 @@
-"""Command lines: the flags that all services share, and those of each service that `python -m services` hands on."""
+"""Command lines: flags of all services, and the services' own flags, which `python -m services` passes on."""
 
 import errno
 import itertools
@@ -27,16 +27,16 @@ EXPOSED = (
     "deploy/zenoh/router.json5 (docs/operations.md), or allow it with --insecure"
 )
 MISUSED = 2
-"""Exit status for an unusable file or command line."""
+"""Exit status for an invalid file or command line."""
 OWN_PORTS = range(20_000, 30_000)
-"""Linux gives none of these to a program that asks for any port: what is found free still is when it is bound."""
-_counter = itertools.count(os.getpid() * 61)  # processes that choose at the same time begin at different ports
+"""Ports that Linux does not assign automatically, so that one that is found free remains free until it is bound."""
+_counter = itertools.count(os.getpid() * 61)  # processes that choose at the same time start at different ports
 LIBRARIES = Path.home() / ".local" / "share" / "volley" / "library"
-"""Where each robot's library is by default, in a directory of the robot's name."""
+"""Default directory of the libraries, which has one directory a robot."""
 
 
 def _shown_as(metavar: str) -> object:
-    """Name the value of a flag in a help screen, and hide a default that says nothing."""
+    """Set the placeholder of a flag's value in the help, without a default that carries no information."""
     return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
 
 
@@ -50,14 +50,14 @@ class Options:
 
     Attributes:
         robot: Name of the robot on the bus, the second part of every key; by default the one in the robot config.
-        robot_config: TOML file that describes the robot, beside its MJCF file; by default that of the shipped arm.
-        connect: Endpoints of the bus to join, as tcp/HOST:PORT; by default tcp/127.0.0.1:7447, unless this service
-            hosts the bus.
-        listen: Endpoints on which this service hosts the bus.
+        robot_config: TOML file of the robot; by default that of the shipped arm.
+        connect: Endpoints of a router to join, tcp/HOST:PORT; by default tcp/127.0.0.1:7447, unless this service
+            hosts the router.
+        listen: Endpoints on which this service hosts the router.
         zenoh_config: Further Zenoh settings, a json5 file.
         insecure: Accept machines without a certificate; every machine that reaches the bus can then move the arm.
         loop_core: Core that sim and controller share and the other services avoid; by default the last one, unless the
-            process may use only some of the machine's cores. Each arm on a machine needs a core of its own.
+            process may use only some of the machine's cores. Each arm on a machine needs its own core.
         log: Form of the log on stderr: text for a terminal, json for one object a line.
     """
 
@@ -72,7 +72,7 @@ class Options:
 
 
 def free_port(preferred: int = 0) -> int:
-    """Return `preferred`, or a free port of loopback if `preferred` is taken."""
+    """Return `preferred`, or another free loopback port if it is in use."""
     others = (OWN_PORTS[count % len(OWN_PORTS)] for count in _counter)
     return next(port for port in itertools.chain([preferred] if preferred else [], others) if _is_free(port))
 
@@ -87,12 +87,12 @@ def _is_free(port: int) -> bool:
 
 
 def free_endpoint() -> str:
-    """Return an endpoint on loopback that nobody listens on."""
+    """Return a free endpoint on loopback."""
     return f"tcp/127.0.0.1:{free_port()}"
 
 
 def is_taken(endpoint: str) -> bool:
-    """Return whether another process listens at this TCP endpoint; False if that cannot be determined."""
+    """Return whether another process listens on this TCP endpoint; False if that is unknown."""
     address = endpoint.partition("/")[2].partition("?")[0].partition("#")[0]
     host, _, port = address.rpartition(":")
     try:
@@ -129,10 +129,9 @@ def open_bus(
     give_up: Callable[[], bool] = lambda: False,
     timeouts: SessionTimeouts = CLIENT,
 ) -> Bus:
-    """Open the bus of `robot` as `options` say; without endpoints the service hosts or joins the default one.
+    """Open the bus of `robot` with `options`; without endpoints, host or join the default one.
 
-    While there is no router to join, `give_up` is called twice a second. The other end applies `timeouts` to this
-    process.
+    While there is no router to join, `give_up` is called twice a second. The peer applies `timeouts` to this process.
 
     Raises:
         zenoh.ZError: the configuration is invalid, an endpoint to listen on is taken, or `give_up` returned True.
@@ -146,7 +145,7 @@ def open_bus(
 
 
 def refuse_exposure(options: Options, connect: Sequence[str], listen: Sequence[str]) -> None:
-    """Raise SystemExit if a session with these endpoints would accept other machines without a certificate.
+    """Raise SystemExit if a session with these endpoints accepts other machines without a certificate.
 
     Raises:
         zenoh.ZError: the configuration is invalid.
@@ -165,9 +164,8 @@ class SimFlags:
         clock: paced follows the wall clock but waits for the controller, so that a slow machine only slows robot time;
             realtime does not wait, like a real arm; stepped advances on `sim/step` requests only.
         seed: Seed of the sensor noise; in stepped time it also names the first run.
-        pace: With the clock paced, largest ratio of robot time to wall time: 0.25 gives each process four times as
-            long.
-        also: TOML files of further robots that stand in the same model: one simulation moves them all, with one ball.
+        pace: With the clock paced: largest ratio of robot time to wall time; 0.25 gives processes four times as long.
+        also: TOML files of further robots in the same model; one simulation moves them all, with one ball.
     """
 
     clock: Clock = "paced"
@@ -195,10 +193,10 @@ class StrikerFlags:
     """Flags of the striker.
 
     Attributes:
-        learned: File in which the striker keeps what it has learned about racket and ball; by default
+        learned: File of the learned parameters of racket and ball, which persist between starts; by default
             ~/.local/share/volley/striker/ROBOT.json.
-        method: How swings are planned: qp is Volley's method; for comparison, dmp is the dynamic movement primitive,
-            and quintic is one polynomial without a demonstration, planned by the striker itself.
+        method: Planning of swings: dmp is a movement primitive, for comparison; quintic is one polynomial without a
+            demonstration, which the striker executes without the planner.
     """
 
     learned: OptionalFile = None
@@ -210,10 +208,10 @@ class RecorderFlags:
     """Flags of the recorder.
 
     Attributes:
-        record: The trace to write; an existing file is overwritten. By default volley-DATE-TIME.rrd in the current
-            directory; `services.recorder` by itself writes none where --live is given.
-        unindexed: Leave out the index at the trace's end, which lets viewers jump in it and takes the recorder 1 MB of
-            memory a second: for recordings of hours. `rerun rrd optimize` adds it afterwards.
+        record: Trace to write; an existing file is overwritten. By default volley-DATE-TIME.rrd in the current
+            directory; with --live, `services.recorder` by itself writes none.
+        unindexed: Leave out the index at the trace's end, for recordings of hours. Viewers need it to jump in the
+            trace, and it takes 1 MB of memory a second. `rerun rrd optimize` adds it afterwards.
         live: Serve a live view on loopback, for `rerun` or a browser.
         live_port: Port of the live view.
     """

@@ -1,12 +1,12 @@
-"""How services end when the process that started them is gone, even if it was killed.
+"""Stop the services when their supervisor ends, even if it is killed.
 
-Every service holds the write end of a pipe and reads two: the supervisor's, and that of the service that stops before
-it. The kernel closes the write ends of a process that ends, however it ends. So the services see that the supervisor
-is gone, and stop one after another in the usual order: the controller brakes the arm while the sim still answers.
-A service that was started by hand or by systemd reads no pipe.
+Every service holds the write end of a pipe and reads two pipes: the supervisor's, and that of the service that stops
+before it. The kernel closes the write ends of a process that ends for any reason. So the services detect that the
+supervisor has ended, and stop one after another in the usual order: the controller brakes the arm while the sim still
+runs. A service that was started by hand or by systemd reads no pipe.
 
-A parent-death signal (`PR_SET_PDEATHSIG`) would reach all services at once, and already when the thread that started
-them ends.
+A parent-death signal (`PR_SET_PDEATHSIG`) would reach all services at the same time, and already when the thread that
+started them ends.
 """
 
 import contextlib
@@ -16,16 +16,16 @@ import threading
 from collections.abc import Sequence
 
 VARIABLE = "VOLLEY_LIFELINE"
-"""Names the descriptors that a service reads, in its environment."""
+"""Environment variable with the descriptors that a service reads."""
 
 ORDER_S = 3.0
-"""How long a service waits for the one that stops before it."""
+"""Timeout for the service that stops before this one."""
 ENDING_S = 5.0
-"""How long the service may then take to end by itself."""
+"""Timeout for the service to end by itself afterwards."""
 
 
 class Lifelines:
-    """The supervisor's pipes: its own, and one for each process of `names`, in the order in which they start."""
+    """The supervisor's pipes: its own, and one for each process of `names`, in starting order."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self._open = contextlib.ExitStack()
@@ -34,7 +34,7 @@ class Lifelines:
         self._names = list(names)
 
     def given_to(self, name: str) -> tuple[list[int], dict[str, str]]:
-        """Return the descriptors and the environment with which process `name` is tied to this one."""
+        """Return the descriptors and the environment that tie process `name` to this one."""
         number = self._names.index(name)
         _, own = self._pipes[number]
         stops_before = [read for read, _ in self._pipes[number + 1 : number + 2]]
@@ -42,7 +42,7 @@ class Lifelines:
         return [own, *reads], {**os.environ, VARIABLE: " ".join(map(str, reads))}
 
     def close(self) -> None:
-        """Close the pipes; what still runs and is tied to this process stops."""
+        """Close the pipes; running processes that are tied to this one stop."""
         self._open.close()
 
     def _pipe(self) -> tuple[int, int]:
@@ -53,9 +53,9 @@ class Lifelines:
 
 
 def follow_supervisor(stopping: threading.Event) -> None:
-    """Set `stopping` once the supervisor is gone, and end this process if it has not ended `ENDING_S` later.
+    """Set `stopping` when the supervisor has ended, and kill this process if it still runs `ENDING_S` later.
 
-    Does nothing in a process that no supervisor started.
+    Does nothing in a process without a supervisor.
     """
     reads = [int(word) for word in os.environ.pop(VARIABLE, "").split()]
     if not reads:

@@ -18,7 +18,7 @@ class JsonFormatter(logging.Formatter):
     """Formats a record as one line of JSON.
 
     The fields are `time` (RFC 3339 in UTC, to the millisecond), `service`, `level`, `message`, `goal_id`, `code` and
-    `traceback`; the last three are null where there is none.
+    `traceback`; the last three may be null.
     """
 
     converter = time.gmtime
@@ -30,7 +30,7 @@ class JsonFormatter(logging.Formatter):
         self._service = service
 
     def format(self, record: logging.LogRecord) -> str:
-        """Return the line, without a newline; all ASCII, so that it does not depend on the locale."""
+        """Return the line, without a newline; in ASCII, so that it does not depend on the locale."""
         return json.dumps(
             {
                 "time": self.formatTime(record),
@@ -52,7 +52,7 @@ def formatter(service: str, form: LogForm) -> logging.Formatter:
 
 
 def start_logging(service: str, form: LogForm) -> logging.Logger:
-    """Log to stderr in `form`, Python's warnings and uncaught errors too, and return the service's logger."""
+    """Log to stderr in `form`, including Python's warnings and uncaught errors; return the service's logger."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(formatter(service, form))
     logging.basicConfig(level=logging.INFO, handlers=[handler])
@@ -63,7 +63,7 @@ def start_logging(service: str, form: LogForm) -> logging.Logger:
 
 
 def _log_uncaught(log: logging.Logger) -> None:
-    """Log uncaught exceptions of every thread, in place of printing a bare traceback."""
+    """Log uncaught exceptions of all threads, instead of printing tracebacks."""
 
     def uncaught(kind: type[BaseException], error: BaseException | None, trace: TracebackType | None) -> None:
         if error is not None and not isinstance(error, SystemExit):
@@ -74,7 +74,7 @@ def _log_uncaught(log: logging.Logger) -> None:
 
 
 class ThrottledLog:
-    """Logs a warning that may come at every tick at most once a second, with the count of all so far."""
+    """Logs a frequent warning at most once a second, with the count of all so far."""
 
     def __init__(self, log: logging.Logger) -> None:
         self._log = log
@@ -82,7 +82,7 @@ class ThrottledLog:
         self._next_ns = 0
 
     def warn(self, sentence: str, code: str | None = None) -> None:
-        """Count, and log `sentence` unless another was logged less than a second ago; `code` is a refusal's."""
+        """Count the warning, and log `sentence` if the last one was logged over a second ago; `code`: of a refusal."""
         self._count += 1
         now_ns = time.monotonic_ns()
         if now_ns >= self._next_ns:

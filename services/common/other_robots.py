@@ -1,4 +1,4 @@
-"""Other robots of the bus that stand in this robot's model."""
+"""Other robots on the bus that stand in this robot's model."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -28,14 +28,14 @@ def received(collector: Collector, kind: type[MessageT], most: int = 1, max_byte
 
 
 class OtherRobots:
-    """The newest states of other robots, by the names that their joints have in this robot's model."""
+    """The newest states of other robots, by their joints' names in this robot's model."""
 
     def __init__(self, bus: Bus, others: Mapping[str, tuple[str, ...]]) -> None:
-        """Listen to the robots in `others`: the joints of each by its name on the bus, in the order of its vectors."""
+        """Subscribe to the robots in `others`, which maps names on the bus to joints, in the order of their vectors."""
         self._sources = [(joints, Bus(bus.session, name).collect(topics.STATE, 1)) for name, joints in others.items()]
 
     def take(self) -> Iterator[tuple[tuple[str, ...], m.State]]:
-        """Yield the joints and the newest state of each robot that has published one since the last call."""
+        """Yield the joints and the newest state of each robot that has published since the last call."""
         for joints, source in self._sources:
             for state in received(source, m.State):
                 if len(state.positions) == len(state.velocities) == len(joints):

@@ -15,25 +15,25 @@ from pathlib import Path
 SPIN_NS = 30_000
 """Busy-wait the last 30 µs: shorter adds jitter, longer takes time from processes on this core."""
 PROMPT_NICE, STEADY_NICE, POLITE_NICE = -10, -5, 5
-"""Niceness of what answers in time, of what must not fall behind, and what is added without the right to these."""
+"""Niceness of processes that must reply in time, of those that must not fall behind, and the fallback increment."""
 PROMPT_PRIORITY, RECEIVING_PRIORITY = 1, 2
-"""Priorities of SCHED_FIFO, below the loops of sim and controller: for what computes, and for what only receives."""
+"""Priorities of SCHED_FIFO, below the loops of sim and controller: of computing threads, and of receiving ones."""
 PROMPT_SWITCH_S = 5e-4
-"""How long a thread that computes lets one wait that receives: the planner knows the time by when a status came."""
+"""Largest delay of a receiving thread by a computing one: the planner needs the arrival times of statuses."""
 PROMPT_SLICE_NS = 100_000
 """The shortest slice that Linux grants."""
 SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
-"""Number of the system call, for which the C library has no function."""
+"""Number of a system call that the C library does not wrap."""
 PR_SET_TIMERSLACK = 29
 MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
 
 
 def split_cores(loop_core: int | None) -> tuple[set[int], set[int]]:
-    """Return the cores of the loops of sim and controller, and those of everything else.
+    """Return the cores of the loops of sim and controller, and the cores of all other threads.
 
-    The two loops take turns, so they share one core, `loop_core` or by default the last: a message between them wakes
-    no other core, and a plan elsewhere is not interrupted several times a tick. A process that may use only some of the
-    machine's cores uses those for both.
+    The two loops take turns, so they share one core, `loop_core` or by default the last. A message between them then
+    wakes no other core, and planning on other cores is not interrupted several times a tick. A process that may use
+    only some of the machine's cores uses these for both.
     """
     usable = os.sched_getaffinity(0)
     if loop_core is None:
@@ -44,7 +44,7 @@ def split_cores(loop_core: int | None) -> tuple[set[int], set[int]]:
 
 
 def keep_to(cores: set[int]) -> list[str]:
-    """Restrict this thread, and those it starts later, to `cores`; return what was not granted, as sentences."""
+    """Restrict this thread, and threads that it starts later, to `cores`; return failures as sentences."""
     try:
         os.sched_setaffinity(0, cores)
     except (OSError, ValueError, OverflowError) as error:
@@ -53,10 +53,11 @@ def keep_to(cores: set[int]) -> list[str]:
 
 
 def become_real_time(priority: int) -> list[str]:
-    """Ask for what a 1 kHz loop needs and return what was not granted, as sentences.
+    """Request real-time scheduling for a 1 kHz loop; return failures as sentences.
 
-    Threads inherit SCHED_FIFO when they start, so call this before the Zenoh session is opened. With Python's default
-    switch interval of 5 ms, a message that arrives while the loop computes would wait for longer than a tick.
+    Threads inherit SCHED_FIFO when they start, so call this before the Zenoh session is opened. The switch interval is
+    shortened because, with Python's default of 5 ms, a message that arrives while the loop computes would wait for
+    longer than a tick.
     """
     sys.setswitchinterval(1e-4)
     libc = ctypes.CDLL(None, use_errno=True)
@@ -73,10 +74,10 @@ def become_real_time(priority: int) -> list[str]:
 
 
 def _lock_code(libc: ctypes.CDLL) -> bool:
-    """Read the code of this process into memory and keep it there; return whether that was granted.
+    """Lock this process's code in memory; return whether that was granted.
 
-    Data stay in memory from their first use on. Locked at once they would take several hundred megabytes that are never
-    used: each thread has a stack of 8 MB, and freed memory that is still mapped would be filled again.
+    Data are locked on first use. Locking all at once would take several hundred unused megabytes: each thread has a
+    stack of 8 MB, and freed memory that is still mapped would be filled again.
     """
     lines = [line.split() for line in Path("/proc/self/maps").read_text().splitlines()]
     files = [span for span, permissions, *_, path in lines if path.startswith("/") and permissions[0] == "r"]
@@ -85,7 +86,7 @@ def _lock_code(libc: ctypes.CDLL) -> bool:
 
 
 def may_be_real_time() -> bool:
-    """Return whether this process, and so those it starts, may have SCHED_FIFO."""
+    """Return whether this process, and so its children, may use SCHED_FIFO."""
     policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
@@ -96,7 +97,7 @@ def may_be_real_time() -> bool:
 
 
 class _SchedulingAttributes(ctypes.Structure):
-    """`struct sched_attr` of Linux, its first version."""
+    """Linux's `struct sched_attr`, first version."""
 
     _fields_ = (
         ("size", ctypes.c_uint32),
@@ -111,9 +112,9 @@ class _SchedulingAttributes(ctypes.Structure):
 
 
 def become_prompt() -> None:
-    """Ask to run at once when a message comes, also while others compute; call it before the bus is opened.
+    """Request priority and a short time slice, to run at once when a message arrives, before the bus is opened.
 
-    Threads inherit it. With a short slice Linux 6.12 and later interrupts another process for this one.
+    Threads inherit it. Linux 6.12 and later preempt another process in favour of one with a short slice.
     """
     sys.setswitchinterval(PROMPT_SWITCH_S)
     become_nice(PROMPT_NICE)
@@ -121,7 +122,7 @@ def become_prompt() -> None:
 
 
 def _share_promptly() -> None:
-    """Give the calling thread the ordinary policy, with its niceness and a short slice."""
+    """Set the ordinary policy for the calling thread, with its niceness and a short slice."""
     number = SCHED_SETATTR.get(platform.machine())
     if number is None:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
@@ -133,7 +134,7 @@ def _share_promptly() -> None:
 
 @contextlib.contextmanager
 def receivers() -> Iterator[None]:
-    """Give threads that start inside, as those that call subscribers back do, SCHED_FIFO where it is granted."""
+    """Give threads that start inside the block, such as Zenoh's callback threads, SCHED_FIFO if it is granted."""
     with contextlib.suppress(OSError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(RECEIVING_PRIORITY))
     try:
@@ -143,17 +144,17 @@ def receivers() -> Iterator[None]:
 
 
 class Urgency:
-    """Puts the calling thread of a prompt process before all ordinary ones, while it keeps up with its messages.
+    """Gives the calling thread priority over all ordinary threads while it keeps up with its messages.
 
-    One that is behind shares its core again, so that a flood of requests leaves the others their part of it. Where
-    SCHED_FIFO is not granted nothing changes. Threads and processes that it starts inherit what it has then.
+    A thread that falls behind loses the priority, so that a flood of requests does not take the whole core. Without
+    SCHED_FIFO nothing changes. Threads and processes that it starts inherit its present policy.
     """
 
     def __init__(self) -> None:
         self._is_first = False
 
     def update(self, keeps_up: bool) -> None:
-        """Come first from now on, or share."""
+        """Take or give up the priority."""
         if keeps_up == self._is_first:
             return
         self._is_first = keeps_up
@@ -165,10 +166,10 @@ class Urgency:
 
 
 def become_nice(niceness: int) -> None:
-    """Take a niceness; negative: before ordinary processes, which have 0.
+    """Set the niceness; negative: priority over ordinary processes, which have 0.
 
-    Where that is not granted the loops of sim and controller are probably ordinary too: then come after them, in this
-    session alone. A session that is nice would starve beside the other programs of the machine.
+    If that is not granted, the loops of sim and controller are probably ordinary too. Then this process yields to
+    them, in this session only: a nice session would starve beside the other programs of the machine.
     """
     with contextlib.suppress(OSError):
         if os.getpriority(os.PRIO_PROCESS, 0) != niceness:
@@ -177,7 +178,7 @@ def become_nice(niceness: int) -> None:
             except PermissionError:
                 os.nice(POLITE_NICE)
                 return
-        # Linux shares a core among sessions first, and the supervisor starts each service in a session of its own.
+        # Linux divides a core among sessions first, and the supervisor starts each service in a separate session.
         if os.getsid(0) == os.getpid():
             Path("/proc/self/autogroup").write_text(str(niceness))
 
@@ -185,9 +186,9 @@ def become_nice(niceness: int) -> None:
 def receive_first() -> None:
     """Give every thread but the calling one SCHED_FIFO, so that Zenoh receives at once; call it once the bus is open.
 
-    For planners and strikers, and for a program that follows 1 kHz streams on the clock `paced`: their publishers wait
-    for it. It has the priority of its terminal; without this, robot time slows down, and replies, which come after
-    streams, time out. Where it is not granted nothing changes.
+    For planners and strikers, and for programs that subscribe to 1 kHz streams with the clock `paced`, because the
+    publishers wait for slow subscribers: robot time would slow down, and replies, which follow the streams, would
+    time out. If it is not granted, nothing changes.
     """
     for thread in (int(task.name) for task in Path("/proc/self/task").iterdir()):
         if thread != threading.get_native_id():
@@ -196,7 +197,7 @@ def receive_first() -> None:
 
 
 def freeze_garbage() -> None:
-    """Collect garbage once, then never again; call it after warm-up, so that no collection interrupts the loop."""
+    """Collect garbage once, then disable the collector; call it after warm-up, so that it never interrupts the loop."""
     gc.collect()
     gc.freeze()
     gc.disable()
@@ -206,7 +207,7 @@ def freeze_garbage() -> None:
 class Deadlines:
     """Absolute deadlines `period_ns` apart; after a stall of more than a period they continue from the present time.
 
-    `stalls` counts the stalls, and `lag_ns` is the time they took in all.
+    `stalls` counts the stalls; `lag_ns` is their total time.
     """
 
     period_ns: int

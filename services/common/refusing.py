@@ -1,4 +1,4 @@
-"""Requests that are answered with a refusal where something is raised."""
+"""Turn exceptions during a request into refusals."""
 
 import logging
 from collections.abc import Callable, Iterator
@@ -21,9 +21,9 @@ def refusing(
     goal_id: str | None = None,
     then: Callable[[Refusal], object] = lambda _: None,
 ) -> Iterator[None]:
-    """Answer `asking` with the refusal that the block raises, log why, and call `then` with it.
+    """Reply to `asking` with the refusal that the block raises, log it, and call `then` with it.
 
-    An unexpected error is refused as `unavailable`: it concerns one request, and the service goes on for the others.
+    An unexpected error becomes the refusal `unavailable`, so that the service continues with other requests.
     """
     try:
         yield

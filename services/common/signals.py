@@ -7,7 +7,7 @@ from services.common.lifeline import follow_supervisor
 
 
 def stop_on_signals() -> threading.Event:
-    """Return an event that SIGTERM, SIGINT and the end of the supervisor set, in place of killing the process.
+    """Return an event that SIGTERM, SIGINT and the end of the supervisor set, instead of killing the process.
 
     A separate thread waits for the signals, and this one blocks them: in Python 3.11 a signal that interrupts
     `SimpleQueue.get` near the end of its timeout leaves it waiting for ever. Threads that a library made before this
@@ -30,9 +30,9 @@ def stop_on_signals() -> threading.Event:
 
 
 def end_like_ctrl_c() -> None:
-    """Make the first SIGTERM raise KeyboardInterrupt, so that context managers end what they started.
+    """Make the first SIGTERM raise KeyboardInterrupt, so that context managers clean up.
 
-    Later ones are ignored: they would interrupt that and leave processes behind. `timeout` sends two.
+    Later ones are ignored, because they would interrupt the clean-up and leave processes behind. `timeout` sends two.
     """
 
     def interrupt(*_: object) -> None:

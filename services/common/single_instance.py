@@ -1,4 +1,4 @@
-"""The one instance of a service: it claims the service's place on the bus, serves, and ends where another has it."""
+"""Run a single instance of a service: claim its name on the bus, serve, and end if another instance has it."""
 
 import contextlib
 import logging
@@ -18,14 +18,14 @@ from services.common.cli import Options, open_bus
 from services.common.tls_check import listening
 
 RETURN_WAITS_S = 0.0, 0.1, 1.0, 5.0
-"""Waits before each look for a rival after the session is back: the first answers of a router may lack tokens."""
+"""Delays before each query for a rival after the session is back: a router's first replies may lack tokens."""
 
 
 class Outcome(IntEnum):
-    """How an instance ended, as the exit status of its process.
+    """Outcome of an instance, and exit status of its process.
 
     ENDED: it served until it was stopped, or was stopped before there was a router to join. FAILED: the bus cannot be
-    opened, is silent, or would let in machines without a certificate. TAKEN: another instance has the place.
+    opened, is silent, or would accept machines without a certificate. TAKEN: another instance has the name.
     """
 
     ENDED = 0
@@ -35,16 +35,16 @@ class Outcome(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class SingleInstance:
-    """A service of which only one process at a time may run on the bus of a robot.
+    """A service that may run once at a time on the bus of a robot.
 
     Attributes:
         service: Its name on the bus.
-        options: Where the bus is.
-        robot: Name of the robot, where the options have none.
-        log: Receives the reason where it ends before its time.
-        hosts: Whether it hosts the bus where the options name no endpoint to join.
-        beside: Names of further robots of the bus whose place it takes too.
-        timeouts: When the other end of its session takes it for lost.
+        options: Options of all services, with the endpoints.
+        robot: Name of the robot, if the options have none.
+        log: Receives the reason of an early end.
+        hosts: Whether it hosts the router if the options name no endpoint to join.
+        beside: Names of further robots for which it claims the same service.
+        timeouts: Timeouts after which the peer of its session considers it lost.
     """
 
     service: str
@@ -56,10 +56,10 @@ class SingleInstance:
     timeouts: SessionTimeouts = field(default=SERVICE, kw_only=True)
 
     def run(self, serve: Callable[[Bus], object], stopping: threading.Event) -> Outcome:
-        """Open the bus, claim the place, `serve` until that returns, and close the bus.
+        """Open the bus, claim the name, call `serve` until it returns, and close the bus.
 
         While there is no router to join, wait for one until `stopping` is set. If the session expires and another
-        instance takes over, this one sets `stopping` after one or two liveliness queries; until then both are obeyed.
+        instance takes over, this one sets `stopping` after one or two liveliness queries; until then both serve.
         """
         with _machine_lock(self._hosted_names()) as is_first:
             if not is_first:
@@ -91,7 +91,7 @@ class SingleInstance:
         return self._taken("; this one had lost its session, and ends") if displaced.is_set() else Outcome.ENDED
 
     def _open(self, stopping: threading.Event) -> Bus | Outcome:
-        """Open the bus, or log why that is not possible."""
+        """Open the bus, or log the reason of the failure."""
         where = " ".join(self.options.connect) or self.options.zenoh_config or DEFAULT_ENDPOINT
         waiting = threading.Event()
 
@@ -116,9 +116,9 @@ class SingleInstance:
         return Outcome.TAKEN
 
     def _is_displaced(self, bus: Bus, stopping: threading.Event) -> bool:
-        """Whether another process has the place, now that this one's session is back.
+        """Return whether another process has claimed the name, after this one's session is back.
 
-        An instance that starts may give way within moments, so a rival counts where it is seen twice.
+        A starting instance may yield shortly after, so a rival counts only if it is found twice.
         """
         for wait_s in RETURN_WAITS_S:
             if stopping.wait(wait_s):
@@ -133,7 +133,7 @@ class SingleInstance:
         return self.options.robot or self.robot
 
     def _hosted_names(self) -> list[str]:
-        """Name what this process alone may be on this machine: this service at each endpoint on which it hosts."""
+        """Return the names of the machine's locks: this service at each endpoint on which it hosts."""
         options = self.options
         if not self.hosts or options.connect:
             return []
@@ -146,10 +146,10 @@ class SingleInstance:
 
 @contextlib.contextmanager
 def _machine_lock(names: Iterable[str]) -> Iterator[bool]:
-    """Hold locks of these names, and yield whether no other process of this machine has any of them.
+    """Hold locks of these names, and yield whether no other process of this machine holds any of them.
 
-    A port that is taken does not show by whom. A lock is an abstract Unix socket: it lives in the same network
-    namespace as the port, and the kernel removes it with the process, however that ends.
+    A port in use does not reveal its owner. A lock is an abstract Unix socket: it is in the same network namespace as
+    the port, and the kernel removes it with the process, even if that is killed.
     """
     with contextlib.ExitStack() as held:
         try:

@@ -1,4 +1,4 @@
-"""What the services do first: the log, the signals, the cores, the robot config."""
+"""Start-up of a service: log, signals, cores, robot config."""
 
 import logging
 import threading
@@ -17,7 +17,7 @@ def start_beside_loops(name: str, options: Options) -> tuple[logging.Logger, thr
     Returns its logger, an event that is set when it must end, and the robot.
 
     Raises:
-        SystemExit: the description or the name on the bus cannot be used; the log says why.
+        SystemExit: the description or the name on the bus is invalid; the log has the reason.
     """
     log = start_logging(name, options.log)
     stopping = stop_on_signals()
@@ -30,7 +30,7 @@ def load_configured(options: Options, log: logging.Logger) -> RobotConfig:
     """Return the robot that `options` name.
 
     Raises:
-        SystemExit: the description or the name on the bus cannot be used; the log says why.
+        SystemExit: the description or the name on the bus is invalid; the log has the reason.
     """
     try:
         if options.robot is not None:

@@ -1,4 +1,4 @@
-"""CPU steal time per core, from /proc/stat: time in which the host of a virtual machine ran something else there."""
+"""CPU steal time per core, from /proc/stat: time in which a virtual machine's host ran something else on it."""
 
 import os
 from pathlib import Path
@@ -13,14 +13,14 @@ _STEAL = KINDS.index("steal")
 def stolen() -> dict[int, int]:
     """Return the steal time of each core of this process since boot, in steps of `STEP_S`.
 
-    It is zero on real hardware and where the host does not report it; the result is empty without /proc/stat.
+    It is zero on real hardware, or if the host does not report it; the result is empty without /proc/stat.
     """
     usable = os.sched_getaffinity(0)
     return {core: times[_STEAL] for core, times in spent(_counts()).items() if core in usable}
 
 
 def stolen_share() -> float | None:
-    """Return the share of all cores' time since boot that was stolen; None without /proc/stat."""
+    """Return steal as a fraction of all cores' time since boot, or None without /proc/stat."""
     times = spent(_counts()).values()
     total = sum(map(sum, times))
     return sum(core[_STEAL] for core in times) / total if total else None

@@ -1,4 +1,4 @@
-"""Starts the services as processes, waits until they are ready, and ends them in order."""
+"""Start the services as processes, wait until they are ready, and end them in order."""
 
 import contextlib
 import os
@@ -19,26 +19,26 @@ from services.common.lifeline import Lifelines
 from services.common.single_instance import Outcome
 
 ENDING_S = 20.0
-"""How long a process may take to end after SIGTERM."""
+"""Timeout of a process to end after SIGTERM."""
 READY_S = 180.0
-"""How long the processes may take to become ready on a busy machine, while all of them run."""
+"""Timeout of the processes to become ready, on a busy machine."""
 LIVELINESS_S = 1.0
-"""How long to wait for one answer about a token; it is asked for again."""
+"""Timeout of one liveliness query, which is repeated."""
 TAKEN = "one of this robot runs already on this bus: use it, end it, or choose another address with --listen"
 
 
 class NotReady(Exception):
-    """A service ended, or did not become ready in time; `str()` says which and why."""
+    """A service ended, or did not become ready in time; `str()` names it and the reason."""
 
 
 def command_lines(
     options: Options, flags: Mapping[str, object], names: Sequence[str] | None = None
 ) -> dict[str, list[str]]:
-    """Return the command line of every process that is not optional, or of those in `names`, in their starting order.
+    """Return the command line of every process that is not optional, or of those in `names`, in starting order.
 
     `flags` are values of the services' own flags by name; None and False leave a flag out. Without endpoints the
-    host listens on the default one and the rest connect to it; with `options.connect` all join an existing bus. Where
-    the host of the table is not among `names`, the first of them hosts the bus.
+    host listens on the default one and the rest connect to it; with `options.connect` all join an existing bus. If
+    the table's host is not among `names`, the first of them hosts the router.
     """
     endpoints = options.listen or options.connect or (DEFAULT_ENDPOINT,)
     chosen = [process for process in PROCESSES if (not process.optional if names is None else process.name in names)]
@@ -64,10 +64,10 @@ def _command_line(
 
 
 class Supervisor:
-    """The running processes, each in a process group of its own, so that a Ctrl-C reaches only this one.
+    """The running processes, each in a separate process group, so that Ctrl-C reaches only this process.
 
-    They stop in order when this process ends, even if it is killed. What they log goes to this process's own stderr, or
-    into `NAME.log` in `logs`.
+    They stop in order when this process ends, even if it is killed. They log to this process's stderr, or to
+    `NAME.log` in `logs`.
     """
 
     def __init__(self, commands: Mapping[str, Sequence[str]], logs: Path | None = None) -> None:
@@ -103,10 +103,10 @@ class Supervisor:
             )
 
     def wait_ready(self, bus: Bus, timeout: float = READY_S, give_up: Callable[[], bool] = lambda: False) -> None:
-        """Return once every process holds its liveliness token, or `give_up`, asked 20 times a second, says so.
+        """Wait until every process holds its liveliness token, or `give_up`, called 20 times a second, returns True.
 
         Raises:
-            NotReady: one ended, or `timeout` s have passed.
+            NotReady: a process ended, or `timeout` s have passed.
         """
         deadline = time.monotonic() + timeout
         waiting = list(self.running)
@@ -118,7 +118,7 @@ class Supervisor:
             time.sleep(0.05)
 
     def check_running(self) -> None:
-        """Raise NotReady where a process has ended."""
+        """Raise NotReady if a process has ended."""
         ended = self.ended()
         if ended:
             raise NotReady("; ".join(self._reason(name, status) for name, status in ended.items()))
@@ -129,7 +129,7 @@ class Supervisor:
         return {name: status for name, status in statuses.items() if status is not None}
 
     def stop(self) -> None:
-        """End the processes, the last started first, each before the next."""
+        """End the processes one after another, in reverse starting order."""
         for name in reversed(list(self.running)):
             process = self.running.pop(name)
             _signal_group(process, signal.SIGTERM)
@@ -141,7 +141,7 @@ class Supervisor:
         self._lifelines.close()
 
     def _reason(self, name: str, status: int) -> str:
-        """Return a sentence about a process that has ended: what its status means, or the last line of its log."""
+        """Return a sentence about a process that has ended: the meaning of its status, or the last line of its log."""
         if status == Outcome.TAKEN:
             return f"{name} {ending(status)}: {TAKEN}"
         lines = (self._logs / f"{name}.log").read_text(errors="replace").splitlines() if self._logs else []
@@ -149,7 +149,7 @@ class Supervisor:
 
 
 def ending(status: int) -> str:
-    """Return how a process ended, in words, from its exit status as `subprocess` has it."""
+    """Return in words how a process ended, from its exit status in `subprocess`."""
     return f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
 
 

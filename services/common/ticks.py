@@ -1,19 +1,19 @@
-"""Ticks of times that other processes state."""
+"""Convert times in messages to ticks."""
 
 import math
 
 FARTHEST_S = 1e9
-"""30 years; a trace counts nanoseconds in 64 bits."""
+"""Largest time, s: 30 years; a trace counts nanoseconds in 64 bits."""
 
 ROUNDING = 1e-6
 """Rounding error of a time, ticks."""
 
 
 def tick_of(time: float, rate_hz: float) -> int:
-    """Return the tick nearest to `time`, s; a time beyond `FARTHEST_S`, which a message may state, counts as that."""
+    """Return the tick nearest to `time`, s, which is clipped to `FARTHEST_S`."""
     return round(min(max(time, -FARTHEST_S), FARTHEST_S) * rate_hz)
 
 
 def ticks_ahead(seconds: float, rate_hz: float) -> int:
-    """Return the ticks of a time ahead of now, s, rounded up: the next tick at least."""
+    """Return a time ahead of now, s, in ticks, rounded up to at least 1."""
     return max(1, math.ceil(seconds * rate_hz - ROUNDING))

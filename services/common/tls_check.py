@@ -1,4 +1,4 @@
-"""Whether a Zenoh session accepts other machines without a certificate."""
+"""Check whether a Zenoh session accepts other machines without a certificate."""
 
 import ipaddress
 import json

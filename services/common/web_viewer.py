@@ -1,7 +1,7 @@
 """`python -m services.common.web_viewer PARENT PORT URI`: Rerun's web viewer of a live view, on loopback.
 
-Becomes the `rerun` program, which ends with process PARENT, even if that is killed. `rerun.serve_web_viewer` in the
-recorder would take no process, but it listens on all interfaces.
+It becomes the `rerun` program, and ends with process PARENT, even if that is killed. `rerun.serve_web_viewer` in the
+recorder would need no process, but it listens on all interfaces.
 """
 
 import ctypes
@@ -17,12 +17,12 @@ PR_SET_PDEATHSIG = 1
 
 
 def command_line(port: int, live_port: int) -> list[str]:
-    """Return how to start the viewer at `port` for a live view at `live_port`; the caller is its parent."""
+    """Return the command line of the viewer at `port` for a live view at `live_port`; its parent is the caller."""
     return [sys.executable, "-m", "services.common.web_viewer", str(os.getpid()), str(port), _uri(live_port)]
 
 
 def address(port: int, live_port: int) -> str:
-    """Return what to type into a browser."""
+    """Return the viewer's URL."""
     return f"http://127.0.0.1:{port}/?url={quote(_uri(live_port), safe='')}"
 
 
@@ -42,10 +42,10 @@ def main(words: Sequence[str]) -> None:
     """Become the viewer."""
     parent, port, uri = words
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != int(parent):  # it ended before it could be watched
+    if os.getppid() != int(parent):  # the parent ended before it could be watched
         return
     line = [_program(), "--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", port, uri]
-    os.execve(line[0], line, {**os.environ, "CI": "true"})  # in which rerun sends no usage data
+    os.execve(line[0], line, {**os.environ, "CI": "true"})  # with CI set, rerun sends no usage data
 
 
 if __name__ == "__main__":

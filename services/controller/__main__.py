@@ -23,7 +23,7 @@ class Flags:
 
 
 def main() -> None:
-    """Run until SIGTERM or Ctrl-C, and exit with the `Outcome`: FAILED too where the arm is another one."""
+    """Run until SIGTERM or Ctrl-C, and exit with the `Outcome`; it is FAILED also for an unexpected arm."""
     flags = tyro.cli(Flags)
     log = start_logging("controller", flags.common.log)
     stopping = stop_on_signals()
@@ -34,7 +34,7 @@ def main() -> None:
 
     def serve(bus: Bus) -> None:
         loop = ControllerLoop(bus, config, log)
-        realtime.keep_to(others)  # for the threads that `open` starts: they take requests and check trajectories
+        realtime.keep_to(others)  # `open` starts threads that receive requests and check trajectories
         loop.open()
         realtime.keep_to(loops)
         realtime.freeze_garbage()

@@ -1,4 +1,4 @@
-"""Checks trajectories in a thread beside the loop, which then only splices them."""
+"""Check trajectories in a thread beside the loop, which then only splices them."""
 
 import threading
 from collections.abc import Callable
@@ -12,18 +12,18 @@ from services.common.stray_puts import StrayPuts
 from services.controller.checks import Checked, check_trajectory
 
 POLL_S = 0.2
-"""Longest wait for a request, after which the thread looks whether it is to end, and for requests that were put."""
+"""Longest wait for a request before the thread checks whether it must end, and for stray puts."""
 
 
 class TrajectoryChecker:
-    """Decodes and checks the bodies of `execute`: refuses the bad ones itself, and queues the good ones.
+    """Decodes and checks the bodies of `execute`; refuses invalid trajectories, and queues valid ones.
 
     Attributes:
-        requests: Where the bus puts the requests.
+        requests: Queue of the requests from the bus.
     """
 
     def __init__(self, config: RobotConfig, stray_puts: StrayPuts, wake: Callable[[], object]) -> None:
-        """Prepare; `wake` is called once a checked trajectory can be taken."""
+        """Prepare; `wake` is called when a checked trajectory is available."""
         self.requests: Inbox[PendingQuery] = Inbox()
         self._config = config
         self._stray_puts = stray_puts
@@ -36,12 +36,12 @@ class TrajectoryChecker:
         self._thread.start()
 
     def close(self) -> None:
-        """End the thread, after the check that is under way."""
+        """End the thread, after the present check."""
         self._closed.set()
         self._thread.join(1.0)
 
     def take(self) -> tuple[PendingQuery, Checked] | None:
-        """Return the oldest request whose trajectory is good, or None."""
+        """Return the oldest request with a valid trajectory, or None."""
         return self._checked.take()
 
     def _run(self) -> None:

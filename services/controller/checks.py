@@ -1,4 +1,4 @@
-"""The checks that a trajectory must pass before the loop splices it."""
+"""Checks of a trajectory before the loop splices it."""
 
 from dataclasses import dataclass
 
@@ -29,8 +29,8 @@ def check_trajectory(trajectory: m.Trajectory, config: RobotConfig) -> Checked:
     """Return the trajectory ready to be spliced.
 
     Raises:
-        Refusal: `bad_message` where it is malformed, does not match this robot, jumps, or does not end at rest;
-            `limit` where it leaves the robot's limits, at a sample or, for `pieces`, at any time.
+        Refusal: `bad_message` if it is malformed, does not match this robot, jumps, or does not end at rest;
+            `limit` if it exceeds the robot's limits, at a sample or, for `pieces`, at any time.
     """
     _check_frame(trajectory, config)
     pieces = _check_form(trajectory)
@@ -39,7 +39,7 @@ def check_trajectory(trajectory: m.Trajectory, config: RobotConfig) -> Checked:
 
 
 def _check_form(trajectory: m.Trajectory) -> m.Pieces | None:
-    """Return the pieces, or None where the three matrices are given instead."""
+    """Return the pieces, or None if the three matrices are given instead."""
     given = [name for name in MATRICES if getattr(trajectory, name) is not None]
     missing = [name for name in MATRICES if name not in given]
     pieces = trajectory.pieces or None
@@ -103,7 +103,7 @@ def _check_range(
 
 
 def _check_smooth(samples: Samples, config: RobotConfig) -> None:
-    """Check that each column is the integral of the next by the trapezoidal rule, as exactly as the limits imply."""
+    """Check that each column is the trapezoidal integral of the next, to the precision that the limits imply."""
     dt, limits = config.tick, config.limits
     for name, values, rates, bend in (
         (
@@ -130,7 +130,7 @@ def _check_smooth(samples: Samples, config: RobotConfig) -> None:
 
 
 def check_continuity(reference: tuple[np.ndarray, ...], segment: Segment, config: RobotConfig) -> None:
-    """Compare the first sample with the `reference` (positions, velocities, accelerations) that it continues.
+    """Check that the first sample continues the `reference` (positions, velocities, accelerations).
 
     Raises:
         Refusal: `invalid_goal`, naming the joint that would jump.

@@ -1,4 +1,4 @@
-"""The condition of the arm, and the faults that follow from it."""
+"""The arm's condition, and the faults that it causes."""
 
 from protocol import messages as m
 from protocol.errors import Refusal
@@ -13,11 +13,11 @@ _WORDS: dict[m.Condition, str] = {
 
 
 class ArmCondition:
-    """Whether the arm follows commands.
+    """Condition of the arm: whether it follows commands.
 
     Attributes:
-        now: As the newest state of the run has it.
-        sentence: A condition other than "ready" in words, with the reason that the arm gives.
+        now: The condition in the newest state of the run.
+        sentence: A condition other than "ready" in words, with the arm's reason.
     """
 
     def __init__(self) -> None:
@@ -26,9 +26,9 @@ class ArmCondition:
         self._release_by = 0
 
     def update(self, state: m.State, in_fault: bool) -> str | None:
-        """Take the condition of `state`; return why it is a fault of the controller, or None.
+        """Update the condition from `state`; return the reason of a controller fault, or None.
 
-        A fault is a condition that sets in, and a brake that is still applied once it should have been released.
+        It is a fault if the arm leaves "ready", or if it still brakes after it should have released the brake.
         """
         before, self.now = self.now, state.condition
         if self.now == "ready":
@@ -43,7 +43,7 @@ class ArmCondition:
         return None
 
     def require(self, cure: str, *allowed: m.Condition) -> None:
-        """Return where the condition is one of those `allowed`.
+        """Check that the condition is one of those `allowed`.
 
         Raises:
             Refusal: `fault`, with the condition in words and its cure.

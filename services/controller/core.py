@@ -1,4 +1,4 @@
-"""The controller without its bus: a command for each state, and requests between two ticks."""
+"""The controller without its bus: answers each state with a command, and requests between ticks."""
 
 from collections.abc import Container
 
@@ -26,14 +26,14 @@ AT_REST = 0.05
 
 RESETTABLE: tuple[m.Condition, ...] = "ready", "braking"
 RECOVER = "send `recover` to the arm first"
-"""Conditions in which `reset` leaves a fault, and what does in the others."""
+"""Conditions in which `reset` leaves a fault, and the cure in all others."""
 
 
 class Controller:
-    """Tracks the reference trajectory by eq. 11, and keeps the goals that it is made of.
+    """Tracks the reference trajectory by eq. 11, and keeps its goals.
 
-    Time is the tick of the newest state; Unix times are passed in as `now_ns`. Before the first state every request is
-    refused as `unavailable`.
+    Time is the tick of the newest state; Unix times are arguments named `now_ns`. Before the first state, every request
+    is refused as `unavailable`.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -53,7 +53,7 @@ class Controller:
         self._acceleration = np.zeros(config.joint_count)
 
     def meet(self, arm: m.Description) -> None:
-        """Learn from the arm's description how its time passes."""
+        """Take the clock from the arm's description."""
         self.states.stepped, self._delay_ticks = arm.clock == "stepped", arm.delay_ticks
 
     @property
@@ -65,7 +65,7 @@ class Controller:
     # --- every tick -----------------------------------------------------------------------------------
 
     def answer(self, state: m.State, now_ns: int) -> m.Command | None:
-        """Return the command that answers `state`, or None where the state is old, doubled or malformed."""
+        """Return the command that answers `state`, or None for an old, duplicate or malformed state."""
         if not self.states.admits(state):
             return None
         if self.states.opens_run(state):
@@ -79,8 +79,8 @@ class Controller:
         self._timeline.forget_before(state.tick)
         positions, velocities = np.array(state.positions), np.array(state.velocities)
         self._follow_goals(state, positions, velocities, now_ns)
-        reference = self._timeline.at(state.tick)  # a fault may have changed it
-        # The command is held for a tick, so what it adds to the velocity is the reference's change over that tick.
+        reference = self._timeline.at(state.tick)  # again, because a fault may have changed it
+        # The command is held for a tick, so its feedforward is the reference's change of velocity over that tick.
         begin, end = (self._timeline.at(state.tick + self._delay_ticks + k) for k in (0, 1))
         feedforward = (end[1] - begin[1]) * self.config.rate_hz
         here = (reference[0], reference[1], feedforward), positions, velocities
@@ -116,10 +116,10 @@ class Controller:
     # --- requests -------------------------------------------------------------------------------------
 
     def execute(self, checked: Checked, clients: Container[str], now_ns: int) -> m.Accepted:
-        """Splice in a checked trajectory; `clients` are those that hold their liveliness tokens.
+        """Splice a checked trajectory into the reference; `clients` are those that hold their liveliness tokens.
 
         Raises:
-            Refusal: `fault`, `duplicate`, `not_holder`, `busy`, `superseded`, `late`, or `invalid_goal` where it does
+            Refusal: `fault`, `duplicate`, `not_holder`, `busy`, `superseded`, `late`, or `invalid_goal` if it does
                 not continue the reference.
         """
         trajectory, segment = checked.message, checked.segment
@@ -176,7 +176,7 @@ class Controller:
         newest = self.ledger.active[-1] if self.ledger.active else None
         if request.goal_id is not None and (newest is None or request.goal_id != newest.result.goal_id):
             if not self.ledger.knows(request.goal_id):
-                self._break_epoch()  # its plan may be on its way, and must not move the arm any more
+                self._break_epoch()  # its plan may still arrive, and must not move the arm
             self.ledger.result(request.goal_id)
             return m.Canceled(goal_id=None, stop_time=state.time)
         self._break_epoch()
@@ -208,7 +208,7 @@ class Controller:
         return m.ModeReply(mode=self.mode.value)
 
     def end_lease(self, client_id: str) -> None:
-        """Cancel the motion whose lease `client_id` held, if there is one."""
+        """Cancel the motion for which `client_id` held a lease, if there is one."""
         if any(goal.lease and goal.client_id == client_id for goal in self.ledger.active):
             self._break_epoch()
             self._halt(f"client {client_id} lost its lease")
@@ -234,7 +234,7 @@ class Controller:
     # --- inside ---------------------------------------------------------------------------------------
 
     def _begin_run(self, state: m.State) -> None:
-        """Start a run of the arm: end all goals, and hold the pose at which it is."""
+        """Start a run of the arm: end all goals, and hold the present pose."""
         self.ledger.close_all("aborted", "the arm began a new run")
         self._timeline.hold(np.array(state.positions), state.tick)
         self.statistics.begin(state.tick)
@@ -245,7 +245,7 @@ class Controller:
         self._switch(Event.RUN)
 
     def _follow_goals(self, state: m.State, positions: np.ndarray, velocities: np.ndarray, now_ns: int) -> None:
-        """Update the goal under way, end those that are over, and fault where the arm is too far from its reference."""
+        """Update the running goal, end finished goals, and fault if the arm is too far from its reference."""
         reference = self._timeline.at(state.tick)
         errors = np.abs(positions - reference[0])
         goal = self.ledger.current(state.tick)
@@ -261,9 +261,10 @@ class Controller:
             self._lose_track(state, lost)
 
     def _lose_track(self, state: m.State, reason: str) -> None:
-        """Fault where the arm is too far from its reference.
+        """Fault if the arm is too far from its reference.
 
-        With `on_fault = "hold"` the reference gives way to the arm, in a fault too: the arm never presses for long.
+        With `on_fault = "hold"` the reference restarts at the measured state, also in a fault, so that the arm does not
+        keep pressing on an obstacle.
         """
         if self.fault is None:
             self.raise_fault(reason)
@@ -278,11 +279,11 @@ class Controller:
         return rests
 
     def _stop_soon(self) -> tuple[int, int]:
-        """Splice in the earliest stop; return the ticks at which the plan is left and at which the arm rests."""
+        """Splice the earliest stop; return the ticks at which it leaves the plan and from which the arm rests."""
         return self._timeline.stop(self.states.require().tick + 1, self.config.limits, self.config.tick)
 
     def _break_epoch(self) -> None:
-        """Supersede every plan that was made before, without another plan in its place."""
+        """Supersede all earlier plans, without a new plan."""
         self.epoch += 1
         self._broken_epoch = self.epoch
 

@@ -1,4 +1,4 @@
-"""The handshake with the arm: what it is, where it is, and whether it is still there."""
+"""The handshake with the arm: its description, its state, and its presence."""
 
 import logging
 import time
@@ -14,7 +14,7 @@ from robot.description import RobotConfig
 from services.common.logs import ThrottledLog
 
 GREETING_PERIOD_NS = 500_000_000
-"""An arm that is busy, or a bus that is, may lose a question or its answer: it is asked again."""
+"""Period of repeated requests: a busy arm or bus may lose a request or its reply."""
 NEVER_NS = 1 << 62
 
 
@@ -23,13 +23,14 @@ class Departed:
 
 
 class WrongRobot(Exception):
-    """The arm on the bus is not the one in the robot config."""
+    """The arm on the bus is not that of the robot config."""
 
 
 class ArmHandshake:
-    """Asks an arm that appears for its description, then for its state, until it has answered both.
+    """Requests the description and then the state of an arm that appears, until both replies have arrived.
 
-    What the arm published before this process subscribed is lost, and in stepped time nothing follows by itself.
+    The state is requested because publications before the subscription are lost, and a stepped arm publishes none
+    without a step.
 
     Attributes:
         present: Whether the arm holds its liveliness token.
@@ -49,14 +50,14 @@ class ArmHandshake:
         self._next_greeting_ns = NEVER_NS
 
     def open(self) -> None:
-        """Watch the arm's liveliness token from now on."""
+        """Subscribe to the arm's liveliness token."""
         self._bus.watch_alive(topics.alive_key(topics.ROBOT_SIDE), self._receive)
 
     def step(self) -> m.Description | m.State | Departed | None:
-        """Ask what is due to be asked; return the arm's next answer, or that it left, or None.
+        """Send the request that is due; return the arm's next reply, or that it has left, or None.
 
         Raises:
-            WrongRobot: the arm is another one than the robot config describes.
+            WrongRobot: the arm is not that of the robot config.
         """
         if (appeared := self._sightings.take()) is not None:
             if not appeared:
@@ -72,7 +73,7 @@ class ArmHandshake:
         self._bus.ask_later(topic, m.Empty(), lambda body: self._replies.offer((topic.reply, body)))
 
     def _read(self, kind: type[m.Description | m.State], body: bytes) -> m.Description | m.State | None:
-        """Decode a reply and go on to what follows it; on an open bus anyone may reply, with anything."""
+        """Decode a reply and continue with the next request; on an open bus anyone may reply with anything."""
         try:
             arm = decode(body, kind)
         except Refusal as refusal:

@@ -1,4 +1,4 @@
-"""What the controller notices of a motion that goes wrong."""
+"""Detect contacts and tracking errors during a motion."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from robot.description import RobotConfig
 
 
 def touch_of(contact: m.Contact, config: RobotConfig) -> m.FirstContact | None:
-    """Return a contact as one of the arm's, or None where the arm has no part in it."""
+    """Return a contact from the arm's side, or None if the arm is not involved."""
     own = [body for body in contact.bodies if body in config.bodies]
     if not own or len(contact.bodies) != 2:
         return None
@@ -16,9 +16,9 @@ def touch_of(contact: m.Contact, config: RobotConfig) -> m.FirstContact | None:
 
 
 def lost_track(errors: np.ndarray, result: m.Result | None, config: RobotConfig, recoils: bool) -> str | None:
-    """Return a sentence on the joint that is too far from its reference, None where none is.
+    """Return a sentence about the joint that is too far from its reference, or None.
 
-    errors: (J,), rad. result: of the goal under way. recoils: whether a recoil would be accepted now.
+    errors: (J,), rad. result: of the running goal. recoils: whether a recoil would be accepted now.
     """
     worst = int(errors.argmax())
     if errors[worst] <= config.max_tracking_error:

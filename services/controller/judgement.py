@@ -1,4 +1,4 @@
-"""Whether a motion that was played met its goal."""
+"""Decide whether a played motion met its goal."""
 
 from dataclasses import dataclass
 
@@ -8,13 +8,13 @@ from robot.description import RobotConfig, Tolerance
 
 @dataclass(frozen=True, slots=True)
 class Judge:
-    """The largest errors at the hit of one goal, and the names of the joints."""
+    """The largest allowed errors at a goal's hit, and the names of the joints."""
 
     tolerance: Tolerance
     joint_names: tuple[str, ...]
 
     def miss(self, hit: m.Hit) -> str:
-        """Return a sentence on the error that made it a miss, or "". The true state counts where it is known."""
+        """Return a sentence about the error that made it a miss, or "". The true state is used if it is known."""
         errors = hit.truth_error or m.Point(positions=hit.position_error, velocities=hit.velocity_error)
         for values, bound, unit in (
             (errors.positions, self.tolerance.positions, "rad"),
@@ -27,7 +27,7 @@ class Judge:
 
 
 def judge_of(trajectory: m.Trajectory, config: RobotConfig) -> Judge:
-    """Return the judge of a goal: the tolerance that it has, otherwise the robot's own."""
+    """Return the judge of a goal, with the goal's tolerance or by default the robot's."""
     own, asked = config.tolerance, trajectory.tolerance
     if not isinstance(asked, m.Tolerance):
         return Judge(own, config.joint_names)

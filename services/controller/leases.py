@@ -1,4 +1,4 @@
-"""Leases of clients: a client that holds its liveliness token may hold the arm, and loses it with the token."""
+"""Leases of clients: a client needs its liveliness token for a lease, and loses the lease with the token."""
 
 import logging
 import threading
@@ -10,14 +10,14 @@ from services.common.logs import ThrottledLog
 from services.controller.core import Controller
 
 MAX_EVENTS = 256
-"""Capacity of the queue of liveliness events, of which the loop handles one a tick: only a flood overflows it."""
+"""Capacity of the queue of liveliness events. The loop handles one a tick, so only a flood overflows it."""
 
 
 class ClientLeases:
-    """Knows which clients hold their tokens, and ends the lease of one that loses it.
+    """Tracks which clients hold their tokens, and ends the lease of a client that loses its token.
 
     Attributes:
-        clients: Those that hold their tokens.
+        clients: The clients that hold their tokens.
     """
 
     def __init__(self, core: Controller, log: logging.Logger) -> None:
@@ -28,11 +28,11 @@ class ClientLeases:
         self._overflowed = threading.Event()
 
     def open(self, bus: Bus) -> None:
-        """Watch the tokens of all clients from now on."""
+        """Subscribe to the tokens of all clients."""
         bus.watch_alive(topics.alive_key("client/*"), self._receive)
 
     def step(self) -> None:
-        """Apply the next event; where any was lost, the holder may have gone: every lease counts as lost."""
+        """Apply the next event; if any was dropped, end every lease, because the holder may have left."""
         if self._overflowed.is_set():
             self._overflowed.clear()
             while self._events.take() is not None:

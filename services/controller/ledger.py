@@ -1,4 +1,4 @@
-"""The goals that the controller accepted, and the result of each."""
+"""The goals that the controller accepted, and their results."""
 
 from collections import OrderedDict
 from collections.abc import Container
@@ -18,15 +18,15 @@ KEPT = 1000
 
 @dataclass(slots=True)
 class ActiveGoal:
-    """A goal under way.
+    """A running goal.
 
     Attributes:
         start: Tick at which its motion starts.
-        hit: Tick of its hit; None where a stop keeps the arm from reaching it.
+        hit: Tick of its hit; None if a stop prevents the hit.
         swings: Whether the reference moves at the hit.
         touched: Tick of the arm's first contact with the ball.
-        end: Tick at which the goal ends with the outcome `closing`, for `reason`, unless something else ends it first.
-        judge: Says whether its hit was a miss; without one, none is.
+        end: Tick at which the goal ends with the outcome `closing`, for `reason`, unless it ends earlier.
+        judge: Decides whether the hit was a miss; None: never.
     """
 
     result: m.Result
@@ -42,7 +42,7 @@ class ActiveGoal:
     touched: int | None = None
 
     def follow(self, state: m.State, reference: tuple[np.ndarray, ...], error: float, now_ns: int) -> None:
-        """Update the result from `state` and its `reference` (positions, velocities, …); `error`: the largest, rad."""
+        """Update the result from `state` and its `reference` (positions, velocities, …); `error`: largest one, rad."""
         result, stamps = self.result, self.result.stamps
         result.peak_tracking_error = max(result.peak_tracking_error, error)
         result.saturated_ticks += any(state.saturated)
@@ -59,7 +59,7 @@ class ActiveGoal:
 
 
 def active_goal(checked: Checked, config: RobotConfig, now_ns: int) -> ActiveGoal:
-    """Return the goal of a trajectory that is accepted at `now_ns`, Unix time."""
+    """Return the goal of a trajectory accepted at `now_ns`, Unix time."""
     trajectory, segment = checked.message, checked.segment
     stamps = m.Stamps(requested=trajectory.stamps.requested, planned=trajectory.stamps.planned, accepted=now_ns)
     return ActiveGoal(
@@ -84,14 +84,14 @@ def error_of(point: m.State | m.Point, reference: tuple[np.ndarray, ...]) -> m.P
 
 @dataclass(slots=True)
 class Ledger:
-    """Goals in the order of their acceptance; the last 1000 results are kept."""
+    """Goals in the order of acceptance; the last 1000 results are kept."""
 
     active: list[ActiveGoal] = field(default_factory=list)
     ended: list[m.Result] = field(default_factory=list)
     _results: OrderedDict[str, m.Result] = field(default_factory=OrderedDict)
 
     def admit(self, trajectory: m.Trajectory, clients: Container[str]) -> None:
-        """Check that `trajectory` may take over; `clients` are those that hold their liveliness tokens.
+        """Check that `trajectory` may replace the present motion; `clients` are holders of their liveliness tokens.
 
         Raises:
             Refusal: `duplicate`, `not_holder` or `busy`.
@@ -111,14 +111,14 @@ class Ledger:
             raise Refusal("busy", f"goal {running} is under way and preempt is false; wait for it", goal_id=running)
 
     def open(self, goal: ActiveGoal) -> None:
-        """Add `goal`, which replaces the others from its start on."""
+        """Add `goal`, which replaces all earlier goals from its start on."""
         self.active.append(goal)
         self._results[goal.result.goal_id] = goal.result
         while len(self._results) > KEPT:
             self._results.popitem(last=False)
 
     def close_due(self, tick: int) -> bool:
-        """End every goal that is over at `tick`, replaced or played to its end; return whether there was one."""
+        """End every goal that is replaced or played to its end at `tick`; return whether there was one."""
         still = []
         for index, goal in enumerate(self.active):
             successor = min(self.active[index + 1 :], key=lambda later: later.start, default=None)
@@ -141,7 +141,7 @@ class Ledger:
         self.active = []
 
     def close_later(self, leaves: int, tick: int, outcome: m.Outcome, reason: str) -> None:
-        """Let every goal end with `outcome` at `tick`, its plan left at `leaves`, unless it already ends early."""
+        """End every goal with `outcome` at `tick`, its plan left at `leaves`, unless it already ends early."""
         for goal in self.active:
             if goal.closing == "succeeded":
                 goal.closing, goal.reason, goal.end = outcome, reason, tick
@@ -149,12 +149,12 @@ class Ledger:
                     goal.hit = None
 
     def current(self, tick: int) -> ActiveGoal | None:
-        """Return the goal whose motion is played at `tick`."""
+        """Return the goal whose motion is played at `tick`, or None."""
         begun = [goal for goal in self.active if goal.start <= tick]
         return begun[-1] if begun else None
 
     def played_at(self, tick: int) -> str | None:
-        """Return the id of the goal whose motion `tick` is part of; None at rest, and while that motion is stopped."""
+        """Return the id of the goal whose motion is played at `tick`, or None at rest and during a stop."""
         goal = self.current(tick)
         return goal.result.goal_id if goal and tick < goal.end and goal.closing == "succeeded" else None
 
@@ -171,7 +171,7 @@ class Ledger:
             raise Refusal("unknown_goal", sentence, goal_id=goal_id) from None
 
     def knows(self, goal_id: str) -> bool:
-        """Return whether a goal of that name was accepted."""
+        """Return whether a goal with this id was accepted."""
         return goal_id in self._results
 
     def take_ended(self) -> list[m.Result]:
@@ -180,7 +180,7 @@ class Ledger:
         return ended
 
     def note_touch(self, touch: m.FirstContact, tick: int) -> None:
-        """Keep the first contact of the arm, and the first with the ball, during the motion played at `tick`."""
+        """Store the arm's first contact, and its first contact with the ball, during the motion played at `tick`."""
         goal = self.current(tick)
         if goal is None:
             return

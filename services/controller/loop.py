@@ -1,4 +1,4 @@
-"""The controller on its bus: receive a state, answer it, attend to one request."""
+"""The controller on its bus: receive a state, answer it with a command, answer one request."""
 
 import contextlib
 import logging
@@ -27,13 +27,13 @@ from services.controller.requests import Requests
 from services.controller.watchdog import SilenceWatchdog
 
 WAITING_CONTACTS = 64
-"""Contacts that wait for the loop, which takes in one a tick; the newest are kept."""
+"""Capacity of the queue of contacts. The loop handles one a tick; a full queue drops the oldest."""
 FAREWELL_S = 3.0
-"""Longest time that a controller that ends goes on for, until the arm under its control is at rest."""
+"""Timeout of the arm's stop when the controller ends."""
 
 
 class ControllerLoop:
-    """Owns the controller; everything from outside comes through queues."""
+    """Owns the controller; all input arrives in queues."""
 
     def __init__(
         self, bus: Bus, config: RobotConfig, log: logging.Logger, clock: Callable[[], int] = time.perf_counter_ns
@@ -57,7 +57,7 @@ class ControllerLoop:
         self._request_answered = False
 
     def open(self) -> None:
-        """Declare everything on the bus; the arm introduces itself as soon as it is there."""
+        """Declare everything on the bus; the handshake begins when the arm appears."""
         self._bus.stream(topics.STATE, self._states)
         self._bus.listen(topics.CONTACT, self._contacts.append)
         self._requests.open(self._bus)
@@ -76,7 +76,7 @@ class ControllerLoop:
             self.turn()
 
     def turn(self) -> None:
-        """Receive states for up to about a tick, answer the newest, attend to events and to one request.
+        """Receive states for up to about a tick, answer the newest, handle events and one request.
 
         Raises:
             WrongRobot: the arm on the bus is another one.
@@ -85,7 +85,7 @@ class ControllerLoop:
         self._attend()
 
     def close(self) -> None:
-        """Stop the arm under control while states still come, and end the checker."""
+        """Stop the arm under control while states still arrive, and end the checker."""
         with contextlib.suppress(Refusal):
             self._core.cancel(m.Cancel())
         deadline_ns = self._clock() + round(FAREWELL_S * 1e9)
@@ -97,9 +97,9 @@ class ControllerLoop:
     # --- the three verbs ------------------------------------------------------------------------------
 
     def _receive(self) -> list[bytes]:
-        """Return the states that wait (one, unless in real time), after waiting for one for about a tick.
+        """Wait for about a tick for a state, and return the queued states (one, unless in real time).
 
-        A request that comes meanwhile ends the wait.
+        The arrival of a request ends the wait.
         """
         taken = self._states.take(self._watchdog.time_left)
         waiting = [taken] if taken is not None else []
@@ -108,7 +108,7 @@ class ControllerLoop:
         return waiting
 
     def _answer(self, received: list[bytes]) -> None:
-        """Answer the newest good state and count the bad ones after it; without a good one count the silence."""
+        """Answer the newest valid state and count invalid ones after it; without a valid one, count the silence."""
         received_ns = self._clock()
         for body in reversed(received):
             state = self._decode(body)
@@ -124,7 +124,7 @@ class ControllerLoop:
             self._core.raise_fault(f"no state for {silent} ticks")
 
     def _attend(self) -> None:
-        """Apply at most one event of each kind, answer at most one request a tick, and report."""
+        """Apply at most one event of each kind, answer at most one request a tick, and publish."""
         self._attend_to_arm()
         self._leases.step()
         self._note_contact()
@@ -136,7 +136,7 @@ class ControllerLoop:
 
     @property
     def _arm_is_silent(self) -> bool:
-        """Whether no further state is expected. In paced time the arm waits for this process, and may be slow."""
+        """Whether no state is overdue. With the clock paced, the arm waits for this process and may be slow."""
         if self._arm_clock == "paced":
             return not self._handshake.present
         return self._watchdog.silent_waits >= self._config.silence_ticks
@@ -149,7 +149,7 @@ class ControllerLoop:
             return None
 
     def _respond(self, state: m.State, received_ns: int) -> bool:
-        """Publish the command that answers `state`; return False where that is old, doubled or does not fit the arm."""
+        """Publish the command that answers `state`; return False for a state that is old, duplicate or does not fit."""
         command = self._core.answer(state, time.time_ns())
         if command is None:
             return False
@@ -160,15 +160,15 @@ class ControllerLoop:
         return True
 
     def _note_contact(self) -> None:
-        """Take in a contact that the robot side has published."""
+        """Process a contact that the robot side has published."""
         if self._contacts:
-            with contextlib.suppress(Refusal):  # what cannot be read counts as lost
+            with contextlib.suppress(Refusal):  # a message that cannot be decoded counts as lost
                 contact = decode(self._contacts.popleft(), m.Contact)
                 if touch := touch_of(contact, self._config):
                     self._core.ledger.note_touch(touch, tick_of(contact.time, self._config.rate_hz))
 
     def _attend_to_arm(self) -> None:
-        """Adopt the clock of an arm that appears, answer the state it was asked for, and notice that it leaves."""
+        """Take over the clock of an arm that appears, answer its requested state, and fault when it leaves."""
         arm = self._handshake.step()
         if arm is None:
             return

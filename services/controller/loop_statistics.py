@@ -1,4 +1,4 @@
-"""How well the loop keeps time."""
+"""Timing statistics of the loop."""
 
 import numpy as np
 
@@ -8,11 +8,11 @@ WINDOW = 1000
 
 
 class LoopStatistics:
-    """Counts the ticks of a run, the missed ones among them, and keeps the last 1000 response times.
+    """Counts the ticks and missed ticks of a run, and keeps the last 1000 response times.
 
     Attributes:
         count: States answered in this run.
-        refused: States that were old, doubled or malformed, in all runs.
+        refused: Old, duplicate or malformed states, in all runs.
     """
 
     def __init__(self) -> None:
@@ -32,7 +32,7 @@ class LoopStatistics:
     def note_state(self, tick: int, applied_tick: int) -> None:
         """Count the state of `tick`; `applied_tick` is the tick whose command the arm applied last.
 
-        Missed are the ticks whose state never came, and the last one that came if its command was not applied in time.
+        A tick is missed if its state never arrived, or if its command was not applied in time.
         """
         lost = tick - self._last_tick - 1
         self._missed += lost + (applied_tick < self._last_tick)
@@ -40,7 +40,7 @@ class LoopStatistics:
         self.count += 1
 
     def note_response(self, nanoseconds: int) -> None:
-        """Keep how long the answer to the newest state took."""
+        """Add the response time of the newest state."""
         self._response_us[(self.count - 1) % WINDOW] = nanoseconds * 1e-3
 
     def message(self) -> m.Cycle:

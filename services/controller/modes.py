@@ -4,7 +4,7 @@ from enum import StrEnum
 
 
 class Mode(StrEnum):
-    """What the controller is doing."""
+    """Mode of the controller."""
 
     HOLDING = "holding"
     TRACKING = "tracking"
@@ -13,10 +13,10 @@ class Mode(StrEnum):
 
 
 class Event(StrEnum):
-    """What changes the mode."""
+    """Event that may change the mode."""
 
     ACCEPT = "accept"  # a trajectory was accepted
-    CANCEL = "cancel"  # a motion is to end early
+    CANCEL = "cancel"  # a motion must end early
     REST = "rest"  # the reference came to rest
     FAULT = "fault"  # the arm or the motion failed
     RESET = "reset"  # a client cleared the fault
@@ -32,7 +32,7 @@ TRANSITIONS: dict[Mode, dict[Event, Mode]] = {
     Mode.STOPPING: {**_MOVING, **_ALWAYS},
     Mode.FAULT: {Event.RESET: Mode.HOLDING, **_ALWAYS},
 }
-"""An event that is not listed changes nothing: only `reset` and a new run end a latched fault."""
+"""Transitions; an event that is not listed changes nothing. Only `reset` and a new run end a latched fault."""
 
 
 def next_mode(mode: Mode, event: Event) -> Mode:

@@ -1,4 +1,4 @@
-"""Polynomial trajectories: checked exactly, for all times, then sampled for the loop."""
+"""Check polynomial trajectories exactly, for all times, and sample them for the loop."""
 
 import math
 from dataclasses import dataclass
@@ -14,26 +14,26 @@ from robot.description import RobotConfig
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
 
 JUMPS = ("positions", 1e-8), ("velocities", 1e-6), ("accelerations", 1e-4)
-"""Rounding: the largest difference (rad, rad/s, rad/s²) between two pieces where they meet."""
+"""Tolerance for rounding: largest jump (rad, rad/s, rad/s²) between two pieces."""
 
 ROUNDING = 1e-9
-"""Rounding of a duration, ticks."""
+"""Tolerance for the rounding of a duration, ticks."""
 
 NUMBERS_AT_ONCE = 1 << 16
-"""Coefficients a numpy call handles at most: a longer call would delay the 1 kHz loop of the same process."""
+"""Largest number of coefficients in a numpy call; a longer call would delay the 1 kHz loop of this process."""
 
 
 def check_pieces(trajectory: m.Trajectory, pieces: m.Pieces, config: RobotConfig) -> Samples:
     """Return the motion sampled at every tick.
 
     Raises:
-        Refusal: `bad_message` where the pieces are malformed, jump or do not end at rest; `limit` where they leave the
+        Refusal: `bad_message` if the pieces are malformed, jump or do not end at rest; `limit` if they exceed the
             robot's limits at any time.
     """
     motion = _read(pieces, config)
     _check_count(trajectory, motion, config)
     _check_end(motion)
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is outside
+    with np.errstate(over="ignore", invalid="ignore"):  # an overflow is outside all limits
         _check_joints(motion, config)
         _check_limits(motion, trajectory.hit_index, config)
     return _sample(motion, trajectory.count, config)
@@ -87,7 +87,7 @@ def _check_joints(motion: Trajectory, config: RobotConfig) -> None:
 
 
 _FACTORS = np.array([[math.perm(power, order) for power in range(m.COEFFICIENTS)] for order in range(len(JUMPS))])
-"""What a derivative of an order makes of the coefficient of a power."""
+"""Factor of each power's coefficient in the derivative of each order."""
 
 
 def _check_limits(motion: Trajectory, hit_index: int, config: RobotConfig) -> None:
@@ -105,7 +105,7 @@ def _check_limits(motion: Trajectory, hit_index: int, config: RobotConfig) -> No
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Span:
-    """Which pieces (m,) are checked, and the begin and end of each check (m,), s from the start of the motion."""
+    """Return the pieces (m,) to check, and the begin and end (m,) of each check, s from the motion's start."""
 
     pieces: np.ndarray
     begins: np.ndarray
@@ -136,7 +136,7 @@ def _check_ranges(motion: Trajectory, span: Span, ranges: np.ndarray, config: Ro
 
 
 def _sample(motion: Trajectory, count: int, config: RobotConfig) -> Samples:
-    """Sample the motion at every tick; the last sample is at rest, even where rounding puts the last break after it."""
+    """Sample the motion at every tick; the last sample is at rest, even if rounding puts the last break after it."""
     times = np.arange(count) * config.tick
     times[-1] = max(times[-1], motion.duration)
     size = max(1, NUMBERS_AT_ONCE // motion.coefficients[0].size)

@@ -1,4 +1,4 @@
-"""What the controller publishes and logs."""
+"""Publications and logs of the controller."""
 
 import logging
 from collections.abc import Callable
@@ -11,7 +11,7 @@ STATUS_PERIOD_NS = 20_000_000
 
 
 class Publications:
-    """Publishes commands, the status and how goals ended, and logs goals and faults.
+    """Publishes commands, the status and results, and logs goals and faults.
 
     Attributes:
         commands: The publisher of commands.
@@ -28,13 +28,13 @@ class Publications:
         self.declare(blocking=False)
 
     def declare(self, blocking: bool) -> None:
-        """Declare the publishers again; what cannot be sent at once they drop, or wait for where `blocking`."""
+        """Declare the publishers again; on a slow link they wait if `blocking`, and drop messages otherwise."""
         self.commands = self._bus.publisher(topics.COMMAND, blocking)
         self._status = self._bus.publisher(topics.STATUS, blocking)
         self._ended = self._bus.publisher(topics.ENDED, blocking)
 
     def report(self) -> None:
-        """Publish the results that became final, and the status where it changed or 20 ms have passed."""
+        """Publish the results that became final, and the status if it has changed or 20 ms have passed."""
         core = self._core
         for result in core.ledger.take_ended():
             self._ended.put(result)

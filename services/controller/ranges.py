@@ -9,19 +9,19 @@ from protocol.errors import Refusal
 from robot.description import RobotConfig
 
 TIGHT = 1e-6
-"""Rounding: the fraction of a range by which a value may lie outside."""
+"""Tolerance for rounding, as a fraction of the range."""
 
 
 def slack(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return how far outside low … high (J,) a value may lie; 0 where the range is infinite."""
+    """Return the tolerance of low … high (J,), 0 for an infinite range."""
     width = high - low
     return np.where(np.isfinite(width), TIGHT * width, 0.0)
 
 
 def led_back_ranges(first: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and highest positions (J,) on the first part of a motion that begins at `first` (J,).
+    """Return the lowest and highest positions (J,) for the first part of a motion that starts at `first` (J,).
 
-    A joint that was pushed a little beyond its limit may begin there, but go no farther.
+    A joint that was pushed slightly beyond its limit may start there, but not move farther out.
     """
     low, high = limits.positions.T
     lowest = np.minimum(low, np.maximum(first, low - LED_BACK_FROM))
@@ -29,14 +29,14 @@ def led_back_ranges(first: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.n
 
 
 def led_back_ticks(hit_index: int) -> int:
-    """Return the tick from which on a motion with its hit at `hit_index` must be inside the position limits."""
+    """Return the tick from which a motion with its hit at `hit_index` must be inside the position limits."""
     return math.ceil(LED_BACK_BY * hit_index) + 1
 
 
 def limit_refusal(
     quantity: str, joint: int, value: float, bounds: tuple[float, float], where: str, config: RobotConfig
 ) -> Refusal:
-    """Return the refusal of a value beyond its bounds; `where` says at which sample or time."""
+    """Return the refusal of a value beyond its bounds; `where` names the sample or time."""
     name, bound = config.joint_names[joint], bounds[0] if value < bounds[0] else bounds[1]
     sentence = (
         f"the {quantity} of {name} is {value:.6g} at {where}, beyond its limit of {bound:.6g}; "

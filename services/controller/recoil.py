@@ -1,4 +1,4 @@
-"""The recoil of a hit: when it is accepted, and until when the arm is led back."""
+"""The recoil of a hit: when it is accepted, and how long the arm returns to its reference."""
 
 import numpy as np
 
@@ -8,30 +8,30 @@ from services.controller.ledger import ActiveGoal
 
 
 class RecoilWatch:
-    """Follows the arm through the window of a hit, which outlives the goal that was hit.
+    """Follows the arm through the window of a hit, which may last longer than the goal.
 
     Attributes:
-        active: Whether the arm is on its way back to the reference.
+        active: Whether the arm is returning to the reference.
     """
 
     def __init__(self, config: RobotConfig) -> None:
         self._bounds = config.recoil
         self._tick = config.tick
         self._window = round(config.recoil.window * config.rate_hz) if config.recoil else 0
-        self._lag = 2 / config.alpha  # s; a velocity times it is about how far eq. 11 lets it carry the arm
+        self._lag = 2 / config.alpha  # s; velocity times this is about the largest position error under eq. 11
         self.clear()
 
     def clear(self) -> None:
-        """Forget the hit: the arm is in a fault, or began a new run."""
+        """End the window: the arm is in a fault, or started a new run."""
         self.active = False
         self._until = -1
         self._hit: m.Result | None = None
         self._thrown: m.Result | None = None
 
     def follow(self, goal: ActiveGoal | None, tick: int, errors: np.ndarray, velocity_errors: np.ndarray) -> bool:
-        """Take in the absolute errors (J,) at `tick`, rad and rad/s; return whether they are those of a recoil.
+        """Process the absolute errors (J,) at `tick`, rad and rad/s; return whether they are an accepted recoil.
 
-        goal: under way, None for none. Its result, or that of the goal that was hit before, reports the recoil.
+        goal: the running goal, or None. Its result, or that of the earlier goal with the hit, reports the recoil.
         """
         if self._bounds is None:
             return False
@@ -52,7 +52,7 @@ class RecoilWatch:
 
     def _find_window(self, goal: ActiveGoal | None, tick: int) -> None:
         if goal is None:
-            return  # it was played to its end: its window stays open
+            return  # the goal was played to its end: its window stays open
         blocked = goal.result.first_contact is not None and goal.touched is None
         hit = goal.hit if goal.swings and not blocked else None
         ends = [at + self._window for at in (hit, goal.touched) if at is not None and abs(tick - at) <= self._window]

@@ -1,4 +1,4 @@
-"""Requests to the controller, in the order in which the loop answers them."""
+"""Requests to the controller, in order of urgency."""
 
 import time
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from services.controller.leases import ClientLeases
 
 
 class Requests:
-    """Answers one request at a time: a stop before a motion, a motion before what only reads."""
+    """Answers one request at a time: stops before motions, motions before requests that only read."""
 
     def __init__(
         self, core: Controller, leases: ClientLeases, checker: TrajectoryChecker, wake: Callable[[], object]
@@ -34,7 +34,7 @@ class Requests:
         }
 
     def open(self, bus: Bus) -> None:
-        """Serve the controller's requests from now on."""
+        """Declare the controller's requests on the bus."""
         for topic in topics.QUERIES:
             if topic.owner == "controller" and topic.key in self._handlers:
                 bus.serve(topic, self._questions if topic.reads else self._commands)

@@ -1,15 +1,15 @@
-"""Which states of the arm the controller answers."""
+"""Admission of the arm's states."""
 
 from protocol import messages as m
 from protocol.errors import Refusal
 
 
 class States:
-    """The newest state of the arm, and what may follow it.
+    """The arm's newest state, and the rule which states may follow it.
 
     Attributes:
         newest: None before the first.
-        stepped: Whether time is stepped. A run may then begin again under its own number, which is the seed.
+        stepped: Whether the clock is stepped. A run's number is then its seed, so a run with the same number may start.
     """
 
     def __init__(self, joint_count: int) -> None:
@@ -26,11 +26,11 @@ class States:
         return state.tick >= 0 and (again or not self.has_seen(state.run, state.tick))
 
     def opens_run(self, state: m.State) -> bool:
-        """Return whether `state`, which was admitted, is the first of a run."""
+        """Return whether `state`, which must be admitted, is the first of a run."""
         return self.newest is None or state.run != self.newest.run or state.tick <= self.newest.tick
 
     def has_seen(self, run: int, tick: int) -> bool:
-        """Return whether the newest state is the one of `tick` in `run`, or a later one."""
+        """Return whether the newest state is that of `tick` in `run`, or a later one."""
         return self.newest is not None and self.newest.run == run and tick <= self.newest.tick
 
     def require(self) -> m.State:

@@ -11,12 +11,12 @@ from motion.trajectory import Samples
 from protocol.messages import State
 
 WINDOW = 64
-"""Ticks searched first for a stop: it is nearly always close, and the loop has only a tick's time."""
+"""Ticks that are searched first for a stop: it is nearly always near, and the loop has only one tick's time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segment:
-    """Samples (count, J), one a tick, the first at tick `start`; after the last the reference stays there."""
+    """Samples (count, J), one a tick, from tick `start`; the reference stays at the last one."""
 
     start: int
     samples: Samples
@@ -28,7 +28,7 @@ class Segment:
 
 
 class Timeline:
-    """Segments in order of time; each replaces the ones before it from its start on."""
+    """Segments in order of time; each replaces earlier ones from its start on."""
 
     def __init__(self, positions: np.ndarray, tick: int = 0) -> None:
         self._segments: list[Segment] = []
@@ -43,7 +43,7 @@ class Timeline:
     def give_way(self, state: State, limits: Limits, length: float) -> None:
         """Drop all segments and stop from the measured `state`, inside the limits of velocity, acceleration and jerk.
 
-        `length`: of a tick, s. Position limits are not promised: the arm is where it is.
+        `length`: of a tick, s. Position limits are not guaranteed, because the start is given.
         """
         velocities = np.clip(state.velocities, -limits.velocities, limits.velocities)
         self._segments = [_stop(state.tick, (np.array(state.positions), velocities, 0 * velocities), limits, length)]
@@ -53,7 +53,7 @@ class Timeline:
         self._segments = [kept for kept in self._segments if kept.start < segment.start] + [segment]
 
     def at(self, tick: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return position, velocity and acceleration (J,) at `tick`: views, not to be written."""
+        """Return position, velocity and acceleration (J,) at `tick`, as views; do not modify them."""
         segment = self._segments[0]
         for later in self._segments[1:]:
             if later.start > tick:
@@ -66,8 +66,8 @@ class Timeline:
     def stop(self, tick: int, limits: Limits, length: float) -> tuple[int, int]:
         """Splice in the earliest jerk-limited stop, from `tick` on, that stays inside `limits`.
 
-        `length`: of a tick, s. Returns the ticks at which the reference leaves the plan and at which it rests; where no
-        stop ends earlier, both are the plan's own end. An arm that rests at `tick` stays there, even outside `limits`.
+        `length`: of a tick, s. Returns the ticks at which the reference leaves the plan and from which it rests.
+        If no stop ends earlier, both are the plan's end. An arm at rest at `tick` stays there, even outside `limits`.
         """
         _, velocities, accelerations = self.at(tick)
         if not (velocities.any() or accelerations.any()):
@@ -100,7 +100,7 @@ class Timeline:
         return Samples(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
     def forget_before(self, tick: int) -> None:
-        """Drop the segments that are over at `tick`."""
+        """Drop the segments that have ended at `tick`."""
         while len(self._segments) > 1 and self._segments[1].start <= tick:
             del self._segments[0]
 
@@ -111,7 +111,7 @@ class Timeline:
 
 
 def _stop(tick: int, state: tuple[np.ndarray, np.ndarray, np.ndarray], limits: Limits, length: float) -> Segment:
-    """Return the stop that begins at `tick` from positions, velocities and accelerations (J,)."""
+    """Return the stop that starts at `tick` from positions, velocities and accelerations (J,)."""
     halt = stop(*state, limits)
     count = math.ceil(halt.duration / length - 1e-9) + 1
     return Segment(tick, halt.sample(np.arange(count) * length))

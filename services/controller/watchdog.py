@@ -1,23 +1,23 @@
-"""The silence watchdog: how long the arm has published no state."""
+"""The silence watchdog: counts the ticks without a state of the arm."""
 
 from collections.abc import Callable
 
 FIRST_WAIT = 1.2
-"""Length of the first wait after a state, ticks: above 1, so that the next state ends it and not the clock."""
+"""Length of the first wait after a state, ticks: above 1, so that the next state ends it before it expires."""
 WAIT = 0.96
-"""Length of each later wait, ticks: below 1, so that 20 waits end within 20 ticks of a state, even of a late one."""
+"""Length of each later wait, ticks: below 1, so that 20 waits end within 20 ticks after a state, even a late one."""
 STALL_NS = 5_000_000
-"""Cap on how much of a stall of the loop counts as silence: a dying sim blocks the shared core for 2 to 4 ms."""
+"""Largest part of a loop's stall that counts as silence: a dying sim blocks the shared core for 2 to 4 ms."""
 
 
 class SilenceWatchdog:
     """Divides the time after a state into waits of about a tick, and counts those that end without another state.
 
-    A stall of this process is cut to `STALL_NS`: while the machine stood still, so did the arm.
+    A stall of this process counts at most `STALL_NS`, because a stalled machine also stalls the arm.
     """
 
     def __init__(self, tick: float, clock: Callable[[], int]) -> None:
-        """Begin a wait that is over at once.
+        """Start with a wait that has already ended.
 
         Args:
             tick: s.
@@ -30,15 +30,15 @@ class SilenceWatchdog:
 
     @property
     def time_left(self) -> float:
-        """Time until the present wait ends, s; 0 where it is over."""
+        """Time until the present wait ends, s; 0 if it has ended."""
         return max(0, self._wait_ends_ns - self._clock()) * 1e-9
 
     def feed(self, received_ns: int) -> None:
-        """Start over: a good state was received at `received_ns` of the clock."""
+        """Start over: a valid state was received at `received_ns` of the clock."""
         self.silent_waits, self._wait_ends_ns = 0, received_ns + self._first_wait_ns
 
     def end_wait(self) -> bool:
-        """Where the present wait is over, count it, begin the next one and return True."""
+        """If the present wait has ended, count it, start the next one and return True."""
         now_ns = self._clock()
         if now_ns < self._wait_ends_ns:
             return False

@@ -72,14 +72,14 @@ def learn_shipped(library: Library, config: RobotConfig, log: logging.Logger) ->
 
 
 def take_over(library: Library, old: Path, robot: str, log: logging.Logger) -> None:
-    """Copy what is in the library `old` of an earlier version, which all robots shared, to the shipped arm's own.
+    """Copy the library `old` of an earlier version, which all robots shared, to the shipped arm's library.
 
-    It does not say of which arm it is: other arms only learn that it is there.
+    Its files do not name their arm, so for other arms this only logs that it exists.
     """
     files = sorted(old.glob("*.npz"))
     if not files:
         return
-    if not list(library):  # no shipped demonstration is this arm's
+    if not list(library):  # no shipped demonstration is for this arm
         sentence = "%s has primitives of an earlier version, which do not name their arm; move this robot's into %s"
         log.warning(sentence, old, old / robot)
         return

@@ -1,4 +1,4 @@
-"""A primitive as the arrays of its file."""
+"""Convert a primitive to and from the arrays of its file."""
 
 from collections.abc import Mapping
 from dataclasses import fields
@@ -15,17 +15,17 @@ VECTORS = "position_rms", "position_max", "fit_rms", "noise_estimate"
 
 
 def to_arrays(primitive: Primitive) -> dict[str, np.ndarray]:
-    """Return all fields as arrays, for `np.savez`."""
+    """Return all fields of a primitive as arrays, for `np.savez`."""
     arrays = {field.name: np.array(getattr(primitive, field.name)) for field in fields(primitive)}
     used = primitive.smoothing
     return arrays | {"smoothing": np.array([] if used is None else [used.window_s, used.order], dtype=float)}
 
 
 def from_arrays(arrays: Mapping[str, np.ndarray]) -> Primitive:
-    """Return the primitive that `to_arrays` wrote, in this version, in one without spread, or with Gaussian weights.
+    """Return the primitive of arrays from `to_arrays`, also of versions without spread or with Gaussian weights.
 
     Raises:
-        InvalidMotion: something is missing or malformed; its name is the error's field.
+        InvalidMotion: an array is missing or malformed; its name is the error's field.
     """
     if is_gaussian(arrays):
         arrays = _converted(arrays)
@@ -46,12 +46,12 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> Primitive:
 
 
 def is_gaussian(arrays: Mapping[str, np.ndarray]) -> bool:
-    """Return whether `arrays` are a primitive as it was kept while accelerations were sums of Gaussians."""
+    """Return whether `arrays` have the format of earlier versions, with accelerations as sums of Gaussians."""
     return "theta" in arrays and "control_points" not in arrays
 
 
 def _converted(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the same primitive in today's form, learned from its smoothed positions at even times."""
+    """Return the same primitive in the present format, learned from its smoothed positions at even times."""
     duration, positions = _array(arrays, "duration"), np.atleast_1d(_array(arrays, "positions"))
     if duration.shape != () or duration <= 0:
         raise InvalidMotion("duration", f"is {duration}; it must be greater than 0 s")

@@ -1,4 +1,4 @@
-"""The planner's requests: primitives, forget, goal."""
+"""The planner without its bus: the requests primitives, forget and goal."""
 
 import logging
 import time
@@ -29,7 +29,7 @@ from services.planner.warm_up import warm_up
 
 
 class Planner:
-    """Answers the planner's requests, one at a time; asks the controller where to begin and to play the result."""
+    """Answers the planner's requests, one at a time; asks the controller for its reference, and to execute the plan."""
 
     def __init__(self, bus: Bus, config: RobotConfig, library: Library, lead: LeadTime, log: logging.Logger) -> None:
         self._bus = bus
@@ -50,7 +50,7 @@ class Planner:
         self._newest = 0
 
     def warm_up(self) -> None:
-        """Plan and encode some motions that limits shape, so that the first goal finds everything built and loaded."""
+        """Plan and encode some motions with active limits, so that the first goal finds everything built and loaded."""
         self._solver.warm_up()
         for described in self._library:
             primitive = self._library.get(described.name)
@@ -68,18 +68,18 @@ class Planner:
         return m.Primitives(primitives=list(self._library))
 
     def keep(self, written: Written, replace: bool) -> None:
-        """Take a primitive that was learned and written into the library.
+        """Add a learned primitive, which is already written to disk, to the library.
 
         Raises:
-            Refusal: another of its name was learned meanwhile and `replace` is not asked for; the library is full, or
-                cannot be written.
+            Refusal: another primitive of this name was learned meanwhile and `replace` is false; the library is full,
+                or cannot be written.
         """
         self._library.check_name(written.name, replace)
         self._library.keep(written)
         self._solver.forget(written.name)
 
     def forget(self, request: m.Forget) -> m.Forgotten:
-        """Remove a primitive; a motion made from it goes on."""
+        """Remove a primitive; a running motion made from it continues."""
         self._library.remove(request.name)
         self._solver.forget(request.name)
         return m.Forgotten(name=request.name)
@@ -87,15 +87,15 @@ class Planner:
     def goal(
         self, goal: m.Goal, goal_id: str, requested_ns: int, reply: Callable[[m.GoalReply], object]
     ) -> Steps[None]:
-        """Plan `goal` and, unless it is plan-only, have it played as `goal_id`, its own or one made for it.
+        """Plan `goal` and, unless it is plan-only, execute it as `goal_id`, which is the goal's or a new one.
 
-        The answer goes to `reply`, and only then what is played is published: its listeners do not delay the answer.
-        Yields where others may be served: None before its first step of a method that plans elsewhere, to go on in its
-        turn there, then each Task, for the task's plan or refusal.
+        The reply goes to `reply`. The plan is published afterwards, so that subscribers do not delay the reply.
+        This generator yields when the loop may serve other requests: for a method that plans in the worker process,
+        first None, to wait for its turn there, then each Task, and receives the task's plan or refusal.
 
         Raises:
-            Refusal: whatever stands in its way; then nothing moves, except that `unavailable` with a goal_id leaves
-                open whether it does.
+            Refusal: the goal is refused and nothing moves. Exception: after `unavailable` with a goal_id the motion
+                may have started.
         """
         known = self._replies.find(goal)
         if known is not None:
@@ -117,13 +117,13 @@ class Planner:
             self._plans.put(played())
 
     def publish_refused(self, goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> None:
-        """Publish a refusal that was answered; `goal` and its id are None where its body did not decode."""
+        """Publish a refusal that was sent as a reply; `goal` and its id are None if the body was not decoded."""
         self._refused.put(refused_message(goal, goal_id, refusal, requested_ns))
 
     def _only_plan(self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int) -> Steps[m.GoalReply]:
-        """Plan; sampled only where the samples are asked for.
+        """Plan without executing; compute samples only if they are requested.
 
-        What has its own start and takes its time whenever it begins is planned while the controller is asked.
+        A goal with its own start and a duration is planned while the controller's reply is pending.
         """
         answer = self._ask_reference(goal, again=False)
         at_once = goal.start is not None and goal.arrival_time is None
@@ -142,9 +142,9 @@ class Planner:
     def _play(
         self, goal: m.Goal, goal_id: str, primitive: Primitive, requested_ns: int, turn: int
     ) -> Steps[tuple[m.GoalReply, Callable[[], m.Plan]]]:
-        """Plan and execute, once more if the plan was late or superseded.
+        """Plan and execute; repeat once if the plan was late or superseded.
 
-        A plan never replaces that of a newer goal.
+        A plan never replaces the plan of a newer goal.
         """
         for last in (False, True):
             self._check_newest(goal_id, turn)
@@ -152,7 +152,7 @@ class Planner:
             began = time.monotonic()
             made = yield from self._solver.solve(goal, primitive, origin)
             self._check_newest(goal_id, turn)
-            if self._scene.look():  # another robot began a motion while this one was planned
+            if self._scene.look():  # another robot started a motion during planning
                 made = self._solver.checked(made, goal)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
             late = False
@@ -177,13 +177,13 @@ class Planner:
         raise AssertionError("unreachable: the last round returns or raises")
 
     def _check_newest(self, goal_id: str, turn: int) -> None:
-        """Raise Refusal, `superseded`, where a goal that came after this one is played."""
+        """Raise Refusal, `superseded`, if a newer goal is already played."""
         if self._newest > turn:
             sentence = "a goal that came after this one was played while this one was planned; send it again"
             raise Refusal("superseded", sentence, goal_id=goal_id, cause="plan")
 
     def _note_played(self, goal: m.Goal, goal_id: str, made: Made) -> None:
-        """Remember a motion that was accepted, for goals that correct it."""
+        """Store an accepted motion, for goals that correct it."""
         phase = made.plan.report.phase
         posture = made.plan.request.goal.positions.tolist()
         self._corrections.note(goal, goal_id, made.origin.time, made.plan.duration, phase, posture)
@@ -196,9 +196,9 @@ class Planner:
         return origin_of(goal, reference, self._corrections, self._config)
 
     def _reference_of(self, goal: m.Goal, again: bool) -> m.Reference | None:
-        """Return the reference from which a goal begins; that of a correction lies in the motion that it corrects.
+        """Return the reference at the goal's start; for a correction, a point of the corrected motion.
 
-        Where it is known, the controller is asked only `again`, after a plan that was late or superseded.
+        If it can be predicted, the controller is asked only `again`, after a plan that was late or superseded.
         """
         if goal.revises is not None and not again and not self._lead.stepped:
             foreseen = self._foresight.reference(self._lead.seconds(kind=effort_of(goal)))
@@ -239,5 +239,5 @@ class Planner:
 def _published(
     made: Made, trajectory: m.Trajectory | Callable[[], m.Trajectory], goal: m.Goal, primitive: Primitive
 ) -> m.Plan:
-    """The plan that is published, sampled only now where the answer had no samples."""
+    """Return the plan to publish; sample it now if the reply had no samples."""
     return plan_message(made, trajectory() if callable(trajectory) else trajectory, goal, primitive)

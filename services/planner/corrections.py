@@ -1,4 +1,4 @@
-"""Motions that the planner sent to the controller, so that a goal can correct one that is under way."""
+"""Motions that the planner sent to the controller, for goals that correct a running one."""
 
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ KEPT = 1000
 class Correction:
     """Start of a correction: the demonstration's phase at the splice, and the time of the hit on the robot's clock.
 
-    A goal with a time of its own replaces the time of the hit. `posture`: joint positions at the hit, rad.
+    A goal with its own time replaces the time of the hit. `posture`: joint positions at the hit, rad.
     """
 
     phase: float
@@ -24,7 +24,7 @@ class Correction:
 
 @dataclass(frozen=True, slots=True)
 class _Played:
-    """One accepted motion. `chain` is the goal that the first of its chain of corrections had."""
+    """An accepted motion. `chain` is the goal of the first motion in its chain of corrections."""
 
     chain: str
     primitive: str
@@ -34,15 +34,15 @@ class _Played:
     posture: tuple[float, ...]
 
     def phase_at(self, time: float) -> float:
-        """Where in the demonstration the motion is at a time of its own: it runs evenly from its first phase to 1."""
+        """Return the demonstration's phase at a time of the motion, linear from its first phase to 1."""
         return self.phase + (1 - self.phase) * (time - self.start_time) / (self.hit_time - self.start_time)
 
 
 class Corrections:
     """The newest accepted motions by goal_id.
 
-    The motion that was played or corrected longest ago is dropped first, so that the first goal of a long chain of
-    corrections stays known while corrections name it.
+    The least recently played or corrected motion is dropped first, so the first goal of a long chain of corrections
+    stays known while corrections name it.
     """
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class Corrections:
     def note(
         self, goal: m.Goal, goal_id: str, start_time: float, duration: float, phase: float, posture: Sequence[float]
     ) -> None:
-        """Note a motion that the controller accepted; `duration` to the hit, s, `posture` there."""
+        """Add a motion that the controller accepted; `duration`: to the hit, s; `posture`: (J,) at the hit, rad."""
         revised = self._played.get(goal.revises or "")
         chain = revised.chain if revised else goal_id
         if goal.revises in self._played:
@@ -61,7 +61,7 @@ class Corrections:
             self._played.popitem(last=False)
 
     def until_begin(self, goal: m.Goal, reference: m.Reference) -> float:
-        """Return how long after the `reference` (s) the motion that `goal` corrects begins, 0 where it has begun."""
+        """Return the time (s) from `reference` to the start of the motion that `goal` corrects, 0 if it runs."""
         revised, current = self._played.get(goal.revises or ""), self._played.get(reference.goal_id or "")
         if revised is None or (current is not None and current.chain == revised.chain):
             return 0.0
@@ -69,10 +69,11 @@ class Corrections:
         return min((start - reference.time for start in starts if start > reference.time), default=0.0)
 
     def correction(self, goal: m.Goal, reference: m.Reference) -> Correction | None:
-        """Return what `goal` goes on with at the `reference`, None where it corrects nothing.
+        """Return phase, hit and posture with which `goal` continues at the `reference`, or None for no correction.
 
-        Raises: Refusal: `unknown_goal`, `invalid_goal` for another primitive, `late` where the hit has passed at the
-        splice, `superseded` where the motion was replaced or stopped.
+        Raises:
+            Refusal: `unknown_goal`, `invalid_goal` for another primitive, `late` if the hit has passed at the splice,
+                `superseded` if the motion was replaced or stopped.
         """
         if goal.revises is None:
             return None

@@ -1,4 +1,4 @@
-"""Where the reference trajectory will be, known without asking the controller."""
+"""Prediction of the reference trajectory, without a request to the controller."""
 
 import math
 import time
@@ -12,14 +12,14 @@ from robot.description import RobotConfig
 from services.common.ticks import ROUNDING, tick_of, ticks_ahead
 
 RECEIVED, NEWEST = 10, 3
-"""Statuses by which the pace of robot time is known, and how many of them say what time it is."""
+"""Number of statuses that determine the pace of robot time, and number of the newest that determine its value."""
 STALE_S = 0.1
-"""Without a status for so long (wall time) the robot's time is not known."""
+"""Age of the newest status (wall time) above which the robot's time is unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Received:
-    """A status: the robot's time in it, its epoch, and when it came, s on the monotonic clock."""
+    """A status: its robot time (s), its epoch, and its arrival, s on the monotonic clock."""
 
     time: float
     epoch: int
@@ -28,7 +28,7 @@ class _Received:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Played:
-    """The motion that was accepted last: the tick at which it starts, and the controller's epoch since then."""
+    """The last accepted motion: the tick of its start, and the controller's epoch since then."""
 
     goal_id: str
     start: int
@@ -37,10 +37,10 @@ class _Played:
 
 
 class Foresight:
-    """The reference trajectory while the arm plays the newest motion of this planner: it is that motion.
+    """Predicts the reference trajectory while the arm plays this planner's newest motion: it is that motion.
 
-    In that epoch the controller plays nothing else. It refuses what was planned in another epoch as `superseded`, and
-    what begins in the past as `late`, so a wrong guess of either moves nothing.
+    In that epoch the controller plays nothing else. It refuses plans of another epoch as `superseded` and plans that
+    start in the past as `late`, so a wrong prediction moves nothing.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -49,23 +49,23 @@ class Foresight:
         self._played: _Played | None = None
 
     def receive(self, status: m.Status) -> None:
-        """Take in a status that has just come; in any thread."""
+        """Add a status that has just arrived; in any thread."""
         received = _Received(status.time, status.epoch, time.monotonic())
         before = self._received[1 - RECEIVED :]
-        if before and received.epoch < before[-1].epoch:  # another controller, whose reference is another
+        if before and received.epoch < before[-1].epoch:  # another controller, with another reference
             self._played = None
         self._received = (*before, received) if before and before[-1].time <= received.time else (received,)
 
     def note(self, goal_id: str, start_time: float, epoch: int, plan: Plan) -> None:
-        """Note a motion that was planned in `epoch` and accepted."""
+        """Store an accepted motion that was planned in `epoch`."""
         self._played = _Played(goal_id, tick_of(start_time, self._config.rate_hz), epoch + 1, plan)
 
     def forget(self) -> None:
-        """Ask the controller from now on, until the next motion is accepted."""
+        """Stop predicting until the next motion is accepted."""
         self._played = None
 
     def reference(self, lead: float) -> m.Reference | None:
-        """Return the point of the reference trajectory `lead` s from now, None where only the controller knows it."""
+        """Return the point of the reference trajectory `lead` s from now, or None if only the controller knows it."""
         played, now = self._played, self._now()
         if played is None or now is None or self._received[-1].epoch > played.epoch:
             return None
@@ -89,16 +89,16 @@ class Foresight:
 
     @property
     def pace(self) -> float | None:
-        """The robot's seconds in one of wall time, at most 1; None where it is not known."""
+        """Return the ratio of robot time to wall time, at most 1, or None if it is unknown."""
         received = self._received
         if len(received) < 2 or (passed := received[-1].at - received[0].at) <= 0:
             return None
         return min((received[-1].time - received[0].time) / passed, 1.0)
 
     def _now(self) -> float | None:
-        """Return the robot's time, s, None where it is not known.
+        """Return the robot's time, s, or None if it is unknown.
 
-        A status may be taken in late, never early: of the last few the one that says the latest time is right.
+        A status can arrive late but never early, so the latest estimate of the last few statuses is the best one.
         """
         received, pace, now = self._received, self.pace, time.monotonic()
         if pace is None or now - received[-1].at > STALE_S:

@@ -1,4 +1,4 @@
-"""What contradicts itself in a goal, whatever the start."""
+"""Checks of a goal that do not depend on the start."""
 
 import math
 
@@ -13,11 +13,11 @@ MAX_FOLLOW_THROUGH_S = 0.5
 SHORTEST, LONGEST = 1e-6, 1e6
 """Allowed length of a direction or a quaternion, which is then scaled to 1."""
 LARGEST = 1e4
-"""Largest coordinate of a tool's goal, m, m/s or rad/s: no arm reaches more."""
+"""Largest coordinate of a tool goal, m, m/s or rad/s; no arm reaches more."""
 
 
 def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
-    """Raise a Refusal, `invalid_goal` or `bad_message`, for what contradicts itself."""
+    """Raise a Refusal, `invalid_goal` or `bad_message`, for a goal that contradicts itself."""
     if primitive.joint_count != config.joint_count:
         sentence = (
             f"primitive {goal.primitive!r} moves {primitive.joint_count} joints, the arm has {config.joint_count}"
@@ -43,7 +43,7 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
 
 
 def too_long(goal: m.Goal, duration: float, total_duration: float) -> Refusal:
-    """Return the refusal of a motion that takes more than a plan may, together with its stop."""
+    """Return the refusal of a motion that is, with its stop, longer than a plan may be."""
     sentence = (
         f"the motion takes {duration:.3f} s and its stop {total_duration - duration:.3f} s, together more than the "
         f"{MAX_PLAN_S} s of the longest plan; end it sooner or slower"
@@ -88,7 +88,7 @@ def _check_tolerance(goal: m.Goal) -> None:
 
 
 def _check_method(goal: m.Goal) -> None:
-    """Refuse what only the method "qp" can do."""
+    """Refuse fields that only the method "qp" supports."""
     if goal.method == "qp":
         return
     asked = {
@@ -105,7 +105,7 @@ def _check_method(goal: m.Goal) -> None:
 
 
 def _check_tool(goal: m.Goal) -> None:
-    """Refuse what says a second time, or contradicts, where the tool is."""
+    """Refuse fields that duplicate or contradict the tool's pose."""
     if goal.tool is not None:
         _check_pose(goal.tool, "tool")
         for field, end in [("", goal), *((f"alternatives[{k}].", end) for k, end in enumerate(goal.alternatives))]:

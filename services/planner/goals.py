@@ -1,4 +1,4 @@
-"""From a goal on the wire to a motion request."""
+"""Convert a goal message to a motion request."""
 
 import math
 from dataclasses import dataclass
@@ -21,14 +21,14 @@ from services.planner.refusals import invalid
 ROUNDING = 1e-9
 
 REPEATS_START = 0.01
-"""A waypoint at 0 s this near (rad, rad/s) to the start repeats it, as the first point of many clients does."""
+"""Largest distance (rad, rad/s) from the start of a waypoint at 0 s that repeats it, which many clients send."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Origin:
-    """State and time at which a motion begins.
+    """State and time at the start of a motion.
 
-    `epoch`: of the controller, 0 without one. `correction`: of a motion under way.
+    `epoch`: the controller's, 0 without a controller. `correction`: set if the motion corrects a running one.
     """
 
     time: float
@@ -38,7 +38,7 @@ class Origin:
 
 
 def motion_request(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin: Origin) -> MotionRequest:
-    """Return what the planner is to solve; `check_goal` has passed.
+    """Return the motion request of a goal that has passed `check_goal`.
 
     Raises:
         Refusal: `bad_message`, `invalid_goal` or `late`, naming the field.
@@ -64,7 +64,7 @@ def motion_request(goal: m.Goal, primitive: Primitive, config: RobotConfig, orig
 def ends(
     goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Origin
 ) -> tuple[dict[int, End], dict[int, Refusal]]:
-    """Return the ends of a goal with alternatives by index, 0 the goal's own, and the refusals of those that are late.
+    """Return a goal's ends by index, 0 its own and then the alternatives, and the refusals of those that are late.
 
     Raises:
         Refusal: `invalid_goal`, naming the field.
@@ -94,10 +94,10 @@ def ends(
 
 
 def origin_of(goal: m.Goal, reference: m.Reference | None, corrections: Corrections, config: RobotConfig) -> Origin:
-    """Return where the motion begins: the goal's own start, the reference's future, or without one home at rest.
+    """Return the origin of the motion: the goal's start, the future reference, or without one home at rest.
 
     Raises:
-        Refusal: `bad_message` for a start of a wrong length, and what `Corrections.correction` raises.
+        Refusal: `bad_message` for a start of a wrong length, and all refusals of `Corrections.correction`.
     """
     at, epoch = (reference.time, reference.epoch) if reference else (0.0, 0)
     joints, start = config.joint_count, goal.start
@@ -115,9 +115,9 @@ def origin_of(goal: m.Goal, reference: m.Reference | None, corrections: Correcti
 
 
 def _goal_boundary(goal: m.Goal, primitive: Primitive, joints: int) -> Boundary:
-    """Return the goal's own end; without positions that of the primitive.
+    """Return the goal's end; without positions, the primitive's end.
 
-    Its velocities are then the demonstrated ones unless the goal has some.
+    The default of its velocities is then the demonstrated ones.
     """
     positions, velocities = goal.positions, goal.velocities
     if positions is None:
@@ -131,7 +131,7 @@ def _goal_boundary(goal: m.Goal, primitive: Primitive, joints: int) -> Boundary:
 
 
 def _waypoints(asked: list[m.Waypoint], joints: int, start: Boundary) -> tuple[Waypoint, ...]:
-    """The waypoints, without one at 0 s that repeats the start."""
+    """Return the waypoints, without one at 0 s that repeats the start."""
     found = []
     for index, waypoint in enumerate(asked):
         positions = _partial(waypoint.positions, joints, f"waypoints[{index}].positions")
@@ -167,7 +167,7 @@ def _whole_ticks(duration: float, config: RobotConfig) -> float:
 def _duration_until(
     arrival_time: float, goal: m.Goal, config: RobotConfig, origin: Origin, field: str = "arrival_time"
 ) -> float:
-    """From the origin to a time on the robot's clock, to the nearest tick; `field` is where the time stands."""
+    """Return the time from the origin to `arrival_time`, to the nearest tick; `field` is the field of that time."""
     left = arrival_time - origin.time
     if left > MAX_PLAN_S + config.tick / 2:
         sentence = f"{field} {arrival_time} s lies more than {MAX_PLAN_S} s ahead of {origin.time:.3f} s"
@@ -205,7 +205,7 @@ def _vector(values: list[float] | None, joints: int, field: str) -> np.ndarray:
 
 
 def _partial(values: list[float | None] | None, joints: int, field: str) -> np.ndarray:
-    """A vector in which null is NaN: free."""
+    """Return a vector with NaN, which means free, for null."""
     if values is None:
         return np.full(joints, math.nan)
     check_lengths(joints, **{field: values})

@@ -1,4 +1,4 @@
-"""Replies to goals, so that a goal sent twice is answered alike and moves the arm once."""
+"""Replies to goals by goal_id: a goal that is sent twice gets the same reply and moves the arm once."""
 
 from collections import OrderedDict
 
@@ -7,7 +7,7 @@ from protocol.errors import Refusal
 
 KEPT = 1000
 KEPT_BYTES = 64 << 20
-"""Bound on the trajectories that replies may include, all together."""
+"""Bound on the total size of the trajectories in stored replies."""
 
 
 class ReplyCache:
@@ -19,10 +19,10 @@ class ReplyCache:
         self._replies: OrderedDict[str, tuple[m.Goal, m.GoalReply]] = OrderedDict()
 
     def find(self, goal: m.Goal) -> m.GoalReply | None:
-        """Return the reply to the same goal, None where it has none.
+        """Return the stored reply to the same goal, or None.
 
         Raises:
-            Refusal: `duplicate` where its goal_id belongs to another goal.
+            Refusal: `duplicate`, if the goal_id was used for another goal.
         """
         known = self._replies.get(goal.goal_id or "")
         if known is not None and known[0] != goal:
@@ -31,7 +31,7 @@ class ReplyCache:
         return known and known[1]
 
     def keep(self, goal: m.Goal, reply: m.GoalReply) -> None:
-        """Remember the reply to `goal`."""
+        """Store the reply to `goal`."""
         self._replies[reply.goal_id] = goal, reply
         self._bytes_left -= _size(reply)
         while len(self._replies) > self._kept or self._bytes_left < 0:

@@ -1,4 +1,4 @@
-"""How far ahead of the arm a plan begins."""
+"""Lead time of plans: from the present to the start of the motion."""
 
 from collections import defaultdict, deque
 
@@ -8,19 +8,19 @@ UNKNOWN_GAUSSIAN_S = 0.3
 UNKNOWN_TOOL_S = 0.06
 UNKNOWN_CORRECTION_S = 0.015
 SECOND_TRY, SECOND_CORRECTION = 2.0, 1.5
-"""The least lead after a late plan, in parts of what that took: a correction must soon be there."""
+"""Smallest lead after a late plan, in units of its planning time; smaller for corrections, which are urgent."""
 
 
 class LeadTime:
     """The lead of the next plan: the second longest of the last 50 planning times of its kind plus a tick.
 
-    A planning time lasts from the answer with the reference to the answer with the acceptance, in robot time, which the
-    clock `paced` may let pass more slowly. Both answers take the same way, so this is the time from the one tick of the
-    controller to the other. A late plan moves nothing and is planned again with the lead of the slowest, at least twice
-    its own time; a late correction with that of corrections, at least 1.5 times its own time. Before anything was
-    measured, and for the first ten plans, 25 ms (300 ms for "gaussian", 60 ms for "tool", 15 ms for "correction") count
-    as one that was.
-    `fixed` (s) overrides. In stepped time nothing is late, and the lead is 20 ticks.
+    A planning time is measured from the reply with the reference to the reply with the acceptance, in robot time, which
+    may pass more slowly with the clock `paced`. Both replies have the same delay, so this is the time between the two
+    ticks of the controller. A late plan moves nothing and is repeated with the lead of the slowest kind, at least twice
+    its planning time; a late correction with the lead of corrections, at least 1.5 times its planning time. For the
+    first ten plans, an initial value counts as a measurement: 25 ms (300 ms for "gaussian", 60 ms for "tool", 15 ms
+    for "correction").
+    `fixed` (s) overrides. With the stepped clock no plan is late, and the lead is 20 ticks.
     """
 
     def __init__(self, tick: float, fixed: float | None = None) -> None:
@@ -36,7 +36,7 @@ class LeadTime:
         self._newest: dict[str, float] = {}
 
     def seconds(self, again: bool = False, kind: str = "qp") -> float:
-        """Return the lead of the next plan; `again` after one that came late."""
+        """Return the lead of the next plan, s; `again`: after a late plan."""
         if self.stepped:
             return self._stepped_lead
         if self._fixed is not None:
@@ -50,9 +50,9 @@ class LeadTime:
         return lead
 
     def note(self, seconds: float, kind: str = "qp", late: bool = False) -> None:
-        """Note what a plan took from its reference to its acceptance or refusal, s of robot time.
+        """Add a planning time, from the reference to the acceptance or refusal, s of robot time.
 
-        What was `late` took at least the lead that it had: where the robot's time was foreseen, it was later.
+        A `late` plan took at least its lead, even if the predicted robot time says less.
         """
         self._newest[kind] = seconds
         self._took[kind].append(max(seconds, self._given.get(kind, 0.0)) if late else seconds)

@@ -1,4 +1,4 @@
-"""Learning beside the planner's loop: the worker fits, its thread writes the file, the loop keeps the result."""
+"""Learning outside the planner's loop: the worker fits, its thread writes the file, the loop adds the primitive."""
 
 import logging
 from collections.abc import Callable
@@ -21,9 +21,9 @@ from services.planner.worker_thread import WorkerThread
 
 
 class Head(msgspec.Struct):
-    """What the planner's loop reads of a `learn` request: the rest of its body may be long.
+    """The fields of a `learn` request that the planner's loop decodes; the rest of the body may be long.
 
-    A name that is missing is refused by the worker, with all that it finds.
+    The worker refuses a missing name, with all other faults.
     """
 
     name: str | None = None
@@ -38,9 +38,9 @@ class _Request:
 
 
 class Learner:
-    """Answers `learn` requests, one at a time, without the planner's loop.
+    """Answers `learn` requests, one at a time, outside the planner's loop.
 
-    `keep` takes what is written into the library; it is called in the loop, through `inbox`, and may refuse.
+    `keep` adds a written primitive to the library; it is called in the loop, through `inbox`, and may refuse.
     """
 
     def __init__(
@@ -59,20 +59,20 @@ class Learner:
         self._worker_thread.submit(self._prepare)
 
     def submit(self, asking: PendingQuery, head: Head, body: memoryview) -> None:
-        """Learn and answer when those before are done.
+        """Queue a request, to learn and reply after the earlier ones.
 
         Raises:
-            Refusal: `busy` where too many wait.
+            Refusal: `busy`, if the queue is full.
         """
         self._worker_thread.submit(lambda: self._answer(_Request(asking, head, body)))
 
     def close(self) -> None:
-        """End the worker and forget what waits."""
+        """End the worker and drop the queue."""
         self._worker_thread.close()
 
     def _prepare(self) -> None:
         for entry in list(self._library):
-            with suppress(Refusal):  # it was forgotten meanwhile
+            with suppress(Refusal):  # it was removed meanwhile
                 if not self._worker_thread.closing:
                     prepare(self._library.get(entry.name))
 

@@ -1,4 +1,4 @@
-"""From a `learn` request, or a CSV file that ships with the robot, to a primitive."""
+"""Learn a primitive from a `learn` request, or from a CSV file that ships with the robot."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,7 +22,7 @@ MAX_ORDER = 10
 
 
 def demonstration_of(request: m.Learn, names: Sequence[str]) -> Demonstration:
-    """Return the recording in `request`, its columns in the order of the arm's joint `names`.
+    """Return the recording in `request`, with columns in the order of the arm's joint `names`.
 
     Raises:
         Refusal: `bad_message`, naming the field.
@@ -38,7 +38,7 @@ def demonstration_of(request: m.Learn, names: Sequence[str]) -> Demonstration:
 
 
 def spread_of(request: m.Learn, names: Sequence[str]) -> np.ndarray | None:
-    """Return the spread (J, P) in `request`, a row for each of the arm's joint `names`, or None.
+    """Return the spread (J, P) in `request`, rad, one row for each of the arm's joint `names`, or None.
 
     Raises:
         Refusal: `bad_message`, naming the field.
@@ -53,7 +53,7 @@ def spread_of(request: m.Learn, names: Sequence[str]) -> np.ndarray | None:
 def learn_demonstration(
     demonstration: Demonstration, smoothing: AskedSmoothing, spread: np.ndarray | None = None
 ) -> Primitive:
-    """Return the primitive of a recording, smoothed as asked, its places weighted by the spread (J, P).
+    """Return the primitive of a recording, with the requested smoothing, and weighted by the spread (J, P).
 
     Raises:
         Refusal: `bad_message`, naming the field.
@@ -65,7 +65,7 @@ def learn_demonstration(
 
 
 def learned_message(name: str, primitive: Primitive, warnings: Sequence[str] = ()) -> m.Learned:
-    """Return what the planner says of a primitive it learned."""
+    """Return the reply about a learned primitive."""
     used = primitive.smoothing
     start, goal = (
         m.Point(positions=end.positions.tolist(), velocities=end.velocities.tolist())
@@ -90,7 +90,7 @@ def learned_message(name: str, primitive: Primitive, warnings: Sequence[str] = (
 def learn_from_csv(path: Path, joint_names: tuple[str, ...]) -> Primitive | None:
     """Return the primitive recorded in `path` (header: time, then joint names), or None for another arm's.
 
-    An arm that was attached to a scene has its joints under a prefix, which the header need not have.
+    The joint names of an arm attached to a scene have a prefix, which the header may omit.
 
     Raises:
         InvalidMotion: the recording is unusable.
@@ -176,7 +176,7 @@ def _times(request: m.Learn, samples: int) -> np.ndarray:
 
 
 def _one_at_a_time(times: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and positions with the mean of the samples that have one time; where times run backwards all."""
+    """Return times and positions, with samples of equal times averaged; unchanged if times decrease anywhere."""
     steps = np.diff(times, prepend=-np.inf)
     if (steps > 0).all() or (steps < 0).any():
         return times, positions

@@ -1,4 +1,4 @@
-"""The primitives on disk: one .npz file each, written whole or not at all."""
+"""The library of primitives on disk: one .npz file each, written atomically."""
 
 import logging
 import os
@@ -24,14 +24,14 @@ MAX_PRIMITIVES = 256
 """Largest number of primitives: all of them stay in memory."""
 
 LISTED = 10
-"""Names in the sentence that refuses an unknown one."""
+"""Number of names listed in the refusal of an unknown one."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """The arm that a primitive was learned on; without joint names it is not known."""
+    """The arm on which a primitive was learned; unknown if it has no joint names."""
 
     robot: str = ""
     joint_names: tuple[str, ...] = ()
@@ -48,7 +48,7 @@ class Kept:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Written:
-    """What is on disk under a `temporary` name, to be kept as `name`."""
+    """A primitive on disk under a `temporary` name, to be renamed to `name`."""
 
     name: str
     kept: Kept
@@ -58,9 +58,9 @@ class Written:
 class Library:
     """All primitives of an arm's directory, kept in memory.
 
-    `is_new`: the directory was made just now. Files that cannot be read are left alone and reported. Those of another
-    arm are listed, and refused when they are to be played. Whatever writes raises Refusal, `unavailable`, where the
-    disk refuses; nothing has changed then.
+    `is_new`: whether the directory was created just now. Unreadable files are logged and not changed. Primitives of
+    another arm are listed, but refused when played. All methods that write raise Refusal, `unavailable`, if writing
+    fails; then nothing has changed.
     """
 
     def __init__(self, directory: Path, arm: Arm, log: logging.Logger) -> None:
@@ -73,7 +73,7 @@ class Library:
         for path in sorted(directory.glob("*.npz")):
             try:
                 self._primitives[path.stem] = self._read(path)
-            except Exception as error:  # a damaged archive makes zipfile and numpy raise whatever they like
+            except Exception as error:  # zipfile and numpy raise many kinds of errors for a damaged archive
                 log.warning("%s is not a primitive and is left alone: %s", path, error)
 
     def __iter__(self) -> Iterator[m.PrimitiveEntry]:
@@ -92,7 +92,7 @@ class Library:
         """Return the primitive called `name`.
 
         Raises:
-            Refusal: `unknown_primitive`, listing what there is.
+            Refusal: `unknown_primitive`, with a list of the known ones.
         """
         try:
             return self._primitives[name].primitive
@@ -103,7 +103,7 @@ class Library:
             raise Refusal("unknown_primitive", sentence, name=name[:SHOWN]) from None
 
     def playable(self, name: str) -> Primitive:
-        """Return the primitive called `name`, which this arm can play.
+        """Return the primitive called `name`, checked to be playable by this arm.
 
         Raises:
             Refusal: `unknown_primitive`, or `invalid_goal` for a primitive of other joints.
@@ -118,7 +118,7 @@ class Library:
         return primitive
 
     def check_name(self, name: str, replace: bool) -> None:
-        """Check that `name` may be written.
+        """Check that a primitive may be written as `name`.
 
         Raises:
             Refusal: `bad_message` for a malformed name or a full library, `exists` for a name in use.
@@ -134,14 +134,14 @@ class Library:
             raise bad_message("name", sentence)
 
     def write(self, name: str, primitive: Primitive) -> Written:
-        """Write `primitive`, learned on this arm now, to disk beside the library, for `keep`.
+        """Write `primitive`, learned on this arm now, to a temporary file for `keep`.
 
-        In any thread, one call at a time.
+        Called in any thread, one call at a time.
         """
         return self._write(name, Kept(primitive, time.time(), self._arm))
 
     def keep(self, written: Written) -> None:
-        """Let the library have what `write` has written; it survives a power cut from the next `sync` on."""
+        """Add a primitive written by `write` to the library; it survives a power cut after the next `sync`."""
         with self._writing(f"{written.name}.npz") as path:
             written.temporary.replace(path)
         self._primitives[written.name] = written.kept
@@ -156,21 +156,21 @@ class Library:
                 os.close(descriptor)
 
     def put(self, name: str, primitive: Primitive) -> None:
-        """Keep `primitive` as `name`, on disk before this returns."""
+        """Add `primitive` as `name`; it is on disk when this returns."""
         self.keep(self.write(name, primitive))
         self.sync()
 
     def take_over(self, path: Path) -> None:
-        """Copy a primitive of this arm from another library, on disk before this returns.
+        """Copy a primitive of this arm from another library; it is on disk when this returns.
 
         Raises:
-            Exception: the file is no primitive; any, since zipfile and numpy raise whatever they like.
+            Exception: the file is not a primitive; zipfile and numpy raise many kinds of errors.
         """
         self.keep(self._write(path.stem, replace(self._read(path), arm=self._arm)))
         self.sync()
 
     def remove(self, name: str) -> None:
-        """Forget the primitive called `name`.
+        """Remove the primitive called `name`.
 
         Raises:
             Refusal: `unknown_primitive`.
@@ -183,7 +183,7 @@ class Library:
 
     @contextmanager
     def _writing(self, name: str) -> Iterator[Path]:
-        """Give the path of a file to write."""
+        """Yield the path of a file to write."""
         try:
             yield self._directory / name
         except OSError as error:
@@ -192,7 +192,7 @@ class Library:
             raise Refusal("unavailable", sentence, service="planner") from None
 
     def _sweep(self) -> None:
-        """Remove what a write that was cut off has left."""
+        """Remove the files of interrupted writes."""
         for leftover in self._directory.glob(".*.tmp"):
             leftover.unlink()
 
@@ -205,8 +205,8 @@ class Library:
         return Written(name, kept, temporary)
 
     def _read(self, path: Path) -> Kept:
-        """Return the primitive in a file; that of an earlier version does not say of which arm it is."""
-        # Given a path, numpy leaves the file open where it is not an archive.
+        """Return the primitive in a file; a file of an earlier version does not name its arm."""
+        # Given a path, numpy does not close a file that is not an archive.
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {key: archive[key] for key in archive}
         arm = Arm(str(arrays.get("robot", "")), tuple(arrays.get("joint_names", np.array([], dtype=np.str_)).tolist()))

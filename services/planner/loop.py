@@ -1,4 +1,4 @@
-"""The planner's loop: one request at a time, none for long."""
+"""The planner's loop: answers one request at a time; long work runs elsewhere."""
 
 import gc
 import logging
@@ -34,12 +34,12 @@ from services.planner.worker_link import Worker
 from services.planner.worker_thread import LoopCall, WorkerThread
 
 UNREAD_LEARN = replace(topics.LEARN, request=msgspec.Raw)
-"""`learn` with its body left as bytes: the worker reads it."""
+"""`learn` with its body as bytes, which the worker decodes."""
 
 
 @dataclass(slots=True, eq=False)
 class Going:
-    """A goal that is not answered yet, its steps, and what is to be planned before the next."""
+    """A goal without a reply yet, its steps, and the task to plan before the next step."""
 
     asking: PendingQuery
     goal: m.Goal
@@ -51,9 +51,8 @@ class Going:
 class Loop:
     """Answers the planner's requests.
 
-    What takes longer than 50 ms is computed in processes of their own: demonstrations are learned, and goals of the
-    method "gaussian" planned, while the loop serves others. repeated: by id of the goals on their way, requests of
-    the same id.
+    Work that takes longer than 50 ms runs in separate processes, while the loop serves other requests: learning, and
+    planning of goals with the method "gaussian". repeated: by id of the pending goals, requests with the same id.
     """
 
     def __init__(
@@ -64,7 +63,7 @@ class Loop:
         self._library = library
         self._lead = lead
         self._log = log
-        self.inbox: Inbox[Any] = Inbox()  # of requests, and calls of the worker threads
+        self.inbox: Inbox[Any] = Inbox()  # requests, and calls of the worker threads
         worker = Worker("learn", config.limits, config.joint_names, log)
         self._learner = Learner(library, worker, planner.keep, self.inbox, log)
         self.plan_worker = Worker("plan", config.limits, config.joint_names, log)
@@ -97,12 +96,12 @@ class Loop:
                 else:
                     self._lead.stepped = stepped
             self.do(item)
-            # Never while one plans: after each what is new, when there is time everything.
+            # Collect garbage between plans only: the young generations after each, all when idle.
             gc.collect(1 if item is not None else 2)
         self.close()
 
     def do(self, item: PendingQuery | LoopCall | None) -> None:
-        """Do what came, if anything did."""
+        """Handle an item of the inbox, if there is one."""
         if isinstance(item, LoopCall):
             item.run()
         elif item is not None:
@@ -129,7 +128,7 @@ class Loop:
     def _refusing(
         self, asking: PendingQuery, goal: m.Goal | None = None, goal_id: str | None = None
     ) -> AbstractContextManager[None]:
-        """Refuse a request with what the block raises; of a goal the refusal is published under its id too."""
+        """Reply with the refusal that the block raises; for a goal, also publish it under the goal's id."""
 
         def publish(refusal: Refusal) -> None:
             if asking.topic is topics.GOAL:
@@ -138,11 +137,11 @@ class Loop:
         return refusing(asking, "planner", self._log, goal_id, publish)
 
     def _begin(self, asking: PendingQuery, goal: m.Goal) -> None:
-        """Answer a goal at once, or begin to have it planned elsewhere."""
-        if goal.goal_id in self.repeated:  # on its way: answered alike when that is answered
+        """Answer a goal at once, or start planning it in the worker process."""
+        if goal.goal_id in self.repeated:  # pending: it gets the same reply later
             self.repeated[goal.goal_id].append(asking)
             return
-        # Cut, for an id may be refused for its length.
+        # Truncated: the id itself may be refused for its length.
         goal_id = (goal.goal_id or uuid.uuid4().hex)[: topics.MAX_ID]
         going = Going(asking, goal, goal_id, self._planner.goal(goal, goal_id, asking.arrival_ns, asking.reply))
         if self._go_on(going, lambda: next(going.steps)):
@@ -151,7 +150,7 @@ class Loop:
                 self.repeated[goal_id] = []
 
     def _go_on(self, going: Going, step: Callable[[], Task | None]) -> bool:
-        """Take a goal's next step; return whether it has another, whose `task` must be planned first."""
+        """Run a goal's next step; return whether another follows, after its `task` is planned."""
         with self._refusing(going.asking, going.goal, going.goal_id):
             try:
                 going.task = step()
@@ -164,8 +163,8 @@ class Loop:
         return False
 
     def _plan_elsewhere(self, going: Going) -> None:
-        """Plan a goal in the process for it; in that process' thread."""
-        self.plan_worker.start()  # the motion's begin is chosen when everything is ready
+        """Plan a goal in the worker process; called in the worker's thread."""
+        self.plan_worker.start()  # before the start of the motion is chosen
         step: Callable[[], Task | None] = partial(next, going.steps)
         while self._planning.in_loop(partial(self._go_on, going, step)):
             assert going.task is not None
@@ -175,7 +174,7 @@ class Loop:
                 step = partial(going.steps.throw, refusal)
 
     def _learn(self, asking: PendingQuery, body: memoryview) -> None:
-        """Refuse at once what needs no look at the demonstration; the rest is the learner's."""
+        """Refuse faults outside the demonstration at once; pass the rest to the learner."""
         head = decode(cast(bytes, body), Head, topics.LEARN.max_bytes)
         if head.name is not None:
             self._library.check_name(head.name, head.replace)
@@ -183,7 +182,7 @@ class Loop:
 
 
 def is_stepped(bus: Bus) -> bool | None:
-    """Return whether the arm's clock advances on request only; None where the arm does not answer."""
+    """Return whether the arm's clock is stepped, or None if the arm does not reply."""
     try:
         return bus.ask(topics.DESCRIPTION, m.Empty(), timeout=1.0).clock == "stepped"
     except (NoAnswer, Refusal):

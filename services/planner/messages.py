@@ -1,4 +1,4 @@
-"""From a plan to what goes over the wire."""
+"""Convert plans to messages."""
 
 import math
 from typing import Any
@@ -25,11 +25,11 @@ ROUNDING = 1e-9
 _FIELDS = {"positions": "position", "velocities": "velocity", "accelerations": "acceleration", "jerks": "jerk"}
 
 SAMPLED_S = 20.0
-"""Longest motion, s, that is sent with a sample a tick; of a longer one every nth sample is sent."""
+"""Longest motion, s, that is sent with one sample a tick; a longer one is sent with every nth sample."""
 
 
 def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
-    """Return what the controller is to play: polynomials, or the samples of a method that has none."""
+    """Return the trajectory for the controller: polynomials, or samples if the method has no polynomials."""
     frame = _frame(made, goal, goal_id, config, stamps)
     if isinstance(made.plan, SplinePlan):
         return m.Trajectory(**frame, pieces=_pieces(made.plan))
@@ -37,7 +37,7 @@ def executed_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig
 
 
 def sampled_message(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> m.Trajectory:
-    """Return the motion as samples; of a long one every nth sample, and its polynomials where it has them."""
+    """Return the motion as samples; a long one has every nth sample, and its polynomials if it has them."""
     frame, plan = _frame(made, goal, goal_id, config, stamps), made.plan
     every = max(1, math.ceil(plan.total_duration / SAMPLED_S - ROUNDING))
     count = math.ceil((frame["count"] - 1) / every) + 1
@@ -53,7 +53,7 @@ def _pieces(plan: SplinePlan) -> m.Pieces:
 
 
 def _frame(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: m.Stamps) -> dict[str, Any]:
-    """What a trajectory says of itself beside the motion."""
+    """Return a trajectory's fields other than the motion itself."""
     return {
         "goal_id": goal_id,
         "client_id": goal.client_id,
@@ -71,7 +71,7 @@ def _frame(made: Made, goal: m.Goal, goal_id: str, config: RobotConfig, stamps: 
 
 
 def goal_reply(made: Made, goal_id: str, trajectory: m.Trajectory | None, config: RobotConfig) -> m.GoalReply:
-    """Return the answer to a goal, with the `trajectory` if it is given."""
+    """Return the reply to a goal, with the `trajectory` if given."""
     plan = made.plan
     return m.GoalReply(
         goal_id=goal_id,
@@ -87,7 +87,7 @@ def goal_reply(made: Made, goal_id: str, trajectory: m.Trajectory | None, config
 
 
 def plan_message(made: Made, trajectory: m.Trajectory, goal: m.Goal, primitive: Primitive) -> m.Plan:
-    """Return the accepted plan, sampled, with what it was made of."""
+    """Return the publication of an accepted plan: its samples, primitive, waypoints and limits."""
     fields = {name: getattr(trajectory, name) for name in m.Trajectory.__struct_fields__ if name != "version"}
     phase = made.plan.report.phase
     s = phase + (1 - phase) * np.linspace(0.0, 1.0, trajectory.hit_index + 1)
@@ -105,16 +105,16 @@ def plan_message(made: Made, trajectory: m.Trajectory, goal: m.Goal, primitive: 
 
 
 def _waypoint(waypoint: Waypoint) -> m.Waypoint:
-    """A waypoint in joint space, also of a goal in tool space."""
+    """Return a waypoint in joint space, also for a goal in tool space."""
     states = waypoint.positions, waypoint.velocities
     positions, velocities = (finite_or_null(state) if np.isfinite(state).any() else None for state in states)
     return m.Waypoint(time_from_start=float(waypoint.time_from_start), positions=positions, velocities=velocities)
 
 
 def refused_message(goal: m.Goal | None, goal_id: str | None, refusal: Refusal, requested_ns: int) -> m.Refused:
-    """Return what is published of a refused goal; it and its id are None where its body did not decode.
+    """Return the publication of a refused goal; the goal and its id are None if its body was not decoded.
 
-    Its words are cut, for they may be what it is refused for.
+    Its texts are truncated, because their length may be the reason of the refusal.
     """
     return m.Refused(
         goal_id=goal_id,

@@ -1,4 +1,4 @@
-"""Another robot that stands in this robot's model, as it is seen on the bus."""
+"""State and plans of another robot in this robot's model, from the bus."""
 
 import numpy as np
 
@@ -11,26 +11,26 @@ from robot.other_motions import OtherMotion, PlannedMotion
 from services.common.other_robots import received
 
 PLANS = 8
-"""Plans that are kept, of those that are accepted between two goals of this robot: corrections of one motion."""
+"""Capacity for plans that arrive between two goals of this robot: corrections of one motion."""
 
 SOONEST_S = 1.0
-"""A plan that begins later than this after the newest state belongs to an earlier run."""
+"""A plan that starts later than this after the newest state belongs to an earlier run."""
 
 STALE_S = 0.5
-"""Age of a status without which nothing is known of a robot's motion."""
+"""Age of the newest status above which a robot's motion is unknown."""
 
 LARGEST = 8 * MIB
-"""Bytes of a plan: 20 s of ten joints."""
+"""Largest size of a plan, bytes: 20 s of ten joints."""
 
 
 class OtherRobot:
-    """Its newest state and status, and its plans that are in force.
+    """Another robot: its newest state and status, and its present plans.
 
-    joints: names in this robot's model. positions: where it was seen last, rad.
+    joints: names in this robot's model. positions: last received ones, rad.
     """
 
     def __init__(self, bus: Bus, joints: tuple[str, ...]) -> None:
-        """Listen to the robot of `bus`, whose vectors are in the order of `joints`."""
+        """Subscribe to the robot of `bus`, whose vectors are in the order of `joints`."""
         self.joints = joints
         self.positions: list[float] = [0.0] * len(joints)
         self._state: m.State | None = None
@@ -40,7 +40,7 @@ class OtherRobot:
         self._published = bus.collect(topics.PLAN, PLANS)
 
     def look(self) -> bool:
-        """Take what came since the last call; return whether a plan is among it."""
+        """Process the messages since the last call; return whether a plan is among them."""
         for state in received(self._states, m.State):
             if len(state.positions) == len(self.joints):
                 if self._state is not None and state.run != self._state.run:
@@ -54,9 +54,9 @@ class OtherRobot:
         return bool(new)
 
     def motion(self, time: float) -> OtherMotion:
-        """Return where it will be, where this robot's clock shows `time` (s) now.
+        """Return its predicted motion; `time` (s) is the present time on this robot's clock.
 
-        By the newest states of both clocks; they run alike from then on.
+        The newest states relate the two clocks, which are assumed to run at the same rate from then on.
         """
         if self._state is None or self._status is None:
             return OtherMotion(np.array(self.positions))
@@ -67,9 +67,9 @@ class OtherRobot:
 
 
 def in_force(plans: list[m.Plan], time: float, status: m.Status) -> list[m.Plan]:
-    """Return the plans that a controller plays at `time` (s) or will play, of some in the order of their acceptance.
+    """Return the plans that a controller plays at `time` (s) or later, from plans in the order of acceptance.
 
-    The status may be some ms older. If it tracks a motion that is not known yet, the last known one stands for it.
+    The status may be some ms older. If it names a motion whose plan is not known yet, the last known plan is used.
     """
     if not plans or time - status.time > STALE_S:
         return []

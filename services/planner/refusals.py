@@ -1,4 +1,4 @@
-"""From what motion says is wrong to refusals, joints by name."""
+"""Convert errors of `motion` to refusals, with joint names."""
 
 from collections.abc import Sequence
 
@@ -17,11 +17,11 @@ KINDS: dict[type[MotionError], tuple[str, ...]] = {
     OutOfTime: ("solver_failed", "min_duration", "waypoint_times"),
     SolverFailed: ("solver_failed",),
 }
-"""The code of each kind of error, and details beside those that the code has; the first kind that fits counts."""
+"""Code of each kind of error, and extra details; the first matching kind applies."""
 
 
 def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
-    """Return the refusal that says what `error` says, joints by `names`."""
+    """Return the refusal for `error`, with joint `names`."""
     if isinstance(error, InvalidMotion):
         return invalid(error)
     if isinstance(error, Collides):
@@ -36,14 +36,14 @@ def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
 
 
 def none_of(errors: list[MotionError | Refusal], names: Sequence[str]) -> Refusal:
-    """Return the refusal of a goal none of whose ends can be planned: the first's, with the codes of the others."""
+    """Return the refusal of a goal if all ends failed: that of the first end, with the codes of the alternatives."""
     own, *others = (error if isinstance(error, Refusal) else refusal_of(error, names) for error in errors)
     sentence = f"{own.message}; nor can any of the {len(others)} alternatives be planned"
     return Refusal(own.code, sentence, **own.detail, alternatives=[refusal.code for refusal in others])
 
 
 def unreachable(error: Unreachable, field: str) -> Refusal:
-    """Return the refusal of a tool's goal that no posture meets; `field` is where it stands, as `waypoints[0].`."""
+    """Return the refusal of a tool goal without a posture; `field` is its prefix, for example `waypoints[0].`."""
     nearest = error.nearest
     pose = {"position": nearest.position.tolist(), "orientation": nearest.quaternion.tolist()}
     return Refusal(

@@ -1,4 +1,4 @@
-"""Where everything is that moves in the robot's model without the planner: held joints and other robots."""
+"""State of the moving parts of the model that the planner does not control: held joints and other robots."""
 
 from protocol import messages as m
 from protocol import topics
@@ -10,7 +10,7 @@ from services.planner.other_robot import OtherRobot
 
 
 class Scene:
-    """Tells the check in space where held joints are, by the newest state, and where other robots are and will be."""
+    """Updates the motion check with the newest held joints, and with other robots' poses and motions."""
 
     def __init__(self, bus: Bus, config: RobotConfig, motions: MotionCheck) -> None:
         self._motions = motions
@@ -22,9 +22,9 @@ class Scene:
             other.positions = [config.held[joint] for joint in other.joints]
 
     def look(self) -> bool:
-        """Take the newest states and plans; return whether another robot has begun a motion since the last call.
+        """Process the newest states and plans; return whether another robot has started a motion since the last call.
 
-        What no state has come from stays where it was.
+        Joints without a new state keep their positions.
         """
         for own in received(self._own, m.State) if self._own else ():
             self._time = own.time

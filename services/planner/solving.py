@@ -1,4 +1,4 @@
-"""From a goal and its origin to a plan, by the method that it asks for."""
+"""Plan a goal from its origin, by the requested method."""
 
 import math
 import time
@@ -27,14 +27,14 @@ from services.planner.verifier import Verifier
 from services.planner.worker import Task
 
 ELSEWHERE = frozenset({"gaussian"})
-"""Methods that plan in a process beside the loop's: 30 to 80 ms a joint."""
+"""Methods that plan in a worker process, because they take 30 to 80 ms a joint."""
 
 SLOWER = 1.05, 1.1, 1.2, 1.35, 1.6, 2.0, 3.0, 5.0
-"""Times the duration that needs too much torque: durations that are tried instead."""
+"""Factors of a duration that needs too much torque: durations to try instead."""
 
 
 def effort_of(goal: m.Goal) -> str:
-    """Return what goals must have in common to take about as long to plan: `tool`, `correction`, or the method."""
+    """Return the kind of a goal for planning times: `tool`, `correction`, or the method."""
     if goal.method == "qp" and goal.revises is not None:
         return "correction"
     return "tool" if is_in_tool_space(goal) and goal.revises is None else goal.method
@@ -42,12 +42,12 @@ def effort_of(goal: m.Goal) -> str:
 
 ResultT = TypeVar("ResultT")
 Steps = Generator[Task | None, SampledPlan, ResultT]
-"""A goal on its way: it yields what is to be planned elsewhere and goes on with the plan."""
+"""Generator of a goal in progress: yields a task for the worker process, and receives its plan."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Made:
-    """A plan, to which end (0 the goal's own), from which origin, what it took, and what its check found."""
+    """A plan, the index of its end (0: the goal's own), its origin, its planning time, and its check's findings."""
 
     plan: Plan
     alternative: int
@@ -58,7 +58,7 @@ class Made:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Case:
-    """One goal in joint space, and what its plan must pass."""
+    """A goal in joint space, and the verifier of its plan."""
 
     goal: m.Goal
     primitive: Primitive
@@ -68,13 +68,13 @@ class _Case:
 
     @property
     def may_take_longer(self) -> bool:
-        """Whether another duration is an answer: not to who must be there in time."""
+        """Whether the duration may be changed: not for an arrival time."""
         goal = self.goal
         return goal.arrival_time is None and (self.origin.correction is None or goal.duration is not None)
 
 
 class Solver:
-    """Plans goals; each plan begins with the rows of the last one of the same primitive."""
+    """Plans goals; each plan starts with the working set of the last plan of the same primitive."""
 
     def __init__(self, config: RobotConfig) -> None:
         self.motions = MotionCheck(config)
@@ -83,18 +83,18 @@ class Solver:
         self._warm: dict[str, Warm] = {}
 
     def warm_up(self) -> None:
-        """Load what goals in tool space need."""
+        """Load and warm up the modules for goals in tool space."""
         self._tool_space.warm_up()
 
     def forget(self, primitive: str) -> None:
-        """Forget the rows of a primitive that is no longer what it was."""
+        """Drop the working set of a primitive that has changed."""
         self._warm.pop(primitive, None)
 
     def solve(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> Steps[Made]:
-        """Plan `goal`; `check_goal` has passed.
+        """Plan `goal`, which has passed `check_goal`.
 
         Raises:
-            Refusal: what stands in its way.
+            Refusal: the goal cannot be planned.
         """
         whose = list(range(1 + len(goal.alternatives)))
         if is_in_tool_space(goal):
@@ -113,7 +113,7 @@ class Solver:
         return Made(made, whose[alternative], origin, solve_ms, case.verify.findings)
 
     def checked(self, made: Made, goal: m.Goal) -> Made:
-        """Check a plan of `goal` in space once more, where the scene has changed.
+        """Check a plan of `goal` for collisions again, after the scene has changed.
 
         Raises:
             Refusal: it collides now.
@@ -129,7 +129,7 @@ class Solver:
         return Verifier(self.motions, goal, None if goal.start is not None else origin.time)
 
     def _sampled(self, case: _Case) -> Steps[SampledPlan]:
-        """The plan of the methods whose limits are checked on samples; one that is only looked at may pass them."""
+        """Plan by a method whose limits are checked on samples; a plan-only goal may exceed them."""
         tick = self._config.tick
         if case.goal.method in ELSEWHERE:
             made = yield Task(case.primitive, case.request, tick)
@@ -141,7 +141,7 @@ class Solver:
         return made
 
     def _planned(self, case: _Case) -> tuple[int, SplinePlan]:
-        """The end that is played and its plan, by the method "qp"."""
+        """Return the chosen end and its plan, by the method "qp"."""
         alternative = 0
         if case.goal.alternatives:
             alternative, made = self._best(case)
@@ -155,8 +155,8 @@ class Solver:
     def _best(self, case: _Case) -> tuple[int, SplinePlan]:
         """Return the best end and its plan.
 
-        If none was found, the goal's own end is planned as if it were alone where planning time ran out for it, or
-        where the refusal can name a duration that works.
+        If none was found, the goal's own end is planned alone: if its share of the planning time ran out, or if the
+        refusal can then name a duration that works.
         """
         found, late = ends(case.goal, case.request, self._config, case.origin)
         which, warm = list(found), self._warm.get(case.goal.primitive)
@@ -176,7 +176,7 @@ class Solver:
         raise none_of([own, *others], self._config.joint_names)
 
     def _own(self, case: _Case) -> SplinePlan:
-        """The plan of the goal's own end."""
+        """Return the plan of the goal's own end."""
         remedy = case.may_take_longer
         made = plan(case.primitive, case.request, self._config.tick, self._warm.get(case.goal.primitive), remedy)
         try:
@@ -187,7 +187,7 @@ class Solver:
         return made
 
     def _fastest(self, case: _Case) -> SplinePlan:
-        """The plan in the shortest duration found that keeps the limits, those of torques included."""
+        """Return the plan in the shortest duration found that keeps all limits, also of torques."""
         made = plan_fastest(case.primitive, case.request, self._config.tick)
         try:
             case.verify(made)
@@ -198,7 +198,7 @@ class Solver:
         return made
 
     def _slower(self, case: _Case, request: MotionRequest) -> SplinePlan | None:
-        """A plan that passes in a longer duration than that of `request`; None where none was found."""
+        """Return a valid plan with a longer duration than that of `request`, or None."""
         for factor in SLOWER:
             duration = math.ceil(factor * request.duration * self._config.rate_hz) / self._config.rate_hz
             if duration > MAX_PLAN_S:

@@ -1,4 +1,4 @@
-"""Goals in tool space: the same goals in joint space, with the postures found as alternatives."""
+"""Convert goals in tool space to joint space, with the postures found as alternatives."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from robot.tool_target import ToolTarget, Unreachable, rotation_of
 from services.planner.goals import Origin, duration_of, limits_of
 from services.planner.refusals import invalid, unreachable
 
-if TYPE_CHECKING:  # it imports mink, which takes a third of a second
+if TYPE_CHECKING:  # importing mink takes a third of a second
     from robot.inverse_kinematics import InverseKinematics
 
 
 def is_in_tool_space(goal: m.Goal) -> bool:
-    """Return whether the goal or one of its waypoints says where the tool is."""
+    """Return whether the goal or one of its waypoints is in tool space."""
     return goal.tool is not None or any(waypoint.tool is not None for waypoint in goal.waypoints)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _End:
-    """A posture and its velocities (J,)."""
+    """A posture (J,), rad, and its velocities (J,), rad/s."""
 
     positions: np.ndarray
     velocities: np.ndarray
 
 
 class ToolSpace:
-    """Turns goals in tool space into goals in joint space."""
+    """Converts goals in tool space to goals in joint space."""
 
     def __init__(self, config: RobotConfig) -> None:
         self._config = config
@@ -45,7 +45,7 @@ class ToolSpace:
 
     @property
     def kinematics(self) -> InverseKinematics:
-        """The arm's inverse kinematics, made when they are first needed."""
+        """The arm's inverse kinematics, created on first use."""
         if self._found is None:
             from robot.inverse_kinematics import InverseKinematics
 
@@ -53,15 +53,15 @@ class ToolSpace:
         return self._found
 
     def warm_up(self) -> None:
-        """Search for the pose that the tool has at home, so that the first goal takes no longer than the next."""
+        """Solve for the tool's pose at home, so that the first goal takes no longer than later ones."""
         home = self._config.home
         target = ToolTarget(*Kinematics(self._config).tool_pose(home))
         self.kinematics.postures(target, self._config.limits.positions, [home])
 
     def in_joint_space(self, goal: m.Goal, primitive: Primitive, origin: Origin) -> tuple[m.Goal, list[int]]:
-        """Return a goal without `tool`, which ends in the posture nearest to the imitated one, or in an alternative.
+        """Return the goal in joint space: it ends in the posture nearest to the imitated one or in an alternative.
 
-        And for each end of that goal, which of the given one's it stands for: 0 its own, 1 the first alternative.
+        Also return, for each end of that goal, the index of the given goal's end: 0 its own, 1 the first alternative.
 
         Raises:
             Refusal: `unreachable`; and `bad_message` or `invalid_goal` for its limits, `late` for its times.
@@ -79,7 +79,7 @@ class ToolSpace:
         return replace(goal, waypoints=waypoints), whose
 
     def _ends(self, tool: m.ToolGoal, primitive: Primitive, origin: Origin, limits: Limits) -> list[_End]:
-        """Return the ends that a goal can have: of a correction the one near the posture that it corrects."""
+        """Return the possible ends of a goal; for a correction, only the one near the corrected posture."""
         start, correction = origin.boundary.positions, origin.correction
         if correction is not None:
             seed = np.array(correction.posture)
@@ -91,10 +91,10 @@ class ToolSpace:
     def _found_ends(
         self, tool: m.ToolGoal, field: str, seeds: Sequence[np.ndarray], limits: Limits, only_near: bool
     ) -> list[_End]:
-        """Return postures with their velocities; with `only_near` the one near the first seed if there is one.
+        """Return postures with their velocities; with `only_near` only the one near the first seed, if it exists.
 
         Raises:
-            Refusal: `unreachable`, its sentence begins with the `field`.
+            Refusal: `unreachable`, with a sentence that starts with the `field`.
         """
         target = target_of(tool)
         if only_near:
@@ -114,7 +114,7 @@ class ToolSpace:
     def _moving(
         self, target: ToolTarget, postures: Sequence[np.ndarray], limits: np.ndarray
     ) -> tuple[list[_End], list[Unreachable]]:
-        """Return the postures in which the tool can move as asked, and why it cannot in the others."""
+        """Return the postures that allow the tool's velocity, and the reasons against the rejected ones."""
         ends: list[_End] = []
         errors: list[Unreachable] = []
         for posture in postures:
@@ -125,7 +125,7 @@ class ToolSpace:
         return ends, errors
 
     def _waypoints(self, goal: m.Goal, primitive: Primitive, origin: Origin, limits: Limits) -> list[m.Waypoint]:
-        """Return the waypoints in joint space: near the imitated motion, as start, end and waypoints before move it."""
+        """Return the waypoints in joint space, near the imitated motion adapted to start, end and earlier waypoints."""
         if not any(waypoint.tool is not None for waypoint in goal.waypoints):
             return goal.waypoints
         duration = duration_of(goal, primitive, self._config, origin)
@@ -154,9 +154,9 @@ class ToolSpace:
 
 
 def _in_postures(goal: m.Goal, found: Sequence[_End]) -> tuple[m.Goal, list[int]]:
-    """Return the goal with each of its ends in each of the postures found, and which of its ends each stands for.
+    """Return the goal with each of its ends in each of the postures found, and the index of the end of each.
 
-    Of many alternatives the postures nearest to the imitated one are taken.
+    Too many alternatives are reduced to the postures nearest to the imitated one.
     """
     given = [m.Alternative(), *goal.alternatives]
     each = max(m.MAX_ALTERNATIVES // len(given), 1)
@@ -171,7 +171,7 @@ def _in_postures(goal: m.Goal, found: Sequence[_End]) -> tuple[m.Goal, list[int]
 
 
 def target_of(tool: m.ToolGoal) -> ToolTarget:
-    """Return the target of a goal that `check_goal` has passed."""
+    """Return the target of a goal that has passed `check_goal`."""
     velocity, turning = (None if v is None else np.array(v) for v in (tool.velocity, tool.angular_velocity))
     return ToolTarget(
         position=np.array(tool.position),

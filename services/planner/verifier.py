@@ -1,4 +1,4 @@
-"""What a plan must pass before it is played: its length, collisions, torques."""
+"""Checks of a plan before it is played: duration, collisions, torques."""
 
 from motion.plan import Plan
 from protocol import messages as m
@@ -8,13 +8,13 @@ from services.planner.goal_checks import too_long
 
 
 class Verifier:
-    """Checks the plans of one goal, and keeps what it found of the last that passed.
+    """Checks the plans of one goal, and keeps the findings of the last valid plan.
 
-    findings: nothing, before a plan passed.
+    findings: empty before a plan has passed.
     """
 
     def __init__(self, motions: MotionCheck, goal: m.Goal, begin: float | None) -> None:
-        """Prepare for plans of `goal` that begin at `begin`, s on the robot's clock; None: at no time in particular."""
+        """Prepare for plans of `goal` that start at `begin`, s on the robot's clock; None: at an unknown time."""
         self.findings = Findings()
         self._motions = motions
         self._goal = goal
@@ -24,7 +24,7 @@ class Verifier:
         """Check a plan.
 
         Raises:
-            Refusal: it takes longer than a plan may.
+            Refusal: the plan is too long.
             MotionError: Collides or TorqueExceeded.
         """
         if plan.total_duration > MAX_PLAN_S + plan.tick / 2:

@@ -1,4 +1,4 @@
-"""Planning before anybody asks, so that the first goal finds everything built, loaded and compiled."""
+"""Plan at start-up, so that the first goal finds everything built, loaded and compiled."""
 
 from dataclasses import replace
 
@@ -17,14 +17,14 @@ from services.planner.solving import Made
 
 ROUNDS = 10
 SHARE = 0.95
-"""Acceleration limit as a part of the acceleration of the motion without limits, so that limits shape it."""
+"""Acceleration limit as a fraction of the unlimited motion's acceleration, so that limits are active."""
 
 
 def warm_up(primitive: Primitive, config: RobotConfig) -> Plan:
-    """Plan the demonstrated motion from rest some times over, all that goes over the wire included; return the last.
+    """Plan the demonstrated motion from rest several times, and encode its messages; return the last plan.
 
     Raises:
-        MotionError: the arm cannot move like that.
+        MotionError: the arm cannot play this motion.
     """
     joints = primitive.joint_count
     start = Boundary(primitive.start.positions, np.zeros(joints), np.zeros(joints))
@@ -41,7 +41,7 @@ def warm_up(primitive: Primitive, config: RobotConfig) -> Plan:
 
 
 def _encoded(made: Plan, primitive: Primitive, config: RobotConfig) -> None:
-    """What a goal that is played puts on the wire."""
+    """Encode the messages of a played goal."""
     goal = m.Goal(primitive="rehearsal", positions=made.request.goal.positions.tolist())
     motion = Made(made, 0, Origin(0.0, 0, made.request.start), 0.0)
     sampled = sampled_message(motion, goal, "rehearsal", config, m.Stamps())

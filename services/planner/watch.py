@@ -1,4 +1,4 @@
-"""What the planner logs of the controller: that it fell silent, came back, or is in a fault."""
+"""Log changes of the controller: silence, return, faults."""
 
 import logging
 from collections.abc import Callable
@@ -13,10 +13,10 @@ SILENT_S = topics.STATUS.max_age_s or 0.5
 
 
 class ControllerWatch:
-    """Receives every `status`; `look`, called often, logs what has changed since."""
+    """Receives every `status`; `look`, which must be called often, logs changes."""
 
     def __init__(self, bus: Bus, log: logging.Logger, pass_on: Callable[[m.Status], object]) -> None:
-        """`pass_on` is given each status as it comes, in a thread of Zenoh's."""
+        """`pass_on` is called with each status on arrival, in Zenoh's thread."""
         self._log = log
         self._pass_on = pass_on
         self._newest: m.Status | None = None
@@ -29,12 +29,12 @@ class ControllerWatch:
         try:
             status = decode(body, m.Status)
         except Refusal:
-            return  # Noise is no sign of life, and must not take a status' place.
+            return  # Noise is not a sign of life, and must not replace a status.
         self._newest = status
         self._pass_on(status)
 
     def look(self, now_s: float) -> None:
-        """Log what changed by `now_s`, on any clock that does not jump."""
+        """Log the changes up to `now_s`, on any monotonic clock."""
         status, self._newest = self._newest, None
         if status is not None:
             self._heard_s = now_s

@@ -1,8 +1,8 @@
-"""`python -m services.planner.worker FD ROLE`: what takes long, in a process of the planner's own.
+"""`python -m services.planner.worker FD ROLE`: a process for the planner's long computations.
 
-The planner sends the arm's limits and joint names over a socket, then one request after another: the bodies of `learn`
-requests to the role "learn", pickled Tasks to the role "plan". Each is answered by its result or by a Failure. The
-process ends with the planner, however that ends.
+The planner sends the arm's limits and joint names over a socket, then one request after another: bodies of `learn`
+requests to the role "learn", pickled Tasks to the role "plan". The reply to each is its result or a Failure. The
+process ends with the planner, even if the planner is killed.
 """
 
 import contextlib
@@ -33,7 +33,7 @@ from services.planner.learning import demonstration_of, learn_demonstration, spr
 from services.planner.refusals import refusal_of
 
 LEARNING_NICE = 5
-"""Plans come first; beside a busy program learning still has a quarter of a core."""
+"""Niceness of each role: plans have priority; beside a busy program, learning still gets a quarter of a core."""
 
 PR_SET_PDEATHSIG = 1
 
@@ -58,7 +58,7 @@ class Failure:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:
-    """A motion that is planned with the method "gaussian"."""
+    """A motion to plan with the method "gaussian"."""
 
     primitive: Primitive
     request: MotionRequest
@@ -77,7 +77,7 @@ def main() -> None:
 
 
 def outcome(role: "Role", body: bytes, limits: Limits, names: Sequence[str]) -> "Lesson | SampledPlan | Failure":
-    """Return what a role makes of a request, or why it does not."""
+    """Return a role's result of a request, or the failure."""
     try:
         return role(body, limits, names)
     except Refusal as refusal:
@@ -97,7 +97,7 @@ def learned(body: bytes, limits: Limits, names: Sequence[str]) -> Lesson:
 
 
 def planned(body: bytes, _: Limits, names: Sequence[str]) -> SampledPlan:
-    """Plan a pickled Task, of the planner's own. Raises Refusal."""
+    """Plan a pickled Task from the planner. Raises Refusal."""
     task: Task = pickle.loads(body)
     try:
         return plan_gaussian(task.primitive, task.request, task.tick, margin=SAFETY_MARGIN)
@@ -110,13 +110,13 @@ ROLES: dict[str, Role] = {"learn": learned, "plan": planned}
 
 
 def end_with_parent() -> None:
-    """Have the kernel end this process when the thread that started it is gone, in the middle of a fit too."""
+    """Make the kernel end this process when the thread that started it ends, even during a fit."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 if __name__ == "__main__":
-    # Under its importable name, so that the planner can unpickle what comes back.
+    # Imported by its module name, so that the planner can unpickle the results.
     from services.planner import worker
 
     worker.main()

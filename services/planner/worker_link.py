@@ -1,4 +1,4 @@
-"""The planner's end of a process that learns or plans."""
+"""The planner's link to a worker process that learns or plans."""
 
 import logging
 import os
@@ -18,9 +18,9 @@ from services.planner.worker import Failure, Lesson, Task
 
 
 class Worker:
-    """A process with one role, started when it is first needed and again after it died.
+    """A worker process with one role, started on first use and restarted after it died.
 
-    process, connection: the one that runs and this end of its socket, None before it is started.
+    process, connection: the running process and this end of its socket; None before it is started.
     """
 
     def __init__(self, role: str, limits: Limits, names: Sequence[str], log: logging.Logger) -> None:
@@ -31,23 +31,23 @@ class Worker:
         self.connection: Connection | None = None
 
     def learn(self, body: bytes | memoryview) -> Lesson:
-        """Return what the body of a `learn` request teaches; the role is "learn".
+        """Return the lesson learned from the body of a `learn` request; for the role "learn".
 
         Raises:
-            Refusal: whatever is wrong with the request; `unavailable` where the process died.
+            Refusal: the request is invalid; `unavailable` if the process died.
         """
         return self._ask(body)
 
     def plan(self, task: Task) -> SampledPlan:
-        """Return the plan of a task; the role is "plan".
+        """Return the plan of a task; for the role "plan".
 
         Raises:
-            Refusal: whatever stands in its way; `unavailable` where the process died.
+            Refusal: the task cannot be planned; `unavailable` if the process died.
         """
         return self._ask(pickle.dumps(task))
 
     def start(self) -> None:
-        """Have the process there before it is needed."""
+        """Start the process before it is needed."""
         with suppress(OSError):
             self._connected()
 
@@ -67,12 +67,12 @@ class Worker:
         return outcome
 
     def kill(self) -> None:
-        """End the process, whatever it is doing; in any thread."""
+        """Kill the process, even while it works; in any thread."""
         if (process := self.process) is not None:
             process.kill()
 
     def close(self, *, died: bool = False) -> None:
-        """End the process and forget it; `died`: it ended by itself, which the log says."""
+        """End the process and clear it; `died`: it ended by itself, which is logged."""
         if self.process is not None:
             self.process.kill()
             status = self.process.wait()
@@ -94,7 +94,7 @@ class Worker:
                 [sys.executable, "-m", "services.planner.worker", str(theirs.fileno()), self.role],
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
-                start_new_session=True,  # so that its niceness counts
+                start_new_session=True,  # in this session its niceness would count only among its own
                 env=_environment(),
             )
         self.connection.send(self._arm)
@@ -102,6 +102,6 @@ class Worker:
 
 
 def _environment() -> dict[str, str]:
-    """The same modules as this process, and one thread: the other cores are the arm's."""
+    """Return an environment with this process's module path and one BLAS thread: other cores belong to the loops."""
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)  # noqa: PTH109
     return {**os.environ, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}

@@ -1,4 +1,4 @@
-"""Work beside the planner's loop: a worker process computes, a thread waits for it, one piece of work after another."""
+"""A thread beside the planner's loop that gives work to a worker process and waits for it, one piece at a time."""
 
 import logging
 import threading
@@ -14,33 +14,33 @@ from protocol.topics import QUEUE_LENGTH
 from services.planner.worker_link import Worker
 
 CLOSING_S = 1.0
-"""How long the planner, when it ends, waits for the thread."""
+"""Timeout for the thread when the planner ends."""
 
 LOOK_S = 0.05
-"""How often a thread that waits for the loop looks whether the planner ends."""
+"""Period with which a thread that waits for the loop checks whether the planner ends."""
 
 ResultT = TypeVar("ResultT")
 
 
 class LoopCall(Generic[ResultT]):
-    """Work that a thread has done in the planner's loop, which alone changes its state."""
+    """Work of a thread that must run in the planner's loop, because only the loop changes the planner's state."""
 
     def __init__(self, work: Callable[[], ResultT]) -> None:
         self._work = work
         self._future: Future[ResultT] = Future()
 
     def run(self) -> None:
-        """Do the work, in the loop."""
+        """Run the work; called in the loop."""
         try:
             self._future.set_result(self._work())
         except Exception as error:
             self._future.set_exception(error)
 
     def wait(self, given_up: Callable[[], bool]) -> ResultT:
-        """Wait until it is done; return what it returned, or raise what it raised.
+        """Wait for the work; return its result, or raise its exception.
 
         Raises:
-            Refusal: `unavailable` where it was `given_up`, since the planner ends.
+            Refusal: `unavailable`, if it was `given_up` because the planner ends.
         """
         while not wait([self._future], LOOK_S).done:
             if given_up():
@@ -49,7 +49,7 @@ class LoopCall(Generic[ResultT]):
 
 
 class WorkerThread:
-    """A thread that does what is submitted, in turn, with a `worker` process of its own."""
+    """A thread that runs submitted work in order, with its own `worker` process."""
 
     def __init__(self, worker: Worker, inbox: Inbox[Any], log: logging.Logger) -> None:
         self._worker = worker
@@ -57,15 +57,15 @@ class WorkerThread:
         self._log = log
         self._queue: SimpleQueue[Callable[[], object] | None] = SimpleQueue()
         self.closing = False
-        # The kernel ends the worker with the thread that started it: so it is this one.
+        # The kernel ends the worker with the thread that started it, so this thread must start it.
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def submit(self, work: Callable[[], object]) -> None:
-        """Have `work` done in the thread, after what was submitted before.
+        """Queue `work` for the thread.
 
         Raises:
-            Refusal: `busy` where too much waits.
+            Refusal: `busy`, if the queue is full.
         """
         if self._queue.qsize() >= QUEUE_LENGTH:
             sentence = f"{QUEUE_LENGTH} requests wait for the {self._worker.role} process; send this one later"
@@ -73,10 +73,10 @@ class WorkerThread:
         self._queue.put(work)
 
     def in_loop(self, work: Callable[[], ResultT]) -> ResultT:
-        """Have `work` done by the planner's loop, wait for it, and return its result.
+        """Run `work` in the planner's loop, wait for it, and return its result.
 
         Raises:
-            Refusal: `unavailable` where the planner ends; and whatever the work raises.
+            Refusal: `unavailable`, if the planner ends; and all exceptions of the work.
         """
         call = LoopCall(work)
         while not self._inbox.offer(call) and not self.closing:
@@ -84,7 +84,7 @@ class WorkerThread:
         return call.wait(lambda: self.closing)
 
     def close(self) -> None:
-        """End the process and forget what waits."""
+        """End the process and drop the queue."""
         self.closing = True
         self._queue.put(None)
         self._worker.kill()
@@ -94,6 +94,6 @@ class WorkerThread:
         while (work := self._queue.get()) is not None and not self.closing:
             try:
                 work()
-            except Exception:  # such as a session that is closed: the next one must be answered all the same
+            except Exception:  # for example a closed session: later requests must be answered nevertheless
                 self._log.exception("an answer of the %s process was lost", self._worker.role, extra={"goal_id": None})
         self._worker.close()

@@ -1,1 +1,1 @@
-"""The recorder: writes everything that is published on the bus into a Rerun trace (docs/trace.md), or shows it live."""
+"""The recorder: writes all publications of the bus to a Rerun trace (docs/trace.md), or shows them live."""

@@ -1,4 +1,4 @@
-"""`python -m services.recorder`: write everything that is published into a trace, show it live, or both."""
+"""`python -m services.recorder`: write all publications to a trace, show them live, or both."""
 
 import logging
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ from services.recorder.writer import Live, TraceWriter
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Write everything that is published on the bus into a Rerun trace."""
+    """Write all publications of the bus to a Rerun trace."""
 
     common: Common = field(default_factory=Options)
     own: Annotated[RecorderFlags, tyro.conf.arg(name="")] = field(default_factory=RecorderFlags)

@@ -17,7 +17,7 @@ MODES = {"holding": (122, 134, 154), "tracking": (63, 160, 90), "stopping": (227
 AXES = {"x": (220, 80, 80), "y": (110, 190, 110), "z": (80, 140, 230)}
 LIVE_WINDOW_S = 10.0
 EYE = np.array([1.5, -1.7, 0.6])
-"""From the middle of the arm to the camera, in radii of the arm: beside it and a little above."""
+"""Vector from the arm's centre to the camera, in radii of the arm: beside it and slightly above."""
 
 
 def build_blueprint(config: RobotConfig, live: bool) -> rrb.Blueprint:
@@ -88,7 +88,7 @@ def _line(name: str, colour: tuple[int, int, int], width: float) -> rr.SeriesLin
 
 
 def _decided(colours: dict[str, tuple[int, int, int]]) -> rr.SeriesLines:
-    """Style of what holds from one decision to the next, and from a ball's last one until the next ball's first."""
+    """Return the style of values that hold from one decision to the next, also across balls."""
     names, colors = list(colours), list(colours.values())
     return rr.SeriesLines(names=names, colors=colors, widths=1.5, interpolation_mode="StepAfter")
 

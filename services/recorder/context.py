@@ -1,4 +1,4 @@
-"""What the writers of all topics share: the trace, its timeline, and the arm."""
+"""Context of all topics' writers: the trace, its timeline, and the arm."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -15,11 +15,11 @@ from services.recorder.validation import Received
 from services.recorder.writer import Rows, TraceWriter
 
 MEMORY_TICKS = 2000
-"""How long a measurement waits for its command."""
+"""Time for which a measurement is kept until its command arrives."""
 
 
 class TopicWriter(Protocol):
-    """Writes the messages of one topic into the trace; called once a batch, also with none."""
+    """Writes the messages of one topic to the trace; called once a batch, also without messages."""
 
     def write(self, received: list[Received[Any]]) -> None:
         """Write a batch."""
@@ -30,8 +30,8 @@ class Context:
     """The trace of one robot.
 
     Attributes:
-        runs: Where the messages of each run are in the trace.
-        state_times: When the states of the last two batches came.
+        runs: Trace ticks of the messages of each run.
+        state_times: Arrival times of the states in the last two batches.
         measured: Positions (J,) by trace tick, of this batch and the last 2000 ticks, rad.
         pose: The newest measured positions (J,), rad.
     """
@@ -48,7 +48,7 @@ class Context:
         self.pose = config.home
 
     def rows(self, ticks: Sequence[int] | np.ndarray, received: Sequence[Received[Any]]) -> Rows:
-        """Return a row at each trace tick, with the wall times of the messages."""
+        """Return rows at trace ticks, with the wall times of the messages."""
         return Rows(ticks, self.rate_hz, [one.wall_ns for one in received])
 
     def row(self, tick: int, wall_ns: int) -> Rows:
@@ -56,15 +56,15 @@ class Context:
         return Rows([tick], self.rate_hz, [wall_ns])
 
     def row_at(self, wall_ns: int) -> Rows:
-        """Return one row at the tick that was the arm's newest at a wall time."""
+        """Return one row at the arm's newest tick at a wall time."""
         return self.row(self.state_times.tick_at(wall_ns), wall_ns)
 
     def event(self, entity: Entity, row: Rows, sentence: str, level: str = "INFO") -> None:
-        """Write a sentence among the events."""
+        """Write a sentence to the events."""
         self.trace.texts(entity.path, row, [sentence], level)
 
     def place(self, one: Received[m.State] | Received[m.Command]) -> int:
-        """Return the trace tick of a state or a command; write number and offset of a run that it begins."""
+        """Return the trace tick of a state or a command; if it begins a run, write the run's number and offset."""
         before, message = self.runs.count, one.message
         add = self.runs.add_state if isinstance(message, m.State) else self.runs.add_command
         tick = add(message.run, message.tick)
@@ -77,6 +77,6 @@ class Context:
         return tick
 
     def forget_old(self) -> None:
-        """Drop measurements whose command will not come any more."""
+        """Drop measurements whose command can no longer arrive."""
         oldest = self.runs.newest - MEMORY_TICKS
         self.measured = {tick: positions for tick, positions in self.measured.items() if tick > oldest}

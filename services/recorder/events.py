@@ -1,4 +1,4 @@
-"""Messages that are published now and then: statuses, results, refusals, contacts, the ball."""
+"""Writers of occasional messages: statuses, results, refusals, contacts, the ball."""
 
 from collections.abc import Callable
 
@@ -16,7 +16,7 @@ AT_REST_M_S = 0.05
 
 
 class StatusWriter:
-    """The timing of the controller's loop, and its changes of mode."""
+    """Writes the timing of the controller's loop, and its changes of mode."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -61,14 +61,14 @@ class StatusWriter:
 
 
 class ResultWriter:
-    """Results of goals. `end` ends the curves of a plan that was stopped."""
+    """Writes results of goals. `end` ends the curves of a stopped plan."""
 
     def __init__(self, context: Context, end: Callable[[str], None]) -> None:
         self._context = context
         self._end = end
 
     def write(self, received: list[Received[m.Result]]) -> None:
-        """Write every result at the arm's present tick, its errors at the time of the hit."""
+        """Write every result at the arm's present tick, and its errors at the time of the hit."""
         context = self._context
         for one in received:
             result, row = one.message, context.row_at(one.wall_ns)
@@ -112,7 +112,7 @@ def _sentence(result: m.Result) -> str:
 
 
 class RefusalWriter:
-    """Goals that were refused."""
+    """Writes refused goals."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -136,7 +136,7 @@ class RefusalWriter:
 
 
 class ContactWriter:
-    """Contacts of two bodies."""
+    """Writes contacts of two bodies."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -157,7 +157,7 @@ class ContactWriter:
 
 
 class BallWriter:
-    """The ball, and the tee below the place where it first rests."""
+    """Writes the ball, and the tee below its first position at rest."""
 
     def __init__(self, context: Context) -> None:
         self._context = context

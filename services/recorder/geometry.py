@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 
 HIDDEN_GROUP = 3
-"""Geoms of this group and above stand for collisions, as in MuJoCo's own viewer."""
+"""First group of collision geoms, as in MuJoCo's viewer; they are not shown."""
 PLANE_THICKNESS = 0.002
 
 Colour = tuple[int, int, int, int]
@@ -16,9 +16,9 @@ Shape = tuple[rr.AsComponents, ...]
 
 
 class Geometry:
-    """Shapes of a model that was compiled with what is only for the eye.
+    """Shapes of a model that was compiled with visual geometry.
 
-    Planes without an end are drawn around `centre` (3,), `half_size` to each side, m.
+    Infinite planes are drawn around `centre` (3,), `half_size` to each side, m.
     """
 
     def __init__(self, model: mujoco.MjModel, centre: np.ndarray, half_size: float) -> None:
@@ -56,12 +56,12 @@ class Geometry:
         texture = model.mat_texid[material].max() if material >= 0 else -1
         if texture >= 0 and model.tex_height[texture] > 0:
             first = model.tex_adr[texture]
-            rgba = np.append(model.tex_data[first : first + 3] / 255.0, rgba[3])  # one of the checker's two
+            rgba = np.append(model.tex_data[first : first + 3] / 255.0, rgba[3])  # a checkerboard has two colours
         red, green, blue, alpha = (round(255 * float(value)) for value in rgba)
         return red, green, blue, alpha
 
     def _placed(self, geoms: list[int]) -> dict[str, Any]:
-        """Return the fields that all primitives share."""
+        """Return the fields that all primitive shapes share."""
         return {
             "quaternions": [self._turn(g) for g in geoms],
             "colors": [self._colour(g) for g in geoms],
@@ -81,7 +81,7 @@ class Geometry:
         return rr.Boxes3D(half_sizes=sizes, centers=centres, **self._placed(geoms))
 
     def _planes(self, geoms: list[int]) -> rr.AsComponents:
-        """Return thin slabs below the planes: their parts that lie in the picture."""
+        """Return thin slabs below the planes, clipped to the picture."""
         centres, half_sizes = [], []
         for geom in geoms:
             rotation, origin = self._rotation(geom), self._model.geom_pos[geom]
@@ -89,7 +89,7 @@ class Geometry:
             middle = rotation[:, :2].T @ (self._centre - origin) if fixed else np.zeros(2)
             size = np.where(self._model.geom_size[geom, :2] > 0, self._model.geom_size[geom, :2], np.inf)
             low, high = np.maximum(-size, middle - self._half_size), np.minimum(size, middle + self._half_size)
-            low = np.minimum(low, high)  # nothing of a plane that lies beside the picture
+            low = np.minimum(low, high)  # empty for a plane outside the picture
             centres.append(origin + rotation @ [*(low + high) / 2, -1.5 * PLANE_THICKNESS])
             half_sizes.append([*(high - low) / 2, PLANE_THICKNESS])
         return rr.Boxes3D(half_sizes=half_sizes, centers=centres, **self._placed(geoms))
@@ -130,7 +130,7 @@ class Geometry:
 def _with_normals(model: mujoco.MjModel, mesh: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return vertices (V, 3), their normals (V, 3) and faces (F, 3) of a mesh.
 
-    In MuJoCo the corners of a face have indices of their own among the normals. Each pair of both becomes a vertex.
+    MuJoCo indexes the normals of a face's corners separately. Each pair of vertex and normal becomes a vertex.
     """
     start, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
     corners = model.mesh_face[start : start + count].astype(np.int64)

@@ -1,4 +1,4 @@
-"""The limits in force: a plan's while it is played, the robot's own otherwise."""
+"""Limits in force: a plan's while it is played, otherwise the robot's."""
 
 from collections.abc import Sequence
 
@@ -11,14 +11,14 @@ from services.recorder.entities import LIMITS
 from services.recorder.writer import Rows
 
 Limits = dict[str, np.ndarray]
-"""By quantity (J, 2): lowest and highest, NaN where there is none."""
+"""By quantity (J, 2): lowest and highest, NaN for no limit."""
 
 REPEAT_S = 1.0
 """Period with which unchanged limits are written again, s, so that a view of a few seconds shows them."""
 
 
 class LimitsInForce:
-    """Writes limits where they change, and once a second in between."""
+    """Writes limits when they change, and once a second in between."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -27,11 +27,11 @@ class LimitsInForce:
         self._tick = -1
 
     def change(self, tick: int, limits: Limits | None) -> None:
-        """Write the limits that hold from `tick` on; None: the robot's own."""
+        """Write the limits that hold from `tick` on; None: the robot's."""
         self._write(tick, self._robot if limits is None else limits)
 
     def write_until(self, newest: int) -> None:
-        """Write the robot's own where none are in force yet, and those in force if a second has passed."""
+        """Write the robot's limits if none are in force yet, and those in force if a second has passed."""
         if self._limits is None:
             oldest = self._context.state_times.oldest
             self.change(newest if oldest is None else oldest, None)
@@ -48,7 +48,7 @@ class LimitsInForce:
 
 
 def limits_by_quantity(limits: m.PlanLimits) -> Limits:
-    """Return limits as they are written."""
+    """Return limits in the form in which they are written."""
     return {
         "position": _rows(limits.positions),
         "velocity": _rows(limits.velocities),

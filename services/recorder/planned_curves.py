@@ -1,4 +1,4 @@
-"""Curves of accepted plans, written as time passes over them: what a later plan replaces is never written."""
+"""Curves of accepted plans, written as time passes, so that replaced parts of a plan are never written."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -16,24 +16,24 @@ from services.recorder.limits import Limits, limits_by_quantity
 from services.recorder.writer import Rows
 
 STOPPED_GOALS = 64
-"""Largest number of stopped goals that are remembered until their plans come."""
+"""Largest number of stopped goals that are stored until their plans arrive."""
 
 
 @dataclass(slots=True, eq=False)
 class PlannedMotion:
-    """A plan of N samples on its way into the trace.
+    """A plan of N samples that is being written.
 
     Attributes:
-        goal_id: Whose motion it is.
-        corrects: It goes on with the motion of another goal; a gap of one tick is left between their curves.
+        goal_id: Goal of the motion.
+        corrects: Whether it corrects another motion; a gap of one tick is left between their curves.
         ticks: (N,), of the trace.
         curves: By quantity (N, J).
         demonstration: (M, J), M ≤ N, rad.
         target_ticks: (K,), of the trace.
-        targets: (K, J), goal and waypoints, rad, NaN where a joint is free.
-        limits: The plan's own.
-        end: Nothing is written from this tick on.
-        written: Everything is written up to this tick.
+        targets: (K, J), goal and waypoints, rad, NaN for a free joint.
+        limits: Limits of the plan.
+        end: Tick from which nothing is written.
+        written: Tick up to which everything is written.
     """
 
     goal_id: str
@@ -54,7 +54,7 @@ class PlannedMotion:
 
 
 def planned_motion(plan: m.Plan, context: Context) -> PlannedMotion:
-    """Place a plan in the present run."""
+    """Convert a plan to trace ticks of the present run."""
     joints, first = len(context.names), context.runs.tick_ahead(plan.start_time)
     motion = samples_of(plan)
     demonstrated = plan.hit_index + 1 if plan.demonstration else 0
@@ -75,7 +75,7 @@ def planned_motion(plan: m.Plan, context: Context) -> PlannedMotion:
 
 
 class PlannedCurves:
-    """Writes the curves of the motions that are not over."""
+    """Writes the curves of the motions that have not ended."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -83,7 +83,7 @@ class PlannedCurves:
         self._stopped: deque[str] = deque(maxlen=STOPPED_GOALS)
 
     def add(self, motion: PlannedMotion) -> None:
-        """Take in a motion; the curves of all before end where it begins."""
+        """Add a motion; the curves of all earlier ones end at its start."""
         gap = motion.begin - 1 if motion.corrects else motion.begin
         for before in self._motions:
             before.end = min(before.end, gap)
@@ -98,13 +98,13 @@ class PlannedCurves:
             self.end(motion.goal_id)
 
     def end_before(self, tick: int) -> None:
-        """End the motions that begin before `tick` there."""
+        """End, at `tick`, the motions that begin before it."""
         for motion in self._motions:
             if motion.begin < tick:
                 motion.end = min(motion.end, tick)
 
     def end(self, goal_id: str) -> None:
-        """End a motion now, or once its plan comes."""
+        """End a motion now, or when its plan arrives."""
         stopped = [motion for motion in self._motions if motion.goal_id == goal_id]
         for motion in stopped:
             motion.end = min(motion.end, self._context.runs.newest + 1)
@@ -112,9 +112,9 @@ class PlannedCurves:
             self._stopped.append(goal_id)
 
     def write_until(self, newest: int) -> list[tuple[int, Limits | None]]:
-        """Write all curves up to the tick `newest`. Return the ticks where other limits come into force, and those.
+        """Write all curves up to the tick `newest`. Return the ticks at which limits change, with the new limits.
 
-        None stands for the robot's own, where a motion ends and none goes on.
+        None stands for the robot's limits, after the end of a motion without a successor.
         """
         changes: list[tuple[int, Limits | None]] = []
         for motion, following in zip(self._motions, [*self._motions[1:], None], strict=False):
@@ -129,7 +129,7 @@ class PlannedCurves:
         return changes
 
     def _write(self, motion: PlannedMotion, until: int) -> None:
-        """Write what is not written of a motion, up to `until`."""
+        """Write the rest of a motion, up to `until`."""
         chosen = np.flatnonzero((motion.ticks > motion.written) & (motion.ticks <= until))
         if not len(chosen):
             return
@@ -161,5 +161,5 @@ class PlannedCurves:
 
 
 def _goes_on(motion: PlannedMotion, following: PlannedMotion | None) -> bool:
-    """Whether the next motion takes over where one ends, or a tick later where it corrects it."""
+    """Return whether the next motion follows without a gap, or after one tick for a correction."""
     return following is not None and following.begin <= motion.end + 1

@@ -1,4 +1,4 @@
-"""Accepted plans: what each is, the tool's path in space, its curves, and the limits in force."""
+"""Writers of accepted plans: facts, the tool's path, curves, and the limits in force."""
 
 import math
 
@@ -17,7 +17,7 @@ PLANNED, DEMONSTRATED, HIT = (110, 190, 110), (150, 150, 160), (235, 64, 52)
 
 
 class PlanWriter:
-    """Writes each plan's facts and paths at once, and its curves and limits as time passes over them."""
+    """Writes each plan's facts and paths at once, and its curves and limits as time passes."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -32,8 +32,8 @@ class PlanWriter:
         trace.static(entities.PLANNED_HIT.path, hit)
 
     def write(self, received: list[Received[m.Plan]]) -> None:
-        """Take in new plans, and write curves and limits up to now."""
-        self._curves.end_before(self._context.runs.offset)  # a new run ends what was planned in the one before
+        """Add new plans, and write curves and limits up to now."""
+        self._curves.end_before(self._context.runs.offset)  # a new run ends the plans of the last one
         for one in received:
             motion = planned_motion(one.message, self._context)
             self._write_facts(one, motion)
@@ -46,7 +46,7 @@ class PlanWriter:
             self._limits.write_until(newest)
 
     def end(self, goal_id: str) -> None:
-        """End the curves of a motion that was stopped, even where its plan comes later."""
+        """End the curves of a stopped motion, even if its plan arrives later."""
         self._curves.end(goal_id)
 
     def _write_facts(self, one: Received[m.Plan], motion: PlannedMotion) -> None:
@@ -74,7 +74,7 @@ class PlanWriter:
         )
 
     def _write_paths(self, one: Received[m.Plan], motion: PlannedMotion) -> None:
-        """Write where the tool goes, where it hits, and where the demonstration would take it."""
+        """Write the tool's planned path, its position at the hit, and its demonstrated path."""
         trace, tool_path, plan = self._context.trace, self._context.scene.tool_path, one.message
         row, stride = self._context.row_at(one.wall_ns), max(1, round(PATH_EVERY_S / plan.dt))
         positions = motion.curves["position"]
@@ -86,18 +86,18 @@ class PlanWriter:
 
 
 def _space(plan: m.Plan) -> str:
-    """What the planner found of distances and torques, as the rest of a sentence."""
+    """Return the planner's findings on distances and torques, as the rest of a sentence."""
     near, largest = plan.clearance, _largest(plan)
     distance = f", {near.body} {near.distance:.3f} m from {near.other} at the nearest" if near else ""
     return distance + (f", up to {100 * largest:.0f} % of a joint's torque" if largest >= 0 else "")
 
 
 def _deviation(motion: PlannedMotion) -> float:
-    """The largest distance (rad) of a joint from the demonstration, NaN where there is none."""
+    """Return the largest distance (rad) of a joint from the demonstration, NaN if unknown."""
     shown = motion.demonstration
     return float(np.abs(motion.curves["position"][: len(shown)] - shown).max(initial=0.0)) if len(shown) else math.nan
 
 
 def _largest(plan: m.Plan) -> float:
-    """The largest part of a joint's torque limit, NaN where it is not known."""
+    """Return the largest used fraction of a joint's torque limit, NaN if unknown."""
     return max((use for use in plan.torque_use or [] if use is not None), default=math.nan)

@@ -1,4 +1,4 @@
-"""Disturbances: steps in the joints' plots, a lane, events, and arrows on the links."""
+"""Writer of disturbances: steps in the joints' plots, a lane, events, and arrows on the links."""
 
 import numpy as np
 import rerun as rr
@@ -11,18 +11,18 @@ from services.recorder.writer import Rows
 
 COLOUR = (220, 38, 127)
 ARROW_M = (0.15, 0.45)
-"""Length of a push's arrow: of the smallest push, and what one at the joint's limit adds."""
+"""Length of a push's arrow, m: of the smallest push, and the addition for a push at the joint's limit."""
 RADIUS_M = 0.012
 KINDS = {
     "acceleration": ("acceleration push", " rad/s²"),
     "torque": ("torque push", " N·m"),
     "wind": ("wind", " m/s"),
 }
-"""Disturbances with values: how events name them, and their units."""
+"""Disturbances with values: their names in events, and their units."""
 
 
 class DisturbanceWriter:
-    """Writes what disturbs the arm."""
+    """Writes disturbances of the arm."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -45,7 +45,7 @@ class DisturbanceWriter:
             self._write_arrows(row)
 
     def _write_steps(self, tick: int, one: Received[m.Disturbance]) -> None:
-        """Write the sums of the pushes, and their old values one tick earlier, so that the step is upright."""
+        """Write the sums of the pushes, and their old values one tick earlier, so that the step is vertical."""
         context = self._context
         pushes = {kind: np.zeros(len(context.names)) for kind in entities.PUSHES}
         for active in one.message.active:
@@ -60,7 +60,7 @@ class DisturbanceWriter:
         self._pushes, self._tick = pushes, tick
 
     def _write_arrows(self, row: Rows) -> None:
-        """Write an arrow on each pushed link, in the direction in which the push moves the tool."""
+        """Write an arrow on each pushed link, in the direction of the tool's motion."""
         context, config = self._context, self._context.config
         strength = self._pushes["acceleration"] / config.limits.accelerations + self._pushes["torque"] / config.torques
         shown = set()

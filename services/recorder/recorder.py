@@ -1,4 +1,4 @@
-"""The recorder itself: a writer for each topic, fed in batches."""
+"""The recorder: a writer for each topic, called in batches."""
 
 import logging
 import threading
@@ -23,14 +23,14 @@ from services.recorder.validation import Receiver, Source
 from services.recorder.writer import TraceWriter
 
 BATCH_S = 0.5
-"""Period of the batches, s: each costs a few hundred calls of Rerun, however much is in it."""
+"""Period of the batches, s: each costs a few hundred calls of Rerun, whatever its size."""
 
 MAX_COMPLAINTS = 20
-"""Malformed messages that are logged; all are counted."""
+"""Number of malformed messages that are logged; all are counted."""
 
 
 def topic_writers(context: Context) -> dict[Publication, TopicWriter]:
-    """Return a writer for each recorded topic, in the order of writing: states first, they carry the time."""
+    """Return a writer for each recorded topic, in the order of writing: states first, because they carry the time."""
     plans = PlanWriter(context)
     return {
         topics.STATE: StateWriter(context),
@@ -48,7 +48,7 @@ def topic_writers(context: Context) -> dict[Publication, TopicWriter]:
 
 
 class Recorder:
-    """Writes what has arrived since the last batch."""
+    """Writes the messages that arrived since the last batch."""
 
     def __init__(
         self, config: RobotConfig, trace: TraceWriter, sources: Mapping[Publication, Source], log: logging.Logger
@@ -63,7 +63,7 @@ class Recorder:
         style(trace, config.joint_names)
 
     def run(self, stopping: threading.Event) -> None:
-        """Write a batch twice a second until `stopping` is set, then what is left."""
+        """Write a batch twice a second until `stopping` is set, then the rest."""
         while not stopping.wait(BATCH_S):
             self.write_batch()
         self.write_batch()
@@ -73,11 +73,11 @@ class Recorder:
 
     @property
     def runs(self) -> Runs:
-        """The runs that are in the trace, and how far the newest has come."""
+        """The runs in the trace, and the progress of the newest."""
         return self._context.runs
 
     def write_batch(self) -> None:
-        """Write what has arrived."""
+        """Write the messages that have arrived."""
         batch = self._receiver.take()
         self._context.scene.expect([(one.message.time, one.message.joints) for one in batch[topics.SCENE]])
         for topic, writer in self._writers.items():
@@ -107,5 +107,5 @@ class Recorder:
 
 
 def _label(entity: Entity) -> str:
-    """Return the end of an entity's path as words, such as `states missing`."""
+    """Return the last part of an entity's path as words, for example `states missing`."""
     return entity.path.rpartition("/")[2].replace("_", " ")

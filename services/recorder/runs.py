@@ -1,11 +1,11 @@
-"""Maps (run, tick) of the messages to one tick of the trace, which never goes back."""
+"""Map (run, tick) of the messages to ticks of the trace, which never go back."""
 
 from dataclasses import dataclass
 
 from services.common.ticks import tick_of
 
 STRAY_S = 1.0
-"""What happened further than this ahead of the newest state happened in the run before."""
+"""An event further than this ahead of the newest state belongs to the last run."""
 
 
 @dataclass(slots=True)
@@ -22,12 +22,12 @@ class Run:
 
 
 class Runs:
-    """Places each run behind the one before.
+    """Appends each run to the last one.
 
-    Ticks within a run are contiguous: those left out since its first one are counted as missing.
+    Ticks within a run are contiguous: omitted ones are counted as missing.
 
     Attributes:
-        count: Runs so far.
+        count: Number of runs so far.
         missing_states: Gaps among the states, ticks.
         missing_commands: Gaps among the commands, ticks.
     """
@@ -74,7 +74,7 @@ class Runs:
         return own.offset + tick
 
     def tick_at(self, time: float) -> int:
-        """Return the trace tick of something that happened at `time` (s) of the arm's clock."""
+        """Return the trace tick of a past event at `time` (s) of the arm's clock."""
         tick = tick_of(time, self._rate_hz)
         if len(self._last_two) > 1 and tick > self.present.newest + STRAY_S * self._rate_hz:
             before = self._last_two[0]
@@ -83,7 +83,7 @@ class Runs:
         return self.tick_ahead(time)
 
     def tick_ahead(self, time: float) -> int:
-        """Return the trace tick of something that will happen at `time` (s) of the present run."""
+        """Return the trace tick of a future event at `time` (s) of the present run."""
         return self.offset + tick_of(time, self._rate_hz)
 
     def _begin(self, run: int, tick: int) -> None:

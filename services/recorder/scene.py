@@ -1,4 +1,4 @@
-"""What moves in the picture, and where: kinematics of the robot's model."""
+"""Poses of the bodies in the picture: kinematics of the robot's model."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -20,13 +20,13 @@ from services.recorder.geometry import Geometry
 from services.recorder.writer import TraceWriter
 
 MARGIN = 1.8
-"""Half the size of an endless plane, in radii of what is looked at."""
+"""Half the size of an infinite plane, in radii of the view."""
 Joints = Mapping[str, list[float]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """The sphere that the arm fills at home, with other robots of its scene: its centre (3,) and radius, m."""
+    """Bounding sphere of the arm at home, with other robots of its scene: centre (3,) and radius, m."""
 
     centre: np.ndarray
     radius: float
@@ -36,9 +36,9 @@ class Scene:
     """The model with its own data.
 
     Attributes:
-        names: Of all bodies, as a part of their path.
+        names: Names of all bodies, as parts of their paths.
         arm: Bodies that the arm's joints move.
-        others: Bodies that only other joints move: free ones, another arm; without the ball.
+        others: Bodies that only other joints move, for example another arm; without the ball.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -65,7 +65,7 @@ class Scene:
         return float(self.model.geom_size[geom, 0]) if geom >= 0 else 0.0
 
     def expect(self, surroundings: list[tuple[float, Joints]]) -> None:
-        """Take what will move beside the arm, and when (s), for the poses that are asked for next."""
+        """Set the motion of other joints, by times (s), for the next calls of `body_poses`."""
         self._coming.extend(surroundings)
 
     def body_poses(
@@ -73,7 +73,7 @@ class Scene:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the poses of the arm's B bodies at joint positions (N, J), rad.
 
-        `times` (N,), s: other joints on the arm, as those of a gripper, are where they were then.
+        `times` (N,), s: at which other joints on the arm, for example of a gripper, are taken.
 
         Returns positions (N, B, 3), m, quaternions (N, B, 4), x first, and the tool's positions (N, 3), m.
         """
@@ -99,9 +99,9 @@ class Scene:
         return self.body_poses(positions)[2]
 
     def push_arrow(self, joint: int, positions: np.ndarray) -> tuple[str, np.ndarray, np.ndarray]:
-        """Return how a positive push on a joint moves the tool: its body, a point and a unit direction in its frame.
+        """Return the tool's motion by a positive push on a joint: the body, a point and a unit direction in its frame.
 
-        Where the tool lies on the joint's axis the direction is the axis itself.
+        If the tool is on the joint's axis, the direction is the axis.
         """
         self._place(positions)
         model, data = self.model, self._data
@@ -114,7 +114,7 @@ class Scene:
         return self.names[body], to_body @ (tool - data.xpos[body]), to_body @ direction
 
     def view(self) -> View:
-        """Return what to look at."""
+        """Return the bounding sphere for the view."""
         self._place(self._config.home)
         others = joint_ids(self.model, tuple(chain.from_iterable(self._config.others.values())))
         roots = set(self.model.body_rootid[[*self.arm, *self.model.jnt_bodyid[others]]].tolist())
@@ -129,11 +129,11 @@ class Scene:
         return View((low + high) / 2, float(np.linalg.norm(high - low)) / 2)
 
     def write_geometry(self, trace: TraceWriter) -> None:
-        """Write the geometry of everything but ball and tee, which are written once a ball is published."""
+        """Write all geometry except ball and tee, which are written when a ball is published."""
         trace.static(entities.WORLD.path, rr.ViewCoordinates.RIGHT_HAND_Z_UP)
         self._write_shapes(trace)
         trace.flush()
-        give_back_memory()  # what the visual model took
+        give_back_memory()  # of the visual model
 
     def _write_shapes(self, trace: TraceWriter) -> None:
         view = self.view()
@@ -153,7 +153,7 @@ class Scene:
                 )
 
     def write_body(self, trace: TraceWriter, name: str) -> None:
-        """Write the geometry of ball or tee, nothing where there is no such body."""
+        """Write the geometry of ball or tee, if the model has the body."""
         for part, shape in self._later.pop(name, []):
             trace.static(entities.SHAPE.at(name, part), *shape)
 
@@ -170,7 +170,7 @@ class Scene:
 
 
 def _paths(model: mujoco.MjModel) -> list[str]:
-    """Return a part of a path for each body: its name, escaped, and made unlike those of what else is in the world."""
+    """Return a path part for each body: its escaped name, made unique among the entities of the world."""
     paths = ["trail", "plan"]
     for body in range(model.nbody):
         name = rr.escape_entity_path_part(body_name(model, body).replace(" ", "_"))

@@ -1,4 +1,4 @@
-"""The two streams at 1 kHz: states and commands."""
+"""Writers of the two 1 kHz streams: states and commands."""
 
 from collections import deque
 
@@ -18,7 +18,7 @@ TRAIL_COLOUR = (245, 158, 66)
 
 
 class StateWriter:
-    """Measured curves, the arm's condition, and the poses of the arm's bodies at 100 Hz."""
+    """Writes measured curves, the arm's condition, and the poses of the arm's bodies at 100 Hz."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -47,7 +47,7 @@ class StateWriter:
         self._write_poses(ticks, received)
 
     def _write_truth(self, ticks: list[int], received: list[Received[m.State]]) -> None:
-        """Write positions and velocities without sensor noise, where the arm knows them."""
+        """Write positions and velocities without sensor noise, if the states have them."""
         known = [(tick, one, one.message.truth) for tick, one in zip(ticks, received, strict=True) if one.message.truth]
         if known:
             rows = self._context.rows([tick for tick, _, _ in known], [one for _, one, _ in known])
@@ -56,11 +56,11 @@ class StateWriter:
             trace.scalars(entities.TRUE_VELOCITY.path, rows, np.array([truth.velocities for _, _, truth in known]))
 
     def _write_condition(self, ticks: list[int], received: list[Received[m.State]]) -> None:
-        """Write where the arm stops to be ready, and why, and where it is ready again."""
+        """Write when the arm stops being ready, with the reason, and when it is ready again."""
         context = self._context
         for tick, one in zip(ticks, received, strict=True):
             state = one.message
-            # An older robot side says only that it brakes.
+            # An older robot side publishes only whether it brakes.
             condition = "braking" if state.brake else state.condition
             if condition != self._condition:
                 self._condition = condition
@@ -87,7 +87,7 @@ class StateWriter:
 
 
 class Trail:
-    """The last third of a second of the tool's path, as a line that fades; a new run starts a new one."""
+    """Writes the last third of a second of the tool's path, as a fading line; a new run starts a new line."""
 
     def __init__(self, context: Context, stride: int) -> None:
         self._context = context
@@ -117,7 +117,7 @@ class Trail:
 
 
 class CommandWriter:
-    """Reference curves, commanded accelerations, the tracking error, and the goal that the reference serves."""
+    """Writes reference curves, commanded accelerations, the tracking error, and the goal of the reference."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -144,7 +144,7 @@ class CommandWriter:
                 trace.states(entities.GOAL_LANE.path, context.row(tick, one.wall_ns), [self._goal])
 
     def _write_error(self, rows: Rows, commands: list[m.Command]) -> None:
-        """Write measured less reference, where the state that is answered is known."""
+        """Write measured minus reference, if the answered state is known."""
         measured = self._context.measured
         known = [k for k, tick in enumerate(rows.ticks.tolist()) if tick in measured]
         if known:

@@ -1,4 +1,4 @@
-"""What the striker decides: the predicted ball, the chosen hit, each correction, the ball that leaves, its landing."""
+"""Writer of the striker's decisions: predicted ball, chosen hit, corrections, outgoing ball, landing."""
 
 import numpy as np
 import rerun as rr
@@ -11,7 +11,7 @@ from services.recorder.writer import Rows
 
 PREDICTED, CHOSEN, LEFT, TARGET = (120, 190, 235), (245, 158, 66), (190, 230, 80), (235, 90, 90)
 SHOWN_S = 0.1
-"""Velocities are drawn as the way of this time."""
+"""Velocities are drawn as the distance of this time."""
 SIGMAS = 2.0
 
 
@@ -46,7 +46,7 @@ class StrikeWriter:
                 self._write_landing(strike.landing, one.wall_ns)
 
     def _write_event(self, row: Rows, strike: m.Strike) -> None:
-        is_correction = strike.phase == "refused" and strike.goal_id is not None  # its swing goes on
+        is_correction = strike.phase == "refused" and strike.goal_id is not None  # its swing continues
         if not is_correction:
             self._context.trace.states(entities.STRIKE_LANE.path, row, [f"{strike.ball} {strike.phase}"])
         if strike.phase == "revised":
@@ -75,7 +75,7 @@ class StrikeWriter:
         self._context.trace.send(entities.STRIKE_TARGET.path, row, target)
 
     def _write_landing(self, landing: m.Landing, wall_ns: int) -> None:
-        """Write a landing at its own time: it was predicted from the first sights after the hit."""
+        """Write a landing at its own time; it was predicted from the first measurements after the hit."""
         row = self._context.row(self._context.runs.tick_at(landing.time), wall_ns)
         place = rr.Points3D.columns(positions=np.array([landing.position]))
         self._context.trace.send(entities.LANDING.path, row, place)

@@ -1,4 +1,4 @@
-"""Bodies that move without the arm: loose objects, other arms."""
+"""Writer of bodies that move without the arm: loose objects, other arms."""
 
 import time
 
@@ -13,14 +13,14 @@ from services.recorder.writer import Rows
 
 
 class SurroundingsWriter:
-    """The poses of bodies that only other joints than the arm's move."""
+    """Writes the poses of bodies that only joints other than the arm's move."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
         self._begun = False
 
     def write(self, received: list[Received[m.Scene]]) -> None:
-        """Write every message, and at the first state the poses of the model."""
+        """Write every message, and at the first state the model's poses."""
         context = self._context
         if not context.scene.others:
             return

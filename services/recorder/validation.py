@@ -1,4 +1,4 @@
-"""Bodies from the bus, decoded and validated in batches."""
+"""Decode and validate messages in batches."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
@@ -17,7 +17,7 @@ from robot.conversions import samples_of
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
 
 MAX_WAITING_STREAM = 1 << 14
-"""Capacity of a stream's queue: 16 s at 1 kHz. Beyond it the oldest are lost, which the gap in their ticks shows."""
+"""Capacity of a stream's queue: 16 s at 1 kHz. A full queue drops the oldest; the gap in the ticks shows it."""
 
 MAX_WAITING = 1 << 8
 MAX_BODY_BYTES = 16 * MIB
@@ -31,7 +31,7 @@ MAX_IN_SPACE = 1e6
 
 
 class Received(NamedTuple, Generic[MessageT]):
-    """A message and when the router had it, Unix ns."""
+    """A message, and the time at which the router received it, Unix ns."""
 
     wall_ns: int
     message: MessageT
@@ -41,7 +41,7 @@ class Source(Protocol):
     """A queue of bodies: a `protocol.bus.queues.Collector`."""
 
     def take(self) -> tuple[bytes, int] | None:
-        """Return the oldest body and when it came, Unix ns, or None."""
+        """Return the oldest body and its arrival, Unix ns, or None."""
         ...
 
 
@@ -55,9 +55,9 @@ def listen(bus: Bus) -> dict[Publication, Source]:
 
 
 class Receiver:
-    """Takes and validates what waits on every recorded topic.
+    """Takes and validates the queued messages of every recorded topic.
 
-    `malformed` counts the bodies that could not be read; `complain` gets a sentence and the refusal's code for each.
+    `malformed` counts the bodies that cannot be decoded; `complain` is called with a sentence and the refusal's code.
     """
 
     def __init__(
@@ -69,11 +69,11 @@ class Receiver:
         self._complain = complain
 
     def take(self) -> dict[Publication, list[Received[Any]]]:
-        """Return what has arrived since the last call, by topic, each in order of arrival.
+        """Return the messages since the last call, by topic, each in order of arrival.
 
-        The table begins with the states. They are taken last, so that a batch has the state behind each of its
-        messages; and so that one with states of a plan has the plan too, once more where plans came meanwhile, which
-        may take long on a busy machine. Decoding takes longer than the lead of a plan, so nothing is decoded before.
+        The table begins with the states, but their queue is read last, so that a batch contains the state of each of
+        its messages. A batch with states of a motion must also contain its plan, so plans are read again if some
+        arrived meanwhile. Nothing is decoded before, because decoding takes longer than the lead of a plan.
         """
         waiting = {topic: self._drain(topic) for topic in reversed(list(self._sources))}
         while late := self._drain(topics.PLAN):
@@ -133,7 +133,7 @@ IN_SPACE: dict[type, tuple[str, ...]] = {
         "landing.position",
     ),
 }
-"""Vectors in space that can be shown."""
+"""Fields that are vectors in space."""
 
 
 def read(topic: Publication[MessageT], body: bytes, joint_count: int) -> MessageT:
@@ -163,7 +163,7 @@ def read(topic: Publication[MessageT], body: bytes, joint_count: int) -> Message
 
 
 def _value_at(message: Any, field: str) -> Any:
-    """Return the value of a field such as `hit.time`, None where it, or what it is a part of, is null."""
+    """Return the value of a field such as `hit.time`, or None if it or its parent is null."""
     for name in field.split("."):
         message = getattr(message, name, None)
     return message
@@ -171,7 +171,7 @@ def _value_at(message: Any, field: str) -> Any:
 
 def _check_plan(plan: m.Plan, joint_count: int) -> None:
     """Refuse a plan whose matrices or waypoints do not fit each other."""
-    # A long motion is sampled coarsely, and its last sample lies behind its end.
+    # A long motion is sampled coarsely, and its last sample is after its end.
     if not (0 <= plan.hit_index < plan.count and plan.dt >= MIN_DT_S and plan.dt * plan.count <= 2 * MAX_PLAN_S):
         raise bad_message("count", f"count {plan.count}, hit_index {plan.hit_index}, dt {plan.dt} are no trajectory")
     samples_of(plan)

@@ -1,4 +1,4 @@
-"""Write a trace: rows on the timelines, scalars, events and lanes, into a file, a live viewer or both."""
+"""Write a trace to a file, a live viewer or both: rows on timelines, scalars, events and lanes."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ Numbers = Sequence[Any] | np.ndarray
 APPLICATION = "volley"
 SCALARS = rr.Scalars.descriptor_scalars()
 LIVE_MEMORY = "256MiB"
-"""What the viewer server keeps for viewers that connect later; the oldest is dropped first."""
+"""Buffer of the viewer server for viewers that connect later; the oldest data are dropped first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +33,9 @@ class Live:
 
 
 class Rows:
-    """N rows of the trace: their times on the timelines.
+    """Times of N rows of the trace on the timelines.
 
-    ticks: (N,) of the trace. wall_ns: (N,) Unix ns, None for what has no wall time.
+    ticks: (N,) of the trace. wall_ns: (N,) Unix ns, None for rows without a wall time.
     """
 
     def __init__(self, ticks: Numbers, rate_hz: float, wall_ns: Numbers | None = None) -> None:
@@ -58,11 +58,11 @@ class Rows:
         return Rows(self.ticks[indices], self._rate_hz, None if self._wall_ns is None else self._wall_ns[indices])
 
 
-pa.set_memory_pool(pa.system_memory_pool())  # Arrow's own keeps hundreds of megabytes of what Rerun's threads free
+pa.set_memory_pool(pa.system_memory_pool())  # Arrow's own pool keeps hundreds of megabytes that Rerun's threads free
 
 
 class _ScalarColumn(rr.ComponentColumn):
-    """The column that `rr.Scalars.columns` makes of (N,) or (N, K) float64, in half its time.
+    """The column that `rr.Scalars.columns` makes of (N,) or (N, K) float64, in half the time.
 
     The recorder spends most of its time here.
     """
@@ -90,16 +90,16 @@ class TraceWriter:
         self.recording.set_sinks(*sinks, default_blueprint=blueprint)
 
     def flush(self) -> None:
-        """Write what is buffered."""
+        """Write the buffer."""
         self.recording.flush()
 
     def close(self) -> None:
-        """Write what is buffered and finish the file."""
+        """Write the buffer and finish the file."""
         self.flush()
         self.recording.disconnect()
 
     def static(self, path: str, *what: rr.AsComponents) -> None:
-        """Write components that hold at all times."""
+        """Write static components, which hold at all times."""
         self.recording.log(path, *what, static=True)
 
     def send(self, path: str, rows: Rows, *columns: Iterable[rr.ComponentColumn]) -> None:
@@ -111,13 +111,13 @@ class TraceWriter:
         self.recording.send_columns(path, rows.columns, [_ScalarColumn(np.asarray(values, dtype=np.float64))])
 
     def joints(self, entity: Entity, names: Sequence[str], rows: Rows, values: Numbers) -> None:
-        """Write (N, J) numbers of an entity that there is for each joint."""
+        """Write (N, J) numbers to an entity for each joint."""
         array = np.asarray(values, dtype=np.float64)
         for name, column in zip(names, np.ascontiguousarray(array.T), strict=True):
             self.scalars(entity.at(name), rows, column)
 
     def texts(self, path: str, rows: Rows, texts: Sequence[str], level: str = "INFO") -> None:
-        """Write sentences for the log of events."""
+        """Write sentences to the log of events."""
         self.send(path, rows, rr.TextLog.columns(text=texts, level=[level] * len(rows)))
 
     def states(self, path: str, rows: Rows, states: Sequence[str | None]) -> None:

@@ -1,1 +1,1 @@
-"""The simulated arm and its place on the bus."""
+"""The simulated arm, and its process on the bus."""

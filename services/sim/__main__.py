@@ -1,4 +1,4 @@
-"""`python -m services.sim`: the simulated arm, which hosts the bus unless --connect is given."""
+"""`python -m services.sim`: the simulated arm, which hosts the router unless --connect is given."""
 
 import logging
 import sys
@@ -23,7 +23,7 @@ from services.sim.world import World
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Simulate the arm, or several arms of one model, and host the bus."""
+    """Simulate the arm, or several arms of one model, and host the router."""
 
     common: Common = field(default_factory=Options)
     own: Annotated[SimFlags, tyro.conf.arg(name="")] = field(default_factory=SimFlags)
@@ -61,7 +61,7 @@ def load_beside(paths: Sequence[Path]) -> list[RobotConfig]:
     """Return the further robots of a simulation.
 
     Raises:
-        SystemExit: one cannot be read.
+        SystemExit: a file cannot be read.
     """
     try:
         return [load_robot(path) for path in paths]

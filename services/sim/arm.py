@@ -1,4 +1,4 @@
-"""The simulated arm: a robot's backend in MuJoCo, and its ball."""
+"""The simulated arm: a backend in MuJoCo, with its ball."""
 
 import math
 from collections.abc import Mapping
@@ -26,19 +26,19 @@ from services.sim.world import World
 
 
 class Diverged(RobotFailed):
-    """The simulation has no finite state any more."""
+    """The simulation's state is no longer finite."""
 
 
 class SimulatedArm(Backend):
-    """A torque-driven arm in MuJoCo. The same seed and the same calls give the same bits.
+    """A torque-driven arm in MuJoCo. Equal seeds and calls give bit-identical results.
 
-    In a world of several arms a tick passes once each of them has been given its step.
+    In a world of several arms a tick passes when each of them has received its step.
     """
 
     abilities = Abilities(modes=("torque", "teach"))
 
     def __init__(self, config: RobotConfig, seed: int = 0, world: World | None = None) -> None:
-        """`world`: where it stands; by default one of its own."""
+        """`world`: world that the arm shares with others; by default a new one."""
         self.config = config
         self._world = world = world or World([config])
         self.scene: Scene = arm_in(world.scene, config)
@@ -57,10 +57,10 @@ class SimulatedArm(Backend):
         self.reset(seed=seed)
 
     def reset(self, positions: list[float] | None = None, ball: Ball | None = None, seed: int = 0) -> None:
-        """Tick 0, at rest at `positions` (J,), rad (None: home), undisturbed, the ball where given (None: on its tee).
+        """Reset to tick 0, at rest at `positions` (J,), rad (None: home), undisturbed; `ball` None: on its tee.
 
-        A ball given at rest gets the tee under it. Raises Refusal `bad_message` for a wrong length, numbers that are
-        not finite, a ball out of reach or a negative seed, `limit` for a joint outside its range; nothing has changed
+        A ball at rest gets the tee under it. Raises Refusal: `bad_message` for a wrong length, numbers that are not
+        finite, a ball out of reach or a negative seed; `limit` for a joint outside its range. Nothing has changed
         then.
         """
         if seed < 0:
@@ -78,7 +78,7 @@ class SimulatedArm(Backend):
         self.begin_run()
 
     def begin_run(self) -> None:
-        """Tick 0 where the arm stands, undisturbed; the ball goes on."""
+        """Reset to tick 0 at the arm's present pose, undisturbed; the ball's motion continues."""
         self._disturbances.clear()
         self._camera.clear()
         if self._ball is not None:
@@ -92,13 +92,13 @@ class SimulatedArm(Backend):
         self._observation = self._measure()
 
     def step(self, setpoint: Setpoint) -> None:
-        """One tick with the setpoint's accelerations: torque by inverse dynamics, held for the tick.
+        """Advance a tick with the setpoint's accelerations: torque by inverse dynamics, held for the tick.
 
-        Where other arms share the world, the tick passes with the last one's step.
+        If other arms share the world, the tick passes with the last arm's step.
 
-        An arm that is guided ignores the setpoint: the hand and the motors together move it as `Guidance` says.
+        A guided arm ignores the setpoint: hand and motors together move it, as in `Guidance`.
 
-        Raises ValueError, before anything moves, where they are not J finite numbers, and Diverged.
+        Raises ValueError, before anything moves, if the accelerations are not J finite numbers, and Diverged.
         """
         if not math.isfinite(setpoint.accelerations.sum()):
             raise ValueError(f"accelerations: {setpoint.accelerations} cannot be turned into torques; must be finite")
@@ -106,11 +106,11 @@ class SimulatedArm(Backend):
         self._world.step()
 
     def is_set(self) -> bool:
-        """Return whether it has its setpoint for the coming tick."""
+        """Return whether the arm has its setpoint for the coming tick."""
         return self._setpoint is not None
 
     def place_led(self) -> None:
-        """Put the joints of robots that another process moves where their states have them."""
+        """Set the joints of robots of other processes to their newest states."""
         self._led.place()
 
     def drive(self) -> None:
@@ -124,7 +124,7 @@ class SimulatedArm(Backend):
         limits, joints = self._torque_limits, self.config.joint_count
         held, corrections = self._held.accelerations()
         demanded = self._dynamics.torques(np.concatenate([accelerations, held]))
-        if len(held):  # a finger that an object stops does not move, so its servo must not move the arm
+        if len(held):  # an object may stop a finger, so its servo must not accelerate the arm
             demanded[joints:] += self._dynamics.servo(corrections)
         if self._guidance:
             demanded[:joints] -= pushes
@@ -136,7 +136,7 @@ class SimulatedArm(Backend):
         self._contacts = []
 
     def take_contacts(self, substep: int) -> None:
-        """Take in the contacts of a physics step, the `substep`-th of the tick."""
+        """Process the contacts of a physics step, the `substep`-th of the tick."""
         self._contacts += self._contact_log.update(self._observation.time + substep * self.scene.model.opt.timestep)
 
     def finish(self) -> None:
@@ -152,15 +152,15 @@ class SimulatedArm(Backend):
             raise Diverged(f"the physics diverged at {self._observation.time:.3f} s; ask for weaker pushes")
 
     def check(self) -> list[Finding]:
-        """What is wrong with the robot and its model."""
+        """Faults of the robot and its model."""
         return check_robot(self.config, self.scene.model)
 
     def observe(self) -> Observation:
-        """The arm at the present tick; the same object until the next step."""
+        """Return the arm at the present tick; the same object until the next step."""
         return self._observation
 
     def guide(self) -> None:
-        """Yield to pushes, weightless, until `recover`."""
+        """Make the arm weightless and compliant until `recover`."""
         self._guidance = Guidance(self.config, self.scene.data.qpos[self.scene.qpos])
         self._observation = self._measure()
 
@@ -170,7 +170,7 @@ class SimulatedArm(Backend):
         self._observation = self._measure()
 
     def disturb(self, request: Disturb) -> float:
-        """Begin a disturbance of any kind but `loss`; returns when it begins, s.
+        """Start a disturbance of any kind but `loss`; return its start time, s.
 
         Raises Refusal `bad_message` for fields that are missing, of another kind, or out of range.
         """
@@ -187,48 +187,48 @@ class SimulatedArm(Backend):
         return self._tick / self.config.rate_hz
 
     def hold(self, targets: Mapping[str, float]) -> float:
-        """Begin to lead held joints to new values, rad or m by name; return how long that takes, s."""
+        """Start to move held joints to new values, rad or m by name; return the duration, s."""
         return self._held.lead(targets)
 
     def disturbances(self) -> list[ActiveDisturbance]:
-        """What acts on the arm in the coming tick."""
+        """Disturbances that act on the arm in the coming tick."""
         wind = self._ball.describe() if self._ball else []
         return self._disturbances.describe(self._tick) + self._camera.describe() + wind
 
     def contacts(self) -> list[Contact]:
-        """The contacts that began or ended in the tick before."""
+        """Contacts that began or ended in the last tick."""
         return self._contacts
 
     def throw(self, throw: Throw) -> float:
-        """Put the ball in flight, in the run that goes on; return since when, s.
+        """Throw the ball, in the present run; return the start time of its flight, s.
 
-        Raises Refusal `bad_message` where the scene has no ball, or it cannot begin there.
+        Raises Refusal `bad_message` if the scene has no ball, or the ball cannot start there.
         """
         self._refuse_without_ball("position").throw(throw)
         return self._tick / self.config.rate_hz
 
     def ball(self) -> BallTruth | None:
-        """The ball in the world frame; None in a scene without one."""
+        """State of the ball in the world frame; None in a scene without one."""
         return None if self._ball is None else self._ball.state()
 
     def sights(self) -> list[BallState]:
-        """What has arrived of the ball at the present tick, as a camera sees it; call it once a tick."""
+        """Return the camera's measurements of the ball that arrive at the present tick; call it once a tick."""
         if self._ball is not None and self._camera.sees(self._tick):
             self._camera.see(self._tick, self._ball.state())
         return self._camera.take(self._tick)
 
     def lead(self, joints: tuple[str, ...], positions: list[float], velocities: list[float]) -> None:
-        """Take the newest positions and velocities of another robot's joints, rad and rad/s; nothing holds them now."""
+        """Set the newest positions and velocities of another robot's joints, rad and rad/s, which are then not held."""
         begun = self._led.lead(joints, positions, velocities)
         if begun is not None:
             self._torque_limits[np.isin(self._controlled, begun)] = 0.0
 
     def surroundings(self) -> dict[str, list[float]]:
-        """Coordinates of the joints that are neither the arm's nor the ball's, by name."""
+        """Return the coordinates of the joints that are neither the arm's nor the ball's, by name."""
         return self._surroundings.read(self.scene.data)
 
     def _pushes(self) -> np.ndarray:
-        """Generalised forces (J,), N·m, of the pushes that act now."""
+        """Return the generalised forces (J,), N·m, of the active pushes."""
         joints = self.config.joint_count
         total = np.zeros(joints)
         for push in self._disturbances.acting(self._tick):
@@ -280,7 +280,7 @@ class SimulatedArm(Backend):
             check_reach(ball=ball.velocity)
 
     def _refuse_without_ball(self, field: str) -> SimulatedBall:
-        """Return the ball. Raises Refusal `bad_message` where there is none."""
+        """Return the ball. Raises Refusal `bad_message` without one."""
         if self._ball is None:
             cure = 'add a body "ball" with a free joint to its model' if field != "ball" else "leave it null"
             raise bad_message(field, f"{field}: this robot's scene has no ball; {cure}")

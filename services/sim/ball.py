@@ -1,4 +1,4 @@
-"""The simulated ball: how it is put in flight, what the air and its wind do to it, where it is."""
+"""The simulated ball: throws, aerodynamics with wind, and state."""
 
 import mujoco
 import numpy as np
@@ -11,13 +11,13 @@ from services.sim.disturbances import refuse_others
 from services.sim.model import Scene
 
 TEE_STORE = (0.0, 0.0, -10.0)
-"""Where the tee is kept while the ball needs none, m."""
+"""Position of the unused tee, m."""
 REACH = 100.0
-"""A ball is placed within this distance (m) of the origin on each axis, at this speed (m/s) at most."""
+"""Largest initial coordinate (m) and velocity (m/s) of the ball, on each axis."""
 MAX_SPIN = 1000.0
-"""rad/s about each axis; a tennis ball reaches 500."""
+"""Largest initial spin about each axis, rad/s; a tennis ball reaches 500."""
 STRONGEST = 50.0
-"""m/s along each axis, of wind; a hurricane blows with 33."""
+"""Strongest wind along each axis, m/s; a hurricane has 33."""
 Axes = tuple[float, float, float]
 
 
@@ -39,10 +39,10 @@ class SimulatedBall:
         self._move_tee(TEE_STORE if any(ball.velocity) else (x, y, z - self._body.radius))
 
     def throw(self, throw: Throw) -> None:
-        """Put the ball in flight where it is free; the tee is taken away.
+        """Throw the ball from a free position, and remove the tee.
 
         Raises:
-            Refusal: `bad_message` for a place out of reach or inside something; the ball is where it was.
+            Refusal: `bad_message` for a position out of reach or inside a body; the ball has not moved then.
         """
         check_reach(position=throw.position, velocity=throw.velocity)
         spin = throw.spin or (0.0, 0.0, 0.0)
@@ -53,7 +53,7 @@ class SimulatedBall:
         self._move_tee(TEE_STORE)
 
     def blow(self, request: Disturb) -> None:
-        """Let the air move with the request's `values` until the next one.
+        """Set the wind to the request's `values` until the next request.
 
         Raises:
             Refusal: `bad_message`, naming the field.
@@ -67,7 +67,7 @@ class SimulatedBall:
         self._wind = x, y, z
 
     def calm(self) -> None:
-        """Let the air rest."""
+        """Set the wind to 0."""
         self._wind: Axes = (0.0, 0.0, 0.0)
 
     def describe(self) -> list[ActiveDisturbance]:
@@ -81,7 +81,7 @@ class SimulatedBall:
         return BallTruth(position=position.tolist(), velocity=velocity.tolist(), spin=self._spin().tolist())
 
     def act(self) -> None:
-        """Apply the air's force for the coming physics step: −drag·|v|·v + magnus·ω × v, for each kg, v in the air."""
+        """Apply the air's force for the coming physics step: −drag·|v|·v + magnus·ω × v per kg, v against the air."""
         data, dof = self._scene.data, self._body.dof
         x, y, z = (speed - air for speed, air in zip(data.qvel[dof : dof + 3].tolist(), self._wind, strict=True))
         brake = -self._drag * (x * x + y * y + z * z) ** 0.5
@@ -92,7 +92,7 @@ class SimulatedBall:
         data.qfrc_applied[dof : dof + 3] = force
 
     def _spin(self) -> np.ndarray:
-        """Return the angular velocity (3,), rad/s, in the world frame; MuJoCo keeps it in the ball's own."""
+        """Return the angular velocity (3,), rad/s, in the world frame; MuJoCo stores it in the ball's frame."""
         data, ball, spin = self._scene.data, self._body, np.zeros(3)
         mujoco.mju_rotVecQuat(spin, data.qvel[ball.dof + 3 : ball.dof + 6], data.qpos[ball.qpos + 3 : ball.qpos + 7])
         return spin
@@ -107,7 +107,7 @@ class SimulatedBall:
             self._scene.data.mocap_pos[self._scene.tee] = place
 
     def _refuse_inside(self, position: Axes) -> None:
-        """Raise Refusal where the ball would begin inside a body."""
+        """Raise Refusal if the ball would start inside a body."""
         model = self._scene.model
         trial = self._trial = self._trial or mujoco.MjData(model)
         trial.qpos[:] = self._scene.data.qpos
@@ -124,7 +124,7 @@ class SimulatedBall:
 
 
 def check_reach(**vectors: Axes) -> None:
-    """Return where position and velocity of a ball can be simulated.
+    """Check that position and velocity of a ball can be simulated.
 
     Raises:
         Refusal: `bad_message`, naming the field.

@@ -1,4 +1,4 @@
-"""How the ball is seen: as a camera would, with noise, late, and not every time."""
+"""The camera that measures the ball, with noise, latency and losses."""
 
 import math
 from collections import deque
@@ -15,24 +15,24 @@ BOUNDS = {"position_std": 1.0, "latency_s": 1.0, "drop_rate": 1.0}
 
 
 class Camera:
-    """Sights of the ball, one every few ticks. The same seed and the same calls give the same sights."""
+    """Measurements of the ball, one every few ticks. Equal seeds and calls give equal measurements."""
 
     def __init__(self, rate_hz: float, every: int) -> None:
-        """`rate_hz`: of the robot's ticks; `every`: ticks from one sight to the next."""
+        """`rate_hz`: rate of the robot's ticks; `every`: ticks from one measurement to the next."""
         self._rate_hz = rate_hz
         self._every = every
         self._waiting: deque[tuple[int, BallState]] = deque()
         self.clear(0)
 
     def clear(self, seed: int | None = None) -> None:
-        """See exactly, at once and always, and forget what was seen; with a seed begin its random numbers."""
+        """Measure without noise, latency and losses, and drop pending measurements; with a seed, restart the noise."""
         self._noise = {"position_std": 0.0, "latency_s": 0.0, "drop_rate": 0.0}
         self._waiting.clear()
         if seed is not None:
             self._random = np.random.default_rng([seed, 1])
 
     def disturb(self, request: Disturb) -> None:
-        """See with the noise, latency and losses of `request` until the next one; null counts as 0.
+        """Set noise, latency and losses to those of `request`; null counts as 0.
 
         Raises:
             Refusal: `bad_message` for a field that is out of range or of another kind.
@@ -50,11 +50,11 @@ class Camera:
         return [ActiveDisturbance(kind="ball_noise", **noise)] if any(noise.values()) else []
 
     def sees(self, tick: int) -> bool:
-        """Whether `tick` has a sight."""
+        """Return whether the camera measures at `tick`."""
         return tick % self._every == 0
 
     def see(self, tick: int, truth: BallTruth) -> None:
-        """Take a sight of the ball at `tick`."""
+        """Measure the ball at `tick`."""
         noise, offsets = self._noise, self._random.standard_normal(3)
         if self._random.random() < noise["drop_rate"]:
             return
@@ -64,7 +64,7 @@ class Camera:
         self._waiting.append((tick + math.ceil(noise["latency_s"] * self._rate_hz - 1e-9), sight))
 
     def take(self, tick: int) -> list[BallState]:
-        """Return the sights that arrive until `tick`, in order."""
+        """Return the measurements that have arrived by `tick`, in order."""
         arrived = []
         while self._waiting and self._waiting[0][0] <= tick:
             arrived.append(self._waiting.popleft()[1])

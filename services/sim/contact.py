@@ -1,4 +1,4 @@
-"""Contacts of the ball and of the arm, each reported when it begins and when it has ended."""
+"""Contacts of the ball and of the arm; each is reported when it begins and when it ends."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from robot.model import owner_name
 from services.sim.model import Scene
 
 MIN_IMPULSE = 0.01
-"""A contact with less, N·s, is none: a ball that comes to rest rattles through hundreds. It turns a ball by 0.2 m/s."""
+"""Contacts below this impulse (N·s) are ignored: a settling ball has many. This one turns a ball by 0.2 m/s."""
 
 Bodies = tuple[str, str]
 """Names of both sides of a contact, the ball last, else in alphabetical order."""
@@ -19,7 +19,7 @@ Bodies = tuple[str, str]
 
 @dataclass(slots=True)
 class _Episode:
-    """A contact that lasts: since when (s), what it has given so far (N·s), whether it was reported."""
+    """A present contact: start (s), impulse so far (N·s), whether it was reported."""
 
     start_time: float
     impulse: float = 0.0
@@ -27,7 +27,7 @@ class _Episode:
 
 
 class ContactLog:
-    """Follows contacts from touch to parting. A ball that rests on its tee is none."""
+    """Follows contacts from touch to separation. A ball at rest on its tee is no contact."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -37,14 +37,14 @@ class ContactLog:
         self._pairs = [[_in_order(first, second) for second in names] for first in names]
 
     def clear(self) -> None:
-        """Forget every contact that lasts."""
+        """Drop all present contacts."""
         self._open.clear()
 
     def update(self, time: float) -> list[Contact]:
         """Add the physics step that began at `time` (s) and has just been taken; return the contacts to report.
 
-        A contact is reported once its impulse is no trifle, and again when it has ended. Its `time` is the first touch,
-        its velocity the ball's after it.
+        A contact is reported when its impulse exceeds the bound, and again when it ends. Its `time` is the first
+        touch; its velocity is the ball's after the contact.
         """
         scene = self._scene
         touching: set[Bodies] = set()

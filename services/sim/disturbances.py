@@ -1,4 +1,4 @@
-"""What disturbs the arm: pushes for a time, noise on its sensors, lost messages."""
+"""Disturbances of the arm: pushes, sensor noise, message loss."""
 
 import math
 from dataclasses import dataclass
@@ -11,19 +11,19 @@ from protocol.messages import ActiveDisturbance, Disturb
 from robot.description import RobotConfig
 
 MAX_PUSHES = 64
-"""Pushes that act or wait."""
+"""Largest number of active and pending pushes."""
 
 MAX_PUSH = 10.0
-"""Largest push, in units of a joint's own largest acceleration or torque; far beyond it the physics diverges."""
+"""Largest push, in units of a joint's acceleration or torque limit; far beyond it the physics diverges."""
 
 UNLIMITED_PUSH = 1e4
-"""rad/s² or N·m on a joint without such a limit."""
+"""Largest push on a joint without such a limit, rad/s² or N·m."""
 
 MAX_NOISE = 10.0
-"""rad or rad/s."""
+"""Largest standard deviation of sensor noise, rad or rad/s."""
 
 MAX_SPAN_S = 3600.0
-"""How far ahead a push may begin, and how long a push or a loss may last."""
+"""Longest time from now to a push, and longest duration of a push or a loss."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,14 +37,14 @@ class Push:
 
 
 def refuse_others(request: Disturb, *own: str) -> None:
-    """Raise Refusal `bad_message` for a field of `request` that is none of its kind's `own`."""
+    """Raise Refusal `bad_message` for a field of `request` that is not among its kind's `own` fields."""
     for name in request.__struct_fields__:
         if name not in ("version", "kind", *own) and getattr(request, name) is not None:
             raise bad_message(name, f"{name} belongs to another kind; leave it null in {request.kind!r}")
 
 
 class Disturbances:
-    """Pushes and noise of one run, kept by tick so that a run repeats exactly."""
+    """Pushes and noise of one run, stored by tick so that a run is repeatable."""
 
     def __init__(self, config: RobotConfig) -> None:
         self._joint_names = config.joint_names
@@ -58,14 +58,14 @@ class Disturbances:
         self.velocity_std = 0.0
 
     def clear(self) -> None:
-        """No push and no noise."""
+        """Remove all pushes and noise."""
         self._pushes.clear()
         self.set_sensor_noise(0.0, 0.0)
 
     def set_sensor_noise(self, position_std: float, velocity_std: float) -> None:
-        """Standard deviations (rad, rad/s) of what is measured, until the next such request.
+        """Set the standard deviations (rad, rad/s) of the measurements, until the next such request.
 
-        Raises Refusal `bad_message` for one that is negative or absurd.
+        Raises Refusal `bad_message` for a value that is negative or too large.
         """
         for field, value in (("position_std", position_std), ("velocity_std", velocity_std)):
             if not 0 <= value <= MAX_NOISE:
@@ -76,8 +76,8 @@ class Disturbances:
     def push(self, request: Disturb, tick: int) -> float:
         """Push as requested, from the first tick at or after its `start_time` (None: from `tick`, now).
 
-        Returns the time it begins. Raises Refusal `bad_message` for what is missing, a wrong length, an absurd number,
-        or a start that is past or far off; `busy` while MAX_PUSHES act or wait.
+        Returns its start time. Raises Refusal: `bad_message` for a missing field, a wrong length, a number that is too
+        large, or a start in the past or too far ahead; `busy` while MAX_PUSHES are active or pending.
         """
         now, values, duration = tick / self._rate_hz, request.values, request.duration
         if values is None or duration is None:
@@ -94,11 +94,11 @@ class Disturbances:
         return first_tick / self._rate_hz
 
     def acting(self, tick: int) -> list[Push]:
-        """The pushes that act on `tick`."""
+        """Return the pushes that are active at `tick`."""
         return [push for push in self._pushes if push.first_tick <= tick < push.end_tick]
 
     def describe(self, tick: int) -> list[ActiveDisturbance]:
-        """What disturbs the arm at `tick`, as published."""
+        """Return the disturbances that are active at `tick`, as published."""
         active = [
             ActiveDisturbance(kind=push.kind, values=push.values.tolist(), end_time=push.end_tick / self._rate_hz)
             for push in self.acting(tick)
@@ -127,14 +127,14 @@ class Disturbances:
 
 
 class Loss:
-    """Windows of ticks in which the messages of a stream are lost."""
+    """Windows of ticks in which the messages of a stream are dropped."""
 
     def __init__(self, rate_hz: float) -> None:
         self._rate_hz = rate_hz
         self._windows: dict[str, tuple[int, int]] = {}
 
     def begin(self, request: Disturb, tick: int) -> None:
-        """Lose the messages of the stream that `request` names, from `tick` on, for its duration.
+        """Drop the messages of the stream in `request`, from `tick` on, for its duration.
 
         Raises:
             Refusal: `bad_message` for fields that are missing, of another kind, or out of range.
@@ -148,16 +148,16 @@ class Loss:
         self._windows[request.stream] = tick, tick + math.ceil(request.duration * self._rate_hz - 1e-9)
 
     def clear(self) -> None:
-        """Lose nothing any more."""
+        """End all losses."""
         self._windows.clear()
 
     def has(self, stream: str, tick: int) -> bool:
-        """Return whether the message of `tick` on `stream` is lost."""
+        """Return whether the message of `tick` on `stream` is dropped."""
         first, end = self._windows.get(stream, (0, 0))
         return first <= tick < end
 
     def describe(self, tick: int) -> list[ActiveDisturbance]:
-        """Return the losses that act at `tick`, as published."""
+        """Return the losses that are active at `tick`, as published."""
         return [
             ActiveDisturbance(kind="loss", stream=stream, end_time=end / self._rate_hz)
             for stream, (first, end) in self._windows.items()

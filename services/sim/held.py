@@ -1,4 +1,4 @@
-"""The joints that are held beside the arm's: grippers, fingers, a second arm."""
+"""Held joints, which are not the arm's: grippers, fingers, a second arm."""
 
 import math
 from collections.abc import Mapping
@@ -17,22 +17,22 @@ from robot.torque_limits import torque_limit
 from services.sim.model import Scene
 
 GAIN = 0.4
-"""Gain of the servos, by eq. 11, times the length of a tick: stiff, and stable up to 2."""
+"""alpha·tick of the servos, by eq. 11: stiff; stable up to 2."""
 SLOWEST_S, SPEED = 0.5, 1.0
-"""A joint takes this long to a new value, and this much more for every rad or m: s, rad/s or m/s."""
+"""Duration of a motion to a new value: this time (s), plus its distance at this speed (rad/s or m/s)."""
 
 
 class HeldJoints:
-    """Servos of H joints, which are led smoothly from one value to the next.
+    """Servos of H joints, which move smoothly from one value to the next.
 
     Attributes:
         dofs: Addresses (H,) of the joints in MuJoCo's velocities.
-        limits: Their largest torques (H,), N·m or N.
-        targets: The value that each is led to, rad or m.
+        limits: Largest torques (H,), N·m or N.
+        targets: Target value of each, rad or m.
     """
 
     def __init__(self, config: RobotConfig, scene: Scene, held: Mapping[str, float]) -> None:
-        """`held`: the value at which each begins, rad or m."""
+        """`held`: initial value of each joint, rad or m."""
         self._begin = dict(held)
         ids = joint_ids(scene.model, tuple(held), "held")
         self.dofs = scene.model.jnt_dofadr[ids].astype(np.intp)
@@ -44,7 +44,7 @@ class HeldJoints:
         self.reset()
 
     def reset(self) -> None:
-        """Put the joints where they begin, at rest."""
+        """Reset the joints to their initial values, at rest."""
         self.targets = dict(self._begin)
         values = np.array(list(self.targets.values()))[None]
         self._data.qpos[self._qpos] = values[0]
@@ -52,7 +52,7 @@ class HeldJoints:
         self._follow(Samples(values, np.zeros_like(values), np.zeros_like(values)))
 
     def lead(self, targets: Mapping[str, float]) -> float:
-        """Begin to move the named joints to new values, rad or m; return how long that takes, s.
+        """Start to move the named joints to new values, rad or m; return the duration, s.
 
         Raises:
             Refusal: `bad_message` for a joint that is not held, `limit` for a value outside its range.
@@ -72,7 +72,7 @@ class HeldJoints:
         return ticks * self._config.tick
 
     def accelerations(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the accelerations (H,) on the way in the coming tick, and what errors add; one call is one tick."""
+        """Return the accelerations (H,) of the coming tick, with feedback; one call is one tick."""
         samples, now = self._samples, self._index
         self._index = then = min(now + 1, len(samples) - 1)
         feedforward = (samples.velocities[then] - samples.velocities[now]) * self._config.rate_hz
@@ -81,11 +81,11 @@ class HeldJoints:
         return feedforward, wanted - feedforward
 
     def positions(self) -> dict[str, float]:
-        """Return where the joints are, rad or m."""
+        """Return the joints' positions, rad or m."""
         return dict(zip(self.targets, self._measured()[0].tolist(), strict=True)) if self.targets else {}
 
     def _place_followers(self) -> None:
-        """Put the joints where the model's equalities lead them with the held ones, so that they do not snap there."""
+        """Set the joints that the model's equalities couple to held ones, so that they do not jump."""
         model, qpos = self._model, self._data.qpos
         kind = int(mujoco.mjtEq.mjEQ_JOINT)
         for equality in np.flatnonzero((model.eq_type == kind) & (model.eq_obj2id >= 0)):

@@ -1,4 +1,4 @@
-"""Torque from commanded accelerations, by inverse dynamics."""
+"""Torques from commanded accelerations, by inverse dynamics."""
 
 import mujoco
 import numpy as np
@@ -7,9 +7,9 @@ from services.sim.model import Scene
 
 
 class InverseDynamics:
-    """M·q̈ + bias − passive − friction over the joints at `dofs` alone: what else moves is at rest in it.
+    """M·q̈ + bias − passive − friction, restricted to the joints at `dofs`: all others have no acceleration.
 
-    Contacts are therefore not compensated. Reads the scene's data as `mj_step1` leaves them.
+    Contacts are not compensated. It reads the scene's data after `mj_step1`.
     """
 
     def __init__(self, scene: Scene, dofs: np.ndarray) -> None:
@@ -24,14 +24,14 @@ class InverseDynamics:
         self._losses = scene.model.dof_frictionloss[dofs[self._rubbing]]
 
     def inertial(self, accelerations: np.ndarray) -> np.ndarray:
-        """M·q̈ (D,), N·m: the generalised force that would change the accelerations by q̈ (D,), rad/s²."""
+        """Return M·q̈ (D,), N·m, the generalised force that changes the accelerations by q̈ (D,), rad/s²."""
         scene = self._scene
         self._accelerations[self._dofs] = accelerations
         mujoco.mj_mulM(scene.model, scene.data, self._forces, self._accelerations)
         return self._forces[self._dofs]
 
     def free(self, forces: np.ndarray) -> np.ndarray:
-        """M⁻¹·forces (n,), rad/s²: what forces (n,), N·m, on the first n joints add to their accelerations."""
+        """Return M⁻¹·forces (n,), rad/s², the accelerations due to forces (n,), N·m, on the first n joints."""
         scene, on = self._scene, self._dofs[: len(forces)]
         applied = np.zeros((1, scene.model.nv))
         applied[0, on] = forces
@@ -39,7 +39,7 @@ class InverseDynamics:
         return applied[0, on]
 
     def servo(self, accelerations: np.ndarray) -> np.ndarray:
-        """Forces (n,), N·m, on the last n joints that add q̈ (n,), rad/s², to theirs, while the others get none."""
+        """Return forces (n,), N·m, on the last n joints that add q̈ (n,), rad/s², to them, with none on the rest."""
         scene, on = self._scene, self._dofs[-len(accelerations) :]
         mobility = np.zeros((len(on), scene.model.nv))
         mobility[np.arange(len(on)), on] = 1.0
@@ -47,7 +47,7 @@ class InverseDynamics:
         return np.linalg.solve(mobility[:, on], accelerations)
 
     def torques(self, accelerations: np.ndarray) -> np.ndarray:
-        """Torques (D,), N·m, that accelerate the joints with q̈ (D,), rad/s², where nothing touches them."""
+        """Return torques (D,), N·m, that accelerate the joints with q̈ (D,), rad/s², without contacts."""
         data, dofs = self._scene.data, self._dofs
         torques = self.inertial(accelerations) + data.qfrc_bias[dofs] - data.qfrc_passive[dofs]
         if len(self._rows):
@@ -55,10 +55,10 @@ class InverseDynamics:
         return torques
 
     def _friction(self, accelerations: np.ndarray) -> np.ndarray:
-        """Friction of the joints that have any, at their accelerations, N·m.
+        """Return the friction of the joints that have any, at their accelerations, N·m.
 
-        MuJoCo's friction is a soft constraint, −D(q̈ − a) cut at the friction loss, where a opposes the velocity. It
-        depends on the acceleration smoothly, so that compensating it neither chatters nor lets the joint stick.
+        MuJoCo's friction is a soft constraint, −D(q̈ − a) clipped at the friction loss; a opposes the velocity. It
+        is smooth in the acceleration, so its compensation causes neither chattering nor stiction.
         """
         data = self._scene.data
         rows = data.ne + self._rows

@@ -1,4 +1,4 @@
-"""Joints that another robot's states lead: that robot stands in this model, and its own sim moves it."""
+"""Joints of another robot in this model, which follow that robot's states; its own sim moves it."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from services.sim.model import Scene
 
 
 class LedJoints:
-    """Puts joints where their own robot has them, once a tick. They push this arm, and it cannot push them."""
+    """Sets joints to the state of their own robot, once a tick. They can push this arm, but not the reverse."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -18,9 +18,9 @@ class LedJoints:
     def lead(
         self, joints: tuple[str, ...], positions: Sequence[float], velocities: Sequence[float]
     ) -> np.ndarray | None:
-        """Take the newest positions and velocities of joints, rad and rad/s.
+        """Store the newest positions and velocities of joints, rad and rad/s.
 
-        Returns the addresses of their velocities where it is the first time.
+        Returns the addresses of their velocities on the first call for them.
         """
         first = joints not in self._addresses
         if first:
@@ -31,7 +31,7 @@ class LedJoints:
         return self._addresses[joints][1] if first else None
 
     def place(self) -> None:
-        """Put the joints there; where nothing new has come since the last tick they stand still."""
+        """Set the joints' positions and velocities; joints without a new state since the last tick stand still."""
         data = self._scene.data
         for joints, (positions, velocities) in self._newest.items():
             qpos, dofs = self._addresses[joints]

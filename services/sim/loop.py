@@ -1,4 +1,4 @@
-"""The simulated arm on its bus: the robot's loop, and what only a simulation is asked and says."""
+"""The simulated arm on its bus: the robot side's loop, with the requests and publications of a simulation."""
 
 import logging
 import time
@@ -27,14 +27,14 @@ class SimLoop(RobotLoop):
     def __init__(
         self, bus: Bus, config: RobotConfig, clock: m.Clock, seed: int, log: logging.Logger, world: World | None = None
     ) -> None:
-        """`world`: where the arm stands, beside others that this process moves; by default one of its own."""
+        """`world`: world that the arm shares with others of this process; by default a new one."""
         world = world or World([config])
         self._arm = SimulatedArm(config, seed, world)
         self._loss = Loss(config.rate_hz)
         self._acting: list[m.ActiveDisturbance] = []
         self._surroundings_every = max(1, round(config.rate_hz / SURROUNDINGS_HZ))
         self.target = 0
-        """In stepped time, the tick up to which steps were asked for."""
+        """With the stepped clock: tick up to which steps were requested."""
         super().__init__(bus, config, self._arm, clock, log, self._run_name(clock, seed))
         self._ball = self.publisher(topics.BALL)
         self._contact = self.publisher(topics.CONTACT)
@@ -51,17 +51,17 @@ class SimLoop(RobotLoop):
         }
 
     def _warn(self, log: logging.Logger) -> None:
-        """Log what is wrong with the robot."""
+        """Log the faults of the robot."""
         for finding in self._arm.check():
             if finding.level != "note":
                 log.log(logging.ERROR if finding.level == "unusable" else logging.WARNING, "%s", finding.sentence)
 
     def loses(self, stream: str, tick: int) -> bool:
-        """Return whether a disturbance of kind `loss` takes the message of `tick` on `stream`."""
+        """Return whether a disturbance of kind `loss` drops the message of `tick` on `stream`."""
         return self._loss.has(stream, tick)
 
     def publish(self) -> None:
-        """Publish what the tick brought: the state, contacts, the ball, what else moves, and disturbances."""
+        """Publish the tick's state, contacts, ball, other moving joints, and disturbances."""
         super().publish()
         for joints, state in self._others.take():
             self._arm.lead(joints, state.positions, state.velocities)
@@ -80,11 +80,11 @@ class SimLoop(RobotLoop):
 
     @property
     def left(self) -> int:
-        """In stepped time, how many ticks that were asked for are left."""
+        """With the stepped clock: number of requested ticks that remain."""
         return self.target - self._arm.observe().tick
 
     def begin_run(self, run: int | None = None) -> None:
-        """Begin a run without lost messages; in stepped time its name does not depend on the time of day."""
+        """Start a run without message loss; with the stepped clock its number does not depend on the time of day."""
         super().begin_run(self.drive.run + 1 if run is None and self.clock == "stepped" else run)
         self._loss.clear()
         self.target = 0
@@ -103,7 +103,7 @@ class SimLoop(RobotLoop):
         )
 
     def _has_stepped(self) -> bool:
-        """Whether the last tick asked for has passed, and was answered: then every process is at the same tick."""
+        """Whether the last requested tick has passed and was answered, so that all processes are at the same tick."""
         return self._arm.observe().tick >= self.target and self.is_answered(self.target)
 
     def _stepped(self) -> m.Stepped:
@@ -111,7 +111,7 @@ class SimLoop(RobotLoop):
         return m.Stepped(tick=now.tick, time=now.time)
 
     def _not_stepped(self) -> Refusal:
-        """Give up the steps that are left."""
+        """Drop the remaining steps."""
         tick = self._arm.observe().tick
         left, self.target = self.target - tick, tick
         sentence = f"the controller did not answer tick {tick} within {HANG_S} s; {left} ticks are left"
@@ -141,5 +141,5 @@ class SimLoop(RobotLoop):
 
     @staticmethod
     def _run_name(clock: m.Clock, seed: int) -> int | None:
-        """Return the seed, which names a run on the stepped clock, or None: by the time of its start."""
+        """Return the run's number: the seed with the stepped clock, else None, for the time of its start."""
         return seed if clock == "stepped" else None

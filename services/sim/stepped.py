@@ -1,4 +1,4 @@
-"""The clock `stepped`: time passes on request only."""
+"""The clock `stepped`: time advances on request only."""
 
 import threading
 import time
@@ -10,7 +10,7 @@ from services.sim.loop import SimLoop
 
 
 def run_stepped(loops: Sequence[SimLoop], stopping: threading.Event) -> None:
-    """Step only while a request asks for it, and only once the present tick is answered, until `stopping` is set."""
+    """Run with steps on request, each after the answer to the present tick, until `stopping` is set."""
     while not stopping.is_set():
         asked = next((loop for loop in loops if loop.deferred is not None), None)
         late = [loop for loop in loops if not _is_answered(loop, asked)]
@@ -26,5 +26,5 @@ def run_stepped(loops: Sequence[SimLoop], stopping: threading.Event) -> None:
 
 
 def _is_answered(loop: SimLoop, asked: SimLoop | None) -> bool:
-    """Return whether the present tick is answered, or nobody answers an arm that is not the one that was asked."""
+    """Return whether the present tick is answered; other arms than the requested one may have no controller."""
     return loop.is_answered(loop.backend.observe().tick) or (loop is not asked and loop.drive.answered_tick < 0)

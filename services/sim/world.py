@@ -1,4 +1,4 @@
-"""One simulated model and the arms in it that this process moves: they share the ball and the tick."""
+"""A simulated model and the arms of this process in it, which share the ball and the tick."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -13,14 +13,14 @@ from services.sim.model import Scene, build_scene
 
 
 class Driven(Protocol):
-    """An arm of a world: what happens to it in a tick."""
+    """An arm of a world: its part of a tick."""
 
     def is_set(self) -> bool:
-        """Return whether it has its setpoint for the coming tick."""
+        """Return whether the arm has its setpoint for the coming tick."""
         ...
 
     def place_led(self) -> None:
-        """Put the joints that others lead where they are."""
+        """Set the joints that follow other robots' states."""
         ...
 
     def drive(self) -> None:
@@ -28,7 +28,7 @@ class Driven(Protocol):
         ...
 
     def take_contacts(self, substep: int) -> None:
-        """Take in the contacts of a physics step, the `substep`-th of the tick."""
+        """Process the contacts of a physics step, the `substep`-th of the tick."""
         ...
 
     def finish(self) -> None:
@@ -46,10 +46,10 @@ class World:
     """
 
     def __init__(self, configs: Sequence[RobotConfig]) -> None:
-        """Prepare for the robots in `configs`, which stand in one model; one arm each is then to `join`.
+        """Prepare for the robots in `configs`, which stand in one model; then each robot's arm must `join`.
 
         Raises:
-            RobotError: they cannot be simulated together; the sentence says why.
+            RobotError: they cannot be simulated together; the sentence gives the reason.
         """
         first, *rest = configs
         for other in rest:
@@ -71,7 +71,7 @@ class World:
         self._all_qpos, self._all_dofs = np.concatenate(self._qpos), np.concatenate(self._dofs)
 
     def reset(self, arm: Driven) -> None:
-        """Put everything where the model has it, except the other arms, which stay where they are."""
+        """Reset everything to the model's initial state, except the other arms, which do not move."""
         data = self.scene.data
         others = [i for i, other in enumerate(self._arms) if other is not arm]
         kept = [(i, data.qpos[self._qpos[i]], data.qvel[self._dofs[i]]) for i in others]
@@ -80,7 +80,7 @@ class World:
             data.qpos[self._qpos[i]], data.qvel[self._dofs[i]] = positions, velocities
 
     def step(self) -> None:
-        """Let a tick pass, once every arm has its setpoint."""
+        """Simulate a tick, when every arm has its setpoint."""
         arms = self._arms
         if len(arms) < self._count or not all(arm.is_set() for arm in arms):
             return
@@ -102,8 +102,8 @@ class World:
     def _advance(self) -> None:
         """Finish a physics step.
 
-        MuJoCo moves positions with the velocities after the step, which leads an acceleration held over the
-        step by h/2·a·h; with the mean of the velocities before and after, the arms' positions are exact.
+        MuJoCo moves positions with the velocities after the step; for a constant acceleration a over the step h they
+        are h/2·a·h too far. With the mean of the velocities before and after, the arms' positions are exact.
         """
         model, data = self.scene.model, self.scene.data
         before = data.qvel[self._all_dofs]
@@ -114,7 +114,7 @@ class World:
 
 
 def _check_together(first: RobotConfig, other: RobotConfig) -> None:
-    """Raise RobotError where two robots cannot be simulated together."""
+    """Raise RobotError if two robots cannot be simulated together."""
     names = f"{first.name} and {other.name}"
     if first.name == other.name:
         raise RobotError(f"two robots of one simulation are called {first.name!r}; give each a name of its own")

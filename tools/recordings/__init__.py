@@ -1,1 +1,1 @@
-"""Recordings of joint movements: read from other programs' files, looked at, learned, and written out again."""
+"""Recordings of joint movements: read files of other programs, examine, learn and write them."""

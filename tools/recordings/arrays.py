@@ -1,4 +1,4 @@
-"""Named arrays, as NPZ and HDF5 files have them: which are joint positions, and which their times."""
+"""Find joint positions and times among the named arrays of NPZ and HDF5 files."""
 
 import re
 from collections.abc import Mapping
@@ -13,31 +13,31 @@ POSITIONS = (
     "qpos", "joint_positions", "joint_position", "joint_pos", "joint_states", "joint_state", "joints", "positions",
     "position", "q", "state", "states",
 )  # fmt: skip
-"""Names of matrices of joint positions, the likeliest first; others may stand before and after."""
+"""Names of matrices of joint positions, the likeliest first; other words may precede and follow."""
 
 NAMES = "joint_names", "joint_name", "joints", "columns", "names", "name", "labels"
 """Names of arrays and attributes that name the columns, the likeliest first."""
 
 SIDES = frozenset({"vel", "velocity", "gripper", "sin", "cos", "target", "action", "command"})
-"""Words of matrices that are something else, or a second form of the same."""
+"""Words of matrices with other quantities, or with a second form of the same."""
 
 
 class Matrix(Protocol):
-    """What both kinds of file say of an array before it is read."""
+    """Properties of an array in either kind of file, before it is read."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Lengths of its axes."""
+        """Shape of the array."""
         ...
 
     @property
     def dtype(self) -> np.dtype:
-        """Type of its numbers."""
+        """Type of the numbers."""
         ...
 
 
 def most_likely(found: Mapping[str, object]) -> list[str]:
-    """Return the names that are joint positions, only those of the likeliest kind."""
+    """Return the names of joint positions, only of the likeliest kind."""
     ranks = {name: rank for name in found if (rank := _rank(name)) is not None}
     return [name for name, rank in ranks.items() if rank == min(ranks.values())]
 
@@ -52,7 +52,7 @@ def times_name(found: Mapping[str, Matrix], samples: int) -> str | None:
 
 
 def scaled(name: str, times: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return times from the first on, s, by the unit that their name says, or that fits, and what was assumed."""
+    """Return times since the first, s, by the unit in their name or a plausible one, and the assumptions."""
     flat = np.asarray(times).reshape(-1)
     if flat.dtype.kind in "mM":
         return (flat - flat[:1]) / np.timedelta64(1, "ns") * 1e-9, ()

@@ -1,4 +1,4 @@
-"""LeRobot's calibration of an arm, which makes angles of positions that are parts of each joint's range."""
+"""LeRobot's calibration of an arm, which converts positions in per cent of each joint's range to angles."""
 
 import json
 from dataclasses import replace
@@ -10,23 +10,23 @@ from tools.recordings.joints import Mismatch, match
 from tools.recordings.recording import Recording, Unreadable
 
 TICKS = 4095
-"""Ticks of a turn, as LeRobot divides it for the servos of SO-100, SO-101 and Koch arms."""
+"""Encoder ticks of a turn in LeRobot, for the servos of SO-100, SO-101 and Koch arms."""
 
 PERCENT = 100.0
 BEYOND = 0.5
-"""Per cent by which a position may pass the range."""
+"""Tolerance outside the range, per cent."""
 
 FIELDS = "range_min", "range_max", "drive_mode"
 WANTED = "LeRobot keeps one below ~/.cache/huggingface/lerobot/calibration/robots"
 
 
 def in_degrees(recording: Recording, file: Path) -> Recording:
-    """Return positions of -100 to 100 as the degrees that LeRobot records with `use_degrees`: 0 is mid-range.
+    """Convert positions of -100 to 100 to the degrees that LeRobot records with `use_degrees`: 0 is mid-range.
 
     `recording` has a column for each joint of the robot; the calibration's names are matched to these.
 
     Raises:
-        Unreadable: the file is no such calibration, lacks a joint, or the positions are no parts of ranges.
+        Unreadable: the file is not such a calibration, lacks a joint, or the positions exceed the range.
     """
     try:
         known = json.loads(file.read_text(encoding="utf-8"))

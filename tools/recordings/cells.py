@@ -1,4 +1,4 @@
-"""Text as programs and spreadsheets write it: how it is encoded, and what a cell of a table says."""
+"""Decode text files and table cells of programs and spreadsheets."""
 
 import codecs
 import math
@@ -8,21 +8,21 @@ from datetime import UTC, datetime
 BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 
 ZEROS = 0.4
-"""Part of the bytes of UTF-16 without a mark that are zero, where digits are: half of them, of one parity."""
+"""Fraction of zero bytes that indicates UTF-16 without a mark; for digits it is half, at one parity."""
 
 MISSING = frozenset({"", "na", "n/a", "#n/a", "null", "none", "-", "--"})
-"""Cells that say that there is no number."""
+"""Cells that mean a missing number."""
 
 FORTRAN = re.compile(r"([+-]?[\d.]+)[dD]([+-]?\d+)")
 CLOCK = re.compile(r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[ T]+)?(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)")
-"""A time of day, after a date whose order of day and month nobody says."""
+"""A time of day, after a date with an unknown order of day and month."""
 
 
 def encoding_of(begin: bytes) -> str | None:
-    """Return how the first bytes of a text are encoded, None where they are no text.
+    """Return the encoding of a text's first bytes, or None if they are not text.
 
-    Bytes beyond ASCII that are no UTF-8 are taken as Windows-1252, of which Latin-1's letters are a part: digits and
-    delimiters are the same in all such encodings, and ° and µ in both of these.
+    Bytes beyond ASCII that are not UTF-8 are decoded as Windows-1252, which contains Latin-1's letters: digits and
+    delimiters are the same in all such encodings, and ° and µ in these two.
     """
     for mark, name in BOMS.items():
         if begin.startswith(mark):
@@ -41,9 +41,9 @@ def encoding_of(begin: bytes) -> str | None:
 
 
 def number_of(cell: str, comma: bool) -> float | None:
-    """Return a cell's number, NaN where it says that there is none, None where it is a word.
+    """Return a cell's number, NaN for a missing number, None for a word.
 
-    A date and time becomes s; one without a zone is taken as UTC, so that no clock changes within a recording.
+    A date and time becomes s; one without a zone is read as UTC, so that no clock change falls within a recording.
     """
     text = cell.strip().strip('"')
     plain = text.replace(",", ".") if comma else text
@@ -58,7 +58,7 @@ def number_of(cell: str, comma: bool) -> float | None:
 
 
 def _stamp(text: str) -> float | None:
-    """Return a date and time, as 2026-11-29T12:00:00.25, or a time of day, in s."""
+    """Return a date and time, for example 2026-11-29T12:00:00.25, or a time of day, in s."""
     try:
         stamp = datetime.fromisoformat(text)
         return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()

@@ -1,4 +1,4 @@
-"""Times of samples: which column has them, and in which unit."""
+"""Find the column of sample times, and its unit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,15 +20,15 @@ TIMES = "time", "timestamp", "timestamps", "times", "stamp", "t", "elapsed", "cl
 """Words that name a column of times, the likeliest first."""
 
 LONGEST_STEP = 0.5
-"""s: what lies further apart is no movement, so that the unit must be smaller."""
+"""Largest plausible step between samples, s; a larger one means a smaller unit."""
 
 LONGEST_SMALL_STEP = 0.25
-"""s, in smaller units: whole numbers 500 apart are µs at 2 kHz rather than ms at 2 Hz."""
+"""The same for smaller units, s: whole numbers 500 apart are µs at 2 kHz rather than ms at 2 Hz."""
 
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """Columns whose sum is the time, what one of each is in s, and sentences on what was assumed."""
+    """Columns whose sum is the time, the unit of each in s, and sentences about assumptions."""
 
     columns: tuple[int, ...]
     units: tuple[float, ...] = ()
@@ -36,7 +36,7 @@ class Clock:
 
 
 def clock_of(names: Sequence[str], values: np.ndarray) -> Clock:
-    """Return the clock of a table: by name, or the first column where there are no names and it rises."""
+    """Return the clock of a table: by name, or without names the first column if it rises."""
     if not names:
         if values.shape[1] < 2 or np.any(np.diff(values[:, 0]) < 0) or values[0, 0] >= values[-1, 0]:
             return Clock(())
@@ -53,7 +53,7 @@ def clock_of(names: Sequence[str], values: np.ndarray) -> Clock:
 
 
 def seconds(values: np.ndarray, clock: Clock) -> np.ndarray:
-    """Return times (n,), s, from the first sample's on; whole numbers are subtracted before they are scaled."""
+    """Return times (n,), s, since the first sample; whole numbers are subtracted before they are scaled."""
     total = np.zeros(len(values))
     for column, unit in zip(clock.columns, clock.units, strict=True):
         total += (values[:, column] - values[0, column]) * unit
@@ -61,7 +61,7 @@ def seconds(values: np.ndarray, clock: Clock) -> np.ndarray:
 
 
 def unit_of_steps(times: np.ndarray) -> float:
-    """Return the largest unit, s, in which the median step between times is short enough for a movement."""
+    """Return the largest unit, s, with a plausible median step between times."""
     steps = np.diff(np.unique(times))
     step = float(np.median(steps)) if len(steps) else 0.0
     longest = {unit: LONGEST_STEP if unit == 1.0 else LONGEST_SMALL_STEP for unit in SPOKEN}
@@ -69,7 +69,7 @@ def unit_of_steps(times: np.ndarray) -> float:
 
 
 def _rank(name: str) -> tuple[int, int] | None:
-    """Return how likely a column is the time, the least first: few other words, then the order of TIMES; or None."""
+    """Return the rank of a column as the time, smaller is likelier: other words, then the order in TIMES; or None."""
     said = words(name)
     kept = [word for word in said if word not in UNITS]
     if not kept:
@@ -85,7 +85,7 @@ def _guessed(column: int, name: str, times: np.ndarray) -> Clock:
 
 
 def _fraction(names: Sequence[str], column: int) -> tuple[int, float] | None:
-    """Return the column of nano- or microseconds that belongs to one of seconds, and its unit, as in stamps of ROS."""
+    """Return the column of nano- or microseconds that complements one of seconds, and its unit, as in ROS stamps."""
     stem = words(names[column])[:-1]
     for index, name in enumerate(names):
         parts = words(name)

@@ -1,4 +1,4 @@
-"""From a file to the samples that `learn` sends: read, matched to the robot's joints, examined, in rad."""
+"""Prepare the samples of a `learn` request from a file: read, matched to the robot's joints, examined, in rad."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -15,15 +15,15 @@ from tools.recordings.recording import Recording, Unit, Unreadable
 from tools.recordings.together import together
 
 EVEN = 0.01
-"""Part of a step by which the steps of a column of times or indices differ at most."""
+"""Largest relative difference of the steps in a column of times or indices."""
 
 QUATERNION_ERROR = 1e-3
-"""Largest distance of a recorded quaternion's length from 1."""
+"""Tolerance of a recorded quaternion's length."""
 
 DEGREE = math.pi / 180
 
 LEROBOT = ".pos"
-"""End of a joint's name in what LeRobot's arms report."""
+"""Suffix of joint names in LeRobot's recordings."""
 
 
 def load(
@@ -37,20 +37,20 @@ def load(
     duration: float | None = None,
     calibration: Path | None = None,
 ) -> Recording:
-    """Return a movement of a file with one column a joint of the robot, in its order and under its names.
+    """Return a movement of a file with one column for each joint of the robot, in its order and with its names.
 
     Args:
         path: The file.
-        joints: The robot's; () takes the file's own.
-        episode: Its name or number, where the file has several.
-        mapping: Names of columns and of the joints that they are.
-        unit: Of the file's angles, in place of what it says itself.
+        joints: The robot's joints; () uses the file's.
+        episode: Name or number of the movement, if the file has several.
+        mapping: Names of columns, and of their joints.
+        unit: Unit of the file's angles; overrides the file's own.
         rate: Samples a second, for a file without times.
-        duration: Stretches the times to last this long, s; for recordings against a phase.
-        calibration: Of the arm that recorded positions of -100 to 100, by LeRobot.
+        duration: Total to which the times are scaled, s; for recordings over a phase.
+        calibration: LeRobot calibration of the arm that recorded positions of -100 to 100.
 
     Raises:
-        Unreadable: one sentence on what is wrong with the file and what to do.
+        Unreadable: the file cannot be used; the sentence names the fault and the cure.
     """
     chosen = arranged(readers.read(path, episode, rate), joints, mapping or {})
     chosen = chosen if calibration is None else in_degrees(chosen, calibration)
@@ -59,7 +59,7 @@ def load(
 
 
 def arranged(recording: Recording, joints: Sequence[str], mapping: Mapping[str, str]) -> Recording:
-    """Return the recording with one column a joint, () its own, and finite numbers.
+    """Return the recording with one column a joint, for () the file's, and finite numbers.
 
     Raises:
         Unreadable: a joint has no column, or no numbers.
@@ -77,10 +77,10 @@ def arranged(recording: Recording, joints: Sequence[str], mapping: Mapping[str, 
 
 
 def in_radians(recording: Recording) -> Recording:
-    """Return a recording in rad, with at most as many samples as the planner takes.
+    """Return a recording in rad, reduced to the planner's largest number of samples.
 
     Raises:
-        Unreadable: it lasts less than the planner takes.
+        Unreadable: the recording is too short.
     """
     length = float(np.ptp(recording.times))
     if length < DURATION_RANGE[0]:
@@ -102,23 +102,23 @@ def in_radians(recording: Recording) -> Recording:
 
 
 def _are_poses(values: np.ndarray) -> bool:
-    """Whether columns without names are positions and quaternions: the last four of seven have the length 1."""
+    """Return whether unnamed columns are positions and quaternions: the last four of seven have length 1."""
     if values.shape[1] != 7 or not len(values):
         return False
     return bool(np.all(np.abs(np.linalg.norm(values[:, 3:], axis=1) - 1) < QUATERNION_ERROR))
 
 
 def _own(recording: Recording) -> tuple[str, ...]:
-    """Return the file's own joints, for a robot that nobody describes."""
+    """Return the file's joints, for a robot without a description."""
     own = tuple(name for name in recording.columns if not names.is_other(name) and not names.is_gripper(name))
     return own or tuple(str(index) for index in range(recording.values.shape[1]))
 
 
 def _without_counter(recording: Recording, joints: int) -> Recording:
-    """Leave out a first column without a name that rises evenly, as a time or an index does and no joint.
+    """Drop an unnamed first column that rises evenly, which is a time or an index but not a joint.
 
     Raises:
-        Unreadable: the column before it was taken as the time.
+        Unreadable: the column before it was read as the time.
     """
     values = recording.values
     if recording.columns or values.shape[1] <= joints or not _rises_evenly(values[:, 0]):

@@ -1,4 +1,4 @@
-"""What every reader returns: joint positions over time, as the file has them."""
+"""The result of every reader: joint positions over time, as in the file."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ Unit = Literal["rad", "deg"]
 HEAD_BYTES = 4096
 
 MAX_SAMPLES = 1_000_000
-"""Samples of one episode that are read into memory."""
+"""Largest number of samples of an episode that are read."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,15 +19,15 @@ class Recording:
     """One movement of one file.
 
     Attributes:
-        times: (n,) s, as the file has them, or made from a rate; n may be 0, and they may not rise.
-        columns: Names of the C columns, as the file has them; () where it names none.
-        values: (n, C) float64 in `unit`, not finite where the file has no number.
-        unit: Of the values; None where the file does not say.
+        times: (n,) s, from the file or from a rate; n may be 0, and they need not rise.
+        columns: Names of the C columns in the file; () without names.
+        values: (n, C) float64 in `unit`, not finite for missing numbers.
+        unit: Unit of the values; None if the file does not give it.
         source: The file, or the directory of a data set.
-        episode: Its name in the file, as `volley episodes` lists it.
-        stamped: Whether the file has a time for each sample; False: `times` are made from a rate.
-        notes: Sentences on what the reader assumed.
-        normalised: Whether values without a unit may be parts of ranges, -100 to 100, as in LeRobot's recordings.
+        episode: Name in the file, as `volley episodes` lists it.
+        stamped: Whether the file has a time for each sample; False: `times` are computed from a rate.
+        notes: Sentences about the reader's assumptions.
+        normalised: Whether values without a unit may be in per cent of ranges, -100 to 100, as LeRobot records them.
     """
 
     times: np.ndarray
@@ -43,7 +43,7 @@ class Recording:
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """One movement that a file has. `duration`, s, is None where the file has no times and no rate."""
+    """One movement of a file. `duration`, s, is None if the file has neither times nor a rate."""
 
     name: str
     samples: int
@@ -51,11 +51,11 @@ class Episode:
 
 
 class Unreadable(Exception):
-    """A file without a usable recording; `str()` is one sentence that names the file and says what to do."""
+    """The file has no usable recording; `str()` is one sentence that names the file and the cure."""
 
 
 def head(path: Path) -> bytes:
-    """Return the first bytes of a file, by which formats are recognised; none of a directory."""
+    """Return the first bytes of a file, which identify its format; empty for a directory."""
     if path.is_dir():
         return b""
     with path.open("rb") as file:
@@ -63,7 +63,7 @@ def head(path: Path) -> bytes:
 
 
 def check_size(source: Path, episode: str, samples: int) -> None:
-    """Raise Unreadable where an episode has more samples than are read into memory."""
+    """Raise Unreadable if an episode has too many samples."""
     if samples > MAX_SAMPLES:
         raise Unreadable(
             f"{source}: {episode} has {samples} samples; at most {MAX_SAMPLES} are read, so cut it or keep every nth"

@@ -1,4 +1,4 @@
-"""Several recordings of one movement: aligned in phase, their mean, and how far they spread around it."""
+"""Several recordings of one movement: align their phases, and compute their mean and spread."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,16 +24,16 @@ ROUNDS = 3
 """Number of rounds of aligning to the mean and taking the mean again."""
 
 STIFF = 0.02
-"""Price of a warp that is not even, in units of the movement's ranges."""
+"""Weight of a warp's unevenness, in units of the movement's ranges."""
 
 STILL = 0.2
-"""Part of the largest range: the noise of a joint that moves less must not align the others."""
+"""Fraction of the largest range below which a joint is ignored, so that its noise does not affect the alignment."""
 
 FLOOR = 0.01
-"""Part of a joint's range: recordings are not taken to agree more than that."""
+"""Smallest spread, as a fraction of a joint's range."""
 
 SAMPLES = 2000
-"""Most samples of the mean."""
+"""Largest number of samples of the mean."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,8 +53,7 @@ class Several:
     def weighting(self) -> np.ndarray:
         """Return the spread (GRID, J), rad, at even phases, as `learn` takes it.
 
-        Ends, which a goal fixes, may not spread at all, and a few recordings agree somewhere by chance: a hundredth of
-        a joint's range is added.
+        A hundredth of a joint's range is added, because the spread may be 0 at the ends, and small elsewhere by chance.
         """
         every, even = np.linspace(0, 1, len(self.spread)), np.linspace(0, 1, GRID)
         spread = np.stack([np.interp(even, every, column) for column in self.spread.T], axis=1)
@@ -62,7 +61,7 @@ class Several:
         return np.hypot(spread, np.maximum(floor, FLOOR * floor.max()))
 
     def sentence(self) -> str:
-        """Say how far the recordings are apart, and where most."""
+        """Describe the spread of the recordings, and its largest value."""
         row, joint = np.unravel_index(int(self.spread.argmax()), self.spread.shape)
         at = self.mean.times[row] - self.mean.times[0]
         typical = float(np.sqrt(np.mean(self.spread**2)))

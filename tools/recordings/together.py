@@ -1,4 +1,4 @@
-"""Joints that were logged at times of their own, each as a topic, entity or row: brought to common times."""
+"""Bring joints that were logged at separate times, as topics, entities or rows, to common times."""
 
 from dataclasses import replace
 
@@ -18,17 +18,17 @@ FEW = 0.02
 """Part of the samples that may be worse, as outliers are."""
 
 GAP = 4.0
-"""Median steps of a joint: where its samples are further apart it has none."""
+"""Longest step of a joint, in units of its median step; longer ones are gaps."""
 
 LEAST = 10
-"""Samples of a joint that can be interpolated."""
+"""Least number of samples of a joint for interpolation."""
 
 
 def together(recording: Recording) -> Recording:
     """Return a recording with a number for every joint in each sample.
 
-    Samples that lack a joint are left out where most have all of them. Otherwise every joint is interpolated, by
-    piecewise cubics after Akima, to the times of the joint that was logged least.
+    If most samples have all joints, the rest are dropped. Otherwise every joint is interpolated, by Akima's piecewise
+    cubics, to the times of the joint with the fewest samples.
 
     Raises:
         Unreadable: a joint has too few numbers, or moves too much between them.

@@ -1,4 +1,4 @@
-"""Writers of recordings: a played motion as a file that other programs read, and `volley learn` too."""
+"""Writers of recordings: a played motion as a file for other programs and `volley learn`."""
 
 import importlib.util
 import json
@@ -29,10 +29,10 @@ Writer = Callable[[Recording, Path], None]
 
 
 def write(recording: Recording, output: Path) -> None:
-    """Write a recording in the format that the output's name asks for.
+    """Write a recording in the format of the output's extension.
 
     Raises:
-        Unreadable: the format is not known, something is there already, or a package is missing.
+        Unreadable: the format is unknown, the output exists already, or a package is missing.
     """
     writer = WRITERS.get(output.suffix.lower())
     if writer is None:
@@ -90,7 +90,7 @@ def _joint_state(types: Any, names: tuple[str, ...], positions: np.ndarray, stam
 def write_lerobot(recording: Recording, output: Path) -> None:
     """Write a data set of one episode in LeRobot's layout v3.0: evenly spaced frames, float32, rad.
 
-    The action of a frame is the state of the next one, as where an arm follows its leader without a lag.
+    The action of a frame is the state of the next one, as for an arm that follows its leader without lag.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -127,7 +127,7 @@ def write_lerobot(recording: Recording, output: Path) -> None:
 
 
 def _evenly_spaced(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Return samples at even steps: the recording's own, or between them where some are missing."""
+    """Return samples at even steps: the recording's, or interpolated ones if some are missing."""
     times, values = recording.times, recording.values
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     even = times[0] + step * np.arange(round((times[-1] - times[0]) / step) + 1)
@@ -170,7 +170,7 @@ _COUNTERS = "frame_index", "episode_index", "index", "task_index"
 
 
 def _statistics(values: np.ndarray) -> dict[str, list[float]]:
-    """Return what LeRobot normalises by."""
+    """Return the statistics with which LeRobot normalises."""
     quantiles = {f"q{part:02d}": np.quantile(values, part / 100, axis=0).tolist() for part in (1, 10, 50, 90, 99)}
     return {
         "min": values.min(axis=0).tolist(),
@@ -183,4 +183,4 @@ def _statistics(values: np.ndarray) -> dict[str, list[float]]:
 
 
 WRITERS: dict[str, Writer] = {".csv": write_csv, ".npz": write_npz, ".mcap": write_mcap, "": write_lerobot}
-"""By the output's ending."""
+"""Writers by the output's extension."""

@@ -1,4 +1,4 @@
-"""The interface of a robot: what the loop of the robot side needs of it, be it simulated or real."""
+"""The interface of a robot, simulated or real, for the loop of the robot side."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -11,16 +11,16 @@ from protocol.messages import Condition, DriveMode, TorqueSource
 
 
 class RobotFailed(Exception):
-    """The robot cannot go on, and neither can its process; `str()` says why and what would help."""
+    """The robot has failed, and its process must end; `str()` gives the reason and the cure."""
 
 
 @dataclass(frozen=True, slots=True)
 class Abilities:
-    """What a robot can do, as its description says it.
+    """Abilities of a robot, for its description.
 
-    modes: how it may be led. delay_ticks: a command that answers tick k is applied at k + delay_ticks. torques_are:
-    what its states say of torques. own_clock: `step` waits for the robot's next tick; otherwise it returns at once, and
-    the loop keeps the time.
+    modes: its control modes. delay_ticks: a command that answers tick k is applied at k + delay_ticks. torques_are:
+    whether the torques in its states are commanded or measured. own_clock: `step` waits for the robot's next tick;
+    otherwise it returns at once, and the loop keeps the time.
     """
 
     modes: tuple[DriveMode, ...] = ("torque",)
@@ -31,9 +31,9 @@ class Abilities:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setpoint:
-    """What to do during the coming tick; arrays (J,), rad, rad/s, rad/s².
+    """Setpoint for the coming tick; arrays (J,), rad, rad/s, rad/s².
 
-    accelerations: to apply, with feedback (eq. 11). positions, velocities: of the reference at the end of the tick.
+    accelerations: to apply, with feedback (eq. 11). positions, velocities: the reference at the end of the tick.
     feedforward: the reference's mean acceleration over the tick, without feedback.
     """
 
@@ -43,7 +43,7 @@ class Setpoint:
     feedforward: np.ndarray
 
     def continued(self, tick: float) -> "Setpoint":
-        """Return the setpoint of the tick after this one, `tick` s long, where nothing else is known."""
+        """Return the extrapolated setpoint of the next tick, `tick` s long."""
         positions = self.positions + self.velocities * tick + self.feedforward * (tick * tick / 2)
         velocities = self.velocities + self.feedforward * tick
         return Setpoint(self.accelerations, positions, velocities, self.feedforward)
@@ -51,12 +51,12 @@ class Setpoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """What the robot says at a tick; arrays (J,), rad, rad/s, N·m.
+    """The robot at a tick; arrays (J,), rad, rad/s, N·m.
 
-    positions, velocities: measured. torques: of the tick before, as `Abilities.torques_are` says; saturated where they
-    were clipped. true_positions, true_velocities: without noise, None where unknown. condition: "ready" where the robot
-    follows setpoints, else what keeps it from that, with the reason in a sentence. held: positions of the joints
-    that are held beside the arm's, as a gripper's, rad or m by name.
+    positions, velocities: measured. torques: of the last tick, commanded or measured (`Abilities.torques_are`);
+    saturated: whether each was clipped. true_positions, true_velocities: without noise, None if unknown. condition:
+    "ready" if the robot follows setpoints, else the condition that prevents it, with a reason in a sentence. held:
+    positions of held joints, for example of a gripper, rad or m by name.
     """
 
     tick: int
@@ -73,7 +73,7 @@ class Observation:
 
 
 class Backend(ABC):
-    """A robot: one object in one thread. The loop calls `step` and `observe` at every tick."""
+    """A robot, used by one thread. The loop calls `step` and `observe` at every tick."""
 
     abilities = Abilities()
 
@@ -83,28 +83,28 @@ class Backend(ABC):
 
     @abstractmethod
     def step(self, setpoint: Setpoint) -> None:
-        """Follow `setpoint` for a tick, or ignore it while the condition is not "ready"; the tick count rises by 1.
+        """Follow `setpoint` for a tick, or ignore it while the condition is not "ready"; increase the tick by 1.
 
-        A robot that is the clock itself waits for its next tick here, and counts those that it lost.
+        A robot with its own clock waits for its next tick here, and also counts lost ticks.
 
         Raises:
-            RobotFailed: there is no going on.
+            RobotFailed: the robot has failed.
         """
 
     @abstractmethod
     def begin_run(self) -> None:
-        """Begin to count ticks from 0, at rest where the robot stands."""
+        """Start counting ticks from 0, at rest at the present pose."""
 
     def guide(self) -> None:  # noqa: B027, most robots have no mode "teach"
-        """Let the robot be guided by hand until `recover`: `observe` says when it is."""
+        """Let the robot be guided by hand until `recover`; `observe` reports when it is."""
 
     def recover(self) -> None:  # noqa: B027, most robots have nothing to recover from
-        """Begin to make the robot ready again, without waiting: `observe` says when it is."""
+        """Start to make the robot ready again, without waiting; `observe` reports when it is."""
 
     def hold(self, targets: Mapping[str, float]) -> float | None:
-        """Begin to lead held joints, as a gripper's, to new values, rad or m by name, without waiting.
+        """Start to move held joints, for example of a gripper, to new values, rad or m by name, without waiting.
 
-        Returns how long that takes, s, or None where it is not known.
+        Returns the duration of that motion, s, or None if it is unknown.
 
         Raises:
             Refusal: `bad_message` for a joint that is not held, `limit` for a value outside its range.

@@ -1,4 +1,4 @@
-"""The arm's own stop, for when commands stop."""
+"""The robot side's own stop, for silence of the controller."""
 
 import math
 
@@ -11,16 +11,16 @@ from robot.description import RobotConfig
 from services.common.robot_side.backend import Setpoint
 
 RELEASE_DISTANCE = 0.01
-"""A command takes over from the brake where its reference is this close to the pose held, rad on every joint."""
+"""Largest distance of a command's reference from the held pose, rad on every joint, to release the brake."""
 
 REST_VELOCITY = 1e-9
-"""A reference below this velocity is at rest, rad/s."""
+"""Velocity below which a reference is at rest, rad/s."""
 
 
 class Brake:
     """Tracks a stop and then its last pose by eq. 11; one call of `setpoint` is one tick.
 
-    It begins by holding `positions` (J,), rad.
+    Initially it holds `positions` (J,), rad.
     """
 
     def __init__(self, config: RobotConfig, positions: np.ndarray) -> None:
@@ -33,10 +33,10 @@ class Brake:
         self._follow(Samples(np.array(positions, dtype=float, ndmin=2), rest, rest))
 
     def engage(self, positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray) -> None:
-        """Stop as fast as the acceleration and jerk limits allow, from what is measured and the last command.
+        """Stop as fast as the acceleration and jerk limits allow, from the measured state and the last command.
 
-        positions, velocities, accelerations: (J,), rad, rad/s, rad/s²; the last are cut to the limits.
-        Position limits are not promised: the arm is where it is.
+        positions, velocities, accelerations: (J,), rad, rad/s, rad/s²; accelerations are clipped to the limits.
+        Position limits are not guaranteed, because the start is given.
         """
         limits = self._config.limits
         accelerations = np.clip(accelerations, -limits.accelerations, limits.accelerations)
@@ -58,9 +58,9 @@ class Brake:
         return self._index == len(self._samples) - 1
 
     def releases(self, positions: np.ndarray, velocities: np.ndarray) -> bool:
-        """Whether a command may take over: the brake is at rest, and so is the command's reference, close by.
+        """Return whether a command may release the brake: both are at rest, close to each other.
 
-        positions, velocities: of the command's reference, (J,), rad, rad/s.
+        positions, velocities: the command's reference, (J,), rad, rad/s.
         """
         held = self._samples.positions[-1]
         return bool(
@@ -72,7 +72,7 @@ class Brake:
     def _follow(self, samples: Samples) -> None:
         """Track `samples`, a tick apart, the last at rest.
 
-        An acceleration is held for a tick: what fits is its mean over the tick, not its value at the start.
+        An acceleration is held for a tick, so its mean over the tick is right, not its value at the start.
         """
         self._samples = samples
         self._accelerations = np.zeros_like(samples.velocities)

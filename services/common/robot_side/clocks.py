@@ -1,4 +1,4 @@
-"""When a tick passes: by the wall clock, in lock-step at its pace, or when the robot says so."""
+"""Clocks of the robot side: the wall clock, lock-step with the controller, or the robot's own clock."""
 
 import threading
 from collections.abc import Sequence
@@ -10,16 +10,16 @@ from services.common.robot_side.loop import RobotLoop
 from services.common.robot_side.pace import Pace
 
 IDLE_S = 0.02
-"""How long a loop that waits goes without a look around."""
+"""Longest wait of a loop before it checks for other events."""
 HEAD_START_NS = 300_000
-"""Time for a step, which takes 0.1 to 0.2 ms, and for a late wake-up."""
+"""Time reserved for a step, which takes 0.1 to 0.2 ms, and for a late wake-up."""
 
 
 def keep_time(loops: Sequence[RobotLoop], stopping: threading.Event, pace: float = 1.0) -> None:
-    """Let time pass on the loops' clock, `realtime` or `paced`, until `stopping` is set.
+    """Run the loops by their clock, `realtime` or `paced`, until `stopping` is set.
 
-    Several loops drive arms of one simulation, whose tick is over once each has stepped. `pace`: robot time over wall
-    time at most, on the clock `paced`.
+    Several loops drive arms of one simulation; its tick is over when each has stepped. `pace`: largest ratio of robot
+    time to wall time, with the clock `paced`.
     """
     first = loops[0]
     if first.backend.abilities.own_clock:
@@ -31,7 +31,7 @@ def keep_time(loops: Sequence[RobotLoop], stopping: threading.Event, pace: float
 
 
 def step_all(loops: Sequence[RobotLoop]) -> None:
-    """Let a tick pass for every arm; then say what it brought."""
+    """Step every arm by a tick, then publish the results."""
     for loop in loops:
         loop.step()
     for loop in loops:
@@ -39,7 +39,7 @@ def step_all(loops: Sequence[RobotLoop]) -> None:
 
 
 def _follow_robot(loop: RobotLoop, stopping: threading.Event) -> None:
-    """The robot is the clock: its `step` returns at its next tick."""
+    """Run by the robot's clock: its `step` returns at its next tick."""
     while not stopping.is_set():
         loop.receive_all()
         loop.step()
@@ -50,8 +50,8 @@ def _follow_robot(loop: RobotLoop, stopping: threading.Event) -> None:
 def _run_realtime(loops: Sequence[RobotLoop], stopping: threading.Event) -> None:
     """At each deadline take the newest commands, step, publish.
 
-    A step whose commands are there is taken a little ahead, so that the states come out at the deadline and the
-    controller has the whole tick for its answer.
+    If the commands have arrived, the step is taken slightly before the deadline, so that the states are published at
+    the deadline and the controller has a whole tick for its answer.
     """
     deadlines = Deadlines(round(1e9 / loops[0].config.rate_hz))
     stalled = ThrottledLog(loops[0].log)
@@ -77,7 +77,7 @@ def _run_realtime(loops: Sequence[RobotLoop], stopping: threading.Event) -> None
 
 
 def _run_paced(loops: Sequence[RobotLoop], stopping: threading.Event, most: float) -> None:
-    """Step once the present tick's time is over and each controller that there is has answered."""
+    """Step when the present tick's time is over and each present controller has answered."""
     pace = Pace(loops[0].config.rate_hz * most, loops[0].log)
     while not stopping.is_set():
         late = next((loop for loop in loops if loop.must_wait()), None)

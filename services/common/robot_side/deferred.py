@@ -1,4 +1,4 @@
-"""A reply that waits until it can be given."""
+"""A reply that is deferred to a later tick."""
 
 import time
 from collections.abc import Callable
@@ -11,14 +11,14 @@ from protocol.errors import Refusal
 
 @dataclass(slots=True)
 class DeferredReply:
-    """The reply to a request that takes ticks.
+    """The reply to a request that takes several ticks.
 
     Attributes:
         asking: The request.
-        is_due: Whether it can be answered now.
+        is_due: Returns whether the request can be answered now.
         reply: Makes the reply.
-        deadline: Monotonic time, s, after which it is answered all the same.
-        refuse: Makes the refusal that takes the reply's place after the deadline; None for the reply itself.
+        deadline: Monotonic time, s, after which the request is answered in any case.
+        refuse: Makes the refusal that is sent after the deadline; None: send the reply.
     """
 
     asking: PendingQuery

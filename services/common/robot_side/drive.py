@@ -1,4 +1,4 @@
-"""Which setpoint the arm gets: the command's, the last one's for a while, or its own brake's."""
+"""Choice of the arm's setpoint: the newest command's, a repeated one, or the brake's."""
 
 import numpy as np
 
@@ -10,15 +10,15 @@ from services.common.robot_side.brake import Brake
 
 NEVER = -1
 MAX_ACCELERATION = 1e6
-"""rad/s²; commands beyond it are refused."""
+"""Largest commanded acceleration, rad/s²; commands beyond it are refused."""
 
 
 class Drive:
-    """Decides tick by tick what the arm applies.
+    """Chooses the arm's setpoint at each tick.
 
     Before the first command of a run the arm holds its pose. Later, a tick without a fresh command repeats the last
-    acceleration; from the `silence_ticks`th of them in a row the brake has the arm, until it rests and a command's
-    reference rests close by.
+    acceleration. After `silence_ticks` such ticks in a row the brake takes over, until the arm is at rest and a
+    command's reference is at rest close to it.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -26,7 +26,7 @@ class Drive:
         self.begin(0, config.home)
 
     def begin(self, run: int, positions: np.ndarray) -> None:
-        """Begin a run with the arm at rest at `positions` (J,), rad."""
+        """Start a run with the arm at rest at `positions` (J,), rad."""
         self.run = run
         self.brake = False
         self.applied_tick = NEVER
@@ -38,12 +38,12 @@ class Drive:
         self._brake = Brake(self._config, positions)
 
     def take(self, command: m.Command, tick: int) -> None:
-        """Keep `command` for the coming tick.
+        """Store `command` for the coming tick.
 
-        What answers a tick `silence_ticks` ago is no sign of life: an arm that is led so far behind must brake.
+        A command that answers a tick `silence_ticks` ago or earlier is refused: an arm with such a delay must brake.
 
         Raises:
-            Refusal: `bad_message` where it is no news, of another run, of wrong length, or beyond any arm.
+            Refusal: `bad_message` for a command that is old, of another run, of wrong length, or beyond any arm.
         """
         oldest = max(self.answered_tick, tick - self._config.silence_ticks) + 1
         if command.run != self.run:
@@ -70,16 +70,16 @@ class Drive:
         self._fresh = command
 
     def lose(self) -> None:
-        """Drop the command that was kept for the coming tick."""
+        """Drop the command for the coming tick."""
         self._fresh = None
 
     @property
     def brake_reason(self) -> str:
-        """Why the brake has the arm, in words."""
+        """The reason of braking, in words."""
         return f"no command for {self._config.silence_ticks} ticks"
 
     def setpoint(self, positions: np.ndarray, velocities: np.ndarray) -> Setpoint:
-        """Return the setpoint of the coming tick from the measured state (J,), rad, rad/s."""
+        """Return the setpoint of the coming tick for the measured state (J,), rad, rad/s."""
         command, self._fresh = self._fresh, None
         if command is None:
             self._miss(positions, velocities)
@@ -109,9 +109,9 @@ class Drive:
 
 
 def setpoint_of(command: m.Command, tick: float) -> Setpoint:
-    """Return what `command` wants of the coming tick, `tick` s long.
+    """Return the setpoint of `command` for the coming tick, `tick` s long.
 
-    Where an older controller does not say where the reference goes, its accelerations say it.
+    An older controller does not send the next reference; then it is integrated from the accelerations.
     """
     accelerations = np.array(command.accelerations)
     feedforward = accelerations if command.feedforward is None else np.array(command.feedforward)

@@ -1,4 +1,4 @@
-"""The robot side on its bus: the loop's verbs and its requests; `clocks` says when which verb comes."""
+"""The robot side on its bus: the loop's steps, which `clocks` calls, and its requests."""
 
 import logging
 import time
@@ -22,15 +22,15 @@ from services.common.robot_side.messages import description, state_message
 from services.common.stray_puts import StrayPuts
 
 AT_REST = 0.05
-"""Speed (rad/s) below which the arm counts as resting."""
+"""Speed (rad/s) below which the arm counts as at rest."""
 RECOVERY_S = 25.0
-"""How long a robot may take to recover."""
+"""Timeout of a robot's recovery."""
 
 
 class RobotLoop:
-    """Owns a robot; requests and commands come through queues.
+    """Owns a robot; requests and commands arrive in queues.
 
-    A kind of robot adds to it by a subclass: requests in `handlers`, before `open`, and more in `publish`.
+    A subclass for a kind of robot adds requests to `handlers`, before `open`, and publications to `publish`.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class RobotLoop:
         log: logging.Logger,
         run: int | None = None,
     ) -> None:
-        """`run` names the first run; by default it is named by the time, in Unix ns."""
+        """`run` is the number of the first run; by default the time, in Unix ns."""
         self.config = config
         self.clock: m.Clock = clock
         self.log = log
@@ -67,7 +67,7 @@ class RobotLoop:
         self.begin_run(run)
 
     def publisher(self, topic: topics.Publication[topics.MessageT]) -> Publisher[topics.MessageT]:
-        """Return a publisher, which waits for a slow link except in real time."""
+        """Return a publisher that waits for slow links, except in real time."""
         return self._bus.publisher(topic, blocking=self.clock != "realtime")
 
     def open(self) -> None:
@@ -82,7 +82,7 @@ class RobotLoop:
         self._bus.announce(topics.ROBOT_SIDE)
 
     def begin_run(self, run: int | None = None) -> None:
-        """Name the run that the backend has begun, and hold the pose until commands come."""
+        """Number the run that the backend has started, and hold the pose until commands arrive."""
         now = self.backend.observe()
         self.drive.begin(time.time_ns() if run is None else run, now.positions)
         self._applied.clear()
@@ -90,7 +90,7 @@ class RobotLoop:
     # --- the verbs ------------------------------------------------------------------------------------
 
     def receive(self, data: bytes) -> None:
-        """Take a command in, unless it is malformed, old, or lost by request."""
+        """Store a command, unless it is malformed, old, or dropped by a disturbance."""
         try:
             command = decode(data, m.Command)
             self.drive.take(command, self.backend.observe().tick)
@@ -102,26 +102,26 @@ class RobotLoop:
             self.drive.lose()
 
     def receive_all(self) -> None:
-        """Take in every command that waits."""
+        """Store all waiting commands."""
         while (taken := self.commands.take()) is not None:
             self.receive(taken)
 
     def step(self) -> None:
-        """Let a tick pass under the command, the one before, or the brake."""
+        """Step the robot by a tick, with the command, the last one, or the brake."""
         now = self.backend.observe()
         setpoint = self.drive.setpoint(now.positions, now.velocities)
         self._applied.append(self.drive.applied_tick)
         self.backend.step(setpoint)
 
     def publish(self) -> None:
-        """Say what the tick brought."""
+        """Publish the results of the tick."""
         now = self.backend.observe()
         if not self.loses("state", now.tick):
             self._state.put(self.state_message())
         self.controller.note_state()
 
     def attend(self, wait_s: float = 0.0) -> None:
-        """Answer a request, after waiting up to `wait_s` s for one, and the deferred one if it can be answered."""
+        """Answer a request, for which this waits up to `wait_s` s, and the deferred request if it is due."""
         asking = self.requests.take(wait_s)
         if asking is None:
             self._stray_puts.warn()
@@ -136,7 +136,7 @@ class RobotLoop:
     # --- what the clocks and the requests ask ---------------------------------------------------------
 
     def is_answered(self, tick: int) -> bool:
-        """Return whether the controller has answered `tick`, or cannot have seen it."""
+        """Return whether the controller has answered `tick`, or cannot have received it."""
         return self.drive.answered_tick >= tick or self.loses("state", tick)
 
     def must_wait(self) -> bool:
@@ -144,7 +144,7 @@ class RobotLoop:
         return self.controller.is_awaited and not self.is_answered(self.backend.observe().tick)
 
     def loses(self, stream: str, tick: int) -> bool:
-        """Return whether the message of `tick` on `stream` is lost on purpose."""
+        """Return whether a disturbance drops the message of `tick` on `stream`."""
         return False
 
     def state_message(self) -> m.State:
@@ -153,7 +153,7 @@ class RobotLoop:
         return state_message(self.backend.observe(), self.drive, applied)
 
     def refuse_while_deferring(self) -> None:
-        """Return where no other request waits for its reply.
+        """Check that no other request has a deferred reply.
 
         Raises:
             Refusal: `busy`.
@@ -200,7 +200,7 @@ class RobotLoop:
         return self.backend.observe().condition == "ready"
 
     def _recovered(self) -> m.Recovered:
-        """Begin a new run where the robot is ready, and say how it went."""
+        """Start a new run if the robot is ready, and return the reply."""
         if self._is_ready():
             self.backend.begin_run()
             self.begin_run()

@@ -1,4 +1,4 @@
-"""What the robot side publishes and answers, made from a backend's data."""
+"""Messages of the robot side, from a backend's data."""
 
 from protocol import messages as m
 from robot.conversions import finite_or_null, limit_fields
@@ -8,7 +8,7 @@ from services.common.robot_side.drive import Drive
 
 
 def state_message(now: Observation, drive: Drive, applied_tick: int) -> m.State:
-    """Return the state as published; `applied_tick` is that of the newest command that the robot has applied."""
+    """Return the state message; `applied_tick` is the tick of the newest applied command."""
     truth = None
     if now.true_positions is not None and now.true_velocities is not None:
         truth = m.Point(positions=now.true_positions.tolist(), velocities=now.true_velocities.tolist())
@@ -33,7 +33,7 @@ def state_message(now: Observation, drive: Drive, applied_tick: int) -> m.State:
 
 
 def description(config: RobotConfig, abilities: Abilities, clock: m.Clock, run: int) -> m.Description:
-    """Return what the robot is, as answered."""
+    """Return the description message of the robot."""
     return m.Description(
         joint_names=list(config.joint_names),
         home=config.home.tolist(),

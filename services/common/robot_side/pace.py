@@ -1,4 +1,4 @@
-"""The pace of the wall clock, for a loop that may run slower."""
+"""Limit a loop to the pace of the wall clock; it may run slower."""
 
 import logging
 import time
@@ -7,11 +7,11 @@ from services.common.realtime import Deadlines
 
 REPORT_S = 5.0
 SLOW = 0.95
-"""Robot time over wall time below which the machine is called slow."""
+"""Ratio of robot time to wall time below which a warning calls the machine slow."""
 
 
 class Pace:
-    """Lets a tick begin no sooner than the wall clock says, and warns where robot time falls behind it."""
+    """Delays ticks to the pace of the wall clock, and warns if robot time falls behind."""
 
     def __init__(self, rate_hz: float, log: logging.Logger) -> None:
         """`rate_hz`: ticks a second of wall time."""
@@ -20,11 +20,11 @@ class Pace:
         self.restart()
 
     def restart(self) -> None:
-        """Measure from now on: what was lost so far is not the machine's fault."""
+        """Restart the measurement: earlier delays were not caused by the machine."""
         self._ticks, self._began = 0, time.monotonic()
 
     def wait(self) -> None:
-        """Sleep until the next tick may begin."""
+        """Sleep until the next tick may start."""
         self._deadlines.wait()
         self._ticks += 1
         passed = time.monotonic() - self._began

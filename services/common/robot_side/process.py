@@ -18,7 +18,7 @@ from services.common.single_instance import Outcome, SingleInstance
 from services.common.startup import load_configured
 
 PRIORITY = 40
-"""Priority under SCHED_FIFO; the controller's is higher, so that a flood of messages delays a step, not an answer."""
+"""Priority under SCHED_FIFO; the controller's is higher, so a flood of messages delays a step, but no command."""
 
 Build = Callable[[Bus, RobotConfig, logging.Logger], Sequence[RobotLoop]]
 
@@ -31,10 +31,10 @@ def run_robot(
     keep: Callable = keep_time,
     beside: Sequence[str] = (),
 ) -> Outcome:
-    """Be the robot side of the bus, which this process hosts unless --connect is given, until SIGTERM or Ctrl-C.
+    """Run the robot side of a bus, which this process hosts unless --connect is given, until SIGTERM or Ctrl-C.
 
-    name: in the log. build: makes the loops, one a robot, once their places on the bus are taken. keep: lets their time
-    pass. beside: names of further robots whose robot side this is.
+    name: in the log. build: makes the loops, one a robot, after their names on the bus are claimed. keep: runs the
+    loops by a clock. beside: names of further robots of this process.
     """
     log = start_logging(name, options.log)
     stopping = stop_on_signals()
@@ -44,7 +44,7 @@ def run_robot(
 
     def serve(bus: Bus) -> None:
         arms = build(bus, config, log)
-        realtime.keep_to(others)  # what `open` starts: threads that take requests
+        realtime.keep_to(others)  # `open` starts threads that receive requests
         for arm in arms:
             arm.open()
         realtime.keep_to(loops)
@@ -64,7 +64,7 @@ def run_robot(
 
 
 def _ask_for_real_time(cores: set[int], clock: Clock, log: logging.Logger) -> None:
-    """Keep to `cores` and, where the wall clock matters, ask for real-time scheduling; log what is missing."""
+    """Restrict to `cores` and, if the wall clock matters, request real-time scheduling; log failures."""
     missing = realtime.keep_to(cores)
     if clock != "stepped":
         missing += realtime.become_real_time(PRIORITY)

@@ -1,4 +1,4 @@
-"""Faults of angles: degrees, wraps, ranges that are not the arm's."""
+"""Faults of angles: degrees, wraps, positions outside the arm's ranges."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,11 +19,11 @@ NORMALISED = (
 )
 
 FEW = 0.01
-"""Part of the samples that may be outliers."""
+"""Largest fraction of samples that may be outliers."""
 
 
 def degrees(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Positions that are too large for rad and right for degrees, or too large for both."""
+    """Find positions that are too large for rad but plausible in degrees, or too large for both."""
     largest = float(np.quantile(np.abs(recording.values), 1 - FEW))
     if robot is None:
         # Without an arm to compare with: no joint turns twice around, and none of an arm is at 400°.
@@ -44,13 +44,13 @@ def degrees(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def to_radians(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
-    """The recording in rad; it is in degrees where it says so, or was found to be."""
+    """Return the recording in rad; it is in degrees if it says so, or if that was found."""
     in_degrees = recording.unit == "deg" or findings
     return replace(recording, values=np.radians(recording.values) if in_degrees else recording.values, unit="rad")
 
 
 def wraps(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Jumps of a column by a full turn from one sample to the next."""
+    """Find jumps of a column by a full turn from one sample to the next."""
     steps = np.abs(np.diff(recording.values, axis=0))
     wrapped = np.abs(steps - TURN * np.round(steps / TURN)) < TURN_TOLERANCE
     wrapped &= steps > TURN - TURN_TOLERANCE
@@ -64,7 +64,7 @@ def wraps(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def unwrap(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
-    """The recording with continuous angles, moved by full turns to where the arm's ranges are."""
+    """Return the recording with continuous angles, shifted by full turns into the arm's ranges."""
     values = recording.values.copy()
     for finding in findings:
         assert finding.column is not None
@@ -78,7 +78,7 @@ def unwrap(recording: Recording, findings: list[Finding], robot: Robot | None) -
 
 
 def out_of_range(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Positions outside the arm's ranges, with a guess at the cause."""
+    """Find positions outside the arm's ranges, with a likely cause."""
     if robot is None:
         return
     low, high = robot.limits.positions.T
@@ -90,7 +90,7 @@ def out_of_range(recording: Recording, robot: Robot | None) -> Iterator[Finding]
 
 
 def _turns_into_range(values: np.ndarray, number: int, robot: Robot | None) -> float:
-    """The full turns, rad, that bring a column nearest to its joint's range: none where it is inside."""
+    """Return the full turns, rad, that bring a column nearest to its joint's range; 0 if it is inside."""
     if robot is None:
         return 0.0
     low, high = robot.limits.positions[number]
@@ -100,7 +100,7 @@ def _turns_into_range(values: np.ndarray, number: int, robot: Robot | None) -> f
 
 
 def _excess(values: np.ndarray, robot: Robot) -> float:
-    """How far, rad, a joint lies outside its range, but for a few samples, which may be outliers."""
+    """Return the distance of a joint from its range, rad, except for a few samples, which may be outliers."""
     low, high = robot.limits.positions.T
     lowest, highest = np.quantile(values, [FEW, 1 - FEW], axis=0)
     return float(np.maximum(highest - high, low - lowest).max())

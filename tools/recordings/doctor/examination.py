@@ -1,4 +1,4 @@
-"""The table of faults, and the examination that goes through it."""
+"""The table of faults, and the examination by this table."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -16,12 +16,12 @@ class Fault:
     """One kind of fault.
 
     Attributes:
-        code: Of its findings.
-        name: In words.
-        cure: What the doctor does about it, or else what its user can do.
-        detector: Yields a finding for each.
-        repair: Repairs those findings that say so.
-        always: The repair also brings a recording without the fault into the form that the faults after it expect.
+        code: Code of its findings.
+        name: Name in words.
+        cure: What the doctor does about it, or what the user can do.
+        detector: Yields a finding for each occurrence.
+        repair: Repairs the findings that are marked as repaired.
+        always: Whether the repair also applies without findings, because later detectors expect its result.
     """
 
     code: str
@@ -53,15 +53,15 @@ FAULTS: tuple[Fault, ...] = (
     Fault("speed", "implausible speeds", "check the units of positions and times", movement.speeds),
     Fault("moving", "begins or ends in motion", "play by `--place-time 0.05`, or record rest", movement.ends_in_motion),
 )
-"""In the order in which they are looked for: each detector relies on what those before it repaired."""
+"""Faults in the order of detection: each detector relies on earlier repairs."""
 
 
 def examine(recording: Recording, robot: Robot | None) -> Examination:
-    """Look for every fault of a recording, and repair what is safe to repair.
+    """Find the faults of a recording, and repair those that are safe to repair.
 
     `recording` has finite numbers and a named column for each joint of the arm, in its order, as
-    `tools.recordings.learning.load` returns it. `robot` is the arm that shall play it: anything with `joint_names` and
-    `limits`; None where none is known.
+    `tools.recordings.learning.load` returns it. `robot` is the arm that will play it: any object with `joint_names` and
+    `limits`, or None if unknown.
     """
     findings: list[Finding] = []
     for fault in FAULTS:
@@ -76,5 +76,5 @@ def examine(recording: Recording, robot: Robot | None) -> Examination:
 
 
 def _complete(finding: Finding, code: str, recording: Recording) -> Finding:
-    """The finding with its code and with the times of its samples."""
+    """Return the finding with its code and the times of its samples."""
     return replace(finding, code=code, times=recording.times[finding.rows])

@@ -1,4 +1,4 @@
-"""What the doctor finds in a recording."""
+"""Findings of the doctor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ NONE = np.zeros(0, int)
 
 
 class Robot(Protocol):
-    """The arm that shall play a recording, as far as the doctor asks."""
+    """The arm that will play a recording, as the doctor needs it."""
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -29,7 +29,7 @@ class Robot(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arm:
-    """A robot that is known by its names and limits alone."""
+    """A robot given by its joint names and limits."""
 
     joint_names: tuple[str, ...]
     limits: Limits
@@ -40,14 +40,14 @@ class Finding:
     """One fault of a recording.
 
     Attributes:
-        sentence: What is wrong, and its cure or repair.
+        sentence: The fault, and its cure or repair.
         repaired: Whether the doctor repaired it.
-        fatal: The recording cannot be learned.
-        column: The column's name; None where it is about all of them.
-        rows: Indices of the samples, in the recording as it was when this fault was looked for.
-        times: Of these samples, s, as the file has them.
-        planner_says: The planner warns of the same when it learns.
-        code: Of the fault in the table of faults; `examine` fills it in, and the times.
+        fatal: Whether it prevents learning.
+        column: Name of the column; None for all columns.
+        rows: Indices of the samples, in the recording at the time of detection.
+        times: Times of these samples in the file, s.
+        planner_says: Whether the planner gives the same warning when it learns.
+        code: Code in the table of faults; `examine` sets it and the times.
     """
 
     sentence: str
@@ -61,16 +61,16 @@ class Finding:
 
     @property
     def spans(self) -> list[tuple[float, float]]:
-        """First and last time of each run of neighbouring samples, s."""
+        """First and last time of each run of adjacent samples, s."""
         at = np.searchsorted(self.rows, [end for run in ranges(self.rows) for end in run])
         return [(float(self.times[first]), float(self.times[last])) for first, last in at.reshape(-1, 2)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Examination:
-    """A recording after the doctor: what he found, and the recording with what he repaired.
+    """Result of an examination: the findings, and the repaired recording.
 
-    `recording` is in rad and its times rise, unless there is a `refusal`.
+    `recording` is in rad with rising times, unless there is a `refusal`.
     """
 
     recording: Recording
@@ -78,12 +78,12 @@ class Examination:
 
     @property
     def refusal(self) -> Finding | None:
-        """The finding that keeps the recording from being learned, or None."""
+        """The finding that prevents learning, or None."""
         return next((finding for finding in self.findings if finding.fatal), None)
 
 
 def kept(recording: Recording, findings: Sequence[Finding]) -> np.ndarray:
-    """Return which samples (n,) of a recording belong to none of the findings."""
+    """Return which samples (n,) of a recording belong to no finding."""
     keep = np.ones(len(recording.times), bool)
     for finding in findings:
         keep[finding.rows] = False

@@ -1,4 +1,4 @@
-"""What samples say of themselves: their noise, their resolution, how far each is from its neighbours' curve."""
+"""Statistics of samples: noise, resolution, distance of each from its neighbours' curve."""
 
 import numpy as np
 
@@ -10,15 +10,16 @@ PREDICTION_NOISE = np.sqrt(1 + 34 / 36)
 MEDIAN_OF_NORMAL = 0.6745
 
 COUNTED, OFF, NEARLY_ALL, ROUNDING = 1000, 0.05, 0.95, 1e-14
-"""A column has steps where so many of the distances between its values are multiples of the smallest to this part of
-it; larger multiples are not counted, and what is below this part of the largest value is rounding."""
+"""A column is quantised if this fraction of the differences between its values are multiples of the smallest, to this
+relative precision. Larger multiples are not counted; differences below this fraction of the largest value are
+rounding."""
 
 LEAST_NOISE = 1e-6
-"""rad; what is less is rounding."""
+"""Differences below this are rounding, rad."""
 
 
 def beside(times: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Distance (n, C) of each sample from the cubic through two neighbours on either side; 0 for two at each end.
+    """Return the distance (n, C) of each sample from the cubic through two neighbours on either side; 0 at two ends.
 
     times: (n,), rising. values: (n, C).
     """
@@ -40,23 +41,23 @@ def beside(times: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def noise(times: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Standard deviation (C,) of the noise of one sample; 0 where what differs from sample to sample is no noise."""
+    """Return the standard deviation (C,) of a sample's noise; 0 if the sample-to-sample differences are not noise."""
     distances = beside(times, values)[2:-2]
     if len(distances) < 3:
         return np.zeros(values.shape[1])
     size = np.median(np.abs(distances), axis=0) / MEDIAN_OF_NORMAL / PREDICTION_NOISE
-    # Of noise, neighbouring distances have opposite signs; of a curve that bends, the same.
+    # For noise, adjacent distances have opposite signs; for curvature, the same sign.
     alternating = np.sum(distances[1:] * distances[:-1], axis=0) < 0
     return np.where(alternating & (size > LEAST_NOISE), size, 0.0)
 
 
 def resolution(values: np.ndarray) -> np.ndarray:
-    """Smallest step (C,) of columns that have steps, as of an encoder; 0 for the others."""
+    """Return the resolution (C,) of quantised columns, for example of an encoder; 0 for all others."""
     return np.array([_smallest_step(column) for column in values.T])
 
 
 def _smallest_step(column: np.ndarray) -> float:
-    """The number of which almost all distances between a column's values are multiples, or 0."""
+    """Return the number whose multiples are almost all differences between a column's values, or 0."""
     rounding = ROUNDING * float(np.abs(column).max(initial=0.0))
     gaps = np.diff(np.unique(column))
     gaps = gaps[gaps > 10 * rounding]
@@ -68,17 +69,17 @@ def _smallest_step(column: np.ndarray) -> float:
 
 
 def grain(recording: Recording) -> np.ndarray:
-    """Size (C,) below which a change of a column means nothing: of its noise or its resolution."""
+    """Return the size (C,) below which a change of a column is insignificant, from its noise or resolution."""
     return np.maximum(noise(recording.times, recording.values), resolution(recording.values))
 
 
 def usual_step(times: np.ndarray) -> float:
-    """Usual time between two samples, s."""
+    """Return the usual time between two samples, s."""
     return float(np.median(np.diff(times)))
 
 
 def ranges(rows: np.ndarray) -> list[tuple[int, int]]:
-    """Runs of neighbouring indices: first and last of each. rows: sorted."""
+    """Return the first and last of each run of adjacent indices. rows: sorted."""
     if not len(rows):
         return []
     breaks = np.flatnonzero(np.diff(rows) > 1)
