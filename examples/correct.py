@@ -13,7 +13,7 @@ import time
 from client import Arm, connect
 
 ESTIMATES = [0.05, 0.09, 0.11]
-"""Successive estimates of the first joint's position at the hit, rad; all short of the ball, which would push the arm."""
+"""Successive estimates of the first joint's position at the hit, rad; all short of the ball, which would push it."""
 REST = [0.47, 0.86, -0.08, 0.0, 0.1]
 
 
