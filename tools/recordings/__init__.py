@@ -1,1 +1,1 @@
-"""Recordings of joint movements: read from other programs' files, looked at, learned, and written out again."""
+"""Recordings of joint movements: reading files of other programs, examining, learning and exporting."""

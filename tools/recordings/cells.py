@@ -41,7 +41,7 @@ def encoding_of(begin: bytes) -> str | None:
 
 
 def number_of(cell: str, comma: bool) -> float | None:
-    """Return a cell's number, NaN where it says that there is none, None where it is a word.
+    """Return a cell's number, NaN for a missing one, None for a word.
 
     A date and time becomes s; one without a zone is taken as UTC, so that no clock changes within a recording.
     """

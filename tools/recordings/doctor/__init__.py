@@ -1,4 +1,4 @@
-"""The doctor: what is wrong with a recording, in sentences, and the recording with what is safe to repair repaired."""
+"""The doctor: finds faults of a recording, describes each in a sentence, and repairs those that are safe to repair."""
 
 from tools.recordings.doctor.examination import examine
 from tools.recordings.doctor.finding import Arm, Examination, Finding, Robot

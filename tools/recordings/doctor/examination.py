@@ -60,7 +60,7 @@ def examine(recording: Recording, robot: Robot | None) -> Examination:
     """Look for every fault of a recording, and repair what is safe to repair.
 
     `recording` has finite numbers and a named column for each joint of the arm, in its order, as
-    `tools.recordings.learning.load` returns it. `robot` is the arm that shall play it: anything with `joint_names` and
+    `tools.recordings.learning.load` returns it. `robot` is the arm that plays it: anything with `joint_names` and
     `limits`; None where none is known.
     """
     findings: list[Finding] = []

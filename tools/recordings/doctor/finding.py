@@ -14,7 +14,7 @@ NONE = np.zeros(0, int)
 
 
 class Robot(Protocol):
-    """The arm that shall play a recording, as far as the doctor asks."""
+    """The arm that plays a recording: the attributes that the doctor needs."""
 
     @property
     def joint_names(self) -> tuple[str, ...]:
