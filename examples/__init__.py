@@ -1,1 +1,1 @@
-"""What Volley can do, one thing a file: see README.md."""
+"""Short programs that each show one thing: see README.md."""

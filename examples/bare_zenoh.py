@@ -3,7 +3,7 @@
     volley up                                  # in another shell
     python examples/bare_zenoh.py [ENDPOINT]
 
-A request is a Zenoh query whose payload is a msgpack map; its answer is one reply, or an error with a code and a
+A request is a Zenoh query whose payload is a msgpack map. The answer is one reply, or an error with a code and a
 sentence. docs/protocol.md lists every key and field.
 """
 
@@ -29,7 +29,7 @@ def ask(session: zenoh.Session, key: str, **request: object) -> dict:
 
 
 def main(endpoint: str = "tcp/127.0.0.1:7447") -> None:
-    """Play the forehand and print how it went, and what was published meanwhile."""
+    """Play the forehand; print its result and the contacts that were published meanwhile."""
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([endpoint]))

@@ -1,10 +1,10 @@
-"""Correct a goal in motion: the target turns out to be elsewhere while the arm swings.
+"""Correct a goal in motion: while the arm swings, new estimates of the target arrive.
 
     volley up                               # in another shell
     python examples/correct.py [ENDPOINT]
 
-A correction imitates what is left of the demonstration from the phase that the motion has reached, and the hit keeps
-its time. It is a goal of its own: the one that it corrects ends as `preempted`.
+A correction imitates the rest of the demonstration, from the phase that the motion has reached; the hit keeps its time.
+A correction is a new goal, and the corrected goal ends as `preempted`.
 """
 
 import sys
@@ -13,7 +13,7 @@ import time
 from client import Arm, connect
 
 ESTIMATES = [0.05, 0.09, 0.11]
-"""Where the first joint is to hit, rad, as it becomes known: before the ball, which would push the arm aside."""
+"""Successive estimates of the first joint's position at the hit, rad; all short of the ball, which would push it."""
 REST = [0.47, 0.86, -0.08, 0.0, 0.1]
 
 

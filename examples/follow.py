@@ -1,9 +1,9 @@
-"""Do two things at once: await a goal while its progress is printed, with the asynchronous twin of the library.
+"""Wait for a goal and print its progress at the same time, with the asynchronous client library.
 
     volley up                              # in another shell
     python examples/follow.py [ENDPOINT]
 
-`connect_async` has the methods of `connect`, each awaited; streams are asynchronous iterators.
+`connect_async` offers the methods of `connect` as coroutines; streams are asynchronous iterators.
 """
 
 import asyncio
@@ -12,11 +12,11 @@ import sys
 from client import AsyncArm, connect_async, topics
 
 EVERY = 10
-"""Statuses from one line to the next: 50 come in a second."""
+"""Statuses for each printed line; 50 arrive in a second."""
 
 
 async def print_progress(arm: AsyncArm) -> None:
-    """Print a line now and then, without end."""
+    """Print every tenth status, until cancelled."""
     received = 0
     async with arm.stream(topics.STATUS) as statuses:
         async for status in statuses:
@@ -27,7 +27,7 @@ async def print_progress(arm: AsyncArm) -> None:
 
 
 async def follow(endpoint: str | None = None) -> None:
-    """Play a goal, printing until it has ended."""
+    """Play a goal, and print its progress until it has ended."""
     async with connect_async(endpoint) as arm:
         progress = asyncio.create_task(print_progress(arm))
         goal = await arm.goal("forehand", duration=1.5)

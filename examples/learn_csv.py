@@ -1,10 +1,10 @@
-"""Learn a primitive from a CSV file, look at how well it was learned, play it, and forget it.
+"""Learn a primitive from a CSV file, print how well it was learned, play it, and forget it.
 
     volley up                                          # in another shell
     python examples/learn_csv.py [ENDPOINT [FILE.csv]]
 
-The file has a header, then one row a sample: time in s, then the joints in rad. Without one the shipped forehand is
-learned under another name.
+The file has a header, then one row for each sample: time in s, then the joints in rad. Without FILE.csv the program
+learns the shipped forehand under another name.
 """
 
 import sys

@@ -1,10 +1,10 @@
-"""Hold the arm: while one client has a lease, others are refused, and what moves is stopped when it ends.
+"""Use a lease: while one client has it, goals of others are refused, and the arm stops when the lease ends.
 
     volley up                             # in another shell
     python examples/lease.py [ENDPOINT]
 
-A lease is what a program wants whose death must stop the arm: the controller sees that its session is gone, within 2 s
-where its machine was cut off and at once where it ended.
+Use a lease in a program whose death must stop the arm. The controller notices at once that the program has ended, and
+within 2 s that its machine is unreachable.
 """
 
 import sys

@@ -2,9 +2,9 @@
 
     python examples/plan_offline.py
 
-A demonstration of two joints is learned and planned to another goal, in less time, under limits. What comes back keeps
-them at every instant, says which of them shaped it, and ends in a stop. A goal that cannot be met is refused with the
-duration that would do.
+A demonstration of two joints is learned, then planned to another goal, in less time, under limits. The plan keeps the
+limits at all times and ends in a stop; its report says which limits shaped it. A goal that cannot be met is refused
+with a duration that works.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ FREE = np.full(2, np.nan)
 
 
 def swing() -> Demonstration:
-    """Two joints from rest to rest and beyond: 200 samples a second for one second."""
+    """A swing of two joints that begins at rest and ends in motion: 200 samples a second for one second."""
     times = np.arange(201) / 200
     away = np.sin(np.pi * times) ** 3
     return Demonstration(times, np.stack([0.8 * times**3 - 0.4 * away, 0.3 * away - 0.2 * times**4], axis=1))

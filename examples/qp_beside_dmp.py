@@ -1,10 +1,10 @@
-"""One goal, three methods: Volley's, the paper's and a dynamic movement primitive, planned without moving.
+"""Compare three methods on one goal without moving: Volley's, the paper's and a dynamic movement primitive.
 
     volley up                                     # in another shell
     python examples/qp_beside_dmp.py [ENDPOINT]
 
-Printed are how unlike the demonstration the accelerations are, the largest acceleration, and whether the limits hold at
-every instant, or how much room the samples leave. A plan that passes a limit is refused where it is to be played.
+The program prints the rms distance of each plan's acceleration from the demonstration's, the largest acceleration, and
+whether the limits hold at all times or how much room the samples leave. To be played, a plan must keep its limits.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Read a trace into NumPy: measured and reference positions, tick by tick, and what happened.
+"""Read a trace into NumPy: measured and reference positions at each tick, and the events of goals.
 
     volley up --record strike.rrd                        # in another shell; end it with Ctrl-C after a goal
     python examples/read_trace.py strike.rrd

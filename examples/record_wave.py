@@ -1,9 +1,9 @@
-"""Write a recording of a wave about an arm's home, to try an arm for which there is no recording yet.
+"""Write an artificial recording, a wave around the arm's home, for an arm that has no recording yet.
 
     python examples/record_wave.py [ROBOT.toml [FILE.csv]]
 
-The file has a header, then one row a sample: time in s, then the joints in rad. A recording of your own looks alike:
-`volley learn` takes either.
+The file has a header, then one row for each sample: time in s, then the joints in rad. `volley learn` reads recordings
+of your own in the same form.
 """
 
 import sys
@@ -23,7 +23,7 @@ REACH = 0.3
 def wave(home: np.ndarray, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return times (n,), s, and positions (n, J), rad: each joint swings towards the middle of its range (J, 2).
 
-    The arm begins at home and at rest, and ends at rest half of the way out.
+    The arm begins at rest at home, and ends at rest at half of its largest deflection.
     """
     times = np.arange(round(DURATION_S * RATE_HZ) + 1) / RATE_HZ
     middle = np.clip(np.zeros_like(home), *ranges.T) if not np.isfinite(ranges).all() else ranges.mean(axis=1)

@@ -1,10 +1,10 @@
-"""A driver in sixty lines: an arm that does exactly as commanded, in the place of the simulated one.
+"""A driver in sixty lines: an ideal arm that follows commands exactly, in place of the sim.
 
     python examples/stand_in_driver.py
 
-It hosts the bus on tcp/127.0.0.1:7447; start the planner and the controller beside it, and send goals as to any arm.
-To drive a real robot, fill the same methods with its interface. One that is the clock itself says so in its abilities
-(`own_clock`) and waits in `step` for its next tick.
+It hosts the router on tcp/127.0.0.1:7447. Start `python -m services.planner` and `python -m services.controller` beside
+it, and send goals as to any arm. To drive a real robot, implement the same methods with its interface. A robot with a
+clock of its own declares the ability `own_clock` and waits in `step` for its next tick.
 """
 
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ from services.common.robot_side.process import run_robot
 
 
 class StandIn(Backend):
-    """Integrates the accelerations that it is given; no mass, no friction, no noise."""
+    """An arm that integrates the commanded accelerations, without mass, friction or noise."""
 
     def __init__(self, config: RobotConfig) -> None:
         self._config = config
@@ -52,7 +52,7 @@ class StandIn(Backend):
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Be an arm that does exactly as commanded, and host the bus."""
+    """Run an ideal arm that follows commands exactly, and host the router."""
 
     common: Common = field(default_factory=Options)
     clock: Literal["paced", "realtime"] = "paced"

@@ -1,9 +1,9 @@
-"""Strike: play the demonstrated forehand faster and sooner, and see how exactly the arm met the hit.
+"""Play the demonstrated forehand with a faster and earlier hit, and print the arm's error at the hit.
 
     volley up                              # in another shell
     python examples/strike.py [ENDPOINT]
 
-A goal that cannot be met moves nothing: it is refused with a code, a sentence, and what the sentence is about.
+A goal that cannot be met moves nothing: it is refused with a code, a sentence, and a detail with the values.
 """
 
 import sys
@@ -11,13 +11,13 @@ import sys
 from client import Refusal, connect
 
 HIT = [0.17, 0.47, 0.86, -0.0822, 0.0, 0.1058]
-"""Where the joints are at the hit, rad: where the demonstration ends, and the ball is."""
+"""Positions of the joints at the hit, rad: the end of the demonstration, at the ball."""
 VELOCITIES = [5.5, -0.4, -0.3, -0.8, -0.4, 1.2]
-"""And how fast they move, rad/s: the first joint faster than demonstrated."""
+"""Velocities of the joints at the hit, rad/s; the first joint is faster than demonstrated."""
 
 
 def main(endpoint: str | None = None) -> None:
-    """Strike, and ask for too much."""
+    """Strike, then send a goal outside the joint limits."""
     with connect(endpoint) as arm:
         goal = arm.goal("forehand", positions=HIT, velocities=VELOCITIES, duration=0.9)
         report = goal.reply.report

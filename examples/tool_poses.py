@@ -1,6 +1,6 @@
-"""Tool poses become joint positions, by inverse kinematics along the path: a recording that `volley learn` takes.
+"""Convert tool poses to joint positions by inverse kinematics along the path, as a recording for `volley learn`.
 
-Needs no services. Without arguments the shipped arm's racket goes round a circle:
+Needs no services. Without arguments the shipped arm's racket moves along a circle:
 
     python examples/tool_poses.py                       # writes circle.npz
     python examples/tool_poses.py POSES.npz my.toml     # times (n,), s; poses (n, 7): x, y, z, m, quaternion w first
@@ -21,14 +21,13 @@ from robot.tool_target import ToolTarget, Unreachable, rotation_of
 
 
 def joints_along(targets: Sequence[ToolTarget], robot: RobotConfig) -> np.ndarray:
-    """Return joint positions (n, J), rad, that have the tool where n targets say, in the world frame.
+    """Return joint positions (n, J), rad, at which the tool is at n targets in the world frame.
 
-    Each posture is searched from the one before, so that the arm never jumps to another branch; the first is the one
-    nearest to home.
+    The first posture is the one nearest to home. Each later search starts from the posture before, so that the arm
+    never jumps to another branch.
 
-    Raises:
-        Unreachable: the first target cannot be met.
-        ValueError: a later one cannot, without a jump.
+    Raises: Unreachable: the first target cannot be reached. ValueError: a later target cannot be reached without a
+    jump.
     """
     solver, ranges = InverseKinematics(robot), robot.limits.positions
     found = [solver.postures(targets[0], ranges, [robot.home])[0]]
@@ -41,7 +40,7 @@ def joints_along(targets: Sequence[ToolTarget], robot: RobotConfig) -> np.ndarra
 
 
 def circle(robot: RobotConfig) -> tuple[np.ndarray, list[ToolTarget]]:
-    """Return times (n,), s, and targets on a circle of 10 cm through the tool at home, begun and ended at rest."""
+    """Return times (n,), s, and targets on a circle of 10 cm through the tool at home, from rest to rest."""
     times = np.linspace(0.0, 4.0, 201)
     s = times / times[-1]
     angle = 2 * np.pi * s**3 * (10 + s * (6 * s - 15))
@@ -51,7 +50,7 @@ def circle(robot: RobotConfig) -> tuple[np.ndarray, list[ToolTarget]]:
 
 
 def recorded(file: Path) -> tuple[np.ndarray, list[ToolTarget]]:
-    """Return the times, s, and targets in a file; ValueError says that it lacks an array."""
+    """Return the times, s, and targets in a file; raise ValueError if an array is missing."""
     with np.load(file) as arrays:
         missing = {"times", "poses"} - set(arrays)
         if missing or arrays["poses"].shape != (len(arrays["times"]), 7):
@@ -61,7 +60,7 @@ def recorded(file: Path) -> tuple[np.ndarray, list[ToolTarget]]:
 
 
 def main() -> None:
-    """Convert the poses of a file, or the circle. Exit with status 2 where that is not possible."""
+    """Convert the poses of a file, or the circle; exit with status 2 on failure."""
     file, config = (Path(sys.argv[1]), sys.argv[2]) if len(sys.argv) == 3 else (None, DEFAULT_ROBOT_CONFIG)
     try:
         robot = load_robot(config)

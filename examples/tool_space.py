@@ -1,10 +1,10 @@
-"""Say where the tool shall be instead of the joints: a place, a direction, a velocity; also on the way.
+"""Send goals for the tool instead of the joints: its position, direction and velocity; also in waypoints.
 
     volley up                                 # in another shell
     python examples/tool_space.py [ENDPOINT]
 
-The planner finds the postures in which the tool is there and plays the one that imitates the demonstration best. The
-tool is the site that the robot's TOML names; its place and direction are in the world frame.
+The planner finds the postures for the tool's pose and plays the one that imitates the demonstration best. The tool is
+the site that the robot's TOML names; its position and direction are in the world frame.
 """
 
 import sys
@@ -13,18 +13,18 @@ from client import Refusal, connect, tool
 from client import messages as m
 
 PLACE = [0.2, -0.9, 1.2]
-"""A little above where the demonstration hits the ball, m."""
+"""Position of the tool, m: a little above the demonstrated hit."""
 ALONG = [1.0, 0.2, 0.1]
-"""Where the racket's face looks."""
+"""Direction of the racket's face."""
 VELOCITY = [3.0, 0.5, 0.5]
-"""How the racket moves there, m/s."""
+"""Velocity of the racket at the hit, m/s."""
 BEHIND = [-0.8, -0.5, 1.0]
-"""A place that the racket passes as it swings back."""
+"""A position that the racket passes as it swings back, m."""
 TOO_FAR = [2.0, 0.0, 0.5]
 
 
 def main(endpoint: str | None = None) -> None:
-    """Strike there, go there by way of another place, and ask for too much."""
+    """Strike at a place, move there through another place, and send a goal out of reach."""
     with connect(endpoint) as arm:
         hit = arm.goal("forehand", tool=tool(PLACE, axis=ALONG, velocity=VELOCITY))
         print("the joints end at", [round(value, 3) for value in hit.reply.positions], "rad")

@@ -1,10 +1,10 @@
-"""Lead the demonstrated movement through a place on the way, with one joint there and the others free.
+"""Play the demonstrated movement through a waypoint that fixes one joint and leaves the others free.
 
     volley up                                 # in another shell
     python examples/waypoints.py [ENDPOINT]
 
-The waypoint is met exactly, and the rest of the motion imitates the demonstration as well as that allows. The plan
-comes back as arrays, so that this can be seen.
+The motion passes the waypoint exactly, and imitates the demonstration as closely as that allows. The program prints
+values from the plans, which it receives as arrays.
 """
 
 import sys
@@ -16,9 +16,9 @@ from client import messages as m
 
 FREE = None
 AT = 0.4
-"""When, s after the start."""
+"""Time of the waypoint, s after the start."""
 PLACE = [-0.8, FREE, FREE, FREE, FREE, FREE]
-"""Where the first joint then is, rad."""
+"""Positions at the waypoint, rad: only the first joint is fixed."""
 
 
 def main(endpoint: str | None = None) -> None:

@@ -80,39 +80,43 @@ REFERENCE = Query(
     "controller",
     m.ReferenceRequest,
     m.Reference,
-    "return the reference some time from now",
+    "return the reference at a future time",
     reads=True,
     timeout_s=1.0,
 )
 CANCEL = Query("cancel", "controller", m.Cancel, m.Canceled, "stop the motion")
-RESET = Query("reset", "controller", m.Empty, m.ModeReply, "leave a latched fault; only at rest")
-RESULT = Query("result", "controller", m.ResultRequest, m.Result, "return the outcome of a goal", reads=True)
+RESET = Query("reset", "controller", m.Empty, m.ModeReply, "clear a fault; only at rest")
+RESULT = Query("result", "controller", m.ResultRequest, m.Result, "return the result of a goal", reads=True)
 STATUS_QUERY = Query("status", "controller", m.Empty, m.Status, "return the latest status", reads=True)
 STATE_QUERY = Query("state", "robot", m.Empty, m.State, "return the latest state", reads=True)
 DESCRIPTION = Query("description", "robot", m.Empty, m.Description, "describe the arm", reads=True)
-RECOVER = Query("recover", "robot", m.Empty, m.Recovered, "leave a reflex, a stop or the brake", timeout_s=30.0)
-HOLD = Query("hold", "robot", m.Hold, m.Held, "lead held joints, as a gripper's, to new values")
-GUIDE = Query("guide", "robot", m.Empty, m.Guided, "let the arm be guided by hand, until `recover`; only at rest")
+RECOVER = Query(
+    "recover", "robot", m.Empty, m.Recovered, "make the arm ready after a reflex, a stop or braking", timeout_s=30.0
+)
+HOLD = Query("hold", "robot", m.Hold, m.Held, "move held joints, for example a gripper's, to new values")
+GUIDE = Query("guide", "robot", m.Empty, m.Guided, "start hand guiding, until `recover`; only at rest")
 SIM_STEP = Query("sim/step", "robot", m.Step, m.Stepped, "advance the stepped clock", timeout_s=120.0)
 SIM_RESET = Query("sim/reset", "robot", m.Reset, m.ResetDone, "begin a new run")
 SIM_DISTURB = Query("sim/disturb", "robot", m.Disturb, m.Disturbed, "push the arm, add noise, drop messages")
-SIM_BALL = Query("sim/ball", "robot", m.Throw, m.Thrown, "put the ball in flight")
-STRIKE = Query("strike", "striker", m.StrikeRequest, m.Striking, "return the balls that come within reach to a target")
-STRIKE_STOP = Query("strike/stop", "striker", m.Empty, m.Striking, "strike at no further ball")
+SIM_BALL = Query("sim/ball", "robot", m.Throw, m.Thrown, "throw the ball")
+STRIKE = Query("strike", "striker", m.StrikeRequest, m.Striking, "return balls within reach to a target")
+STRIKE_STOP = Query("strike/stop", "striker", m.Empty, m.Striking, "stop striking")
 
 STATE = Publication("state", "robot", m.State, "the measured state", rate_hz=1000.0, max_age_s=0.02, stream=True)
 COMMAND = Publication(
     "command", "controller", m.Command, "the accelerations to apply", rate_hz=1000.0, max_age_s=0.02, stream=True
 )
-PLAN = Publication("plan", "planner", m.Plan, "a whole accepted motion")
+PLAN = Publication("plan", "planner", m.Plan, "an accepted motion")
 REFUSED = Publication("refused", "planner", m.Refused, "a goal that was refused")
-STATUS = Publication("status", "controller", m.Status, "a summary of the controller", rate_hz=50.0, max_age_s=0.5)
-ENDED = Publication("ended", "controller", m.Result, "the outcome of a goal")
-CONTACT = Publication("contact", "robot", m.Contact, "two bodies touch, or have parted")
+STATUS = Publication("status", "controller", m.Status, "the status of the controller", rate_hz=50.0, max_age_s=0.5)
+ENDED = Publication("ended", "controller", m.Result, "the final result of a goal")
+CONTACT = Publication("contact", "robot", m.Contact, "the beginning or the end of a contact")
 BALL = Publication("ball", "robot", m.BallState, "the ball, as a camera sees it", rate_hz=100.0, max_age_s=0.5)
-SCENE = Publication("scene", "robot", m.Scene, "what moves beside the arm and the ball", rate_hz=50.0, max_age_s=0.5)
+SCENE = Publication(
+    "scene", "robot", m.Scene, "the joints that are not the arm's or the ball's", rate_hz=50.0, max_age_s=0.5
+)
 DISTURBANCE = Publication("disturbance", "robot", m.Disturbance, "the disturbances that act now")
-STRIKES = Publication("strike", "striker", m.Strike, "what the striker decides and sees")
+STRIKES = Publication("strike", "striker", m.Strike, "the decisions and observations of the striker")
 
 QUERIES: tuple[Query, ...] = tuple(topic for topic in list(vars().values()) if isinstance(topic, Query))
 """Every request above, in their order."""
@@ -121,15 +125,14 @@ PUBLICATIONS: tuple[Publication, ...] = tuple(each for each in list(vars().value
 
 
 def check_robot_name(name: str) -> None:
-    """Return where `name` can be the second part of every key.
+    """Check that `name` can be the second part of every key.
 
-    Raises:
-        ValueError: it cannot.
+    Raises: ValueError: it cannot; the sentence says why.
     """
     if {"", ".", ".."} & set(name.split("/")) or set(name) & set("*$?#") or not name.isprintable():
         raise ValueError(
-            f"name: {name!r} cannot be a part of a key; it needs at least one character, none of * $ ? #, "
-            "a / only between others, and no . or .. alone, because its library is a directory of that name"
+            f"name: {name!r} cannot be a part of a key; use at least one printable character, none of * $ ? #, "
+            "/ only between other characters, and no part . or .., because the name is also that of a directory"
         )
 
 

@@ -128,9 +128,9 @@ class Goal(Request, kw_only=True):
         checks: false leaves a check out: the plan may then collide, or exceed a torque limit
         tail: after the goal: stop inside the limits, or coast on with the final velocity (only with `plan_only`)
         method: the quadratic program on splines (`qp`), the paper's on Gaussians (`gaussian`), or the dynamic movement
-            primitive with which both are compared (`dmp`). The limits of the last two are checked on their samples
-            only, and they take no `alternatives`, `fastest`, `revises`, `place_time` or `follow_through`; `dmp` takes
-            no waypoints, `rest_fraction`, `accelerations` or `start.accelerations` either
+            primitive with which both are compared (`dmp`). Plans of the last two are played only if a check finds them
+            inside the limits. They take no `alternatives`, `fastest`, `revises`, `place_time` or `follow_through`;
+            `dmp` takes no waypoints, `rest_fraction`, `accelerations` or `start.accelerations` either
         plan_only: plan and reply, but do not move
         include_trajectory: include the samples in the reply
         preempt: replace a motion that is under way; false: refuse the goal as `busy` during a motion

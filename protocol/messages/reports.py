@@ -84,11 +84,12 @@ class Report(Struct, kw_only=True):
         margin: smallest distance from each limit, null: no limit
         active: the limits that shape the plan
         certified: the limits of positions, velocities, accelerations and jerks hold at all times, between samples
-            included; this does not cover collisions and torques checked: whether the goal's `checks` were done: `none`
-                if the goal requests none. Earlier planners reported `part`
-            for a correction whose time ran out torque_use: largest torque of each joint over the motion and its stop,
-                as a part of its limit; null without a limit;
-            null as a whole if it was not checked clearance: null if it was not checked, or nothing can collide
+            included; this does not cover collisions and torques
+        checked: whether the goal's `checks` were done: `none` if the goal requests none. Earlier planners reported
+            `part` for a correction whose time ran out
+        torque_use: largest torque of each joint over the motion and its stop, as a part of its limit; null without a
+            limit; null as a whole if it was not checked
+        clearance: null if it was not checked, or nothing can collide
         solve_ms: time spent on the quadratic programs of all joints
         rounds: of constraint generation, the most of any joint
         rows: limit rows in the last program, the most of any joint

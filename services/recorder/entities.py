@@ -219,7 +219,7 @@ EXPECTED_ERROR = section(
 OUTGOING = section(
     "/world/strike/outgoing", ARROWS, STRIKES, "velocity of the ball after the hit, 0.1 s of it", "m", "a returned ball"
 )
-STRIKE_TARGET = section("/world/strike/target", POINTS, STRIKES, "where the ball shall land", "m", "a strike")
+STRIKE_TARGET = section("/world/strike/target", POINTS, STRIKES, "planned landing of the ball", "m", "a strike")
 LANDING = section("/world/strike/landing", POINTS, STRIKES, "where the ball came down", "m", "a returned ball")
 LANDING_DISTANCE = section(
     "/strikes/distance", SCALARS, STRIKES, "of the landing from the target", "m", "a returned ball"

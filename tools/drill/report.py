@@ -27,7 +27,7 @@ def number(value: Value | None, unit: str = "") -> str:
 
 
 def bound_text(bound: Bound) -> str:
-    """Return a bound as text, empty where there is none."""
+    """Return a bound as text, empty without a bound."""
     if bound.relation == "reported":
         return ""
     exact = bound.value if isinstance(bound.value, str) else f"{bound.value:.7g}"

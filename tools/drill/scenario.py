@@ -89,7 +89,7 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class Reaction:
-    """A bound, its measurement (None: there is none), and whether it held."""
+    """A bound, its measurement (None: not measured), and whether it held."""
 
     bound: Bound
     measured: Value | None

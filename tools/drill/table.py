@@ -45,7 +45,7 @@ def chosen(names: Iterable[str]) -> list[Scenario]:
     """Return the scenarios of these names, or all.
 
     Raises:
-        KeyError: there is none of a name; the sentence lists all names.
+        KeyError: no scenario has a name; the sentence lists all names.
     """
     wanted = list(names)
     unknown = [name for name in wanted if name not in SCENARIOS]

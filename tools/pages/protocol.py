@@ -65,8 +65,8 @@ is cancelled. A process that exits loses its tokens at once. A process that is s
 its session expires: after the `transport/link/tx/lease` that the session announced (Zenoh's default is 10 s, Volley's
 clients set {CLIENT.lease_ms} ms).
 
-A service also holds a claim `alive/SERVICE/SESSION_ID` from its start on, which ensures a single instance: of two that
-start at once one exits, and a service whose session expired exits if another instance has taken over.
+A service also declares a claim `alive/SERVICE/SESSION_ID` when it starts, which ensures a single instance: if two start
+at once, one exits, and a service whose session expired exits if another instance has taken over.
 """
 
 MEANINGS = {
@@ -78,28 +78,26 @@ MEANINGS = {
     "duplicate": "another goal has the same id",
     "limit": "a value that the goal fixes is outside a limit, or a joint needs more `torque` than it has; the detail "
     "of a torque also has `time_from_start`, and `min_duration` and `waypoint_times` as those of `infeasible`",
-    "infeasible": "no motion of this duration keeps all limits; `min_duration` is the shortest one found that does, "
-    "`waypoint_times` are its waypoints' times, null where none was found",
-    "cannot_stop": "the arm cannot stop after the goal inside its limits; from `max_velocity` it can, null where "
-    "no such velocity was found for the requested final acceleration",
-    "unreachable": "no posture was found that has the tool at its pose, or moves it so; `reason` is `out of reach`, "
-    "`joint ranges`, `orientation` or `velocity`; `nearest` {position, orientation} is the pose found that comes "
-    "nearest, `distance` (m) and `angle` (rad) away",
+    "infeasible": "no motion of this duration keeps all limits; `min_duration` is the shortest duration found that "
+    "works, `waypoint_times` are the waypoints' times in it; both are null if none was found",
+    "cannot_stop": "the arm cannot stop after the goal inside its limits; it can with the final velocity "
+    "`max_velocity`, null if none was found for the requested final acceleration",
+    "unreachable": "no posture was found for the tool's pose or velocity; `reason` is `out of reach`, "
+    "`joint ranges`, `orientation` or `velocity`; `nearest` {position, orientation} is the nearest pose found, "
+    "`distance` (m) and `angle` (rad) away",
     "collision": "`body`, moved by the arm, comes nearer to `other` (a body, or a geom of the world) than the robot's "
-    "margin, first at `time_from_start`; `distance` (m) is the smallest after it, negative: how deep they are in "
-    "each other",
-    "solver_failed": "the quadratic program was not solved, for numerical reasons or, with the status `time`, because "
-    "planning took more than its budget; then the detail has `min_duration` and `waypoint_times` as that of "
-    "`infeasible`",
+    "margin, first at `time_from_start`; `distance` (m) is the smallest distance after that; a negative one is a depth",
+    "solver_failed": "the quadratic program was not solved: numerically, or, with the status `time`, because planning "
+    "exceeded its budget; then the detail has `min_duration` and `waypoint_times` like that of `infeasible`",
     "late": "the start of the motion has passed; of `revises`: its hit has passed",
     "superseded": "planned before another motion was accepted, cancelled or reset; of `revises`: its motion was "
     "replaced or stopped",
     "busy": "a motion is under way and the goal may not preempt it, or the queue of requests is full",
     "not_holder": "a motion of another client, with a lease, is under way",
-    "unavailable": "the service that is needed does not answer, or met an error of its own, such as a full disk; the "
-    "detail of a goal also has its `goal_id`, since the motion may have started",
-    "fault": "the controller is in a fault, which `reset` ends, or `recover` where the arm does not follow commands",
-    "wrong_clock": "only possible with a stepped clock",
+    "unavailable": "the service that is needed does not answer, or has an internal error, such as a full disk; the "
+    "detail of a goal also has its `goal_id`, because the motion may have started",
+    "fault": "the controller is in a fault; `reset` ends it, or `recover` if the arm does not follow commands",
+    "wrong_clock": "the request needs the stepped clock",
 }
 
 PLAIN = {float: "number", int: "integer", str: "string", bool: "bool", bytes: "bin", Any: "any", type(None): "null"}

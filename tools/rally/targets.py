@@ -1,4 +1,4 @@
-"""Where the balls shall land: one place, or a place that moves."""
+"""Targets of the balls: a fixed one, or one that moves."""
 
 import numpy as np
 

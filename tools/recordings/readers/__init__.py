@@ -94,7 +94,7 @@ FORMATS: tuple[Format, ...] = (
 
 
 def format_of(path: Path) -> Format:
-    """Return the format of a file by its content, whatever its name.
+    """Return the format of a file by its content; its name does not matter.
 
     Raises:
         Unreadable: there is no such file, it is empty, or of no format that is read.

@@ -123,7 +123,7 @@ def _opened(path: Path) -> Iterator[tuple[Any, Callable[[bytes, str], Any]]]:
 
 
 def _connections(bag: Any, topic: str) -> list[Any]:
-    """Return the connections of a topic, or of all: of joint states, or of numbers where there are none."""
+    """Return the connections of a topic, or of all topics: those of joint states, otherwise those of numbers."""
     states = [one for one in bag.connections if one.msgtype == TYPE and topic in (one.topic, ALL)]
     return states or [one for one in bag.connections if one.msgtype in NUMBERS and topic == ALL]
 
