@@ -140,9 +140,11 @@ def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Re
     body: Any = {}
     if len(data) <= MAX_EXPLAINED:
         try:
-            body = msgpack.unpackb(data)
+            body = msgpack.unpackb(data, strict_map_key=False)
         except msgpack.ExtraData as extra:
             return bad_message("", f"{len(extra.extra)} bytes follow the message; send exactly one map")
+        except TypeError:  # a list or a map, which Python cannot take for a key
+            return bad_message("", "the body has a list or a map for a key; keys are strings")
         except (msgpack.StackError, ValueError, msgpack.UnpackException) as unreadable:
             error = unreadable
     if not isinstance(body, dict):

@@ -1,5 +1,6 @@
 """The table of every key on the bus. Queues, permissions, recording and the reference page derive from it."""
 
+import re
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -17,6 +18,7 @@ QUEUE_LENGTH = 16
 MAX_PLAN_S = 60.0
 MAX_ID = 128
 """Largest length of a goal's or a client's id, characters."""
+PRIMITIVE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 ROBOT_SIDE = "sim"
 """Name of the robot side, simulated or real, in its liveliness token: the first robot was a simulation."""
 

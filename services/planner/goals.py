@@ -1,6 +1,7 @@
 """Convert a goal message to a motion request."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -194,7 +195,22 @@ def limits_of(asked: m.GoalLimits | None, config: RobotConfig) -> Limits:
         np.nan_to_num(_partial(getattr(asked, name), joints, f"limits.{name}"), nan=math.inf)
         for name in ("velocities", "accelerations", "jerks")
     ]
+    _check_limits(asked, config.joint_names)
     return config.limits.tightened(Limits(np.array([pair or free for pair in ranges]), *bounds))
+
+
+def _check_limits(asked: m.GoalLimits, names: Sequence[str]) -> None:
+    """Refuse limits that no value is inside of, with their joint."""
+    for name, pair in zip(names, asked.positions or (), strict=False):
+        if pair and not pair[0] < pair[1]:
+            sentence = f"limits.positions of {name} are {pair[0]:g} to {pair[1]:g}; send the lower one first"
+            raise Refusal("invalid_goal", sentence, field="limits.positions")
+    for quantity in ("velocities", "accelerations", "jerks"):
+        for name, bound in zip(names, getattr(asked, quantity) or (), strict=False):
+            if bound is not None and bound <= 0:
+                field = f"limits.{quantity}"
+                sentence = f"{field} of {name} is {bound:g}; it must be greater than 0, or null for the robot's own"
+                raise Refusal("invalid_goal", sentence, field=field)
 
 
 def _vector(values: list[float] | None, joints: int, field: str) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from motion.demonstration import Demonstration, SavitzkyGolay, Smoothing
 from motion.errors import InvalidMotion
-from motion.primitive import Primitive, learn
+from motion.primitive import MAX_PHASES, Primitive, learn
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
 
@@ -45,9 +45,13 @@ def spread_of(request: m.Learn, names: Sequence[str]) -> np.ndarray | None:
     """
     if request.spread is None:
         return None
-    if len({len(row) for row in request.spread}) != 1:
-        raise bad_message("spread", "spread must be rows of one length, one number a joint")
-    return _of_the_arm(np.array(request.spread, dtype=float), request.joint_names, names, "spread").T
+    if not 2 <= len(request.spread) <= MAX_PHASES:
+        raise bad_message("spread", f"spread has {len(request.spread)} rows; it must have 2 to {MAX_PHASES}")
+    rows = _rows(request.spread, "spread")
+    if not (rows > 0).all():
+        row, joint = np.argwhere(rows <= 0)[0]
+        raise bad_message("spread", f"spread[{row}][{joint}] is {rows[row, joint]:g} rad; it must be greater than 0")
+    return _of_the_arm(rows, request.joint_names, names, "spread").T
 
 
 def learn_demonstration(
@@ -144,18 +148,26 @@ def _matrix(request: m.Learn) -> np.ndarray:
     if isinstance(request.positions, bytes):
         joints = request.joint_count
         if joints is None or joints < 1:
-            raise bad_message("joint_count", "joint_count must say how many columns the positions in `bin` have")
+            sentence = f"joint_count is {joints}; it must say how many columns the positions in `bin` have"
+            raise bad_message("joint_count", sentence.replace("None", "null"))
         return matrix(request.positions, len(request.positions) // (8 * joints), joints, "positions")
-    lengths = {len(row) for row in request.positions}
-    if len(lengths) != 1 or lengths == {0}:
-        raise bad_message(
-            "positions", f"positions must be samples of one length, one number a joint; here {sorted(lengths)}"
-        )
-    if request.joint_count not in (None, *lengths):
-        raise bad_message(
-            "joint_count", f"joint_count is {request.joint_count}, the samples have {lengths.pop()} numbers"
-        )
-    return np.array(request.positions, dtype=float)
+    samples = _rows(request.positions, "positions")
+    if request.joint_count not in (None, samples.shape[1]):
+        sentence = f"joint_count is {request.joint_count}, the samples have {samples.shape[1]} numbers"
+        raise bad_message("joint_count", sentence)
+    return samples
+
+
+def _rows(values: list[list[float]], field: str) -> np.ndarray:
+    """Return rows of numbers, one a joint, as a matrix."""
+    joints = len(values[0]) if values else 0
+    if not joints:
+        raise bad_message(field, f"{field} has no {'numbers' if values else 'rows'}; send rows of one number a joint")
+    for index, row in enumerate(values):
+        if len(row) != joints:
+            sentence = f"{field}[{index}] has {len(row)} numbers, and {field}[0] has {joints}; send one a joint"
+            raise bad_message(field, sentence)
+    return np.array(values, dtype=float)
 
 
 def _times(request: m.Learn, samples: int) -> np.ndarray:
@@ -163,8 +175,12 @@ def _times(request: m.Learn, samples: int) -> np.ndarray:
         raise bad_message("rate", "give either rate (Hz) or times (s), and not both")
     shortest, longest = m.DURATION_RANGE
     if request.rate is not None:
-        if not (samples - 1) / longest <= request.rate <= (samples - 1) / shortest:
-            sentence = f"rate is {request.rate} Hz; {samples} samples must take {shortest} s to {longest} s"
+        slowest, fastest = (samples - 1) / longest, (samples - 1) / shortest
+        if not slowest <= request.rate <= fastest:
+            sentence = (
+                f"rate is {request.rate:g} Hz; {samples} samples must take {shortest} s to {longest} s, "
+                f"so {slowest:.3g} to {fastest:.3g} Hz"
+            )
             raise bad_message("rate", sentence)
         return np.arange(samples) / request.rate
     if request.times is None or len(request.times) != samples:

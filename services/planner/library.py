@@ -2,7 +2,6 @@
 
 import logging
 import os
-import re
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -15,6 +14,7 @@ from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import bad_message
 from protocol.errors import Refusal
+from protocol.topics import PRIMITIVE_NAME
 from services.planner.archive import from_arrays, is_gaussian, to_arrays
 
 SHOWN = 80
@@ -25,8 +25,6 @@ MAX_PRIMITIVES = 256
 
 LISTED = 10
 """Number of names listed in the refusal of an unknown one."""
-
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +121,7 @@ class Library:
         Raises:
             Refusal: `bad_message` for a malformed name or a full library, `exists` for a name in use.
         """
-        if not _NAME.fullmatch(name):
+        if not PRIMITIVE_NAME.fullmatch(name):
             sentence = f"name {name[:SHOWN]!r} must be 1 to 64 letters, digits, - or _, not starting with - or _"
             raise bad_message("name", sentence)
         if name in self._primitives and not replace:

@@ -58,15 +58,24 @@ def match(columns: Sequence[str], count: int, joints: Sequence[str], mapping: Ma
 
 def _mapped(columns: Sequence[str], joints: Sequence[str], mapping: Mapping[str, str]) -> dict[str, int]:
     found: dict[str, int] = {}
-    for theirs, ours in mapping.items():
+    patterns: dict[str, str] = {}
+    for theirs, ours in sorted(mapping.items(), key=lambda pair: "*" not in pair[0]):  # names go before patterns
         fitting = [index for index, column in enumerate(columns) if fnmatchcase(column, _literal(theirs))]
         if not fitting:
             raise Mismatch(f"--map {theirs}={ours}: there is no column {theirs!r}; there are {_listed(columns)}")
         named = False
         for index in fitting:
             joint = _renamed(columns[index], theirs, ours)
-            if joint in joints:
-                found[joint], named = index, True
+            if joint not in joints:
+                continue
+            if joint in found and ("*" in theirs or "*" not in patterns[joint]):
+                both = f"{columns[found[joint]]} and {columns[index]}"
+                raise Mismatch(f"--map {theirs}={ours}: {both} would both be {joint}; map one column to each joint")
+            if other := next((other for other, taken in found.items() if taken == index and other != joint), None):
+                raise Mismatch(
+                    f"--map {theirs}={ours}: {columns[index]} is mapped to {other}, too; give one of the two"
+                )
+            found[joint], patterns[joint], named = index, theirs, True
         if not named:
             raise Mismatch(f"--map {theirs}={ours}: the robot has no joint {ours!r}; it has {_listed(joints)}")
     return found

@@ -30,14 +30,12 @@ def picture(preview: Preview, path: Path) -> None:
     """Write a .png or an .rrd file.
 
     Raises:
-        Unreadable: matplotlib is missing, or the file's ending is another.
+        Unreadable: matplotlib is missing, or the file cannot be written.
     """
-    if path.suffix == ".png":
-        _png(preview, path)
-    elif path.suffix == ".rrd":
-        _rrd(preview, path)
-    else:
-        raise Unreadable(f"--plot {path}: the file must end in .png, or in .rrd for the Rerun viewer")
+    try:
+        (_png if path.suffix == ".png" else _rrd)(preview, path)
+    except OSError as error:
+        raise Unreadable(f"--plot {path} cannot be written: {error.strerror or error}") from None
 
 
 def _png(preview: Preview, path: Path) -> None:

@@ -1,6 +1,6 @@
 """`volley inspect`: faults of a recording, and a plot of what would be learned from it."""
 
-import sys
+from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import arg
@@ -15,7 +15,7 @@ from tools.recordings.pictures import picture
 from tools.recordings.preview import preview
 from tools.recordings.recording import Unit, Unreadable
 from tools.shell.flags import File, Number, RobotConfigFile, Seconds, Source
-from tools.shell.recordings import Chosen, Maps, mapping, print_findings
+from tools.shell.recordings import Chosen, Maps, check_plot, check_times, mapping, print_findings
 from tools.shell.shell import UsageError
 
 
@@ -44,6 +44,8 @@ def inspect(
         robot_config: TOML file of the arm that will play it; by default the shipped one.
         plot: Plot raw, fitted and imitated curves and the faults to a .png or .rrd file.
     """
+    check_times(rate, duration)
+    check_plot(plot, [file])
     try:
         robot = load_robot(robot_config)
         raw = load(
@@ -57,16 +59,16 @@ def inspect(
             calibration=calibration,
         )
         examination = examine(raw, robot)
-        print_findings(raw.notes, examination.findings)
+        print_findings(raw.notes, examination.findings, stderr=False)
         if refusal := examination.refusal:
             raise UsageError(f"{file} cannot be learned: {refusal.sentence}")
         shown = preview(raw, examination, robot)
         slower = [Finding(said) for said in beyond_limits(shown.primitive, robot.limits, robot.joint_names)]
-        print_findings((), slower)
+        print_findings((), slower, stderr=False)
         if plot is not None:
             picture(shown, plot)
             print(f"wrote {plot}")
     except (RobotError, Unreadable, InvalidMotion) as problem:
         raise UsageError(str(problem)) from None
     if not examination.findings and not slower:
-        print("no faults found", file=sys.stderr)
+        print("no faults found")

@@ -1,5 +1,6 @@
 """`volley learn`, `episodes` and `export`: learn from recordings, and write played motions to files."""
 
+import math
 import re
 import sys
 from collections.abc import Sequence
@@ -68,8 +69,8 @@ def learn(
         plot: Plot raw, fitted and imitated curves and the faults to a .png or .rrd file, before learning.
         shell: How to reach the robot.
     """
-    if rate is not None and duration is not None:
-        raise UsageError("--rate and --duration both set the times; give one of them")
+    check_times(rate, duration)
+    check_plot(plot, files)
     if not files:
         raise UsageError("learn needs a FILE, or several of one movement; see volley learn --help")
     if follow_spread and len(files) < 2:
@@ -106,6 +107,7 @@ def episodes(file: Source, *, rate: Number = None) -> None:
         file: The recording, or the directory of a data set or bag.
         rate: Samples per second, for a file without times.
     """
+    check_times(rate)
     try:
         found = readers.episodes(file, rate)
     except Unreadable as problem:
@@ -152,6 +154,27 @@ def primitive_name(file: Path) -> str:
     return re.sub(r"[^A-Za-z0-9_-]+", "-", file.resolve().stem).strip("-_")[:64] or "recording"
 
 
+def check_times(rate: float | None, duration: float | None = None) -> None:
+    """Raise UsageError for times that no recording has."""
+    if rate is not None and duration is not None:
+        raise UsageError("--rate and --duration both set the times; give one of them")
+    for flag, value in (("--rate", rate), ("--duration", duration)):
+        if value is not None and not 0 < value < math.inf:
+            raise UsageError(f"{flag} is {value:g}; it must be a number greater than 0")
+
+
+def check_plot(plot: Path | None, files: Sequence[Path] = ()) -> None:
+    """Raise UsageError for a picture that cannot be drawn, before anything else is done."""
+    if plot is None:
+        return
+    if plot.suffix not in (".png", ".rrd"):
+        raise UsageError(f"--plot {plot}: the file must end in .png, or in .rrd for the Rerun viewer")
+    if not plot.parent.is_dir():
+        raise UsageError(f"--plot {plot}: there is no directory {plot.parent}; make it, or name another file")
+    if plot.exists() and any(file.exists() and plot.samefile(file) for file in files):
+        raise UsageError(f"--plot {plot} would overwrite the recording; name another file")
+
+
 def mapping(pairs: tuple[str, ...]) -> dict[str, str]:
     """Return the joint of each column in --map.
 
@@ -162,7 +185,11 @@ def mapping(pairs: tuple[str, ...]) -> dict[str, str]:
     for pair, (theirs, _, ours) in zip(pairs, split, strict=True):
         if not theirs or not ours or theirs.count("*") > 1 or ours.count("*") > theirs.count("*"):
             raise UsageError(f"--map {pair}: write THEIRS=OURS, a column and a joint, each with at most one *")
-    return {theirs: ours for theirs, _, ours in split}
+    found = {theirs: ours for theirs, _, ours in split}
+    for theirs, _, ours in split:
+        if (other := found[theirs]) != ours:
+            raise UsageError(f"--map {theirs}={ours}: {theirs!r} is mapped to {other!r}, too; give one of the two")
+    return found
 
 
 class Lesson(NamedTuple):
@@ -207,9 +234,9 @@ def _arm(description: m.Description | None) -> Arm | None:
     return Arm(tuple(description.joint_names), limits_of(description.limits))
 
 
-def print_findings(notes: Sequence[str], findings: Sequence[Finding]) -> None:
-    """Print assumptions, repairs and remaining faults to stderr, a line each; stdout stays one line with --json."""
-    console = Console(stderr=True, soft_wrap=True)
+def print_findings(notes: Sequence[str], findings: Sequence[Finding], stderr: bool = True) -> None:
+    """Print assumptions, repairs and remaining faults, a line each; with a reply to stderr, so that --json stays one line."""
+    console = Console(stderr=stderr, soft_wrap=True)
     for note in notes:
         console.print(Text.assemble(("note: ", "dim"), note))
     for finding in findings:

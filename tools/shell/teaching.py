@@ -4,14 +4,16 @@ from pathlib import Path
 
 import numpy as np
 
+from client import Refusal
+from protocol.topics import PRIMITIVE_NAME
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from tools.recordings.learning import arranged, in_radians
 from tools.recordings.recording import Recording, Unreadable
 from tools.shell.flags import File, Name, RobotConfigFile, Seconds, Switch
 from tools.shell.following import follow
 from tools.shell.guiding import guided
-from tools.shell.recordings import learnable
-from tools.shell.shell import Shared, UsageError, reach
+from tools.shell.recordings import check_plot, learnable
+from tools.shell.shell import Shared, Shell, UsageError, reach
 
 
 def teach(
@@ -50,7 +52,13 @@ def teach(
         raise UsageError("--begin and --end say which part of --trace FILE is taught")
     if trace is not None and (drag or seconds is not None):
         raise UsageError("--trace FILE is cut by --begin and --end; --drag and --seconds are for an arm that is guided")
+    if seconds is not None and not 0 < seconds < np.inf:
+        raise UsageError(f"--seconds is {seconds:g}; it must be a number greater than 0")
+    if begin is not None and end is not None and not begin < end:
+        raise UsageError(f"--begin {begin:g} is not before --end {end:g}")
+    check_plot(plot, [trace] if trace else ())
     with reach(shell) as link:
+        _check_name(link, name, replace)
         try:
             if trace is None:
                 raw = guided(link, name, seconds, robot_config if drag else None)
@@ -71,6 +79,15 @@ def teach(
             return 0
         back = follow(link, link.arm.goal(name, positions=learned.start.positions))
         return back or follow(link, link.arm.goal(name))
+
+
+def _check_name(link: Shell, name: str, replace: bool) -> None:
+    """Refuse what the planner would refuse once the arm has been guided, and the movement be lost."""
+    if not PRIMITIVE_NAME.fullmatch(name):
+        raise UsageError(f"NAME {name!r} must be 1 to 64 letters, digits, - or _, not starting with - or _")
+    if not replace and name in (primitive.name for primitive in link.arm.primitives()):
+        sentence = f"there is a primitive {name!r}; take another name, or overwrite it with --replace"
+        raise Refusal("exists", sentence, name=name)
 
 
 def _cut(trace: Path, begin: float | None, end: float | None, joints: list[str]) -> Recording:

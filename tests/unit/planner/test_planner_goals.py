@@ -144,6 +144,17 @@ def test_goals_that_contradict_themselves(primitive: Primitive, field: str, fiel
 
 
 @pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        (m.GoalLimits(jerks=[None, -2.0, *FREE[1:]]), "limits.jerks of joint_2 is -2; it must be greater than 0"),
+        (m.GoalLimits(positions=[None, (1.0, 0.5), *FREE[1:]]), "limits.positions of joint_2 are 1 to 0.5; send the"),
+    ],
+)
+def test_limits_that_nothing_keeps_name_the_joint_and_its_value(primitive: Primitive, limits: m.GoalLimits, said: str):
+    assert said in refused(primitive, limits=limits).message
+
+
+@pytest.mark.parametrize(
     ("field", "fields"),
     [
         ("positions", {"positions": HOME[:-1]}),

@@ -164,3 +164,21 @@ def test_a_recording_of_this_arm_is_learned(tmp_path: Path):
     path.write_text("time,a,b,c\n0,0,0,0\n1,1,1,1\n")
     with pytest.raises(InvalidMotion, match="at least 10"):
         learn_from_csv(path, ("a", "b", "c"))
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"spread": [[0.1] * 3]}, "spread has 1 rows; it must have 2 to 1001"),
+        ({"spread": [[0.1] * 3, [0.1, 0.0, 0.1]]}, "spread[1][1] is 0 rad; it must be greater than 0"),
+        ({"spread": [[0.1] * 3, [0.1]]}, "spread[1] has 1 numbers, and spread[0] has 3"),
+        ({"positions": [*PATH[:20].tolist(), [0.0]]}, "positions[20] has 1 numbers, and positions[0] has 3"),
+        ({"positions": bytes(24), "joint_count": -1}, "joint_count is -1; it must say how many columns"),
+        ({"positions": bytes(24)}, "joint_count is null; it must say how many columns"),
+        ({"rate": 1e-3}, "so 0.0553 to 1.99e+04 Hz"),
+    ],
+)
+def test_a_refusal_has_the_place_the_value_and_what_works(fields: dict[str, object], said: str):
+    with pytest.raises(Refusal) as caught:
+        learn_from_request(request(**fields))
+    assert said in caught.value.message

@@ -34,6 +34,9 @@ def refusal(body: Any, kind: type = m.Goal) -> Refusal:
         ({"start": {}}, "start.positions", "start.positions is missing"),
         ({"limits": {"colour": 1}}, "limits.colour", "limits.colour is not a known field"),
         ({b"lease": True}, "", "the body has the key b'lease'; keys are strings"),
+        ({1: True}, "", "the body has the key 1; keys are strings"),
+        ({(1, 2): True}, "", "the body has a list or a map for a key; keys are strings"),
+        ({"limits": {1: 2}}, "limits", "limits has the key 1; keys are strings"),
         (
             {"limits": {"positions": [[0.0, 1.0, 2.0]]}},
             "limits.positions[0]",

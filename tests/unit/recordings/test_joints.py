@@ -64,7 +64,8 @@ def test_mapping():
     columns = "a", "b", "c", "left_joint_1", "left_joint_2", "left_joint_3", "right_joint_1"
     assert match(columns, 7, ARM, {"a": "joint_3", "b": "joint_1", "c": "joint_2"}).columns == (1, 2, 0)
     assert match(columns, 7, ARM, {"left_*": "*"}).columns == (3, 4, 5)
-    assert match(columns, 7, ARM, {"left_*": "*", "a": "joint_2"}).columns == (3, 0, 5)
+    for pairs in ([("left_*", "*"), ("a", "joint_2")], [("a", "joint_2"), ("left_*", "*")]):
+        assert match(columns, 7, ARM, dict(pairs)).columns == (3, 0, 5)
     assert match((), 3, ARM, {"2": "joint_1", "1": "joint_2", "0": "joint_3"}).columns == (2, 1, 0)
 
 
@@ -97,3 +98,17 @@ def test_the_mapping_of_a_numbered_family_is_proposed():
     with pytest.raises(Mismatch, match=r"--map 'A\*=joint_\*' …"):
         match(("A1", "A2"), 2, ("joint_1", "joint_2"), {})
     assert match(("A1", "A2"), 2, ("joint_1", "joint_2"), {"A*": "joint_*"}).columns == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("mapping", "said"),
+    [
+        ({"a": "joint_1", "b": "joint_1"}, "a and b would both be joint_1; map one column to each joint"),
+        ({"*": "joint_1"}, "a and b would both be joint_1"),
+        ({"a": "joint_1", "a*": "joint_2"}, "--map a=joint_1: a is mapped to joint_2, too"),
+    ],
+)
+def test_a_mapping_that_says_two_things_is_refused(mapping: dict[str, str], said: str):
+    with pytest.raises(Mismatch) as refused:
+        match(("a", "b", "c"), 3, ARM, mapping)
+    assert said in str(refused.value)

@@ -58,6 +58,11 @@ def test_names_with_their_places_in_a_lerobot_data_set(tmp_path: Path):
     columns = {"observation.state": list(THEIR_VALUES), "timestamp": TIMES, "episode_index": [0] * 12}
     pq.write_table(pa.table(columns), tmp_path / "data/chunk-000/episode_000000.parquet")
     assert np.array_equal(load(tmp_path, JOINTS).values, VALUES)
+    for fps in (0, -100, None, "fast"):
+        (tmp_path / "meta/info.json").write_text(json.dumps(files["info.json"] | {"fps": fps}))
+        with pytest.raises(Unreadable, match=f"info.json is {fps!r}; give --rate"):
+            load(tmp_path, JOINTS)
+        assert np.array_equal(load(tmp_path, JOINTS, rate=100.0).values, VALUES)
 
 
 def test_the_unit_in_the_name_of_an_array(tmp_path: Path):

@@ -28,7 +28,7 @@ def spiked(tmp_path: Path) -> Path:
 def test_inspect_says_what_it_finds_and_draws_it(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
     picture = spiked.with_suffix(".png")
     assert main(["inspect", str(spiked), "--plot", str(picture)]) == 0
-    said = capsys.readouterr().err
+    said = capsys.readouterr().out
     for part in ("in degrees: converted", "joint_3 has 1 outlier", "at the end: trimmed to 0.1 s"):
         assert part in said
     with Image.open(picture) as image:
@@ -39,7 +39,7 @@ def test_inspect_says_what_it_finds_and_draws_it(spiked: Path, capsys: pytest.Ca
 
 def test_inspect_says_which_duration_keeps_the_limits(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", str(spiked), "--duration", "0.2"]) == 0
-    said = " ".join(capsys.readouterr().err.split())
+    said = " ".join(capsys.readouterr().out.split())
     assert "the movement passes limits of the arm (joint_" in said
     assert "s or more it keeps them" in said
 
@@ -66,3 +66,34 @@ def test_what_cannot_be_learned_is_one_sentence(tmp_path: Path, capsys: pytest.C
 def test_a_plot_needs_a_known_ending(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", str(spiked), "--plot", "picture.bmp"]) == 2
     assert "must end in .png, or in .rrd" in capsys.readouterr().err
+
+
+def test_a_picture_needs_a_directory_and_spares_the_recording(
+    spiked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for ending in ("png", "rrd"):
+        assert main(["inspect", str(spiked), "--plot", str(tmp_path / "absent" / f"x.{ending}")]) == 2
+        assert f"there is no directory {tmp_path / 'absent'}" in capsys.readouterr().err
+    trace = spiked.rename(tmp_path / "reach.rrd")
+    before = trace.read_bytes()
+    assert main(["inspect", str(trace), "--plot", str(trace)]) == 2
+    assert "would overwrite the recording" in capsys.readouterr().err
+    assert trace.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--duration", "-1"), "--duration is -1; it must be a number greater than 0"),
+        (("--duration", "nan"), "--duration is nan"),
+        (("--rate", "0"), "--rate is 0; it must be a number greater than 0"),
+        (("--rate", "inf"), "--rate is inf"),
+        (("--rate", "50", "--duration", "2"), "both set the times"),
+        (("--map", "a=joint_1", "--map", "a=joint_2"), "--map a=joint_1: 'a' is mapped to 'joint_2', too"),
+    ],
+)
+def test_flags_that_no_recording_fits_are_a_sentence(
+    spiked: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], said: str
+) -> None:
+    assert main(["inspect", str(spiked), *words]) == 2
+    assert said in capsys.readouterr().err

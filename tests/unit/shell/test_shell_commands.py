@@ -319,6 +319,10 @@ def test_refusal_is_a_sentence_and_exits_with_1(robot, capsys):
         (["learn", "absent.csv"], "absent.csv cannot be read: No such file or directory"),
         (["learn", "absent.csv", "--map", "elbow"], "--map elbow: write THEIRS=OURS"),
         (["learn", "absent.csv", "--rate", "50", "--duration", "2"], "both set the times"),
+        (["teach", "wave", "--seconds", "nan"], "--seconds is nan; it must be a number greater than 0"),
+        (["teach", "my wave"], "NAME 'my wave' must be 1 to 64 letters"),
+        (["teach", "wave", "--plot", "absent/x.png"], "--plot absent/x.png: there is no directory absent"),
+        (["teach", "wave", "--trace", "x.rrd", "--begin", "3", "--end", "2"], "--begin 3 is not before --end 2"),
         (["status", "--zenoh-config", "absent.json5"], "absent.json5 is no Zenoh configuration"),
     ],
 )
@@ -405,3 +409,9 @@ def test_client_imports_neither_motion_nor_mujoco():
     code = "import sys, tools.shell.__main__; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not {"motion", "mujoco", "rerun", "scipy", "piqp"} & set(loaded)
+
+
+def test_a_name_in_use_is_refused_before_the_arm_is_guided(robot, capsys):
+    assert volley(robot, "teach", "forehand", "--seconds", "1") == 1
+    assert "there is a primitive 'forehand'; take another name, or overwrite it" in capsys.readouterr().err
+    assert [key for key, _ in robot.asked] == ["primitives"]

@@ -19,7 +19,7 @@ SYNTHETIC = 1e-2
 def episodes(path: Path, rate: float | None) -> list[Episode]:
     """Return the episodes by their numbers."""
     info = _info(path)
-    hertz = rate or float(info["fps"])
+    hertz = rate or _fps(path, info)
     return [Episode(str(number), length, (length - 1) / hertz) for number, length, _ in _episodes(path, info)]
 
 
@@ -33,12 +33,19 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
         raise Unreadable(f"{path} lacks {file.relative_to(path)}, which has episode {episode}; download it whole")
     table = pq.read_table(file, columns=COLUMNS, filters=[("episode_index", "=", number)])
     values = _matrix(table.column(STATE))
-    hertz = rate or float(info["fps"])
+    hertz = rate or _fps(path, info)
     times = np.arange(len(values)) / hertz
     stamps = table.column("timestamp").to_numpy().astype(float)
     stamped = rate is None and bool(np.abs(stamps - stamps[0] - times).max() * hertz > SYNTHETIC)
     chosen, columns = stamps - stamps[0] if stamped else times, _columns(info, values.shape[1])
     return Recording(chosen, columns, values, None, path, episode, stamped, normalised=True)
+
+
+def _fps(path: Path, info: dict[str, Any]) -> float:
+    fps = info.get("fps")
+    if not isinstance(fps, int | float) or not 0 < fps < np.inf:
+        raise Unreadable(f"{path}: fps in meta/info.json is {fps!r}; give --rate, in frames a second")
+    return float(fps)
 
 
 def _info(path: Path) -> dict[str, Any]:
