@@ -1,6 +1,5 @@
 """`volley inspect`: faults of a recording, and a plot of what would be learned from it."""
 
-from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import arg

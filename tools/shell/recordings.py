@@ -235,7 +235,7 @@ def _arm(description: m.Description | None) -> Arm | None:
 
 
 def print_findings(notes: Sequence[str], findings: Sequence[Finding], stderr: bool = True) -> None:
-    """Print assumptions, repairs and remaining faults, a line each; with a reply to stderr, so that --json stays one line."""
+    """Print a line for each assumption, repair and remaining fault; to stderr beside a reply, which may be JSON."""
     console = Console(stderr=stderr, soft_wrap=True)
     for note in notes:
         console.print(Text.assemble(("note: ", "dim"), note))
