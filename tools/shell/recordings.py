@@ -188,7 +188,7 @@ def mapping(pairs: tuple[str, ...]) -> dict[str, str]:
     found = {theirs: ours for theirs, _, ours in split}
     for theirs, _, ours in split:
         if (other := found[theirs]) != ours:
-            raise UsageError(f"--map {theirs}={ours}: {theirs!r} is mapped to {other!r}, too; give one of the two")
+            raise UsageError(f"--map {theirs}={ours}: {theirs!r} is also mapped to {other!r}; give one of the two")
     return found
 
 

@@ -9,9 +9,18 @@ from tools.drill.harness.states import silent_ticks
 def states(applied: list[int], silence: int) -> list[m.State]:
     """Return the states from tick 1 on: those that applied answers, `silence` without news, and one of the brake."""
     ticks = [*applied, *([applied[-1]] * silence)]
-    zeros = {name: [0.0] for name in ("positions", "velocities", "torques")}
     return [
-        m.State(run=1, tick=k, time=k / 1000, brake=k == len(ticks), applied_tick=tick, saturated=[False], **zeros)
+        m.State(
+            run=1,
+            tick=k,
+            time=k / 1000,
+            positions=[0.0],
+            velocities=[0.0],
+            torques=[0.0],
+            saturated=[False],
+            brake=k == len(ticks),
+            applied_tick=tick,
+        )
         for k, tick in enumerate(ticks, start=1)
     ]
 
