@@ -89,7 +89,7 @@ def test_a_picture_needs_a_directory_and_spares_the_recording(
         (("--rate", "0"), "--rate is 0; it must be a number greater than 0"),
         (("--rate", "inf"), "--rate is inf"),
         (("--rate", "50", "--duration", "2"), "both set the times"),
-        (("--map", "a=joint_1", "--map", "a=joint_2"), "--map a=joint_1: 'a' is mapped to 'joint_2', too"),
+        (("--map", "a=joint_1", "--map", "a=joint_2"), "--map a=joint_1: 'a' is also mapped to 'joint_2'"),
     ],
 )
 def test_flags_that_no_recording_fits_are_a_sentence(
