@@ -2,6 +2,7 @@
 
 import sys
 import tempfile
+from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,7 +53,7 @@ class Flags:
 
 
 def main() -> int:
-    """Return 0 where every bound held, 1 otherwise."""
+    """Return 0 if every bound held, 1 if not, 130 if interrupted; what was carried out is printed and saved."""
     flags = tyro.cli(Flags)
     console = Console()
     end_like_ctrl_c()
@@ -64,29 +65,33 @@ def main() -> int:
     if flags.list:
         console.print(listing(scenarios))
         return 0
+    outcomes: list[ScenarioOutcome] = []
+    interrupted = False
     try:
-        outcomes = drill(scenarios, flags, console)
+        for outcome in drill(scenarios, flags, console):
+            outcomes.append(outcome)  # noqa: PERF402 -- an interruption must leave what was appended
     except RobotError as error:
         console.print(f"volley: {error}", highlight=False)
         return MISUSED
     except KeyboardInterrupt:
-        console.print("interrupted")
-        return 130
+        interrupted = True
     console.print(table(outcomes))
     if flags.json:
         document = save(flags.json, outcomes)
         if flags.markdown:
             write_markdown(flags.markdown, document)
+    if interrupted:
+        console.print(f"interrupted: {len(outcomes)} of {len(scenarios)} scenarios were carried out")
+        return 130
     short = [outcome.scenario.name for outcome in outcomes if not outcome.held]
     console.print(f"fell short: {', '.join(short)}" if short else f"all {len(outcomes)} scenarios held")
     return 1 if short else 0
 
 
-def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> list[ScenarioOutcome]:
-    """Carry out the scenarios, with a progress bar."""
+def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> Iterator[ScenarioOutcome]:
+    """Carry out the scenarios, with a progress bar; yield each outcome, so that an interruption loses one only."""
     columns = SpinnerColumn(), BarColumn(20), TextColumn("{task.description}"), TimeElapsedColumn()
     options = Options(flags.robot, flags.robot_config, loop_core=flags.loop_core)
-    outcomes: list[ScenarioOutcome] = []
     with (
         nullcontext(flags.logs) if flags.logs else tempfile.TemporaryDirectory(prefix="volley-drill-") as folder,
         Progress(*columns, console=console, transient=True) as progress,
@@ -96,9 +101,8 @@ def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> list[Sce
         for scenario in scenarios:
             progress.update(task, description=f"{scenario.name}: {scenario.fault}")
             lab.progress = lambda doing, name=scenario.name: progress.update(task, description=f"{name}: {doing}")
-            outcomes.append(carry_out(scenario, lab))
+            yield carry_out(scenario, lab)
             progress.advance(task)
-    return outcomes
 
 
 if __name__ == "__main__":

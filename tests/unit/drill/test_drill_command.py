@@ -1,0 +1,28 @@
+"""The drill's command."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tools.drill import __main__ as command
+from tools.drill.harness.lab import Lab
+from tools.drill.scenario import Scenario, ScenarioOutcome, judge
+
+
+def test_an_interrupted_drill_keeps_what_was_measured(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    """The first scenario is printed and saved; the second one is interrupted."""
+
+    def carry_out(scenario: Scenario, _: Lab) -> ScenarioOutcome:
+        if scenario.name == "push":
+            raise KeyboardInterrupt
+        return judge(scenario, {bound.reaction: bound.value for bound in scenario.bounds}, 1.0)
+
+    file = tmp_path / "drill.json"
+    monkeypatch.setattr(command, "carry_out", carry_out)
+    monkeypatch.setattr("sys.argv", ["drill", "--only", "cancel", "--only", "push", "--json", str(file)])
+    assert command.main() == 130
+    assert "interrupted: 1 of 2 scenarios were carried out" in capsys.readouterr().out
+    assert list(json.loads(file.read_text())["rows"]) == ["cancel"]
