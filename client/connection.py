@@ -101,7 +101,7 @@ def _endpoints(endpoint: str | Sequence[str] | None, config: Path | str | None) 
         raise ValueError(f"{config} names no endpoint to connect to; give one")
     given = [endpoint] if isinstance(endpoint, str) else list(endpoint or configured or [DEFAULT_ENDPOINT])
     if wrong := [each for each in given if "/" not in each]:
-        raise ValueError(f"{wrong[0]!r} is no endpoint; write tcp/HOST:PORT, for example {DEFAULT_ENDPOINT}")
+        raise ValueError(f"{wrong[0]!r} is not an endpoint; write tcp/HOST:PORT, for example {DEFAULT_ENDPOINT}")
     return given
 
 

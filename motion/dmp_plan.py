@@ -33,7 +33,7 @@ def plan_dmp(primitive: Primitive, request: MotionRequest, tick: float = 0.001) 
 
 def _refuse_what_it_cannot(primitive: Primitive, request: MotionRequest) -> None:
     primitive.check_joints(request.joint_count)
-    remedy = "a DMP has no such thing; leave it out or use method 'qp'"
+    remedy = "a DMP does not support it; leave it out or use method 'qp'"
     if request.waypoints:
         raise InvalidMotion("waypoints", f"has {len(request.waypoints)} entries; {remedy}")
     for field, free in (("rest_fraction", 0.0), ("follow_through", 0.0), ("phase", 0.0), ("place_time", None)):

@@ -87,7 +87,7 @@ class SolverFailed(MotionError):
     """The quadratic program failed numerically; `status` is the solver's status."""
 
     def __init__(self, joint: int, status: str, remedy: str = "change the goal a little") -> None:
-        super().__init__(f"joint {joint}: the solver gave up ({status}); {remedy}")
+        super().__init__(f"joint {joint}: the solver failed ({status}); {remedy}")
         self.joint = joint
         self.status = status
 

@@ -61,7 +61,7 @@ def make_programs(
         CannotStop: no stop after the goal keeps the limits.
     """
     if request.place_time is not None:
-        raise InvalidMotion("place_time", f"is {request.place_time}; the paper's cost knows no places: use method 'qp'")
+        raise InvalidMotion("place_time", f"is {request.place_time}; the paper's cost has no place term; use 'qp'")
     request, fixed = fixed_inside(request)
     # Unlike `motion.plan`, this method accepts no start outside the limits.
     if error := request.limits.exceeded(np.zeros(1, dtype=int), request.start.positions[None]):

@@ -91,7 +91,7 @@ class MotionRequest:
         if self.tail not in ("stop", "coast"):
             raise InvalidMotion("tail", f"is {self.tail!r}; it must be 'stop' or 'coast'")
         if self.follow_through > 0 and self.tail == "coast":
-            raise InvalidMotion("follow_through", "is for the tail 'stop': an arm that coasts has no end of it")
+            raise InvalidMotion("follow_through", "needs the tail 'stop': a motion that coasts does not end")
         straight = self.rest_fraction > 0 or self.follow_through > 0
         if straight and np.any(np.nan_to_num(self.goal.accelerations) != 0):
             raise InvalidMotion("goal.accelerations", "must be null or 0 with a rest_fraction or a follow_through")

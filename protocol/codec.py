@@ -174,7 +174,7 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
     value = _value_at(body, path)
     if matched and matched["key"]:
         strange = [key for key in (value if isinstance(value, dict) else ()) if not isinstance(key, str)]
-        which = f"the key {strange[0]!r:.40}" if strange else "a key that is no string"
+        which = f"the key {strange[0]!r:.40}" if strange else "a key that is not a string"
         return bad_message(path, f"{path or 'the body'} has {which}; keys are strings")
     if _FINITE.match(what):
         return bad_message(path, f"{path} is {value or 'not finite'}; it must be finite")

@@ -146,7 +146,7 @@ def court_config(table: CourtTable | None, model: mujoco.MjModel) -> CourtConfig
 def _net(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> NetConfig:
     geom = _fixed(model, name, "court.net")
     if model.geom_type[geom] != _BOX:
-        raise RobotError(f"court.net: {name!r} is no box; make the net a thin one")
+        raise RobotError(f"court.net: {name!r} is not a box; make the net a thin one")
     rotation, size = data.geom_xmat[geom].reshape(3, 3), model.geom_size[geom]
     level = sorted((axis for axis in range(3) if abs(rotation[2, axis]) < 0.01), key=lambda axis: size[axis])
     if len(level) != 2:

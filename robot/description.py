@@ -40,7 +40,7 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class RecoilBounds:
-    """Bounds of a hit's recoil within which it is no fault.
+    """Bounds of a hit's recoil within which it is not a fault.
 
     window: s before and after the planned hit, and after the first contact with the ball. positions, velocities: the
     largest errors of any joint in the window, rad and rad/s. tolerance: error at which the recoil is over, rad.
@@ -190,7 +190,7 @@ def _tool(description: Description) -> Tool:
     length = float(np.linalg.norm(tool.quaternion))
     if not 0 < length < np.inf:
         raise RobotError(
-            f"tool.quaternion: {list(tool.quaternion)} is no rotation; write [1, 0, 0, 0] for the body's own axes"
+            f"tool.quaternion: {list(tool.quaternion)} is not a rotation; write [1, 0, 0, 0] for the body's own axes"
         )
     return Tool(TOOL_SITE, tool.body, tool.position, tool.quaternion)
 
@@ -214,7 +214,7 @@ def _recoil(description: Description) -> RecoilBounds | None:
     if not bounds.tolerance < largest < bounds.positions:
         raise RobotError(
             f"racket.recoil: max_tracking_error = {largest:g} must lie between tolerance = {bounds.tolerance:g} and "
-            f"positions = {bounds.positions:g}; an error below it is no fault at any time"
+            f"positions = {bounds.positions:g}; an error below it is not a fault at any time"
         )
     return bounds
 

@@ -43,7 +43,7 @@ def ranges(joints: JointsTable, model: mujoco.MjModel, ids: list[int]) -> np.nda
     asked = np.where(np.isinf(asked), widest, asked)
     for name, (low, high), (lowest, highest) in zip(joints.names, asked, widest, strict=True):
         if not low < high:
-            raise RobotError(f"joints.positions: {name}: {low:.6g} to {high:.6g} is no range")
+            raise RobotError(f"joints.positions: {name}: {low:.6g} to {high:.6g} is not a range")
         if low < lowest - ROUNDING or high > highest + ROUNDING:
             raise RobotError(
                 f"joints.positions: {name}: {low:.6g} to {high:.6g} is wider than the model's range, "
@@ -84,7 +84,7 @@ def _keyframe(home: str, model: mujoco.MjModel) -> np.ndarray:
     keys = [model.key(i).name for i in range(model.nkey)]
     if name == home or name not in keys:
         known = ", ".join(f'"{KEYFRAME}{key}"' for key in filter(None, keys)) or "none"
-        raise RobotError(f"joints.home: {home!r} is no keyframe of the model; it has {known}")
+        raise RobotError(f"joints.home: {home!r} is not a keyframe of the model; it has {known}")
     return model.key(name).qpos
 
 

@@ -63,7 +63,7 @@ def read_urdf(path: Path) -> dict[str, UrdfJoint]:
     except OSError as error:
         raise RobotError(f"{path}: cannot be read ({error.strerror}); name a URDF or MJCF file") from error
     except expat.ExpatError as error:
-        raise RobotError(f"{path}: is no XML: {error}") from error
+        raise RobotError(f"{path}: is not XML: {error}") from error
     if any(element.tag.startswith("xacro:") for element in root.iter()):
         raise RobotError(f"{path}: is a xacro file; expand it first: xacro FILE.xacro > FILE.urdf")
     if root.tag != "robot":
@@ -79,7 +79,7 @@ def read_urdf(path: Path) -> dict[str, UrdfJoint]:
     for joint in joints:
         if joint.mimics is not None and not (joint.mimics in by_name and by_name[joint.mimics].moves):
             raise RobotError(
-                f"{path}: {joint.name} follows {joint.mimics}, which is no joint that moves; correct or remove <mimic>"
+                f"{path}: {joint.name} follows {joint.mimics}, which is not a moving joint; correct or remove <mimic>"
             )
     return by_name
 
@@ -110,7 +110,7 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
         try:
             value = None if text is None else float(text)
         except ValueError:
-            raise RobotError(f"{name}: limit {key}={text!r} is no number") from None
+            raise RobotError(f"{name}: limit {key}={text!r} is not a number") from None
         return value if value is None or math.isfinite(value) else None
 
     if kind in ("floating", "planar"):

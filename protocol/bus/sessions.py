@@ -148,5 +148,5 @@ def read_config(file: Path | str) -> zenoh.Config:
     Raises:
         zenoh.ZError: the file has no configuration; the sentence names it.
     """
-    with _plain_errors(f"{file} is no Zenoh configuration: "):
+    with _plain_errors(f"{file} is not a Zenoh configuration: "):
         return zenoh.Config.from_file(file)

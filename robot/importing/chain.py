@@ -49,7 +49,7 @@ def find_arm(model: mujoco.MjModel, tool: str | None) -> Arm:
     names = [model.joint(joint).name for joint in range(model.njnt)]
     mimics = {follower for follower, _ in joint_equalities(model)}
     while chain and (chain[-1] in mimics or _is_of_gripper(model, chain[-1])):
-        notes.append(f"{names[chain[-1]]} moves a gripper or follows another joint: it is no joint of the arm")
+        notes.append(f"{names[chain[-1]]} moves a gripper or follows another joint: it is not a joint of the arm")
         chain.pop()
     if not chain:
         moves = "only a gripper's joints move" if notes else "no joint moves"

@@ -122,7 +122,7 @@ def read(path: Path, robot: str) -> Learner | None:
         hits, name = int(found["hits"]), found["robot"]
         sound = numbers.shape == (5,) and covariance.shape == (5, 5) and np.isfinite(covariance).all()
     except (ValueError, KeyError, TypeError) as error:
-        raise LearningError(f"{path}: is no learned contact law ({error}); delete it to learn again") from error
+        raise LearningError(f"{path}: is not a learned contact law ({error}); delete it to learn again") from error
     if name != robot:
         raise LearningError(f"{path}: belongs to the robot {name!r}, not to {robot!r}; give each robot its own file")
     if not (sound and (numbers >= LOWEST).all() and (numbers <= HIGHEST).all() and 0 <= duration < 1):

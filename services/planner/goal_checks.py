@@ -35,7 +35,7 @@ def check_goal(goal: m.Goal, primitive: Primitive, config: RobotConfig) -> None:
         sentence = f"follow_through is {goal.follow_through} s; it must lie between 0 and {MAX_FOLLOW_THROUGH_S} s"
         raise _invalid("follow_through", sentence)
     if goal.follow_through > 0 and goal.tail == "coast":
-        raise _invalid("follow_through", "follow_through is for tail 'stop'; an arm that coasts has no end of it")
+        raise _invalid("follow_through", "follow_through needs the tail 'stop'; a motion that coasts does not end")
     _check_tolerance(goal)
     _check_method(goal)
     _check_tool(goal)

@@ -173,7 +173,7 @@ def _check_plan(plan: m.Plan, joint_count: int) -> None:
     """Refuse a plan whose matrices or waypoints do not fit each other."""
     # A long motion is sampled coarsely, and its last sample is after its end.
     if not (0 <= plan.hit_index < plan.count and plan.dt >= MIN_DT_S and plan.dt * plan.count <= 2 * MAX_PLAN_S):
-        raise bad_message("count", f"count {plan.count}, hit_index {plan.hit_index}, dt {plan.dt} are no trajectory")
+        raise bad_message("count", f"count {plan.count}, hit_index {plan.hit_index}, dt {plan.dt} are not a trajectory")
     samples_of(plan)
     if plan.demonstration:
         matrix(plan.demonstration, plan.hit_index + 1, joint_count, "demonstration")
@@ -181,7 +181,7 @@ def _check_plan(plan: m.Plan, joint_count: int) -> None:
         if waypoint.positions is not None and len(waypoint.positions) != joint_count:
             raise bad_message("waypoints", f"waypoints: one has {len(waypoint.positions)} positions, not {joint_count}")
         if abs(waypoint.time_from_start) > MAX_TIME_S:
-            raise bad_message("waypoints", f"waypoints: time_from_start {waypoint.time_from_start} is no time")
+            raise bad_message("waypoints", f"waypoints: time_from_start {waypoint.time_from_start} is not a time")
 
 
 def _check_disturbance(disturbance: m.Disturbance, joint_count: int) -> None:

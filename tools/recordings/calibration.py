@@ -35,7 +35,7 @@ def in_degrees(recording: Recording, file: Path) -> Recording:
         raise Unreadable(f"{file} cannot be read: {error.strerror or error}") from None
     except (ValueError, KeyError, TypeError, AttributeError):
         needs = f"a range_min, range_max and drive_mode for each joint; {WANTED}"
-        raise Unreadable(f"{file} is no calibration by LeRobot: it needs {needs}") from None
+        raise Unreadable(f"{file} is not a LeRobot calibration: it needs {needs}") from None
     try:
         columns = match(tuple(ranges), len(ranges), recording.columns, {}).columns
     except Mismatch as mismatch:

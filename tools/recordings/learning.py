@@ -142,7 +142,7 @@ def _selected(recording: Recording, joints: Sequence[str], matching: Matching) -
     values, unit = recording.values[:, chosen], recording.unit
     named = [recording.columns[column] for column in chosen] if recording.columns else []
     if wrong := next(filter(names.is_no_angle, named), None):
-        raise Unreadable(f"{recording.source}: {wrong} is no angle by its name; convert it to rad or degrees")
+        raise Unreadable(f"{recording.source}: {wrong} is not an angle by its name; convert it to rad or degrees")
     scales = {names.scale_of(name) for name in named} - {None}
     if unit is None and scales == {DEGREE}:
         unit = "deg"

@@ -22,7 +22,7 @@ def test_nobody_listens():
 
 
 def test_an_endpoint_that_is_none():
-    with pytest.raises(ValueError, match=r"^'localhost:7447' is no endpoint; write tcp/HOST:PORT"):
+    with pytest.raises(ValueError, match=r"^'localhost:7447' is not an endpoint; write tcp/HOST:PORT"):
         connect("localhost:7447")
 
 
@@ -35,7 +35,7 @@ def test_a_name_that_no_robot_can_have(name, robot):
 
 def test_a_configuration_names_its_endpoints(tmp_path, robot):
     file = tmp_path / "operator.json5"
-    with pytest.raises(ValueError, match=r"operator\.json5 is no Zenoh configuration"):
+    with pytest.raises(ValueError, match=r"operator\.json5 is not a Zenoh configuration"):
         connect(config=file)
     file.write_text("{}")
     with pytest.raises(ValueError, match="names no endpoint to connect to"):

@@ -18,7 +18,7 @@ from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, exac
     ],
 )
 def test_bounds(bound: Bound, good: list[Value], bad: list[Value]):
-    """Hold for what keeps them, never for what is no number."""
+    """Hold for what keeps them, never for what is not a number."""
     assert all(bound.holds(value) for value in good)
     assert not any(bound.holds(value) for value in bad)
 

@@ -52,9 +52,9 @@ def test_sentences(change, field, sentence):
 @pytest.mark.parametrize(
     ("body", "kind", "sentence"),
     [
-        ({"goal_id": "g" * 5000, "stamps": {b"planned": 2}}, m.Trajectory, "stamps has a key that is no string"),
-        ({b"version": 1, "goal_id": "g" * 5000}, m.Trajectory, "the body has a key that is no string"),
-        ({"lead": 0.1, "a` - at `key` in `$.lead": 1}, m.ReferenceRequest, "lead has a key that is no string"),
+        ({"goal_id": "g" * 5000, "stamps": {b"planned": 2}}, m.Trajectory, "stamps has a key that is not a string"),
+        ({b"version": 1, "goal_id": "g" * 5000}, m.Trajectory, "the body has a key that is not a string"),
+        ({"lead": 0.1, "a` - at `key` in `$.lead": 1}, m.ReferenceRequest, "lead has a key that is not a string"),
         ({"positions": [1.0], "a` - at `key` in `$.positions[0]": 1}, m.Goal, "positions[0] has a key that is no"),
     ],
     ids=["large", "large itself", "deceptive", "deceptive in a list"],

@@ -34,8 +34,8 @@ COUNT, BODY = 2000, bytes(3000)
 @pytest.mark.parametrize(
     ("setting", "sentence"),
     [
-        (None, "FILE is no Zenoh configuration: No such file or directory (os error 2)"),
-        ('{mode: "blob"}', "FILE is no Zenoh configuration: unknown variant `blob`, expected one of `router`, `peer`"),
+        (None, "FILE is not a Zenoh configuration: No such file or directory (os error 2)"),
+        ('{mode: "blob"}', "FILE is not a Zenoh configuration: unknown variant `blob`, expected one of `router`"),
     ],
 )
 def test_a_configuration_that_cannot_be_read_is_named(tmp_path: Path, setting: str | None, sentence: str):

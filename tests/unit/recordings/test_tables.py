@@ -118,7 +118,7 @@ def test_other_units_of_angles_are_converted(tmp_path: Path, word: str, size: fl
 @pytest.mark.parametrize("word", ["ticks", "counts", "%", "percent"])
 def test_units_that_are_no_angles_are_refused(tmp_path: Path, word: str):
     for mapping in ({}, {f"joint_*_{word}": "joint_*"}):
-        with pytest.raises(Unreadable, match="no angle by its name"):
+        with pytest.raises(Unreadable, match="not an angle by its name"):
             table(tmp_path, f"t,joint_1_{word},joint_2_{word}\n0,1,2\n0.1,3,4\n", mapping=mapping)
 
 

@@ -57,7 +57,7 @@ def test_what_is_no_calibration_or_does_not_apply_is_refused(tmp_path: Path):
     with pytest.raises(Unreadable, match="no column for elbow"):
         file.write_text(json.dumps({"shoulder": {"range_min": 0, "range_max": 9, "drive_mode": 0}}), encoding="utf-8")
         recorded(tmp_path, np.array([60.0, -80.0]), calibration=file)
-    with pytest.raises(Unreadable, match="no calibration by LeRobot"):
+    with pytest.raises(Unreadable, match="not a LeRobot calibration"):
         file.write_text("[1, 2]", encoding="utf-8")
         recorded(tmp_path, np.array([60.0, -80.0]), calibration=file)
     with pytest.raises(Unreadable, match="cannot be read"):

@@ -43,7 +43,7 @@ def test_a_racket_without_a_face_is_none():
         (RacketTable(geom="string_bed", restitution=1.5), "racket.restitution: 1.5 must be 0 to 1"),
         (CourtTable(surface="sea"), "court.surface: the model has no geom 'sea'"),
         (CourtTable(surface="string_bed"), "court.surface: 'string_bed' moves; the court must be fixed"),
-        (CourtTable(surface="floor", net="floor"), "court.net: 'floor' is no box"),
+        (CourtTable(surface="floor", net="floor"), "court.net: 'floor' is not a box"),
         (CourtTable(surface="floor", dwell=1.0), "court.dwell: 1.0 must be 0 to 0.1"),
         (CourtTable(surface="floor", region=((5.0, 3.0), (0.0, 1.0))), "court.region: its x goes from 5 to 3 m"),
     ],

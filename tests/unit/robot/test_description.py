@@ -78,7 +78,7 @@ def test_the_shipped_arm_has_room_for_the_papers_cases():
     assert robot.rate_hz == 1000
     assert robot.tick == 0.001
     assert robot.silence_ticks == 20
-    assert robot.max_tracking_error > 0.16, "the paper's push deflects 0.16 rad and is no fault"
+    assert robot.max_tracking_error > 0.16, "the paper's push deflects 0.16 rad and is not a fault"
     for name, pose in PAPER_POSES.items():
         inside = (robot.limits.positions[:, 0] < pose) & (pose < robot.limits.positions[:, 1])
         assert inside.all(), name
@@ -163,9 +163,9 @@ def test_a_position_servos_control_range_is_no_torque(tmp_path: Path):
         ("[joints]", "[collision]\nmargin = -1.0\n[joints]", "collision.margin: -1.0 is not a finite"),
         ("[joints]", '[collision]\nignore = [["upper", "x"]]\n[joints]', "collision.ignore: the model has no body 'x'"),
         ("[joints]", "[joints]\npositions = [[-2.0, 1.0], [-1.0, 1.0]]", "a: -2 to 1 is wider than the model's"),
-        ("[joints]", "[joints]\npositions = [[1.0, -1.0], [-1.0, 1.0]]", "joints.positions: a: 1 to -1 is no range"),
+        ("[joints]", "[joints]\npositions = [[1.0, -1.0], [-1.0, 1.0]]", "joints.positions: a: 1 to -1 is not a range"),
         ("[joints]", "[joints]\ntorques = [9.0, 1.0]", "joints.torques: a: 9 N·m is more than the model's 7 N·m"),
-        ("home = [0.1, 0.2]", 'home = "keyframe:away"', "'keyframe:away' is no keyframe of the model; it has"),
+        ("home = [0.1, 0.2]", 'home = "keyframe:away"', "'keyframe:away' is not a keyframe of the model; it has"),
         ('model = "two.xml"', 'model = "three.xml"', "three.xml'; name an MJCF or URDF file"),
         ('model = "two.xml"', 'model = ""', "model: there is no file"),
         ('model = "two.xml"', 'model = "two.toml"', "model: 'two.toml' ends neither in .xml (MJCF) nor in .urdf"),

@@ -138,11 +138,11 @@ def test_meshes_of_packages_are_found(tmp_path: Path, monkeypatch: pytest.Monkey
     ("old", "new", "sentence"),
     [
         ('<?xml version="1.0" ?>', '<!DOCTYPE robot [<!ENTITY a "b">]>', "remove <!DOCTYPE>"),
-        ("<robot", '<xacro:include filename="a"/><robot', "is no XML"),
+        ("<robot", '<xacro:include filename="a"/><robot', "is not XML"),
         ('<link name="base_link"/>', '<link name="base_link"/><xacro:arm/>', "expand it first"),
         ("collision/shoulder.obj", "collision/shoulder.dae", "convert it"),
         ("collision/shoulder.obj", "meshes/shoulder.obj", "it is looked for at"),
-        ('effort="150.0"', 'effort="strong"', "is no number"),
+        ('effort="150.0"', 'effort="strong"', "is not a number"),
         ('lower="-3.141592653589793" upper="3.141592653589793"', 'upper="-1"', "begins at 0 and ends at -1; exchange"),
         ("</robot>", '<joint name="j" type="fixed"><mimic joint="elbow"/></joint></robot>', "j follows elbow, which"),
         ('<mass value="8.393"/>', '<mass value="0"/>', "give each link a mass and an inertia"),

@@ -323,7 +323,7 @@ def test_refusal_is_a_sentence_and_exits_with_1(robot, capsys):
         (["teach", "my wave"], "NAME 'my wave' must be 1 to 64 letters"),
         (["teach", "wave", "--plot", "absent/x.png"], "--plot absent/x.png: there is no directory absent"),
         (["teach", "wave", "--trace", "x.rrd", "--begin", "3", "--end", "2"], "--begin 3 is not before --end 2"),
-        (["status", "--zenoh-config", "absent.json5"], "absent.json5 is no Zenoh configuration"),
+        (["status", "--zenoh-config", "absent.json5"], "absent.json5 is not a Zenoh configuration"),
     ],
 )
 def test_usage_errors_are_a_sentence_and_exit_with_2(robot, capsys, words, sentence):

@@ -105,7 +105,7 @@ def cut(path: Path, begin: float, end: float) -> Recording:
     """Return measured positions between two times, s on the trace's clock.
 
     Raises:
-        Unreadable: the file is no trace of Volley's recorder, or has no samples there.
+        Unreadable: the file is not a trace of Volley's recorder, or has no samples there.
     """
     try:
         is_rerun = head(path).startswith(b"RRF")
@@ -115,7 +115,7 @@ def cut(path: Path, begin: float, end: float) -> Recording:
         raise Unreadable(f"{path} is no .rrd file; name a trace that the recorder wrote")
     scan = scan_of(path)
     if not scan.is_trace:
-        raise Unreadable(f"{path} is no trace of Volley's recorder; learn it with volley learn {path}")
+        raise Unreadable(f"{path} is not a trace of Volley's recorder; learn it with volley learn {path}")
     taken = _between(scan, begin, end, path, "part", None)
     if not len(taken.times):
         times, _ = scan.table()
