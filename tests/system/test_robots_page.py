@@ -24,6 +24,8 @@ PICTURED = "UR5e"
 """The arm with a recorder and a picture, which takes the viewer 5 s; it does not depend on the arm."""
 DRIVERS = Path("/usr/share/vulkan/icd.d")
 """Without a graphics driver there is no picture."""
+LATE_TRIES = 3
+"""On a busy machine a plan may come too late; it is refused and moves nothing."""
 HIT = 1e-4
 """rad, on any joint."""
 
@@ -59,7 +61,7 @@ def test_an_arm_from_its_model_to_a_picture(
                 case ["volley", "robot", *_]:
                     assert main(words[1:]) == 0
                 case ["volley", *_]:
-                    assert main([*words[1:], "--connect", endpoint, "--json"]) == 0
+                    print(output_of([*words[1:], "--connect", endpoint, "--json"], capsys))
                 case ["python", "-m", "tools.screenshot", trace, picture]:
                     stack.close()  # the trace is complete
                     if arm == PICTURED and DRIVERS.exists():
@@ -74,6 +76,16 @@ def test_an_arm_from_its_model_to_a_picture(
     assert result["outcome"] == "succeeded"
     assert max(map(abs, result["hit"]["position_error"])) < HIT
     assert max(map(abs, result["hit"]["velocity_error"])) < 1e-3
+
+
+def output_of(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """Return what a command of `volley` prints, which succeeds; a goal that is planned too late is sent again."""
+    for _ in range(LATE_TRIES):
+        status, printed = main(words), capsys.readouterr()
+        if status == 0:
+            return printed.out
+        assert '"code": "late"' in printed.err, printed.err
+    return pytest.fail(f"late {LATE_TRIES} times: {words}")
 
 
 def run(words: list[str]) -> None:
