@@ -1,8 +1,8 @@
 """The services of a system test.
 
-`stack` is shared by the tests of a module; each finds it at the start of a new run, with the arm at home, and with
-processes anew in place of those that a test before has ended. A test that needs other processes or another clock starts
-its own with `harness.running`.
+`stack` is shared by the tests of a module. Before each test it starts a new run with the arm at home, and restarts the
+processes that an earlier test ended. A test that needs other processes or another clock starts its own with
+`harness.running`.
 """
 
 from collections.abc import Iterator

@@ -84,7 +84,7 @@ def is_running(pid: int) -> bool:
 def test_everything_from_start_to_ctrl_c(tmp_path: Path):
     """It says what to do next, serves the arm, paced, and a live view on loopback, and ends all with status 0.
 
-    A second instance is told of the first in one sentence, before anything is started.
+    A second instance names the first one in a sentence and starts nothing.
     """
     with up(tmp_path) as services:
         services.wait_ready()

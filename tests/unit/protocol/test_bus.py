@@ -261,7 +261,7 @@ def test_of_two_that_claim_a_place_at_once_the_smaller_id_gets_it(router, claima
 
 
 def test_of_two_that_claim_a_place_at_once_one_gets_it_though_both_stall(router, claimants):
-    """The smaller id waits for the other in vain and gives way; only then does the other act on the claim it saw."""
+    """The smaller id times out and withdraws. The larger one withdraws too, looks again, and gets the place."""
     smaller, larger = claimants
     with ThreadPoolExecutor(2) as pool:
         claims = [pool.submit(each.claim, "sim", 0.0) for each in claimants]

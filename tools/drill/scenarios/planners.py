@@ -54,8 +54,8 @@ def kill_learning(lab: Lab) -> Measured:
         for attempt in range(TRIES):
             lab.progress(f"try {attempt + 1} of {TRIES}")
             other = 500 - known
-            # The first request of a planner starts its worker, and the first of each length takes longer than others:
-            # both come before the request that is timed and interrupted.
+            # The first request of a planner starts its worker, and the first of each length takes longer than others.
+            # So does one of another length than the last; it is timed, because the interrupted request is like it.
             for count in (other, known):
                 cell.bus.ask(topics.LEARN, learn_request(count, cell.home))
             began = time.monotonic()
