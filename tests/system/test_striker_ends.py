@@ -28,8 +28,9 @@ def stack(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
 
 def swinging(stack: Stack, seed: int) -> m.Strike:
     """Order strikes, throw a ball, and return what the striker says when it has planned a hit."""
+    stack.drain(topics.STATUS)  # those of the strikes before
     stack.bus.ask(topics.STRIKE, m.StrikeRequest(target=(4.5, 0.0, 0.0)))
-    wait_for(lambda: stack.mode() == "tracking", "the arm to go to its ready pose")
+    stack.wait_status(lambda status: status.mode == "tracking", "the arm to go to its ready pose")
     wait_for(lambda: stack.mode() == "holding", "the arm to be there")
     launch = Launcher(ROBOT, seed).next()
     stack.drain(topics.STRIKES)  # those of the ball before

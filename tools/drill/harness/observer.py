@@ -1,5 +1,6 @@
 """What a robot cell publishes, kept run by run."""
 
+from collections.abc import Callable
 from queue import Empty, SimpleQueue
 
 from protocol import messages as m
@@ -7,7 +8,7 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.codec import decode
 from protocol.errors import Refusal
-from tools.drill.harness.waiting import PATIENCE_S, ScenarioError
+from tools.drill.harness.waiting import PATIENCE_S, ScenarioError, wait_for
 
 MAX_BYTES = 1 << 24
 
@@ -55,6 +56,22 @@ class Observer:
         while (plan := decode(self._next(topics.PLAN), m.Plan, MAX_BYTES)).goal_id != reply.goal_id:
             pass
         return plan
+
+    def wait_status(self, condition: Callable[[m.Status], object], what: str, patience: float = PATIENCE_S) -> float:
+        """Wait until the controller publishes a status for which `condition` holds; return how long that took, s.
+
+        Each status since the first `listen` is looked at once, in order: a mode may last a few ticks only, and two
+        questions, one after the other, may both miss it.
+
+        Raises:
+            ScenarioError: none was published within `patience` s.
+        """
+        statuses = self.listen(topics.STATUS)
+
+        def published() -> bool:
+            return any(condition(decode(statuses.get(), m.Status, MAX_BYTES)) for _ in range(statuses.qsize()))
+
+        return wait_for(published, what, patience)
 
     def states(self) -> list[m.State]:
         """Return every state of this run up to the present tick."""

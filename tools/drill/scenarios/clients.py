@@ -16,7 +16,7 @@ from tools.drill.harness.cell import ACCEPTED, Cell
 from tools.drill.harness.commanded import unlike_plan
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.start import CellConfig
-from tools.drill.harness.waiting import ScenarioError, wait_for
+from tools.drill.harness.waiting import ScenarioError
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none, timed
 
 GOAL_ID = "followed"
@@ -42,16 +42,14 @@ def kill_client(lab: Lab, lease: bool) -> Measured:
     """Kill a client in the middle of its motion."""
     with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
+        cell.listen(topics.STATUS)
         with client(cell, "--wait", *(["--lease"] if lease else [])) as process:
-            wait_for(lambda: cell.mode() == "tracking", "the client's motion")
+            cell.wait_status(lambda status: status.mode == "tracking", "the client's motion")
             time.sleep(0.7)
             if process.poll() is not None:
                 raise ScenarioError("the client ended before it could be killed")
             process.kill()
-            killed = time.monotonic()
-            if lease:
-                wait_for(lambda: cell.mode() == "stopping", "the stop", 5.0)
-            stop_s = time.monotonic() - killed
+            stop_s = cell.wait_status(lambda status: status.mode == "stopping", "the stop", 5.0) if lease else 0.0
         cell.wait_ended(GOAL_ID)
         measured: Measured = {"the goal": cell.result(GOAL_ID).outcome, "the arm afterwards": cell.mode()}
         return {**measured, "the stop begins after": 1e3 * stop_s} if lease else measured

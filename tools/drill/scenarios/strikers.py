@@ -13,14 +13,17 @@ from tools.drill.scenario import Measured, Scenario, exactly, none
 TARGET = (4.5, 0.0, 0.0)
 BALL = m.Throw(position=(5.16, -0.09, 1.34), velocity=(-6.32, -0.49, 0.79))
 """A ball within reach of the shipped arm."""
+PACE = 0.5
+"""So that a busy machine plans the swing in time: the scenario tries what follows."""
 
 
 def kill_in_swing(lab: Lab) -> Measured:
     """Kill the striker in a swing, let that end, start a new one and throw another ball while the first one rolls."""
-    flags: dict[str, object] = {"learned": lab.folder / "learned.json"}
+    flags: dict[str, object] = {"learned": lab.folder / "learned.json", "pace": PACE}
     with lab.cell(CellConfig("paced", (*ARM, "striker"), flags=flags)) as cell:
+        cell.listen(topics.STATUS)
         throw(cell)
-        wait_for(lambda: cell.status().goal_id, "the swing to begin")
+        cell.wait_status(lambda status: status.goal_id, "the swing to begin")
         cell.processes.signal("striker", signal.SIGKILL)
         wait_for(lambda: not cell.bus.is_alive("striker"), "the striker's token to vanish")
         swing = last_goal(cell)
