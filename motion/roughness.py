@@ -31,8 +31,8 @@ FLOOR = 1e-9
 class Rows:
     """Least squares of n control points, condensed: minimise |matrix·c − values|² + residual.
 
-    matrix: (k, n). values: (k, J), rad. residual: (J,), rad², the part that no control points can fit. count: number of
-    samples.
+    matrix: (n, n), upper triangular and banded. values: (n, J), rad. residual: (J,), rad², the part that no control
+    points can fit. count: number of samples.
     """
 
     matrix: np.ndarray
@@ -42,23 +42,24 @@ class Rows:
 
 
 def condense(s: np.ndarray, positions: np.ndarray, count: int) -> Rows:
-    """Condensed rows of `count` control points for positions (m, J) at rising s (m,) in [0, 1], by QR."""
-    order, intervals = POSITION_DEGREE + 1, count - POSITION_DEGREE
+    """Condensed rows of `count` control points for positions (m, J) at rising s (m,) in [0, 1], by QR.
+
+    The samples of one knot interval after the other are triangularised together with the rows left from the intervals
+    before. This keeps the matrix banded, because a sample depends on neighbouring control points only.
+    """
+    order = POSITION_DEGREE + 1
     rows = splines.design(count, POSITION_DEGREE, s)
     design, interval = rows.data.reshape(-1, order), rows.indices.reshape(-1, order)[:, 0]
-    ends = np.searchsorted(interval, np.arange(intervals + 1))
-    matrices, values = [np.zeros((0, count))], [np.zeros((0, positions.shape[1]))]
+    samples = np.concatenate([design, positions], axis=1)
+    matrix, values = np.zeros((count, count)), np.zeros((count, positions.shape[1]))
     residual = np.zeros(positions.shape[1])
-    for i in range(intervals):
-        if (inside := slice(ends[i], ends[i + 1])).start == inside.stop:
-            continue
-        r = np.asarray(np.linalg.qr(np.concatenate([design[inside], positions[inside]], axis=1), mode="r"))
-        local = np.zeros((len(r[:order]), count))
-        local[:, i : i + order] = r[:order, :order]
-        matrices.append(local)
-        values.append(r[:order, order:])
+    for first, begin, length in zip(*np.unique(interval, return_index=True, return_counts=True), strict=True):
+        here = slice(first, first + order)
+        left = np.concatenate([matrix[here, here], values[here]], axis=1)
+        r = np.asarray(np.linalg.qr(np.concatenate([left, samples[begin : begin + length]]), mode="r"))
+        matrix[here, here], values[here] = r[:order, :order], r[:order, order:]
         residual += (r[order:, order:] ** 2).sum(axis=0)
-    return Rows(np.concatenate(matrices), np.concatenate(values), residual, len(s))
+    return Rows(matrix, values, residual, len(s))
 
 
 class Smoother:

@@ -11,12 +11,15 @@ S = np.sort(np.random.default_rng(0).uniform(0, 1, 300))
 POSITIONS = np.stack([strike(S), S**2], axis=1) + 1e-2 * np.random.default_rng(1).standard_normal((300, 2))
 
 
+@pytest.mark.parametrize("gap", [(0.0, 0.0), (0.3, 0.5)])
 @pytest.mark.parametrize("count", [22, 30, 52, 90, 150])
-def test_condensed_rows_say_the_same(count: int) -> None:
-    """Of knots that samples meet, too: the squares of any control points are the same."""
+def test_condensed_rows_say_the_same(count: int, gap: tuple[float, float]) -> None:
+    """The squares of any control points are the same, with samples on knots and with knot intervals without samples."""
     s = np.unique(np.concatenate([S, np.linspace(0, 1, 101), [1.0]]))
+    s = s[(s <= gap[0]) | (s >= gap[1])]
     positions = np.stack([np.sin(9 * s), s**3], axis=1)
     rows, design = condense(s, positions, count), splines.rows(count, 5, s)
+    assert rows.matrix.shape == (count, count)
     for seed in range(3):
         points = np.random.default_rng(seed).standard_normal((count, 2))
         squares = ((rows.matrix @ points - rows.values) ** 2).sum(axis=0) + rows.residual
