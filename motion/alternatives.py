@@ -19,7 +19,7 @@ EFFORT, EFFORT_EACH, PLAN = 10_000.0, 3_500.0, 1_000.0
 """Effort of all plans together (for up to six joints), of each plan, and the fixed part of each plan beside its
 programs; µs on the machine of benchmarks/README.md."""
 
-BETTERING = 0.4
+IMPROVING = 0.4
 """Once one end is planned, better ends are tried while more than this part of the initial effort is left."""
 
 _ENDS = np.arange(2)
@@ -61,14 +61,14 @@ def plan_best(
     bounds = least_errors(primitive, request, ends)
     scale = _scale(request)
     effort = Effort(EFFORT * max(1.0, request.joint_count / 6))
-    least = BETTERING * effort.left
-    outside, stuck = _hopeless(request, ends)
+    least = IMPROVING * effort.left
+    outside, cannot_stop = _hopeless(request, ends)
     tried: dict[int, MotionError] = {}
     best: tuple[float, int, SplinePlan] | None = None
     for index in np.argsort(bounds, kind="stable").tolist():
         if effort.left <= 0 or (best is not None and (bounds[index] >= best[0] or effort.left <= least)):
             break
-        if outside[index] or stuck[index].any():
+        if outside[index] or cannot_stop[index].any():
             continue
         try:
             asked = replace(request, goal=ends[index].goal, duration=ends[index].duration)
@@ -86,7 +86,7 @@ def plan_best(
             effort.left -= PLAN
         best, warm = (error, index, made), made.warm
     if best is None:
-        raise AllRefused([tried.get(k) or _refused(request, end, stuck[k]) for k, end in enumerate(ends)])
+        raise AllRefused([tried.get(k) or _refused(request, end, cannot_stop[k]) for k, end in enumerate(ends)])
     return best[1], best[2]
 
 
@@ -137,18 +137,18 @@ def _hopeless(request: MotionRequest, ends: Sequence[End]) -> tuple[np.ndarray, 
     slack = request.limits.slack.T[:2]
     values = np.array([_values(end) for end in ends])
     outside: np.ndarray = np.any(request.limits.outside(_ENDS, values, slack), axis=(1, 2))  # type: ignore[assignment]
-    stuck = np.zeros((len(ends), request.joint_count), dtype=bool)
+    cannot_stop = np.zeros((len(ends), request.joint_count), dtype=bool)
     inside = np.flatnonzero(~outside)
     if request.tail == "stop" and inside.size:
-        stuck[inside] = never_stops(request, [ends[k].goal for k in inside.tolist()])
-    return outside, stuck
+        cannot_stop[inside] = never_stops(request, [ends[k].goal for k in inside.tolist()])
+    return outside, cannot_stop
 
 
-def _refused(request: MotionRequest, end: End, stuck: np.ndarray) -> MotionError:
+def _refused(request: MotionRequest, end: End, cannot_stop: np.ndarray) -> MotionError:
     """The error of an end that was not planned."""
     if error := request.limits.exceeded(_ENDS, np.array(_values(end))):
         return error
-    return CannotStop(int(stuck.argmax()), None) if stuck.any() else OutOfTime(0)
+    return CannotStop(int(cannot_stop.argmax()), None) if cannot_stop.any() else OutOfTime(0)
 
 
 def _values(end: End) -> tuple[np.ndarray, np.ndarray]:

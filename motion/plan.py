@@ -18,7 +18,17 @@ from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
 from motion.program.min_duration import FACTOR, Judge, Verdict, min_duration, stretched
 from motion.program.optimum import Warm, optimum, works
-from motion.program.problem import CALM, FEWEST, FINEST, THINNED, USUAL, Precision, Problem, build, thinned
+from motion.program.problem import (
+    FINEST,
+    MIN_FUNCTIONS,
+    THINNED,
+    UNIMITATING,
+    USUAL,
+    Precision,
+    Problem,
+    build,
+    thinned,
+)
 from motion.program.report import Active, Report, make_report
 from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import Boundary, MotionRequest
@@ -26,18 +36,18 @@ from motion.trajectory import Samples, Trajectory
 
 __all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "Warm", "plan", "plan_fastest", "prepare"]
 
-EFFORT, MOST = 13_000.0, 45_000.0
+EFFORT, MAX_EFFORT = 13_000.0, 45_000.0
 """Effort of a plan of up to six joints, and its maximum; it grows with the number of joints, and of functions beyond
-`RICH`. See `motion.program.effort`."""
+`MANY_FUNCTIONS`. See `motion.program.effort`."""
 
-RICH = 70
+MANY_FUNCTIONS = 70
 """Number of functions of a demonstration beyond which the effort grows with it."""
 
-SHARE, CALM_SHARE = 0.5, 0.9
+SHARE, UNIMITATING_SHARE = 0.5, 0.9
 """Parts of the remaining effort: for the usual precision and each thinned one, and for a motion that does not imitate.
 The remainder is for the finest precision and for the search of another duration."""
 
-HASTY = 0.25
+MIN_IMITATED = 0.25
 """A duration below this part of the demonstration's is planned without imitation if the usual precision fails; so short
 a motion can hardly imitate."""
 
@@ -170,7 +180,7 @@ def prepare(primitive: Primitive) -> None:
 def effort_for(primitive: Primitive) -> Effort:
     """Return the effort that a plan of a primitive may spend."""
     usual = EFFORT * max(1.0, primitive.joint_count / 6)
-    return Effort(max(usual, min(usual * primitive.basis_count / RICH, MOST)))
+    return Effort(max(usual, min(usual * primitive.basis_count / MANY_FUNCTIONS, MAX_EFFORT)))
 
 
 def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> SplinePlan:
@@ -205,15 +215,15 @@ def _planned(
     problem = build(primitive, request, fixed, arriving(request), precision)
     solution = optimum(problem, effort, warm)
     end = _ending(request, problem, solution)
-    stuck = end.stuck()
-    if stuck.size:
+    cannot_stop = end.cannot_stop()
+    if cannot_stop.size:
         # Computed only here, because few motions need it: which final accelerations leave room for the stop.
-        effort.spend(int(stuck[0]), STOP)
+        effort.spend(int(cannot_stop[0]), STOP)
         problem = build(primitive, request, fixed, final_accelerations(request, remedy), precision)
-        solution.replace(optimum(problem, effort, Warm.of(problem, solution), stuck), stuck)
+        solution.replace(optimum(problem, effort, Warm.of(problem, solution), cannot_stop), cannot_stop)
         end = _ending(request, problem, solution)
-        if (stuck := end.stuck()).size:
-            raise SolverFailed(int(stuck[0]), "the stop after the goal leaves the limits")
+        if (cannot_stop := end.cannot_stop()).size:
+            raise SolverFailed(int(cannot_stop[0]), "the stop after the goal leaves the limits")
     points = problem.space.positions(solution.x)
     if not precision.imitates:  # The report compares with the imitating optimum anyway.
         compared = replace(precision, imitates=True)
@@ -264,15 +274,15 @@ def _refusal(
 def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Precision, float]]:
     """Precisions in the order in which they are tried, each with its part of the effort that is left."""
     count = primitive.basis_count
-    if count <= RICH and request.duration < HASTY * (1 - request.phase) * primitive.duration:
-        return [(USUAL, SHARE), (CALM, CALM_SHARE)]
-    return [(USUAL, SHARE), *((each, SHARE) for each in THINNED if thinned(count, each.thinning) >= FEWEST)]
+    if count <= MANY_FUNCTIONS and request.duration < MIN_IMITATED * (1 - request.phase) * primitive.duration:
+        return [(USUAL, SHARE), (UNIMITATING, UNIMITATING_SHARE)]
+    return [(USUAL, SHARE), *((each, SHARE) for each in THINNED if thinned(count, each.thinning) >= MIN_FUNCTIONS)]
 
 
 def _judge(primitive: Primitive, final: np.ndarray, effort: Effort, precision: Precision = USUAL) -> Judge:
     """Return a function that decides whether joints can be planned in a duration. final: as returned by `arriving`."""
-    if primitive.basis_count <= RICH:
-        precision = CALM
+    if primitive.basis_count <= MANY_FUNCTIONS:
+        precision = UNIMITATING
 
     def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
         try:

@@ -20,6 +20,6 @@ def plan_quintic(request: MotionRequest) -> Trajectory:
     goal = Boundary(request.goal.positions, request.goal.velocities, np.zeros(request.joint_count))
     coefficients = quintic(request.start.state, goal.state, request.duration)
     end = ending(request, goal)
-    if end.stuck().size:
+    if end.cannot_stop().size:
         raise MotionError("the arm cannot stop inside its limits after this goal")
     return Trajectory(np.array([0.0, request.duration]), coefficients[None]).then(end.trajectory())

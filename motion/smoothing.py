@@ -19,7 +19,7 @@ the content of the demonstration counts."""
 ORDERS = 2, 3, 4, 5, 6
 """Orders of the penalised derivative: 2 suits a joint at rest, 6 does not distort a minimum-jerk motion."""
 
-JUDGE = 4
+COMPARISON_ORDER = 4
 """Order of the penalty with which numbers of functions are compared."""
 
 PLACE_SHARE, PLACE_FLOOR, ACCELERATION_SHARE = 1e-3, 1e-4, 3e-2
@@ -29,7 +29,7 @@ accelerations by less than this part of their rms."""
 FREE = 1e-26
 """Penalty weight of a fit without smoothing, in units of the largest squared singular value."""
 
-THROUGH = 1e-6
+INTERPOLATES = 1e-6
 """A spline passes through the samples if its distance from them is below this part of the range."""
 
 GRID = np.linspace(0, 1, 2001)
@@ -81,7 +81,7 @@ def interpolate(s: np.ndarray, positions: np.ndarray, duration: float, basis_cou
 
     The fit uses the fewest functions that pass through the samples, or the most that the samples determine.
     """
-    near = np.maximum(THROUGH * np.ptp(positions, axis=0), FLOOR)
+    near = np.maximum(INTERPOLATES * np.ptp(positions, axis=0), FLOOR)
     *coarser, finest = [basis_count] if basis_count else _ladder(len(s), duration)
     for count in coarser:
         found = _unpenalised(s, positions, count)
@@ -91,7 +91,7 @@ def interpolate(s: np.ndarray, positions: np.ndarray, duration: float, basis_cou
 
 
 def _unpenalised(s: np.ndarray, positions: np.ndarray, count: int) -> Fit:
-    smoother = Smoother(condense(s, positions, count + 2), JUDGE)
+    smoother = Smoother(condense(s, positions, count + 2), COMPARISON_ORDER)
     weight = FREE * smoother.singular[0] ** 2
     points = np.array([smoother.control_points(joint, weight) for joint in range(positions.shape[1])])
     noise = np.sqrt(smoother.unexplained / max(len(s) - count - 2, 1))
@@ -125,7 +125,7 @@ class _Judged:
     """Fits with one number of functions and one order of penalty, for comparison with others."""
 
     def __init__(self, s: np.ndarray, positions: np.ndarray, count: int, correlations: list[float]) -> None:
-        smoother = Smoother(condense(s, positions, count + 2), JUDGE)
+        smoother = Smoother(condense(s, positions, count + 2), COMPARISON_ORDER)
         chosen = [smoother.choose(joint, correlation) for joint, correlation in enumerate(correlations)]
         points = np.array([smoother.control_points(joint, weight) for joint, (weight, _, _) in enumerate(chosen)])
         self.likelihoods = np.array([likelihood for _, _, likelihood in chosen])

@@ -19,7 +19,7 @@ from benchmarks.table_tennis.variants import SERIES, Variant
 from robot.motion_check import Collides, MotionCheck
 from robot.striking.arm import Arm
 from robot.striking.calibration import calibrate
-from robot.striking.choice import Choice, NoHit, State, unlike_first
+from robot.striking.choice import Choice, NoHit, State, distinct_first
 from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw
 from robot.striking.corrections import HORIZON_S, Corrections
@@ -220,7 +220,7 @@ class Player:
                 if np.isneginf(earliest) and not found:
                     raise
                 continue
-            for choice in unlike_first(choices):
+            for choice in distinct_first(choices):
                 if choice.time < until:
                     found = True
                     yield choice
@@ -256,7 +256,7 @@ class Player:
         if found is None:
             return
         velocity, std = found
-        self.learner.observe(choice, BALL.mass, velocity, max(std, 0.02), choice.beside)
+        self.learner.observe(choice, BALL.mass, velocity, max(std, 0.02), choice.law_error)
 
 
 def _ms_since(began: float) -> float:

@@ -37,7 +37,7 @@ class Variant:
 
 CALM = Variant("calm", corrected=False)
 NOISE = Variant("noise", noise=0.005, table=0.1)
-UNCORRECTED = {"young_cost": 0.0, "use_cost": 0.0}
+UNCORRECTED = {"early_cost": 0.0, "use_cost": 0.0}
 """A hit without corrections need not leave time and room for them."""
 WIDER = {
     "time_shifts": (-0.06, -0.03, 0.0, 0.03, 0.06, 0.09, 0.12),

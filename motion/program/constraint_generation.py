@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from motion.errors import SolverFailed
-from motion.program.effort import CUBE, DOUBT, PROGRAM, Effort
+from motion.program.effort import CUBE, FULL_SOLVE, PROGRAM, Effort
 from motion.program.least_distance import INFEASIBLE, UNCLEAR, least_distance, least_distance_in_doubt
 from motion.program.limit_rows import KINDS
 from motion.program.problem import Problem
@@ -23,24 +23,24 @@ DROPPING_ROUNDS = 6
 """Rows without a multiplier are dropped in the rounds before this one. The objective still increases in every round, so
 the iteration ends."""
 
-HARD = 45
+MANY_ROWS = 45
 """A joint that begins with more rows than this is often infeasible. It is solved first and alone; the other joints are
 solved together."""
 
-STRIDE, MANY = 3, 24
-"""In the first round every third violated control point also becomes a row; with more than about `MANY` of them, fewer.
-"""
+STRIDE, MANY_VIOLATED = 3, 24
+"""In the first round every third violated control point also becomes a row; with more than about `MANY_VIOLATED` of
+them, fewer."""
 
-BESIDE = np.array([-1, 0, 1])
+NEIGHBOURS = np.array([-1, 0, 1])
 """Offsets of the rows that a warm-started row adds."""
 
 TINY = 1e-12
 """Scale of a program without violated rows."""
 
-IDLE = 1e-8
+INACTIVE = 1e-8
 """Multipliers below this part of the largest count as zero."""
 
-NOTHING, NO_MULTIPLIERS = np.zeros(0, dtype=int), np.zeros(0)
+NO_ROWS, NO_MULTIPLIERS = np.zeros(0, dtype=int), np.zeros(0)
 
 
 class InfeasibleRows(Exception):
@@ -94,7 +94,7 @@ def solve(
     count = len(problem.origin)
     chosen = np.arange(count) if joints is None else joints
     _check_decided(problem, chosen)
-    found = Solution(problem.origin.copy(), [NOTHING] * count, [NO_MULTIPLIERS] * count, [0] * count)
+    found = Solution(problem.origin.copy(), [NO_ROWS] * count, [NO_MULTIPLIERS] * count, [0] * count)
     first = _violated(problem.over if joints is None else problem.over[joints], chosen, stretches=warm is None)
     if warm is None:
         groups = _hard_ones_first(first, problem.over[0].size)
@@ -124,7 +124,7 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
 def _hard_ones_first(first: np.ndarray, size: int) -> list[np.ndarray]:
     """Divide the first rows of all joints, `size` a joint, into those of each hard joint and those of all the rest."""
     which = first // size
-    hard = np.bincount(which) > HARD
+    hard = np.bincount(which) > MANY_ROWS
     each = [first[which == joint] for joint in hard.nonzero()[0].tolist()]
     return [*each, first[~hard[which]]] if each else [first]
 
@@ -157,7 +157,7 @@ def _with_rows(
         tight = problem.precise or rounds > DROPPING_ROUNDS
         multipliers[begin:end], status = least_distance(*program, tight=tight)
         if status == UNCLEAR and not probe:
-            effort.spend(joint, DOUBT * program[0].size)
+            effort.spend(joint, FULL_SOLVE * program[0].size)
             multipliers[begin:end], status = least_distance_in_doubt(*program)
         if status == INFEASIBLE or (status and probe):
             raise _contradiction(problem, joint, rows[begin:end], multipliers[begin:end])
@@ -167,7 +167,7 @@ def _with_rows(
     found.size = max(found.size, *sizes)
     steps = np.add.reduceat(multipliers[:, None] * matrix, begins) * -scales[:, None]
     if rounds < DROPPING_ROUNDS:
-        carrying = multipliers > (IDLE * np.maximum.reduceat(multipliers, begins)).repeat(sizes)
+        carrying = multipliers > (INACTIVE * np.maximum.reduceat(multipliers, begins)).repeat(sizes)
         rows, multipliers = rows[carrying], multipliers[carrying]
     ends = rows.searchsorted(size * (joints + 1)).tolist()
     for joint, begin, end in zip(each, [0, *ends], ends, strict=False):
@@ -182,7 +182,7 @@ def _beside(problem: Problem, violated: np.ndarray, warm: list[np.ndarray]) -> n
     """The `warm` rows of joints that violate some row, and their neighbours: the active rows may have moved there."""
     bound, size = problem.limit_rows.bound, problem.over[0].size
     each = [warm[joint] + joint * size for joint in np.unique(violated // size).tolist()]
-    rows = (np.concatenate(each)[:, None] + BESIDE).ravel() % bound.size
+    rows = (np.concatenate(each)[:, None] + NEIGHBOURS).ravel() % bound.size
     return rows[bound.take(rows) % KINDS <= QUANTITIES]
 
 
@@ -201,7 +201,7 @@ def _violated(over: np.ndarray, joints: np.ndarray, stretches: bool = False) -> 
     wanted &= above >= flat.take(positive + 1, mode="clip")
     if stretches:
         which, rows = np.divmod(positive, size)
-        strides = np.maximum(STRIDE, np.bincount(which) // MANY)
+        strides = np.maximum(STRIDE, np.bincount(which) // MANY_VIOLATED)
         wanted |= rows % strides[which] == 0
     found = positive[wanted]
     return found + size * (joints - np.arange(len(joints))).take(found // size)

@@ -10,10 +10,10 @@ PROGRAM, CUBE = 60.0, 8e-4
 """Cost of a small program with the rest of its round, µs on the machine of benchmarks/README.md, and the additional
 cost of a program, by the cube of its rows."""
 
-DOUBT = 0.04
+FULL_SOLVE = 0.04
 """Cost, by rows times unknowns, µs, of a program that is solved again in full because its dual form failed."""
 
-LOOK, STOP = 30.0, 1_000.0
+CHECK, STOP = 30.0, 1_000.0
 """Cost, µs, of one joint of a problem without a program, and of the search for final accelerations."""
 
 

@@ -24,7 +24,7 @@ class Ending:
     duration: float
     reach: np.ndarray
 
-    def stuck(self) -> np.ndarray:
+    def cannot_stop(self) -> np.ndarray:
         """Joints (n,) that exceed their position or velocity limits."""
         if self.request.tail == "coast":
             return np.zeros(0, dtype=int)

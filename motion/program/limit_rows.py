@@ -9,7 +9,7 @@ from motion.program.cache import cached_within
 from motion.program.equalities import Equalities
 from motion.program.space import QUANTITIES, Hull
 
-DEAD = 1e-9
+DETERMINED = 1e-9
 """The equalities determine a control point if the part of its row outside their span is smaller than this."""
 
 
@@ -77,7 +77,7 @@ def _projected(
     full = hull.rows[:, :-2] if turn is None else hull.rows[:, :-2] @ turn
     matrix = full - (full @ span) @ span.T
     left = np.einsum("ij,ij->i", matrix, matrix)
-    decided = left <= DEAD**2 * np.einsum("ij,ij->i", full, full)
+    decided = left <= DETERMINED**2 * np.einsum("ij,ij->i", full, full)
     scales = 1 / np.sqrt(np.where(decided, 1.0, left))
     least = np.full(QUANTITIES, np.inf)
     np.minimum.at(least, hull.quantity[~decided], scales[~decided])

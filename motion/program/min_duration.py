@@ -14,14 +14,14 @@ from motion.request import MotionRequest
 FACTOR = 1.5
 MAX_DURATION = 60.0
 
-LOOK, PROBE = 1_000.0, 2_000.0
+SEARCH_EFFORT, REFINE_EFFORT = 1_000.0, 2_000.0
 """Effort that one joint may take in one duration before its verdict is uncertain: until a feasible duration is found,
 and while the shortest is searched."""
 
-UNSURE = 0.4
+SCARCE = 0.4
 """When less than this part of the initial effort is left, the search jumps to the demonstrated duration."""
 
-REFINING = 0.1
+RESERVE = 0.1
 """The refinement of a feasible duration ends when this part of the effort at its begin is left."""
 
 
@@ -78,18 +78,18 @@ def min_duration(
 
     try:
         while high is None and step * tick <= MAX_DURATION:
-            joint, certain = tried(step, LOOK)
+            joint, certain = tried(step, SEARCH_EFFORT)
             if joint is None:
                 high = step
             else:
                 low, step = step if certain else low, math.ceil(step * FACTOR)
-                if effort.left < UNSURE * whole:
+                if effort.left < SCARCE * whole:
                     step = max(step, shown)
-        least = REFINING * effort.left
+        least = RESERVE * effort.left
         while high is not None and high - low > 1 and effort.left > least:
             # Far above the lower end of the bracket, divide by the factor instead of bisecting.
             middle = max((low + high) // 2, math.floor(high / FACTOR))
-            low, high = (low, middle) if tried(middle, PROBE).joint is None else (middle, high)
+            low, high = (low, middle) if tried(middle, REFINE_EFFORT).joint is None else (middle, high)
     except OutOfTime:
         pass
     return None if high is None else stretched(request, high * tick)

@@ -6,7 +6,7 @@ import numpy as np
 
 from motion.errors import SolverFailed
 from motion.program.constraint_generation import InfeasibleRows, Solution, solve
-from motion.program.effort import LOOK, Effort
+from motion.program.effort import CHECK, Effort
 from motion.program.problem import Problem
 
 WARM_SHARE = 0.25
@@ -71,7 +71,7 @@ def works(problem: Problem, joint: int, effort: Effort, most: float) -> bool | N
 
     Raises OutOfTime if no effort is left.
     """
-    effort.spend(joint, LOOK)
+    effort.spend(joint, CHECK)
     with effort.share(most) as share:
         try:
             _verified(problem, solve(problem, share, None, np.array([joint]), probe=True))

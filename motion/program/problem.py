@@ -44,11 +44,11 @@ THINNED = tuple(replace(USUAL, thinning=each) for each in (2, 4, 8))
 """Tried if the usual precision takes too long; takes a hundredth of the time. A motion that runs along limits
 everywhere cannot follow all details of the demonstration: docs/derivations.md quantifies the loss."""
 
-CALM = replace(USUAL, imitates=False)
+UNIMITATING = replace(USUAL, imitates=False)
 """Decides whether a request is feasible. In a duration far below its own a demonstration violates limits everywhere;
 the motion of least acceleration needs a tenth of the rows."""
 
-FEWEST = 20
+MIN_FUNCTIONS = 20
 """Least number of functions to which demonstrations are thinned."""
 
 

@@ -68,9 +68,9 @@ def final_accelerations(request: MotionRequest, remedy: bool = True) -> np.ndarr
     if request.tail == "coast":
         return interval
     low, high = _stoppable(request, interval)
-    stuck = np.flatnonzero(~(low <= high))
-    if stuck.size:
-        joint = int(stuck[0])
+    cannot_stop = np.flatnonzero(~(low <= high))
+    if cannot_stop.size:
+        joint = int(cannot_stop[0])
         raise CannotStop(joint, _max_velocity(request, joint) if remedy else None)
     return np.array([low, high]).T
 

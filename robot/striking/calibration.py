@@ -33,7 +33,7 @@ def calibrate(arm: Arm, reachability: Reachability, contact: SimulatedContact, h
         ValueError: fewer than ten hits touched the ball.
     """
     rng = np.random.default_rng(0)
-    rows, beside, durations, cases = [], [], [], []
+    rows, differences, durations, cases = [], [], [], []
     plain = ContactLaw(0.0, 0.0)
     for index in rng.integers(len(reachability.postures), size=hits):
         choice = _hit(arm, reachability.postures[index], rng)
@@ -41,14 +41,14 @@ def calibrate(arm: Arm, reachability: Reachability, contact: SimulatedContact, h
         if touch is None:
             continue
         rows.append(derivatives(plain, arm.ball.mass, *choice.contact)[0, :, :2])
-        beside.append(touch.velocity - outgoing(plain, arm.ball.mass, *choice.contact)[0])
+        differences.append(touch.velocity - outgoing(plain, arm.ball.mass, *choice.contact)[0])
         durations.append(touch.duration)
         cases.append(choice)
     if len(rows) < 10:
         raise ValueError(
             f"only {len(rows)} of {hits} simulated hits met the ball; check the racket's size and its tool site"
         )
-    slope, value = np.concatenate(rows), np.concatenate(beside)
+    slope, value = np.concatenate(rows), np.concatenate(differences)
     found = np.zeros(2)
     for _ in range(2):  # The second fit leaves out hits that met something other than the strings.
         found = np.linalg.lstsq(slope, value, rcond=None)[0]

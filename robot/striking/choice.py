@@ -37,7 +37,7 @@ class Choice:
 
     time: s, of the touch. goal_time: s, of the middle of the contact, when the arm has these positions (J,), rad, and
     velocities (J,), rad/s. flight_time: s, from the touch to the target (3,), m, at which the ball touches the surface.
-    ball, incoming, outgoing: the ball's position and its velocities before and after the touch, (3,). beside: (3,),
+    ball, incoming, outgoing: the ball's position and its velocities before and after the touch, (3,). law_error: (3,),
     m/s, difference of a simulated contact from the contact law, included in `outgoing`. racket_position, racket_normal,
     racket_velocity: in the middle of the contact, (3,); the normal points to the ball's side. side: 1 for the racket's
     front, −1 for its back. mobility: (3, 3), 1/kg. error: expected distance of the landing point from the target, m.
@@ -53,7 +53,7 @@ class Choice:
     ball: np.ndarray
     incoming: np.ndarray
     outgoing: np.ndarray
-    beside: np.ndarray
+    law_error: np.ndarray
     racket_position: np.ndarray
     racket_normal: np.ndarray
     racket_velocity: np.ndarray
@@ -68,7 +68,7 @@ class Choice:
         return self.mobility[None], self.incoming[None], self.racket_velocity[None], self.racket_normal[None]
 
 
-def unlike_first(choices: Iterable[Choice]) -> Iterator[Choice]:
+def distinct_first(choices: Iterable[Choice]) -> Iterator[Choice]:
     """Yield hits in order, but those similar to an earlier one last: a planner that refuses one refuses both."""
     first: list[Choice] = []
     last: list[Choice] = []

@@ -11,7 +11,7 @@ from robot.striking.choice import Choice, NoHit, State, hit_alike
 from robot.striking.contact import ContactLaw, first_normal, outgoing
 from robot.striking.flight import Court, above_net, aim
 from robot.striking.hits import Hits, Shots, choice_of, meets, solve, touch
-from robot.striking.landing import doubt, landing_error
+from robot.striking.landing import correction_cost, landing_error
 from robot.striking.options import Options
 from robot.striking.path import Path
 from robot.striking.quintic import quintic_use
@@ -93,8 +93,8 @@ class Chooser:
         shots = self._seeded(shots, start, first_normal(shots.incoming, -shots.incoming))
         back = replace(shots, wanted=-BLOCKED * shots.incoming)
         hits = solve(self._arm, self.law, back)
-        beside = (back.wanted - shots.wanted)[hits.shots]
-        error = landing_error(self.law, self._arm, hits, shots, beside)
+        law_error = (back.wanted - shots.wanted)[hits.shots]
+        error = landing_error(self.law, self._arm, hits, shots, law_error)
         found = self._ranked(hits, back, start, target, count, None, error)
         return chain([self.refined(next(found), start)], found)
 
@@ -150,7 +150,7 @@ class Chooser:
         shots = self._shots(path, times, flights, target, must_clear=flight_shifts is not None)
         seeds = np.broadcast_to(last.positions, (len(shots), len(last.positions)))
         sides = np.full(len(shots), last.side)
-        return replace(shots, wanted=shots.wanted - last.beside, sides=sides, seeds=seeds)
+        return replace(shots, wanted=shots.wanted - last.law_error, sides=sides, seeds=seeds)
 
     def refined(self, choice: Choice, start: State) -> Choice:
         """Return the hit adjusted so that its simulated contact gives the wanted outgoing velocity.
@@ -163,15 +163,15 @@ class Chooser:
         rows = [[choice.time], [choice.flight_time], [np.inf], choice.ball[None], choice.incoming[None]]
         best = choice
         for _ in range(self._options.rounds):
-            beside = self.simulate(best)
-            wanted, sides = (choice.outgoing - beside)[None], [choice.side]
+            law_error = self.simulate(best)
+            wanted, sides = (choice.outgoing - law_error)[None], [choice.side]
             tail = np.zeros((1, 6, 6)), wanted, nothing, sides, best.positions[None]
             asked = Shots(*(np.asarray(value, dtype=float) for value in (*rows, *tail)))
             hits = solve(self._arm, self.law, asked)
             if not len(hits):
                 break
             use = float(self._use(hits, asked, start)[0])
-            better = choice_of(hits, asked, 0, self.law, choice.target, choice.error, use, beside)
+            better = choice_of(hits, asked, 0, self.law, choice.target, choice.error, use, law_error)
             if use > 1 or not self._may_play(better):
                 break
             best = better
@@ -187,7 +187,7 @@ class Chooser:
             return choice
         if self._simulated is None or not hit_alike(choice, self._simulated[0]):
             self._simulated = choice, self.simulate(choice)
-        return replace(choice, beside=self._simulated[1])
+        return replace(choice, law_error=self._simulated[1])
 
     def _shots(
         self, path: Path, times: np.ndarray, flights: np.ndarray, target: np.ndarray, must_clear: bool = True
@@ -255,15 +255,15 @@ class Chooser:
         if error is None:
             error = landing_error(self.law, self._arm, hits, shots)
         if last is None:
-            cost = error + doubt(self._arm, options, hits, shots, use)
+            cost = error + correction_cost(self._arm, options, hits, shots, use)
         else:
             cost = error + options.shift_cost * np.abs(shots.times[hits.shots] - last.time) + options.effort_cost * use
         hard = use > options.use
         order = np.lexsort([np.where(hard, use, cost), hard])
         order = order[(use[order] <= most) & (error[order] < within)]
-        beside = np.zeros(3) if last is None else last.beside
+        law_error = np.zeros(3) if last is None else last.law_error
         law, errors, uses = self.law, error.tolist(), use.tolist()
-        found = (choice_of(hits, shots, row, law, target, errors[row], uses[row], beside) for row in order.tolist())
+        found = (choice_of(hits, shots, row, law, target, errors[row], uses[row], law_error) for row in order.tolist())
         playable = filter(self._may_play, found)
         best = next(playable, None)
         if best is None:

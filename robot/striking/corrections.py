@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot.striking.choice import Choice, NoHit, State, unlike_first
+from robot.striking.choice import Choice, NoHit, State, distinct_first
 from robot.striking.chooser import Chooser
 from robot.striking.estimator import Estimator
 
@@ -71,4 +71,4 @@ class Corrections:
             found = self.chooser.choose(path, start, target, None, earliest, self.tries, within, refine=False)
         except NoHit:
             return
-        yield from unlike_first(found)
+        yield from distinct_first(found)

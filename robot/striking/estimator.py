@@ -178,15 +178,15 @@ class Estimator:
         seen = np.eye(3, SIZE) if velocity is None else np.eye(6, SIZE)
         noise = [self.belief.position_std**2] * 3 + ([] if velocity is None else [self.belief.velocity_std**2] * 3)
         value = position if velocity is None else np.concatenate([position, velocity])
-        beside = value - seen @ mean
+        innovation = value - seen @ mean
         inner = seen @ covariance @ seen.T + np.diag(noise)
-        if beside @ np.linalg.solve(inner, beside) > GATE**2 * len(value) / 3:
+        if innovation @ np.linalg.solve(inner, innovation) > GATE**2 * len(value) / 3:
             self.estimate = Estimate(time, mean, covariance, bounces, now.sights)
             return self._reject(time, position, velocity)
         gain = np.linalg.solve(inner, seen @ covariance).T
         rest = np.eye(SIZE) - gain @ seen
         covariance = rest @ covariance @ rest.T + gain * noise @ gain.T
-        self.estimate = Estimate(time, mean + gain @ beside, covariance, bounces, now.sights + 1)
+        self.estimate = Estimate(time, mean + gain @ innovation, covariance, bounces, now.sights + 1)
         self._rejected, self._used = [], time
         return "used"
 

@@ -96,9 +96,9 @@ def choice_of(
     target: np.ndarray,
     error: float,
     use: float,
-    beside: np.ndarray,
+    law_error: np.ndarray,
 ) -> Choice:
-    """Return one of the hits as a Choice. beside (3,), m/s: difference of a simulated contact from the law."""
+    """Return one of the hits as a Choice. law_error (3,), m/s: difference of a simulated contact from the law."""
     shot = int(hits.shots[row])
     time = float(shots.times[shot])
     return Choice(
@@ -110,8 +110,8 @@ def choice_of(
         target=np.asarray(target, dtype=float),
         ball=shots.positions[shot],
         incoming=shots.incoming[shot],
-        outgoing=shots.wanted[shot] + beside,
-        beside=beside,
+        outgoing=shots.wanted[shot] + law_error,
+        law_error=law_error,
         racket_position=hits.places[row],
         racket_normal=hits.normals[row],
         racket_velocity=hits.velocities[row],
@@ -126,9 +126,9 @@ def meets(arm: Arm, path: Path, choice: Choice) -> bool:
     """Return whether the ball meets the racket if a hit is played unchanged."""
     (place,), (velocity,) = path.at(np.array([choice.time]))
     moves, normal = velocity - choice.racket_velocity, choice.racket_normal
-    beside = place - choice.racket_position - arm.offset * normal
-    later = -(beside @ normal) / (moves @ normal)
-    return bool(np.linalg.norm(beside + later * moves) < TOUCHING * arm.racket.radius)
+    offset = place - choice.racket_position - arm.offset * normal
+    later = -(offset @ normal) / (moves @ normal)
+    return bool(np.linalg.norm(offset + later * moves) < TOUCHING * arm.racket.radius)
 
 
 def touch(arm: Arm, law: ContactLaw, shots: Shots, last: Choice) -> Hits:

@@ -12,10 +12,12 @@ RESTITUTION_STD, NORMAL_STD, RACKET_STD = 0.05, 0.01, 0.03
 """Standard deviations of e, of the racket's normal (rad, each axis) and of its velocity (m/s, each axis)."""
 
 
-def landing_error(law: ContactLaw, arm: Arm, hits: Hits, shots: Shots, beside: np.ndarray | None = None) -> np.ndarray:
+def landing_error(
+    law: ContactLaw, arm: Arm, hits: Hits, shots: Shots, law_error: np.ndarray | None = None
+) -> np.ndarray:
     """Return the rms expected distances of the landing points from the target, (n,), m.
 
-    beside: (n, 3), m/s, differences of the law's outgoing velocities from the wanted ones; None for zero.
+    law_error: (n, 3), m/s, differences of the law's outgoing velocities from the wanted ones; None for zero.
     """
     rows = hits.shots
     incoming, wanted, n = shots.incoming[rows], shots.wanted[rows], hits.normals
@@ -27,15 +29,15 @@ def landing_error(law: ContactLaw, arm: Arm, hits: Hits, shots: Shots, beside: n
     passed = np.eye(3) - pushed[:, :, None] * n[:, None, :]
     spread = tilt @ tilt + (RESTITUTION_STD**2 * by_restitution[:, :, None]) * by_restitution[:, None, :]
     spread = spread + RACKET_STD**2 * pushed[:, :, None] * pushed[:, None, :]
-    if beside is not None:
-        spread = spread + beside[:, :, None] * beside[:, None, :]
+    if law_error is not None:
+        spread = spread + law_error[:, :, None] * law_error[:, None, :]
     spread = spread + passed @ shots.covariances[rows, 3:, 3:] @ passed.transpose(0, 2, 1)
     slope = landing_gradient(wanted, shots.arrivals[rows], shots.flights[rows])
     landed = slope @ spread @ slope.transpose(0, 2, 1) + shots.covariances[rows, :2, :2]
     return np.sqrt(np.trace(landed, axis1=1, axis2=2))
 
 
-def doubt(arm: Arm, options: Options, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
+def correction_cost(arm: Arm, options: Options, hits: Hits, shots: Shots, use: np.ndarray) -> np.ndarray:
     """Return the expected cost (n,), m, of later corrections of a hit.
 
     It grows with the uncertainty of the ball's position, times: how soon after a bounce the hit is, how much of the
@@ -43,8 +45,8 @@ def doubt(arm: Arm, options: Options, hits: Hits, shots: Shots, use: np.ndarray)
     uses.
     """
     spread = np.sqrt(np.trace(shots.covariances[hits.shots, :3, :3], axis1=1, axis2=2))
-    young = np.clip(1 - shots.ages[hits.shots] / options.settled, 0, 1)
+    early = np.clip(1 - shots.ages[hits.shots] / options.settled, 0, 1)
     low, high = arm.limits.positions.T
     room = np.minimum(hits.postures - low, high - hits.postures).min(axis=1)
     edge = np.clip(1 - room / (options.room * spread), 0, 1)
-    return spread * (options.young_cost * young + options.use_cost * use + options.edge_cost * edge)
+    return spread * (options.early_cost * early + options.use_cost * use + options.edge_cost * edge)

@@ -44,14 +44,14 @@ class Learner:
         return Learner(law, np.diag(PRIOR_STD**2))
 
     def observe(
-        self, choice: Choice, ball_mass: float, left: np.ndarray, std: float = 0.02, beside: np.ndarray | None = None
+        self, choice: Choice, ball_mass: float, left: np.ndarray, std: float = 0.02, law_error: np.ndarray | None = None
     ) -> bool:
         """Update with the outgoing velocity `left` (3,), m/s, of the hit `choice`; return False for an outlier.
 
-        std: of each component, m/s. beside: (3,), m/s, difference of a simulated contact from the law.
+        std: of each component, m/s. law_error: (3,), m/s, difference of a simulated contact from the law.
         """
         law = self.law
-        missed = left - outgoing(law, ball_mass, *choice.contact)[0] - (0.0 if beside is None else beside)
+        missed = left - outgoing(law, ball_mass, *choice.contact)[0] - (0.0 if law_error is None else law_error)
         slope = derivatives(law, ball_mass, *choice.contact)[0]
         prior = self.covariance + np.diag(DRIFT_STD**2)
         unexplained = std**2 + (NOISE * float(np.linalg.norm(choice.outgoing - choice.incoming))) ** 2

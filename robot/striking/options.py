@@ -12,7 +12,7 @@ class Options:
     use: largest part of a limit in the quick estimate. first_use, last_use: the same for hits of a choice and of a
     correction that are left to the planner, after all others. time_shifts, flight_shifts: of a correction, s.
     shift_cost: m of landing error for each s of time shift. effort_cost: m of landing error for the use of a complete
-    limit. rounds: of a simulated contact. settled: s after a bounce within which young_cost applies. young_cost,
+    limit. rounds: of a simulated contact. settled: s after a bounce within which early_cost applies. early_cost,
     use_cost, edge_cost: m of landing error for each m of the ball's spread, right after a bounce, at the use of a
     complete limit, and at the end of a joint's range. keep_off: m; no hit after the ball came this near to the arm's
     base. room: rad to the ends of the joint ranges for each m of the ball's spread, below which edge_cost applies.
@@ -35,7 +35,7 @@ class Options:
     effort_cost: float = 0.06
     rounds: int = 2
     settled: float = 0.3
-    young_cost: float = 7.0
+    early_cost: float = 7.0
     use_cost: float = 1.0
     keep_off: float = 0.25
     room: float = 4.0

@@ -53,8 +53,8 @@ def quintic_use(
     low, high = limits.positions.T
     outside = ((way < low[:, None] - ROUNDING) | (way > high[:, None] + ROUNDING)).any(axis=(1, 2))
     rest = positions + follow_through * velocities + np.sign(velocities) * stopping_distance(limits, np.abs(velocities))
-    stuck = ((rest < low - ROUNDING) | (rest > high + ROUNDING)).any(axis=1)
-    return np.where(stuck, np.inf, np.where(outside, np.maximum(use, 2.0), use))
+    cannot_stop = ((rest < low - ROUNDING) | (rest > high + ROUNDING)).any(axis=1)
+    return np.where(cannot_stop, np.inf, np.where(outside, np.maximum(use, 2.0), use))
 
 
 def stopping_distance(limits: Limits, speeds: np.ndarray) -> np.ndarray:

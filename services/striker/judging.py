@@ -49,7 +49,7 @@ class Judge:
         velocity, std = found
         if attempt.touch is None and np.linalg.norm(velocity - choice.incoming) < MISSED_M_S:
             return None
-        if self._learner.observe(choice, self._ball.mass, velocity, max(std, LEAST_STD), choice.beside):
+        if self._learner.observe(choice, self._ball.mass, velocity, max(std, LEAST_STD), choice.law_error):
             self.keep()
         return Outcome(hit, choice.ball, velocity, self._landing(hit, choice.ball, velocity))
 

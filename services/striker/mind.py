@@ -13,7 +13,7 @@ from robot.description import RobotConfig
 from robot.model import owner_name
 from robot.striking.arm import Arm, Racket
 from robot.striking.calibration import calibrate
-from robot.striking.choice import Choice, NoHit, State, unlike_first
+from robot.striking.choice import Choice, NoHit, State, distinct_first
 from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw
 from robot.striking.corrections import Corrections
@@ -117,7 +117,7 @@ class Mind:
             found = list(self._chooser.blocks(path, begin, order.target, count=CANDIDATES))
             if min(block.time for block in found) > begin.time + BLOCK_S:
                 raise
-        return islice(unlike_first(found), ASKED)
+        return islice(distinct_first(found), ASKED)
 
     def correct(self, begin: State, order: Order, last: Choice) -> Iterator[Choice]:
         """Yield better hits than `last`, then hits that at least touch the ball; see `Corrections`. Raises NoHit."""

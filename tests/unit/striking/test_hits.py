@@ -10,7 +10,7 @@ from robot.kinematics import Kinematics
 from robot.striking.arm import Arm, Racket
 from robot.striking.calibration import calibrate
 from robot.striking.chain import Chain
-from robot.striking.choice import NoHit, State, unlike_first
+from robot.striking.choice import NoHit, State, distinct_first
 from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw, better_normal, outgoing, racket_velocity
 from robot.striking.corrections import Corrections
@@ -133,7 +133,7 @@ def test_a_chosen_hit_sends_the_ball_to_the_target_and_a_correction_keeps_the_br
 def test_hits_like_an_earlier_one_come_last(config, chooser):
     best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     like, other = replace(best, use=7.0), replace(best, positions=best.positions + 0.6)
-    assert list(unlike_first([best, like, other])) == [best, other, like]
+    assert list(distinct_first([best, like, other])) == [best, other, like]
 
 
 def test_hits_that_do_not_exist_are_refused_with_a_reason(config, chooser):
@@ -153,10 +153,10 @@ def test_a_simulated_contact_corrects_the_law(config, chooser, arm, table, calib
     target, start = np.array([4.0, -0.5, 0.0]), rest(config)
     best = next(finer.choose(path_of(), start, target))
     plain = replace(next(chooser.choose(path_of(), start, target)))
-    assert np.linalg.norm(contact(best) - best.beside) < max(0.3 * np.linalg.norm(contact(plain)), 0.03)
-    assert best.beside.any()
-    plain = Chooser(arm, table, COURT, calibration.law, simulate=contact, may_play=lambda hit: not hit.beside.any())
-    assert not next(plain.choose(path_of(), start, target)).beside.any()
+    assert np.linalg.norm(contact(best) - best.law_error) < max(0.3 * np.linalg.norm(contact(plain)), 0.03)
+    assert best.law_error.any()
+    plain = Chooser(arm, table, COURT, calibration.law, simulate=contact, may_play=lambda hit: not hit.law_error.any())
+    assert not next(plain.choose(path_of(), start, target)).law_error.any()
 
 
 def test_a_correction_that_finds_nothing_near_looks_elsewhere_while_there_is_time(config, chooser):
@@ -215,7 +215,7 @@ def test_of_hits_that_are_alike_one_is_simulated(config, chooser, arm, table, ca
     finer = Chooser(arm, table, COURT, calibration.law, simulate=simulate)
     best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     near, far = (replace(best, positions=best.positions + step) for step in (0.01, 0.1))
-    assert [finer.rehearsed(choice).beside[2] for choice in (best, near, far)] == pytest.approx([0.1, 0.1, 0.2])
+    assert [finer.rehearsed(choice).law_error[2] for choice in (best, near, far)] == pytest.approx([0.1, 0.1, 0.2])
 
 
 def test_a_controller_that_resists_the_recoil_lets_the_ball_leave_faster(config, chooser, arm, calibration):
