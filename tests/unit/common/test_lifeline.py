@@ -9,9 +9,10 @@ import time
 from pathlib import Path
 
 import pytest
-from waiting import PATIENCE_S, eventually
 
 from services.common.lifeline import VARIABLE, follow_supervisor
+from tests.processes import is_running
+from tests.waiting import PATIENCE_S, eventually
 
 SERVICE = """
 import os, sys, time
@@ -51,20 +52,12 @@ def start(log: Path, order_s: float) -> tuple[subprocess.Popen, list[int]]:
     return supervisor, pids
 
 
-def is_gone(pid: int) -> bool:
-    """Whether a process has ended, waited for or not."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except FileNotFoundError:
-        return True
-
-
 def test_a_killed_supervisor_takes_its_processes_with_it(tmp_path: Path):
     """In the order in which it would have stopped them, however long each takes."""
     supervisor, pids = start(tmp_path / "log", order_s=PATIENCE_S)
     supervisor.kill()
     supervisor.wait()
-    assert eventually(lambda: all(map(is_gone, pids)))
+    assert eventually(lambda: not any(map(is_running, pids)))
     assert (tmp_path / "log").read_text() == "cba"
 
 
@@ -75,10 +68,10 @@ def test_one_that_is_stopped_delays_the_others_only_so_long(tmp_path: Path):
     began = time.monotonic()
     supervisor.kill()
     supervisor.wait()
-    assert eventually(lambda: all(map(is_gone, pids[:-1])))
+    assert eventually(lambda: not any(map(is_running, pids[:-1])))
     assert time.monotonic() - began > 1.0
     os.kill(pids[-1], signal.SIGCONT)
-    assert eventually(lambda: is_gone(pids[-1]))
+    assert eventually(lambda: not is_running(pids[-1]))
 
 
 def test_a_service_started_by_hand_follows_nobody(monkeypatch: pytest.MonkeyPatch):

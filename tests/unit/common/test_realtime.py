@@ -4,7 +4,6 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -13,32 +12,44 @@ from services.common import realtime
 from services.common.realtime import Deadlines
 
 
-def test_deadlines_are_absolute():
-    """A tick that takes long shortens the next wait; the mean stays what it was."""
-    deadlines = Deadlines(2_000_000)
-    first = deadlines.next_ns
-    for k in range(5):
-        if k == 2:
-            time.sleep(0.001)
+class FakeTime:
+    """A clock, ns, that sleeping moves; each look at it takes 1 µs."""
+
+    def __init__(self) -> None:
+        self.now = 0
+
+    def monotonic_ns(self) -> int:
+        """Return the time."""
+        self.now += 1_000
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass."""
+        self.now += round(seconds * 1e9)
+
+
+@pytest.fixture
+def fake_time(monkeypatch: pytest.MonkeyPatch) -> FakeTime:
+    """Return the clock by which deadlines wait."""
+    clock = FakeTime()
+    monkeypatch.setattr(realtime, "time", clock)
+    return clock
+
+
+def test_deadlines_are_absolute(fake_time: FakeTime):
+    """A tick that takes long shortens the next wait, so the mean rate stays the same."""
+    deadlines = Deadlines(2_000_000, next_ns=0)
+    for tick in range(1, 6):
+        fake_time.sleep(0.0015 if tick == 3 else 0.0)
         deadlines.wait()
-    if not deadlines.stalls:
-        assert deadlines.next_ns == first + 5 * 2_000_000
+        assert fake_time.now == pytest.approx(tick * 2_000_000, abs=2_000)
+    assert deadlines.stalls == 0
 
 
-def test_after_a_stall_nothing_is_run_back_to_back():
-    """The deadlines are anchored anew at the present."""
-    deadlines = Deadlines(1_000_000)
-    time.sleep(0.01)
-    before = time.monotonic_ns()
-    deadlines.wait()
-    assert deadlines.stalls == 1
-    assert deadlines.next_ns >= before
-
-
-def test_a_stall_is_counted(monkeypatch: pytest.MonkeyPatch):
-    """With the time it took; the deadlines go on from there."""
-    deadlines = realtime.Deadlines(1_000_000, next_ns=0)
-    monkeypatch.setattr(realtime.time, "monotonic_ns", lambda: 501_000_000)
+def test_after_a_stall_the_deadlines_continue_from_the_present(fake_time: FakeTime):
+    """No ticks run back to back to catch up; the stall and its time are counted."""
+    deadlines = Deadlines(1_000_000, next_ns=0)
+    fake_time.now = 500_999_000
     deadlines.wait()
     assert (deadlines.stalls, deadlines.lag_ns, deadlines.next_ns) == (1, 500_000_000, 501_000_000)
 

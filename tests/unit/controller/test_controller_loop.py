@@ -291,16 +291,19 @@ def test_in_other_clocks_a_lost_token_is_no_fault(desks: Callable[..., Desk], ar
     assert desk.fault is None
 
 
-@pytest.mark.parametrize(("arm_clock", "last"), [("realtime", 0), ("paced", 1)])
-def test_the_farewell(desks: Callable[..., Desk], arm_clock: m.Clock, last: int, monkeypatch: pytest.MonkeyPatch):
-    """A controller that ends stops the motion: by states that come in time, in paced time by slow ones as well."""
-    monkeypatch.setattr("services.controller.loop.FAREWELL_S", PATIENCE_S)
+@pytest.mark.parametrize(("arm_clock", "state_after", "last"), [("realtime", PATIENCE_S, 0), ("paced", 0.5, 1)])
+def test_the_farewell(
+    desks: Callable[..., Desk], arm_clock: m.Clock, state_after: float, last: int, monkeypatch: pytest.MonkeyPatch
+):
+    """A controller that ends stops the motion. In real time it gives up after a silence; in paced time it waits."""
+    monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
     desk = desks(arm_clock, clock=time.perf_counter_ns)
     desk.turn(state(0))
     desk.ask(topics.EXECUTE, staying(5, 1))
-    late = threading.Timer(0.5, desk.bus.send, [encode(state(1))])
+    late = threading.Timer(state_after, desk.bus.send, [encode(state(1))])
     late.start()
     desk.loop.close()
+    late.cancel()
     late.join()
     assert desk.answered[-1] == last
 

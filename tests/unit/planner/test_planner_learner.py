@@ -2,7 +2,6 @@
 
 import logging
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from services.planner.library import Arm, Library, Written
 from services.planner.worker import Lesson, learned
 from services.planner.worker_thread import LoopCall
 from tests.unit.planner.test_planner_worker import LIMITS, NAMES, body
+from tests.waiting import eventually
 
 LOG = logging.getLogger("planner")
 ARM = Arm("two", NAMES)
@@ -151,8 +151,7 @@ def test_what_is_forgotten_meanwhile_comes_back(desk: Desk, tmp_path: Path):
 
 def test_too_many_are_busy(desk: Desk):
     desk.submit()
-    while not desk.worker.asked:
-        time.sleep(0.001)
+    assert eventually(lambda: desk.worker.asked)
     for number in range(16):
         desk.submit(f"n{number}")
     with pytest.raises(Refusal, match="16 requests wait") as caught:

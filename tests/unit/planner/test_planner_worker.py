@@ -6,10 +6,8 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +22,7 @@ from protocol.errors import Refusal
 from services.planner.worker import Failure, Task, learned, outcome
 from services.planner.worker_link import Worker
 from tests.connections import unread
+from tests.processes import is_running
 from tests.waiting import eventually
 
 LOG = logging.getLogger("planner")
@@ -156,10 +155,7 @@ time.sleep(60)
         assert planner.stdout is not None
         number = int(planner.stdout.readline())
         planner.kill()
-    deadline = time.monotonic() + 30
-    while Path(f"/proc/{number}/cmdline").exists() and Path(f"/proc/{number}/cmdline").read_bytes():
-        assert time.monotonic() < deadline, "the process that learns outlived the planner"
-        time.sleep(0.01)
+    assert eventually(lambda: not is_running(number)), "the process that learns outlived the planner"
 
 
 # --- planning -------------------------------------------------------------------------------------------
