@@ -1,4 +1,4 @@
-"""The processes that learn and plan, and the planner's end of them."""
+"""The processes that learn and plan, and the planner's connection to them."""
 
 import logging
 import os
@@ -94,7 +94,7 @@ def test_it_learns_what_this_process_would(worker: Worker):
 
 
 def test_a_process_that_is_ended_did_not_die(worker: Worker, caplog: pytest.LogCaptureFixture):
-    """Its log says nothing of a status: the planner ended it."""
+    """The log reports no exit status, because the planner ended the process."""
     caplog.set_level(logging.INFO)
     worker.learn(body())
     worker.close()
@@ -102,7 +102,7 @@ def test_a_process_that_is_ended_did_not_die(worker: Worker, caplog: pytest.LogC
 
 
 def test_a_process_that_died_is_replaced(worker: Worker):
-    """Nobody notices one that died while it had nothing to do."""
+    """Its death is detected only by the next request."""
     worker.learn(body())
     first = pid_of(worker)
     os.kill(first, signal.SIGKILL)
@@ -112,7 +112,7 @@ def test_a_process_that_died_is_replaced(worker: Worker):
 
 
 def kill_once_asked(worker: Worker) -> None:
-    """Stop its process, and kill it when something was sent to it, which it then has not read."""
+    """Suspend its process, and kill it when a request was sent to it that it has not read."""
     os.kill(pid_of(worker), signal.SIGSTOP)
     connection = worker.connection
     assert connection is not None
@@ -135,7 +135,7 @@ def test_what_a_dying_process_learned_is_unavailable(worker: Worker):
 
 
 def test_it_ends_with_the_planner_however_that_ends():
-    """Killed, in the middle of a fit: a planner of some lines starts one, says its number, and is killed."""
+    """A small planner starts a process, sends it a long fit, and is killed."""
     lines = """
 import threading, time
 import numpy as np
