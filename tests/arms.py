@@ -1,4 +1,4 @@
-"""Robots with models from other projects, and the fields that their TOML needs."""
+"""Robots with models of other projects, and the TOML fields that they need."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +8,7 @@ from tests import models
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """A model, the site of its tool, its joints and home (rad)."""
+    """A model, the site of its tool, its joints and its home pose (rad)."""
 
     model: Path
     tool: str

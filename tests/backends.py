@@ -1,4 +1,4 @@
-"""The robots that the tests of the interface run against, by name: add yours here."""
+"""The robots that the contract tests run against, by name: add yours here."""
 
 import sys
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The simulated arm and the controller in one process, without a bus: exact, and as fast as the machine."""
+"""The simulated arm and the controller in one process, without a bus: exact, and not bound to the wall clock."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -33,7 +33,7 @@ jerks = [{jerks}]
 
 
 def write_robot(folder: Path, model: Path, tool: str, names: list[str], home: object, more: str = "") -> RobotConfig:
-    """Return the robot of a model; every joint may do 3.15 rad/s, 20 rad/s² and 1000 rad/s³."""
+    """Return the robot of a model whose joints all allow 3.15 rad/s, 20 rad/s² and 1000 rad/s³."""
     limits = {"velocities": 3.15, "accelerations": 20.0, "jerks": 1000.0}
     lists = {name: ", ".join([str(limit)] * len(names)) for name, limit in limits.items()}
     listed = ", ".join(f'"{name}"' for name in names)
@@ -45,12 +45,12 @@ def write_robot(folder: Path, model: Path, tool: str, names: list[str], home: ob
 
 
 class ClosedLoop:
-    """An arm under control; one turn is one tick."""
+    """A simulated arm under control; one turn is one tick."""
 
     def __init__(
         self, config: RobotConfig, ball: m.Ball | None = None, positions: Sequence[float] | None = None
     ) -> None:
-        """Begin with the arm at `positions`, rad, or at home, and the ball where given, or on its tee."""
+        """Start with the arm at `positions`, rad, or at home; the ball is as given, or on its tee."""
         self.config = config
         self.arm = SimulatedArm(config)
         self.arm.reset(None if positions is None else list(positions), ball=ball)
@@ -58,13 +58,13 @@ class ClosedLoop:
         self.drive = Drive(config)
         self.contacts: list[m.Contact] = []
         self.torques: list[np.ndarray] = []
-        """Of each tick, (J,), N·m."""
+        """Torques of each tick, (J,), N·m."""
         self.accelerations: list[list[float]] = []
         """Commanded at each tick, (J,), rad/s²."""
         self.turn(10)
 
     def turn(self, ticks: int) -> None:
-        """Answer the state, step, and pass contacts on, tick by tick."""
+        """For each tick, answer the state, step the arm, and pass on contacts."""
         for _ in range(ticks):
             now = self.arm.observe()
             command = self.controller.answer(state_message(now, self.drive, now.tick - 1), now_ns=now.tick)
@@ -79,7 +79,7 @@ class ClosedLoop:
                     self.controller.ledger.note_touch(touch, round(contact.time * self.config.rate_hz))
 
     def move(self, change: dict[str, float], seconds: float, **fields: object) -> m.Result:
-        """Play a smooth motion of the named joints by `change` (rad); return its result, which fills as it is played.
+        """Play a smooth motion of the named joints by `change` (rad); its result is filled in as it is played.
 
         The hit is in the middle, where the arm is fastest.
         """

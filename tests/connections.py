@@ -1,4 +1,4 @@
-"""The sockets behind sessions of this process."""
+"""Sockets of this process's sessions."""
 
 import contextlib
 import fcntl
@@ -15,7 +15,7 @@ def port_of(endpoint: str) -> int:
 
 
 def connections(port: int) -> Iterator[socket.socket]:
-    """Yield this process' sockets that are connected from or to a port."""
+    """Yield this process's sockets whose own or peer port is `port`."""
     for descriptor in Path("/proc/self/fd").iterdir():
         if descriptor.is_socket():
             with (
@@ -31,6 +31,6 @@ def connections(port: int) -> Iterator[socket.socket]:
 
 
 def unread(descriptor: int) -> int:
-    """Return how many bytes that were written to a Unix socket lie unread at its other end."""
+    """Return how many bytes written to a Unix socket are still unread by its peer."""
     (count,) = struct.unpack("i", fcntl.ioctl(descriptor, termios.TIOCOUTQ, bytes(4)))
     return count

@@ -1,9 +1,11 @@
-"""Which core the loops of a test's cells run on."""
+"""The core on which the loops of a test's cells run."""
 
 import os
 
 CORES = sorted(os.sched_getaffinity(0))
 WORKER = os.environ.get("PYTEST_XDIST_WORKER", "")
 LOOP_CORE = CORES[-1 - int(WORKER.removeprefix("gw")) % len(CORES)] if WORKER else None
-"""One for each worker. By default all cells share the last core, where the paced ones of one worker come first: the
-stepped ones of another then get so little of it that requests time out."""
+"""One core for each pytest worker.
+
+On a shared core the paced cells of one worker have priority, and the stepped cells of another get so little time that
+requests time out."""

@@ -1,4 +1,4 @@
-"""Paths of other people's robot models, which `tests/models.txt` installs."""
+"""Paths of other projects' robot models, which `tests/models.txt` installs."""
 
 from importlib.util import find_spec
 from pathlib import Path

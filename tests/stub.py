@@ -1,4 +1,4 @@
-"""A robot that replies with golden messages over real Zenoh: clients are tested with it, without services."""
+"""A robot that replies with golden messages over real Zenoh; clients are tested with it, without services."""
 
 import threading
 from collections.abc import Iterator
@@ -19,15 +19,15 @@ from tests.golden.examples import EXAMPLES
 
 @dataclass
 class Stub:
-    """A robot that answers every request with the golden message of the reply's type, unless something else is set.
+    """A robot that answers every request with the golden message of the reply's type, unless a test sets another one.
 
     Attributes:
-        bus: Hosted by it.
-        endpoint: Of the bus.
-        asked: Keys and requests that came, but for `description`.
-        described: How often `description` was asked.
-        answers: For a key, what it is answered with next, in order.
-        then: For a key, what is published on which topic after the reply, once.
+        bus: The bus that it hosts.
+        endpoint: The endpoint of the bus.
+        asked: Keys and requests received, `description` excepted.
+        described: Number of requests for `description`.
+        answers: For a key, the next answers in order.
+        then: For a key, a message that is published once after the reply, and its topic.
         silent: Keys that are not answered.
     """
 
@@ -91,7 +91,7 @@ def hosted() -> Iterator[Router]:
 
 @contextmanager
 def answering(router: Router) -> Iterator[Stub]:
-    """Answer on the router for the length of the block."""
+    """Answer requests on the router until the block ends."""
     stub = Stub(router.bus, router.endpoint, router.publishers)
     stopping = threading.Event()
 
@@ -112,13 +112,13 @@ def answering(router: Router) -> Iterator[Stub]:
 
 @pytest.fixture(scope="module")
 def router() -> Iterator[Router]:
-    """A router for the stubs of a module."""
+    """Yield a router for the stubs of a module."""
     with hosted() as router:
         yield router
 
 
 @pytest.fixture
 def robot(router: Router) -> Iterator[Stub]:
-    """A stub for one test."""
+    """Yield a stub for one test."""
     with answering(router) as stub:
         yield stub

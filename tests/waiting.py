@@ -1,4 +1,4 @@
-"""Waiting for what takes a moment to get around: routes, tokens, messages."""
+"""Wait for state that takes a moment to propagate: routes, tokens, messages."""
 
 import time
 from collections.abc import Callable
@@ -7,7 +7,7 @@ PATIENCE_S = 60.0
 
 
 def eventually(condition: Callable[[], object], patience: float = PATIENCE_S) -> bool:
-    """Wait until something holds, and return whether it did within `patience` s."""
+    """Wait until `condition` holds, at most `patience` s, and return whether it did."""
     end = time.monotonic() + patience
     while not condition():
         if time.monotonic() > end:

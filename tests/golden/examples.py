@@ -1,4 +1,4 @@
-"""One realistic message of every type of the wire contract; where fields exclude each other, several."""
+"""One realistic message of every type of the wire contract, and several where fields exclude each other."""
 
 from typing import Any
 
@@ -412,4 +412,4 @@ ARM: dict[str, Struct] = {
 }
 
 EXAMPLES: dict[str, Struct] = GOALS | LIBRARY | CONTROLLER | ARM
-"""File stem, the message's type before any hyphen, and the message."""
+"""Messages by file stem; the part of a stem before the hyphen is the message's type."""

@@ -1,4 +1,4 @@
-"""`python -m tests.golden.make` writes the golden files: only when the contract changes, and then look at the diff."""
+"""`python -m tests.golden.make` writes the golden files. Run it only when the contract changes, and read the diff."""
 
 from pathlib import Path
 

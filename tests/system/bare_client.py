@@ -1,10 +1,10 @@
-"""A client that imports nothing of Volley: eclipse-zenoh and msgpack alone. Copy from it.
+"""A client that imports nothing of Volley, only eclipse-zenoh and msgpack. Copy from it.
 
     python bare_client.py ENDPOINT
 
-It learns a swing from 200 samples of its own, plans it, plays it, follows the status, cancels a second one, asks how
-both went, and forgets the swing. What it saw is printed as one JSON object. The arm's clock is the stepped one, so the
-client also lets time pass; on an arm in real time that is a matter of waiting.
+It learns a swing from 200 samples, plans it, plays it, follows the status, cancels a second motion, asks for both
+results, and forgets the swing. It prints what it observed as one JSON object. The arm's clock is stepped here, so the
+client also advances the time; on an arm in real time it would wait.
 """
 
 import json
@@ -17,7 +17,7 @@ import zenoh
 
 
 class Refused(Exception):
-    """A service said no: the code, a sentence, and what the sentence is about."""
+    """A service refused a request: the code, a sentence, and its detail."""
 
     def __init__(self, code: str, message: str, detail: dict) -> None:
         super().__init__(message)
@@ -56,13 +56,13 @@ class Arm:
 
 
 def swing(home: list[float]) -> list[list[float]]:
-    """200 samples of the first joint: forward from home, then back past it with growing speed."""
+    """Return 200 samples of the first joint: forward from home, then back past it with growing speed."""
     path = [0.1 * math.sin(math.pi * k / 199) ** 3 - 0.6 * (k / 199) ** 4 for k in range(200)]
     return [[home[0] + x, *home[1:]] for x in path]
 
 
 def main(endpoint: str) -> dict:
-    """Do all of it and return what was seen."""
+    """Make all requests and return what was observed."""
     arm = Arm(endpoint)
     modes = set()
     status = arm.follow("status", lambda message: modes.add(message["mode"]))

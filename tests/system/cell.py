@@ -1,4 +1,7 @@
-"""A robot cell over TLS: certificates, configurations, and sessions of every role, which outlive stalls of the test."""
+"""A robot cell over TLS: certificates, configurations, and sessions of every role.
+
+The sessions have a service's timeouts, so a stall of the test process does not end them.
+"""
 
 import json
 from pathlib import Path
@@ -10,7 +13,7 @@ from protocol.bus.sessions import SERVICE, open_session
 from services.common.cli import free_endpoint
 
 STRANGERS = {"stranger": "stranger.arm", "neighbour": "controller.leg"}
-"""Certificates of the right authority, by file, whose common names mean nothing to this robot."""
+"""Certificates that the right authority signed, by file; their common names are no roles of this robot."""
 
 
 class SecureCell:

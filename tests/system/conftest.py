@@ -13,7 +13,7 @@ from harness import SERVICES, Stack, running
 
 @pytest.fixture(scope="module")
 def services(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
-    """Sim, planner and controller on the stepped clock, for all tests of a module, and what its `ALSO` names."""
+    """Start sim, planner, controller, and what the module's `ALSO` names, on the stepped clock, once for a module."""
     folder = tmp_path_factory.mktemp("services")
     names = (*SERVICES, *getattr(request.module, "ALSO", ()))
     with running(folder, names=names, learned=folder / "learned.json") as stack:
@@ -22,7 +22,7 @@ def services(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 
 @pytest.fixture
 def stack(services: Stack) -> Stack:
-    """The module's services, all of them, at the start of a new run."""
+    """Return the module's services at the start of a new run; services that have ended are started again."""
     if ended := services.services.ended():
         services.start_again(*ended)
     services.reset()

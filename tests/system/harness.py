@@ -1,4 +1,4 @@
-"""Real processes on a router of their own, and requests and observations of tests.
+"""Real processes on a router of their own, with the requests and observations that tests need.
 
 `Stack` is the drill's cell. The log lines of services are printed, so that pytest shows them after a failure.
 """
@@ -32,7 +32,7 @@ ROBOT = load_robot()
 
 
 class Stack(Cell):
-    """The drill's cell, with what only tests ask of it."""
+    """The drill's cell, with the requests that only tests make."""
 
     def refused_goal(self, **fields: object) -> Refusal:
         """Ask for a goal that must be refused, and return the refusal."""
@@ -41,12 +41,15 @@ class Stack(Cell):
         return caught.value
 
     def kill(self, name: str) -> None:
-        """Kill a process and return once its token is gone, or the next one would count as ready before it is."""
+        """Kill a process and wait until its liveliness token is gone.
+
+        Otherwise its successor would count as ready too early.
+        """
         self.processes.signal(name, signal.SIGKILL)
         wait_for(lambda: not self.bus.is_alive(name), f"the token of the {name} to vanish")
 
     def start_again(self, *names: str) -> None:
-        """Start processes in place of those that ended, and return once all are ready and the arm is detected."""
+        """Start processes in place of those that ended, and wait until all are ready and the arm is detected."""
         for name in names:
             self.services.start(name)
         self.services.wait_ready(self.bus)
@@ -86,13 +89,13 @@ def running(
 
 
 def joined(endpoint: str) -> Bus:
-    """Join a bus with the session timeouts of a service: a stall of this process ends no session."""
+    """Join a bus with the session timeouts of a service, so that a stall of this process does not end the session."""
     return Bus(open_session([endpoint], timeouts=SERVICE))
 
 
 def wait_for_controller(stack: Stack) -> None:
     """Wait until the controller has detected the arm."""
-    wait_for(stack.mode, "the controller to hear of the arm")
+    wait_for(stack.mode, "the controller to detect the arm")
 
 
 class Reference(commanded.CommandedMotion):
@@ -104,14 +107,14 @@ class Reference(commanded.CommandedMotion):
         assert ticks == list(range(len(ticks))), "every tick has one command"
 
     def check_smooth(self) -> None:
-        """Positions follow velocities, and no acceleration steps by more than the jerk allows in a tick."""
+        """Check that positions are the integral of velocities, and that accelerations change within the jerk limit."""
         jerks, tick = ROBOT.limits.jerks, ROBOT.tick
         means = (self.velocities[1:] + self.velocities[:-1]) / 2
         assert np.all(np.abs(np.diff(self.positions, axis=0) - means * tick) <= jerks * tick**3 / 6 + 1e-9)
         assert np.all(np.abs(np.diff(self.accelerations, axis=0)) <= jerks * tick * (1 + 1e-3))
 
     def check_limits(self) -> None:
-        """Position, velocity and acceleration stay inside the robot's limits."""
+        """Check that position, velocity and acceleration stay inside the robot's limits."""
         limits = ROBOT.limits
         assert np.all(self.positions >= limits.positions[:, 0] - 1e-6)
         assert np.all(self.positions <= limits.positions[:, 1] + 1e-6)

@@ -1,6 +1,6 @@
-"""A client on another host: one JSON line `[topic, fields]` in, one line out, the reply or null where there is none.
+"""A client on another host: it reads one JSON line `[topic, fields]` and writes the reply, or null if there is none.
 
-`alive/SERVICE` asks whether a service lives; `hold/CLIENT_ID` holds the token of a client from then on.
+`alive/SERVICE` asks whether a service is alive; `hold/CLIENT_ID` declares the token of a client and keeps it.
 """
 
 import json
@@ -16,7 +16,7 @@ from protocol.errors import NoAnswer, Refusal
 
 
 def answer(bus: Bus, key: str, fields: dict) -> object:
-    """Ask and return the reply as JSON can hold it."""
+    """Send the request and return the reply in a form that JSON can represent."""
     verb, _, name = key.partition("/")
     if verb == "alive":
         return bus.is_alive(name)

@@ -1,4 +1,4 @@
-"""Bad input over the wire: refused with its code and a sentence; nothing moves and every process lives."""
+"""Bad input over the wire is refused with a code and a sentence; nothing moves and every process stays alive."""
 
 import math
 import os
@@ -29,7 +29,7 @@ QUERIES = pytest.mark.parametrize("topic", topics.QUERIES, ids=lambda topic: top
 
 @pytest.fixture(scope="module")
 def survivors(services: Stack) -> Iterator[Stack]:
-    """The module's services, which after everything in this module must play a good goal."""
+    """Yield the module's services; after all tests of this module they must still play a good goal."""
     yield services
     services.reset()
     assert services.finish(services.goal(primitive="forehand", positions=HOME, duration=0.3)).outcome == "succeeded"
@@ -37,7 +37,7 @@ def survivors(services: Stack) -> Iterator[Stack]:
 
 @pytest.fixture
 def stack(survivors: Stack) -> Iterator[Stack]:
-    """The module's services, which after the test must live, answer, and stand where they stood."""
+    """Yield the module's services; after the test they must be alive, answer, and the arm must stand at home."""
     survivors.reset()
     yield survivors
     wait_for(lambda: answers(survivors), "an answer from every service")
@@ -54,7 +54,7 @@ def pack(body: object) -> bytes:
 
 
 def answers(stack: Stack) -> bool:
-    """Whether every service answers a request that reads."""
+    """Return whether planner, controller and sim each answer a request that reads."""
     try:
         return bool(stack.state() and stack.status() and stack.bus.ask(topics.PRIMITIVES, m.Empty()))
     except NoAnswer:
@@ -62,10 +62,10 @@ def answers(stack: Stack) -> bool:
 
 
 def send(stack: Stack, key: str, body: bytes) -> dict[str, Any]:
-    """Send a body and return the refusal that must come.
+    """Send a body and return the refusal; anything else fails the test.
 
-    A router cuts a service off that takes nothing for 0.5 s, as on a busy machine one that is sent 16 MiB; the service
-    is asked again once it is back.
+    The router closes the session of a service that accepts no data for 0.5 s, which may happen on a busy machine while
+    16 MiB are sent. The body is then sent again once the service is back.
     """
     for _ in range(TRIES):
         for reply in stack.bus.session.get(stack.bus.key(key), payload=body, timeout=PATIENCE_S):
@@ -80,7 +80,7 @@ def send(stack: Stack, key: str, body: bytes) -> dict[str, Any]:
 
 
 def refuse(stack: Stack, key: str, code: str, field: str | None, **body: object) -> dict[str, Any]:
-    """Send a map and check that its refusal has `code` and, in detail and sentence, names `field`."""
+    """Send a map and check that its refusal has `code`, and names `field` in its detail and in its sentence."""
     refusal = send(stack, key, pack(body))
     assert refusal["code"] == code, refusal
     if field is not None:
@@ -90,8 +90,8 @@ def refuse(stack: Stack, key: str, code: str, field: str | None, **body: object)
 
 
 @QUERIES
-def test_bodies_that_are_no_message(stack: Stack, topic: topics.Query):
-    """No map, no msgpack, something after the map, keys that are no strings, another version, unknown fields."""
+def test_bodies_that_are_not_a_message(stack: Stack, topic: topics.Query):
+    """Refuse bodies that are not one msgpack map, have keys that are not strings, another version or unknown fields."""
     assert "123" in send(stack, topic.key, b"{")["message"]
     bodies = [b"\x90", b"\xc0", b"\xa4goal", b"\xc1", b"\x85\xa1a", b"\x81\x01\x02", pack({}) + b"\x00"]
     for body in bodies:
@@ -110,7 +110,7 @@ def test_bodies_that_are_no_message(stack: Stack, topic: topics.Query):
 
 @QUERIES
 def test_too_many_bytes(stack: Stack, topic: topics.Query):
-    """16 MiB of noise, and a map one field over the limit."""
+    """Refuse 16 MiB of noise, and a map whose one field already fills the topic's limit."""
     assert send(stack, topic.key, NOISE_BYTES)["code"] == "bad_message"
     refusal = send(stack, topic.key, pack({"name": "x" * topic.max_bytes}))
     assert str(topic.max_bytes) in refusal["message"]
@@ -118,7 +118,7 @@ def test_too_many_bytes(stack: Stack, topic: topics.Query):
 
 @QUERIES
 def test_wildcards(stack: Stack, topic: topics.Query):
-    """Requests that change something are refused for their wildcard, those that read for their body alone."""
+    """A request that changes something is refused because of its wildcard; one that reads, only because of its body."""
     wild = stack.bus.key(topic.key)[:-1] + "$*"
     sentences = []
     for reply in stack.bus.session.get(wild, payload=b"{", timeout=PATIENCE_S):
@@ -183,7 +183,7 @@ NOT_A_NUMBER = [math.nan, *HOME[1:]]
     ],
 )
 def test_goals(stack: Stack, code: str, field: str | None, body: dict[str, object]):
-    """A goal that is malformed or contradicts itself, by the field that is wrong."""
+    """A goal that is malformed or contradicts itself is refused; the refusal names the field."""
     refuse(stack, "goal", code, field, **body)
 
 
@@ -203,7 +203,7 @@ def test_goals(stack: Stack, code: str, field: str | None, body: dict[str, objec
     ],
 )
 def test_goals_outside_the_limits(stack: Stack, quantity: str, fields: dict[str, object]):
-    """Refused as `limit`, with the joint, the quantity, the value and the bound."""
+    """The refusal `limit` names the joint, the quantity, the value and the bound."""
     refusal = refuse(stack, "goal", "limit", None, **GOAL | fields)
     detail = refusal["detail"]
     assert (detail["joint"], detail["quantity"]) == ("joint_1", quantity)
@@ -212,7 +212,7 @@ def test_goals_outside_the_limits(stack: Stack, quantity: str, fields: dict[str,
 
 
 def demonstration(samples: int = 100) -> list[list[float]]:
-    """A small move of every joint."""
+    """Return a small movement of every joint."""
     return [[math.sin(3.0 * k / samples)] * JOINTS for k in range(samples)]
 
 
@@ -251,7 +251,7 @@ def demonstration(samples: int = 100) -> list[list[float]]:
     ],
 )
 def test_demonstrations(stack: Stack, code: str, field: str | None, body: dict[str, object]):
-    """What cannot be learned is refused by its field, and the library stays as it was."""
+    """A demonstration that cannot be learned is refused; the refusal names the field and the library is unchanged."""
     good: dict[str, object] = {"name": "wave", "positions": demonstration(), "rate": 100.0}
     whole = {} if field == "name" and not body else {**good, **body}
     refuse(stack, "learn", code, field, **whole)
@@ -319,7 +319,7 @@ def test_demonstrations(stack: Stack, code: str, field: str | None, body: dict[s
     ],
 )
 def test_other_requests(stack: Stack, key: str, code: str, field: str | None, body: dict[str, object]):
-    """Everything else that can be asked."""
+    """Requests other than goals and demonstrations are refused for a bad field as well."""
     refuse(stack, key, code, field, **body)
 
 
@@ -327,7 +327,7 @@ NOISE = (b"{", b"", b"\xc1" * 100, os.urandom(1 << 16), bytes(16 << 20), pack({}
 
 
 def test_noise_published_on_state(stack: Stack):
-    """The controller counts and refuses it; what it commands stays the same."""
+    """The controller refuses and counts each message; it keeps holding."""
     before = stack.status().cycle.refused
     publish(stack, topics.STATE.key, NOISE)
     wait_for(lambda: stack.status().cycle.refused >= before + len(NOISE), "the controller to count the noise")
@@ -335,7 +335,10 @@ def test_noise_published_on_state(stack: Stack):
 
 
 def test_noise_published_on_command(stack: Stack):
-    """The sim refuses it, also commands that are well-formed but of another run, tick or length, or absurd."""
+    """The sim ignores noise.
+
+    Commands of another run, tick or length or with absurd values do not move the arm either.
+    """
     stack.step(1)
     command = m.Command(
         run=stack.run, tick=1, source="noise", accelerations=[9.0] * 6, positions=HOME, velocities=HOME, goal_id=None
@@ -352,6 +355,6 @@ def test_noise_published_on_command(stack: Stack):
 
 
 def publish(stack: Stack, key: str, bodies: Iterable[bytes]) -> None:
-    """Publish bodies as a stranger would, in order and without dropping any."""
+    """Publish bodies as an unknown client would, in order and without dropping any."""
     for body in bodies:
         stack.bus.session.put(stack.bus.key(key), body, congestion_control=zenoh.CongestionControl.BLOCK)

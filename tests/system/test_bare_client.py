@@ -1,4 +1,4 @@
-"""A client of eclipse-zenoh and msgpack alone does the whole round."""
+"""A client made of eclipse-zenoh and msgpack alone learns, plans, plays, cancels and forgets."""
 
 import ast
 import json
@@ -16,7 +16,7 @@ HOME = [0.0, 0.52, 0.82, -0.2, 0.0, 0.09]
 
 @pytest.fixture(scope="module")
 def seen(services: Stack) -> dict[str, Any]:
-    """What the client saw, run in a Python that has no way into this directory."""
+    """Run the client in a Python that cannot import the project, and return what it observed."""
     services.reset()
     line = [sys.executable, "-I", str(CLIENT), services.endpoint]
     run = subprocess.run(line, capture_output=True, text=True, check=False)
@@ -25,7 +25,7 @@ def seen(services: Stack) -> dict[str, Any]:
 
 
 def test_it_imports_nothing_of_the_project():
-    """Zenoh, msgpack and Python itself."""
+    """The client imports only Zenoh, msgpack and the standard library."""
     nodes = list(ast.walk(ast.parse(CLIENT.read_text())))
     names = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     names |= {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
@@ -34,7 +34,7 @@ def test_it_imports_nothing_of_the_project():
 
 
 def test_it_learns_and_forgets(seen: dict[str, Any]):
-    """The new primitive is in the library, and no more after it was forgotten."""
+    """The new primitive is in the library until it is forgotten."""
     assert seen["learned"]["name"] == "swing"
     assert seen["learned"]["duration"] == pytest.approx(199 / 200)
     assert seen["library"] == ["forehand", "swing"]
@@ -43,7 +43,7 @@ def test_it_learns_and_forgets(seen: dict[str, Any]):
 
 
 def test_it_plans_without_moving(seen: dict[str, Any]):
-    """A plan-only goal comes back certified and sampled to its rest, and the arm stays where it is."""
+    """A plan-only goal is certified and sampled up to rest, and the arm does not move."""
     assert seen["certified"]
     assert seen["samples"] == round(seen["total_duration"] * 1000) + 1
     assert seen["before"] == pytest.approx(HOME, abs=1e-6)
@@ -51,7 +51,7 @@ def test_it_plans_without_moving(seen: dict[str, Any]):
 
 
 def test_it_plays_a_goal(seen: dict[str, Any]):
-    """Up to rest, with the errors at the hit."""
+    """The goal is played up to rest, and its result has the errors at the hit."""
     first = seen["first"]
     assert first["outcome"] == "succeeded"
     assert max(map(abs, first["hit"]["position_error"])) < 1e-5
@@ -62,7 +62,7 @@ def test_it_plays_a_goal(seen: dict[str, Any]):
 
 
 def test_it_cancels_a_goal(seen: dict[str, Any]):
-    """The arm comes to rest before the goal's time, and the result says so."""
+    """A cancelled arm comes to rest before the goal's end, and the result says so."""
     assert seen["canceled"]["goal_id"] == "second"
     assert seen["canceled"]["stop_time"] < seen["at_last"]["time"]
     assert seen["second"]["outcome"] == "canceled"
@@ -74,12 +74,12 @@ def test_it_cancels_a_goal(seen: dict[str, Any]):
 
 
 def test_it_follows_the_status(seen: dict[str, Any]):
-    """It saw the arm hold, track and stop."""
+    """The published modes include holding, tracking and stopping."""
     assert seen["modes"] == ["holding", "stopping", "tracking"]
 
 
 def test_a_refusal_names_the_joint(seen: dict[str, Any]):
-    """With the code, the value and the bound, in a sentence and as data."""
+    """The refusal has the joint, the value and the bound, in its sentence and as data."""
     refused = seen["refused"]
     assert refused["code"] == "limit"
     assert refused["detail"]["joint"] == "joint_1"

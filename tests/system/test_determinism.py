@@ -1,4 +1,4 @@
-"""The same run in other processes, after other runs, gives the same bytes."""
+"""The same scenario gives the same bytes in other processes and after other runs."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ BACK = {"primitive": "forehand", "positions": [0.2, 0.5, 0.8, 0.0, 0.1, 0.0], "d
 
 
 def scenario(stack: Stack, seed: int) -> list[bytes]:
-    """Noise, a strike, a push, another goal on top of it and a cancel; returns the bytes of every state."""
+    """Play a scenario with noise, a strike, a push, a second goal and a cancel; return the bytes of every state."""
     stack.reset(seed=seed)
     stack.bus.ask(topics.SIM_DISTURB, m.Disturb(kind="sensor_noise", position_std=0.005, velocity_std=0.05))
     stack.step(10)
@@ -31,7 +31,7 @@ def scenario(stack: Stack, seed: int) -> list[bytes]:
 
 
 def test_the_same_run_twice_gives_the_same_states(tmp_path: Path):
-    """Byte by byte, over processes and after another run; with another seed not."""
+    """States are equal byte by byte across processes and after another run; another seed gives other states."""
     with running(tmp_path / "one") as stack:
         other, second = scenario(stack, seed=8), scenario(stack, seed=7)
     with running(tmp_path / "two") as stack:

@@ -1,4 +1,4 @@
-"""The drill's scenarios: all that are exact, and the short ones in real time."""
+"""The drill's exact scenarios, and the short ones in real time."""
 
 import warnings
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from tools.drill.table import SCENARIOS
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
-    """A lab for all scenarios."""
+    """Yield one lab for all scenarios."""
     with Lab(Options(loop_core=LOOP_CORE), tmp_path_factory.mktemp("drill")) as lab:
         yield lab
 
@@ -28,7 +28,7 @@ def chosen(kind: str) -> list[Scenario]:
 
 @pytest.mark.parametrize("scenario", chosen("exact"), ids=lambda scenario: scenario.name)
 def test_exact(lab: Lab, scenario: Scenario):
-    """Every bound holds."""
+    """Every bound of the scenario holds."""
     outcome = carry_out(scenario, lab)
     assert outcome.held, shortfall(outcome)
 
@@ -37,7 +37,10 @@ def test_exact(lab: Lab, scenario: Scenario):
 @pytest.mark.filterwarnings("default::pytest.PytestWarning")
 @pytest.mark.parametrize("scenario", chosen("short"), ids=lambda scenario: scenario.name)
 def test_in_real_time(lab: Lab, scenario: Scenario):
-    """Every bound holds; a warning shows earlier attempts, where a core was stolen."""
+    """Every bound of the scenario holds.
+
+    If a core was stolen and the scenario was repeated, a warning shows the earlier attempts.
+    """
     outcome = carry_out(scenario, lab)
     for attempt in outcome.before:
         warnings.warn(pytest.PytestWarning(f"repeated: {attempt}"), stacklevel=1)

@@ -1,4 +1,4 @@
-"""Where and when a motion ends, over the wire: alternatives, the fastest, following through, places, rounding."""
+"""Where and when a motion ends, over the wire: alternatives, the fastest motion, follow-through, places, rounding."""
 
 import numpy as np
 import pytest
@@ -14,22 +14,22 @@ from tools.demo.strikes import FASTER, TIGHT
 LIMITS = ROBOT.limits.positions
 HOME = ROBOT.home.tolist()
 FAR = [2.1, *HIT[1:]]
-"""Inside the limits, with room to stop for slow arrivals only."""
+"""A position inside the limits that leaves room to stop only after slow arrivals."""
 
 
 def end(move: float = 0.0, **fields: object) -> m.Alternative:
-    """An end so many rad beside the hit in every joint."""
+    """Return an end whose joints are all `move` rad beside the hit."""
     return m.Alternative(positions=[place + move for place in HIT], **fields)  # type: ignore[arg-type]
 
 
 def taught() -> Primitive:
-    """The forehand as the planner has learned it."""
+    """Return the forehand as the planner has learned it."""
     recorded = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
     return learn(Demonstration(recorded[:, 0], recorded[:, 1:]))
 
 
 def check_end(stack: Stack, reply: m.GoalReply) -> None:
-    """The motion is played to the end that the reply names, smoothly."""
+    """Check that the motion is played smoothly, inside the limits, to the end that the reply names."""
     assert stack.finish(reply).outcome == "succeeded"
     played = Reference(stack.commands())
     played.check_smooth()
@@ -42,8 +42,8 @@ def check_end(stack: Stack, reply: m.GoalReply) -> None:
 # --- alternatives -----------------------------------------------------------------------------------------
 
 
-def test_the_end_that_is_played(stack: Stack):
-    """Each end has its own duration; what it leaves out is the goal's."""
+def test_the_best_alternative_is_played(stack: Stack):
+    """Each alternative may have its own duration; fields that it leaves out are taken from the goal."""
     alternatives = [end(0.1, duration=1.0), end(0.02, duration=1.0), end(0.05, duration=1.0), end(duration=0.02)]
     reply = stack.strike(duration=0.03, alternatives=alternatives)
     assert reply.alternative == 2
@@ -52,8 +52,8 @@ def test_the_end_that_is_played(stack: Stack):
     check_end(stack, reply)
 
 
-def test_the_own_end_is_played_where_it_is_the_best(stack: Stack):
-    """As without alternatives."""
+def test_the_goals_own_end_is_played_if_it_is_the_best(stack: Stack):
+    """The reply is the same as without alternatives."""
     alone = stack.strike(plan_only=True)
     reply = stack.strike(alternatives=[end(0.1), end(-0.1), m.Alternative(duration=0.7)])
     assert reply.alternative == 0
@@ -63,7 +63,7 @@ def test_the_own_end_is_played_where_it_is_the_best(stack: Stack):
 
 
 def test_an_end_with_an_arrival_time(stack: Stack):
-    """On the robot's clock, like the goal's."""
+    """The arrival time of an alternative is on the robot's clock, like the goal's."""
     stack.step(100)
     reply = stack.strike(duration=0.03, alternatives=[m.Alternative(arrival_time=1.2)])
     assert reply.alternative == 1
@@ -72,7 +72,7 @@ def test_an_end_with_an_arrival_time(stack: Stack):
 
 
 def test_a_correction_with_alternatives(stack: Stack):
-    """The rest of the demonstration to the end that suits it best."""
+    """A correction imitates the rest of the demonstration to the best alternative."""
     first = stack.strike()
     stack.step_to(stack.ticks(first.start_time) + 480)
     reply = stack.strike(revises=first.goal_id, positions=FAR, alternatives=[end(0.1), end(0.02), end(-0.05)])
@@ -83,15 +83,15 @@ def test_a_correction_with_alternatives(stack: Stack):
 
 
 def test_the_most_alternatives(stack: Stack):
-    """256, of which the last is the nearest."""
+    """A goal may have 256 alternatives; here the last one is the nearest and is played."""
     ends = [end(0.15 - 0.0005 * k) for k in range(256)]
     reply = stack.strike(positions=FAR, alternatives=ends)
     assert reply.alternative == 256
     check_end(stack, reply)
 
 
-def test_where_all_ends_are_refused_each_says_why(stack: Stack):
-    """The goal's own refusal, with the codes of the others in their order."""
+def test_if_all_ends_are_refused_each_code_is_reported(stack: Stack):
+    """The refusal is the goal's own; its detail lists the codes of the alternatives in their order."""
     beyond = [9.0, *HIT[1:]]
     fast = [12.0, *HIT_VELOCITIES[1:]]
     alternatives = [
@@ -106,7 +106,10 @@ def test_where_all_ends_are_refused_each_says_why(stack: Stack):
     assert refusal.code == alone.code == "infeasible"
     limit, cannot_stop, hopeless = refusal.detail["alternatives"]
     assert (limit, cannot_stop) == ("limit", "cannot_stop")
-    assert hopeless in ("infeasible", "solver_failed")  # given up before it was proved, where others wait
+    assert hopeless in (
+        "infeasible",
+        "solver_failed",
+    )  # with other ends to try, the planner may give up before it has a proof
     assert {name: refusal.detail[name] for name in ("joint", "quantity")} == {
         name: alone.detail[name] for name in ("joint", "quantity")
     }
@@ -137,8 +140,8 @@ def test_where_all_ends_are_refused_each_says_why(stack: Stack):
         ("invalid_goal", "place_time", {"place_time": 0.5, "method": "gaussian"}),
     ],
 )
-def test_what_contradicts_itself_moves_nothing(stack: Stack, code: str, field: str, more: dict):
-    """And names the field."""
+def test_contradicting_fields_are_refused(stack: Stack, code: str, field: str, more: dict):
+    """The refusal names the field, and nothing moves."""
     refusal = stack.refused_goal(**more)
     assert (refusal.code, refusal.detail["field"]) == (code, field)
     stack.step(20)
@@ -149,7 +152,7 @@ def test_what_contradicts_itself_moves_nothing(stack: Stack, code: str, field: s
 
 
 def test_the_fastest_motion(stack: Stack):
-    """A quarter of it is infeasible, and no refusal names a duration that is much shorter."""
+    """A quarter of its duration is infeasible, and the refusal offers no duration that is much shorter."""
     reply = stack.strike(fastest=True)
     assert reply.duration < 0.6
     quarter = round(reply.duration / 4, 3)
@@ -160,7 +163,7 @@ def test_the_fastest_motion(stack: Stack):
 
 
 def test_the_fastest_correction(stack: Stack):
-    """Of what is left."""
+    """`fastest` with `revises` plays the rest of the demonstration as fast as possible."""
     first = stack.strike()
     stack.step_to(stack.ticks(first.start_time) + 480)
     reply = stack.strike(revises=first.goal_id, fastest=True)
@@ -174,7 +177,7 @@ def test_the_fastest_correction(stack: Stack):
 
 @pytest.mark.parametrize("seconds", [0.03, 0.1])
 def test_following_through_keeps_the_velocity(stack: Stack, seconds: float):
-    """From the hit on, without acceleration, then comes the stop."""
+    """From the hit on the velocity is constant for the follow-through; then the arm stops."""
     reply = stack.strike(follow_through=seconds)
     check_end(stack, reply)
     played, at = Reference(stack.commands()), stack.ticks(reply.start_time + reply.duration)
@@ -187,7 +190,7 @@ def test_following_through_keeps_the_velocity(stack: Stack, seconds: float):
 
 
 def test_following_through_needs_room_to_stop(stack: Stack):
-    """A goal that can be stopped behind may leave no room for going on before."""
+    """A goal may leave room to stop directly after the hit, but not after the follow-through."""
     near = {"positions": [1.9, *HIT[1:]], "velocities": [4.6, *HIT_VELOCITIES[1:]], "duration": 1.0}
     assert stack.goal(**near, plan_only=True).report.certified
     refusal = stack.refused_goal(**near, follow_through=0.1)
@@ -201,12 +204,12 @@ def test_following_through_needs_room_to_stop(stack: Stack):
 
 
 def test_a_place_time_keeps_the_places_in_the_middle(stack: Stack):
-    """The difference of the goal is made up for near the end; without it, all along the way."""
+    """With a place time, the goal's offset is made up near the end only; without it, along the whole way."""
     slow = [velocity / 3 for velocity in HIT_VELOCITIES]
     fields = {"positions": [place + 0.1 for place in HIT], "velocities": slow, "duration": 3.0}
     shown = taught().positions(np.linspace(0, 0.7, 2101))
     apart = []
-    for seconds in (None, 0.1):  # of the demonstration; three times as long in this motion
+    for seconds in (None, 0.1):  # in seconds of the demonstration; this motion is three times slower
         told = stack.goal(**fields, place_time=seconds, plan_only=True, include_trajectory=True).trajectory
         assert told is not None
         apart.append(np.abs(samples_of(told).positions[:2101] - shown).max())
@@ -215,7 +218,7 @@ def test_a_place_time_keeps_the_places_in_the_middle(stack: Stack):
 
 
 def test_the_papers_method_is_played(stack: Stack):
-    """Where its samples keep the limits; it promises nothing between them."""
+    """A motion of method `gaussian` is played if its samples keep the limits; it is not certified between them."""
     reply = stack.strike(method="gaussian", duration=1.1)
     assert not reply.report.certified
     check_end(stack, reply)
@@ -224,7 +227,10 @@ def test_the_papers_method_is_played(stack: Stack):
 
 
 def test_the_papers_method_under_limits(stack: Stack):
-    """Between its instants it needs a margin; Volley's own comes nearer to the limits and imitates as well."""
+    """The paper's method keeps limits at its samples only.
+
+    Volley's plan is certified and imitates as well or better.
+    """
     fields = {"positions": list(HIT), "velocities": list(FASTER), "duration": 0.8, "limits": TIGHT}
     planned = stack.goal(**fields, method="gaussian", plan_only=True)
     margin = planned.report.margin
@@ -237,7 +243,7 @@ def test_the_papers_method_under_limits(stack: Stack):
 
 
 def test_without_positions_the_primitive_ends_where_it_was_shown(stack: Stack):
-    """With its velocities; given velocities are met instead."""
+    """A goal without positions ends at the demonstrated position and velocity; given velocities are met instead."""
     reply = stack.goal(positions=None)
     assert np.abs(np.array(reply.positions) - HIT).max() < 1e-4
     assert np.abs(np.array(reply.velocities) - HIT_VELOCITIES).max() < 1e-2
@@ -247,7 +253,10 @@ def test_without_positions_the_primitive_ends_where_it_was_shown(stack: Stack):
 
 
 def test_a_motion_of_a_minute_is_accepted(stack: Stack):
-    """As polynomials to the controller, as every third sample to who listens; then it is cancelled."""
+    """The controller gets polynomials; the reply and the published plan have every third sample.
+
+    Then it is cancelled.
+    """
     reply = stack.goal(duration=59.0, include_trajectory=True)
     assert reply.duration == 59.0
     told = reply.trajectory
@@ -273,7 +282,10 @@ def test_a_motion_of_a_minute_is_accepted(stack: Stack):
 
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_float32_goal_on_a_limit_is_accepted(stack: Stack, side: int):
-    """Rounded outwards it lies beyond the limit; it is moved onto it. There the racket is in the floor."""
+    """A limit rounded outwards to float32 lies beyond the limit; the goal is moved onto it.
+
+    The racket would be in the floor there, so the goal is sent without the collision check.
+    """
     outwards = np.float32(np.inf if side else -np.inf)
     goal = [float(np.nextafter(np.float32(limit), outwards)) for limit in LIMITS[:, side]]
     assert all(abs(value) > abs(limit) for value, limit in zip(goal, LIMITS[:, side], strict=True))
@@ -283,13 +295,13 @@ def test_a_float32_goal_on_a_limit_is_accepted(stack: Stack, side: int):
 
 
 def test_a_goal_beyond_a_limit_is_not_rounding(stack: Stack):
-    """More than a millionth of the range."""
+    """A goal further than a millionth of the range beyond its limit is refused."""
     refusal = stack.refused_goal(positions=[float(LIMITS[0, 1]) + 1e-4, *HIT[1:]], duration=2.0)
     assert (refusal.code, refusal.detail["joint"]) == ("limit", "joint_1")
 
 
 def test_a_waypoint_that_repeats_the_start_is_left_out(stack: Stack):
-    """As the first point of many clients does; one at time 0 elsewhere is refused."""
+    """Many clients send the start as first waypoint; it is ignored. A waypoint at time 0 elsewhere is refused."""
     through = m.Waypoint(time_from_start=0.5, positions=[-0.6, *[None] * 5])
     repeated = m.Waypoint(time_from_start=0.0, positions=HOME)
     reply = stack.strike(waypoints=[repeated, through])

@@ -1,4 +1,4 @@
-"""Every example runs and prints what it promises; `examples/README.md` lists them all."""
+"""Every example runs and prints what it announces; `examples/README.md` lists them all."""
 
 import re
 import subprocess
@@ -57,14 +57,14 @@ PRINTED = {
 
 @pytest.fixture(scope="module")
 def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
-    """Services on the default clock, which no busy machine upsets."""
+    """Start services on the default clock, which tolerates a busy machine."""
     with running(tmp_path_factory.mktemp("services"), clock="paced") as stack:
         yield stack
 
 
 @pytest.fixture
 def stack(services: Stack) -> Stack:
-    """The services at the start of a new run, which `Stack.reset` begins on the stepped clock alone."""
+    """Return the services at the start of a new run; `Stack.reset` would need the stepped clock."""
     with connect(services.endpoint) as arm:
         arm.reset_sim()
     wait_for_controller(services)

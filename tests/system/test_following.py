@@ -1,4 +1,4 @@
-"""A goal followed through the logs of all services."""
+"""The log lines of all services can be filtered by goal."""
 
 import json
 import re
@@ -16,12 +16,12 @@ from tools.demo.strikes import goal
 
 OPERATIONS = Path(deploy.__file__).parents[1] / "docs" / "operations.md"
 FOLLOWING = re.findall(r"^    .*jq -cR '(.*)'", OPERATIONS.read_text(), re.MULTILINE)
-"""The filters by which the page follows the goal `ID`."""
+"""The page's jq filters, which select the lines of the goal `ID`."""
 
 
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What each service logged while one goal was played and another refused."""
+    """Return what each service logged while one goal was played and another one refused."""
     folder = tmp_path_factory.mktemp("logs")
     with running(folder, (*SERVICES, "recorder"), log="json", record=folder / "trace.rrd") as stack:
         stack.reset()
@@ -45,7 +45,7 @@ def test_every_line_is_an_object_of_its_service(logs: dict[str, str]):
 
 
 def test_a_goal_is_found_by_its_id(logs: dict[str, str]):
-    """What was played in the planner's lines and the controller's, what was refused with its code."""
+    """A played goal is in the lines of planner and controller; a refused one is in the planner's, with its code."""
     found = {
         (service, line["goal_id"], line["code"])
         for service, text in logs.items()
@@ -60,8 +60,8 @@ def test_a_goal_is_found_by_its_id(logs: dict[str, str]):
 
 
 @pytest.mark.skipif(not shutil.which("jq"), reason="no jq on this machine")
-def test_the_documented_commands_follow_it(logs: dict[str, str]):
-    """Among lines that are not JSON, as systemd adds them."""
+def test_the_documented_filters_select_a_goal(logs: dict[str, str]):
+    """The filters skip lines that are not JSON, such as those that systemd adds."""
     text = "Started Volley.\n" + "".join(logs.values())
     assert len(FOLLOWING) == 2
     for each in FOLLOWING:

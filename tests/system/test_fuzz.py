@@ -12,7 +12,7 @@ from tools.drill.table import SCENARIOS
 
 
 def test_mutations_are_the_same_for_the_same_seed():
-    """And reach every kind, an empty body's too."""
+    """Equal seeds give equal mutations, and there are many different ones, of an empty body too."""
     body = {"name": "short_demo", "positions": [1.0, 2.0], "data": b"123"}
     for wrong in (body, {}):
         once, again = ([mutate(wrong, rng) for _ in range(500)] for rng in (random.Random(1), random.Random(1)))
@@ -21,7 +21,7 @@ def test_mutations_are_the_same_for_the_same_seed():
 
 
 def test_five_thousand_mutated_messages(tmp_path: Path):
-    """The drill's scenario."""
+    """Every bound of the drill's fuzzing scenario holds."""
     with Lab(Options(loop_core=LOOP_CORE), tmp_path) as lab:
         outcome = carry_out(SCENARIOS["fuzz"], lab)
     assert outcome.held, outcome

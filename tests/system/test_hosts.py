@@ -1,6 +1,7 @@
 """Robot, planner and operator on three addresses over TLS, in network namespaces that this test makes and removes.
 
-The cables end in a switch, a fourth namespace, so that the test can cut one without its ends taking part.
+The cables end in a switch, a fourth namespace. The test cuts a cable there, so neither end sees its own interface go
+down.
 """
 
 import json
@@ -21,7 +22,7 @@ from robot.description import load_robot
 HOSTS = {"robot": "10.77.0.1", "planner": "10.77.0.2", "operator": "10.77.0.3"}
 PATIENCE_S = 60.0
 SOON_S = 9.0
-"""The lease of 2 s, the stop and what a slow machine takes; less than Zenoh's own lease, 10 s."""
+"""The lease of 2 s, the stop, and time for a slow machine; less than Zenoh's default lease of 10 s."""
 HOME = load_robot().home.tolist()
 
 
@@ -53,11 +54,14 @@ class Network:
         return f"{self._prefix}-{host}"
 
     def inside(self, host: str, *words: str) -> None:
-        """Run a command on a host, which must succeed; skip the test where this machine cannot."""
+        """Run a command on a host; if it fails, skip the test, because this machine does not allow it."""
         self._do("ip", "netns", "exec", self.name(host), *words)
 
     def cable(self, host: str, state: str) -> None:
-        """Cut a host's cable (`down`) or restore it (`up`); what could lay cables can do that."""
+        """Cut a host's cable (`down`) or restore it (`up`).
+
+        A machine that could lay the cables can do this, so failure is an error.
+        """
         done = run("ip", "netns", "exec", self.name("switch"), "ip", "link", "set", host, state)
         assert done.returncode == 0, done.stderr
 
@@ -72,13 +76,13 @@ class Network:
 
 
 class Hosts:
-    """Services on their hosts, and an operator on hers."""
+    """The services on their hosts, and an operator on a third one."""
 
     def __init__(self, network: Network, cell: SecureCell, stack: ExitStack, library: Path) -> None:
         self.network = network
         self._stack = stack
         client = str(Path(__file__).parent / "remote_client.py")
-        # On the clock `paced` the arm would wait for a subscriber that is cut off.
+        # With the clock `paced` the arm would wait for a subscriber whose cable is cut.
         sim = ("--clock", "realtime", "--listen", cell.endpoint, "--zenoh-config", cell.file("router"))
         self._start("robot", "-m", "services.sim", *sim)
         self._start("robot", "-m", "services.controller", "--zenoh-config", cell.file("controller"))
@@ -96,7 +100,7 @@ class Hosts:
         return process
 
     def ask(self, key: str, at: str = "operator", **fields: Any) -> Any:
-        """Return the reply to the request of the client `at` a host, or None where it is refused or nobody answers."""
+        """Send a request from the client on host `at` and return its reply, None if it is refused or not answered."""
         client = self._clients[at]
         assert client.stdin and client.stdout
         client.stdin.write(json.dumps([key, fields]) + "\n")
@@ -112,7 +116,7 @@ class Hosts:
         return reply
 
     def goal(self, duration: float, **fields: Any) -> str:
-        """Send the arm home within `duration`, and return the name of the motion."""
+        """Send the arm home within `duration`, and return the id of the goal."""
         reply = self.ask("goal", primitive="forehand", positions=HOME, duration=duration, **fields)
         assert reply is not None
         return reply["goal_id"]
@@ -124,14 +128,14 @@ class Hosts:
         return result
 
     def until_lost(self, service: str) -> None:
-        """Wait until the robot counts a service on another host as gone."""
+        """Wait until a service on another host is no longer alive for the robot's host."""
         deadline = time.monotonic() + PATIENCE_S
         while self.ask(f"alive/{service}", at="robot"):
             assert time.monotonic() < deadline, f"{service} is not lost after {PATIENCE_S} s"
 
 
 def end(process: subprocess.Popen[str]) -> None:
-    """End a process and whatever it holds."""
+    """Terminate a process; kill it if it does not end within 20 s."""
     process.terminate()
     try:
         process.communicate(timeout=20.0)
@@ -142,20 +146,22 @@ def end(process: subprocess.Popen[str]) -> None:
 
 @pytest.fixture
 def hosts(tmp_path: Path) -> Iterator[Hosts]:
-    """Three hosts, the services on two of them, ready."""
+    """Yield three hosts with running services, the controller holding."""
     with ExitStack() as stack:
         network = Network(stack)
         cell = SecureCell(tmp_path, host=HOSTS["robot"], port=7447)
         hosts = Hosts(network, cell, stack, tmp_path / "library")
         hosts.eventually("primitives")
-        while hosts.eventually("status")["mode"] != "holding":  # a machine that stalls while all start makes it brake
+        while (
+            hosts.eventually("status")["mode"] != "holding"
+        ):  # a stall while the services start may have made the arm brake
             hosts.ask("reset")
         yield hosts
 
 
 @pytest.mark.realtime
 def test_a_cable_cut_in_a_motion(hosts: Hosts):
-    """The robot plays on what it accepted, by itself; both come back before it is done, and are served as before."""
+    """The robot plays the accepted motion alone; planner and operator return before its end and work as before."""
     goal_id = hosts.goal(duration=20.0)
     for host in ("planner", "operator"):
         hosts.network.cable(host, "down")
@@ -164,14 +170,14 @@ def test_a_cable_cut_in_a_motion(hosts: Hosts):
     for host in ("planner", "operator"):
         hosts.network.cable(host, "up")
     hosts.eventually("primitives")
-    assert hosts.ask("status")["goal_id"] == goal_id, "they were away until the motion was over"
+    assert hosts.ask("status")["goal_id"] == goal_id, "the planner came back only after the motion had ended"
     assert hosts.result(goal_id)["outcome"] == "succeeded"
     assert hosts.result(hosts.goal(duration=0.5))["outcome"] == "succeeded"
 
 
 @pytest.mark.realtime
 def test_a_cable_cut_that_loses_a_lease(hosts: Hosts):
-    """The robot stops what the operator may have wanted to stop; the planner's cable is whole."""
+    """The robot cancels a motion whose lease holder is cut off, although the planner's cable is intact."""
     hosts.ask("hold/alice")
     goal_id = hosts.goal(duration=15.0, client_id="alice", lease=True)
     hosts.network.cable("operator", "down")
@@ -182,12 +188,12 @@ def test_a_cable_cut_that_loses_a_lease(hosts: Hosts):
     hosts.network.cable("operator", "up")
     hosts.eventually("primitives")
     again = hosts.goal(duration=0.5, client_id="alice", lease=True)
-    assert hosts.result(again)["outcome"] == "succeeded", "the token is not back with the client"
+    assert hosts.result(again)["outcome"] == "succeeded", "the client's token did not come back with its cable"
 
 
 @pytest.mark.realtime
 def test_a_poor_network(hosts: Hosts):
-    """5 ms of delay and 1 % of loss between planner, operator and robot cost time, and nothing else."""
+    """Goals succeed with 5 ms of delay and 1 % of loss between planner, operator and robot."""
     for host in ("planner", "operator"):
         hosts.network.inside("switch", "tc", "qdisc", "add", "dev", host, "root", "netem", "delay", "5ms", "loss", "1%")
         hosts.network.inside(host, "tc", "qdisc", "add", "dev", "cable", "root", "netem", "delay", "5ms", "loss", "1%")

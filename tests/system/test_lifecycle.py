@@ -1,4 +1,4 @@
-"""Processes that come late, leave early, come twice, die and return."""
+"""Services that start late, end early, are started twice, are killed and return."""
 
 import contextlib
 import math
@@ -34,11 +34,12 @@ def lines_for(endpoint: str, tmp_path: Path) -> dict[str, list[str]]:
 
 
 def test_services_end_and_start_in_any_order(stack: Stack, tmp_path: Path):
-    """At SIGTERM with status 0, whether the sim, which hosts the bus, goes first or last, or there was none yet."""
+    """SIGTERM ends every service with status 0: if the sim (the router) ends first, last, or was never there."""
     terminate(stack, SERVICES)
+    began = time.time()
     for name in ("controller", "planner"):
         stack.services.start(name)
-    time.sleep(1.0)
+        wait_for(lambda name=name: stack.processes.logged_at(name, "waiting", began), f"the {name} to find no router")
     assert stack.services.ended() == {"sim": 0}
     stack.start_again("sim")
     stack.reset()
@@ -68,7 +69,7 @@ LOOPS, OTHERS = split_cores(LOOP_CORE)
 
 @pytest.mark.skipif(LOOPS == OTHERS, reason="there is one core, or only some were given to this process")
 def test_sim_and_controller_share_a_core(stack: Stack):
-    """They share it with their Zenoh threads, which run several times a tick.
+    """Sim and controller run on the loops' core, and so do the Zenoh threads that run several times a tick.
 
     The planner and the threads that handle requests run elsewhere.
     """
@@ -83,7 +84,7 @@ def test_sim_and_controller_share_a_core(stack: Stack):
 
 
 def threads_of(pid: int) -> dict[int, tuple[str, set[int]]]:
-    """The names and cores of a process's threads; one that ends meanwhile is left out."""
+    """Return the name and cores of each thread of a process; a thread that ends meanwhile is left out."""
     found = {}
     for task in Path(f"/proc/{pid}/task").iterdir():
         with contextlib.suppress(FileNotFoundError, ProcessLookupError):
@@ -94,7 +95,7 @@ def threads_of(pid: int) -> dict[int, tuple[str, set[int]]]:
 
 @pytest.mark.parametrize("name", SERVICES)
 def test_a_second_service_ends_with_status_3(stack: Stack, tmp_path: Path, name: str):
-    """And says why; the first one goes on."""
+    """The second instance logs why it ends; the first one goes on."""
     line = lines_for(stack.endpoint, tmp_path)[name]
     second = subprocess.run(line, capture_output=True, text=True, check=False)
     assert second.returncode == 3, second.stderr
@@ -105,7 +106,7 @@ def test_a_second_service_ends_with_status_3(stack: Stack, tmp_path: Path, name:
 
 
 def test_a_planner_alone_plans(tmp_path: Path):
-    """It hosts the bus itself and serves plan-only goals from home; others have nobody to play them."""
+    """Without other services a planner hosts the bus and plans from home; it refuses goals that are to be played."""
     endpoint = free_endpoint()
     line = [sys.executable, "-m", "services.planner", "--listen", endpoint, "--library", str(tmp_path / "library")]
     with Supervisor({"planner": line}) as supervisor, joined(endpoint) as bus:
@@ -121,8 +122,8 @@ def test_a_planner_alone_plans(tmp_path: Path):
     assert process.returncode == 0
 
 
-def test_a_dead_planner_leaves_the_motion_to_finish(stack: Stack):
-    """Its successor knows what was learned, and that a goal was played."""
+def test_a_motion_outlives_its_planner(stack: Stack):
+    """The motion is played to its end; a new planner knows the learned primitives and refuses the goal's id again."""
     samples = [[0.3 * math.sin(k / 100), *HOME[1:]] for k in range(200)]
     stack.bus.ask(topics.LEARN, m.Learn(name="nod", positions=samples, rate=200.0))
     before = stack.bus.ask(topics.PRIMITIVES, m.Empty())
@@ -138,8 +139,8 @@ def test_a_dead_planner_leaves_the_motion_to_finish(stack: Stack):
     assert stack.finish(stack.goal(primitive="nod", positions=HOME)).outcome == "succeeded"
 
 
-def test_a_restarted_sim_is_found_again(stack: Stack):
-    """The bus dies with it and comes back with it; the goal is aborted, and new ones work."""
+def test_a_restarted_sim_is_detected(stack: Stack):
+    """The router ends and returns with the sim; the goal is aborted, and new goals succeed."""
     reply = stack.bus.ask(topics.GOAL, goal())
     stack.step(300)
     stack.processes.signal("sim", signal.SIGKILL)
@@ -155,7 +156,7 @@ def test_a_restarted_sim_is_found_again(stack: Stack):
 
 
 def aborted(stack: Stack, goal_id: str) -> bool:
-    """Whether the controller says that the goal was aborted."""
+    """Return whether the controller reports the goal as aborted."""
     try:
         return stack.result(goal_id).outcome == "aborted"
     except (NoAnswer, Refusal):

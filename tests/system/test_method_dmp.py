@@ -1,4 +1,4 @@
-"""`method: "dmp"` over the wire: planned, played, reported and refused."""
+"""`method: "dmp"` over the wire: goals are planned, played, reported and refused."""
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ STRIKE = {"primitive": "forehand", "positions": list(HIT), "velocities": list(HI
 FAR = {**STRIKE, "positions": [2.1, *HIT[1:]], "velocities": [12.0, *HIT_VELOCITIES[1:]], "duration": 0.4}
 
 
-def test_it_is_played_and_recorded_like_any_other(stack: Stack):
-    """The arm follows, hits where the DMP says, comes to rest; the plan is published."""
+def test_it_is_played_and_published(stack: Stack):
+    """The arm follows the DMP, hits where it ends and comes to rest; the plan is published and not certified."""
     stack.listen(topics.PLAN)
     reply = stack.goal(**STRIKE)
     result = stack.finish(reply)
@@ -28,7 +28,7 @@ def test_it_is_played_and_recorded_like_any_other(stack: Stack):
 
 
 def test_it_imitates_less_closely_than_the_quadratic_program(stack: Stack):
-    """Through the same reports, for the same goal from the same start."""
+    """The reports for the same goal from the same start show a larger imitation error on every joint."""
     fields = {**STRIKE, "duration": 0.8, "plan_only": True}
     dmp, qp = stack.goal(**fields), stack.goal(**{**fields, "method": "qp"})
     assert np.all(np.array(dmp.report.imitation_rms) > qp.report.imitation_rms)
@@ -36,8 +36,8 @@ def test_it_imitates_less_closely_than_the_quadratic_program(stack: Stack):
     assert (dmp.duration, dmp.start_time) == (qp.duration, qp.start_time)
 
 
-def test_one_that_leaves_the_limits_is_refused_and_moves_nothing(stack: Stack):
-    """With the joint, the quantity, the value and the bound."""
+def test_a_plan_outside_the_limits_is_refused(stack: Stack):
+    """The refusal has the joint, the quantity, the value and the bound; nothing moves."""
     before = stack.state().positions
     refusal = stack.refused_goal(**FAR)
     assert refusal.code == "limit"
@@ -48,7 +48,7 @@ def test_one_that_leaves_the_limits_is_refused_and_moves_nothing(stack: Stack):
 
 
 def test_plan_only_reports_the_violations(stack: Stack):
-    """Margins are negative by what the extremes pass the limits."""
+    """The margins are negative by as much as the extremes exceed the limits."""
     report = stack.goal(**FAR, plan_only=True).report
     assert not report.certified
     low, high = np.array(report.extremes.positions).T
@@ -74,14 +74,14 @@ def test_plan_only_reports_the_violations(stack: Stack):
     ],
 )
 def test_what_a_dmp_cannot_do_is_refused(stack: Stack, field: str, more: dict):
-    """Naming the field and the other method."""
+    """The refusal names the unsupported field and the method "qp"."""
     refusal = stack.refused_goal(**STRIKE, **more)
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", field)
     assert "'qp'" in str(refusal)
 
 
 def test_it_takes_over_a_running_motion(stack: Stack):
-    """Spliced in at the reference's position and velocity; its acceleration goes over to the DMP's in one tick."""
+    """A DMP that replaces a motion continues its position and velocity; its acceleration changes within one tick."""
     stack.goal(**{**STRIKE, "method": "qp"})
     stack.step(250)
     reply = stack.goal(**STRIKE)

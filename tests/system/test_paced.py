@@ -1,4 +1,4 @@
-"""The clock `paced`: the pace of the wall clock where the machine can, slower where it cannot, and no fault for it."""
+"""The clock `paced` keeps the pace of the wall clock if the machine can; if not, it runs slower without a fault."""
 
 import os
 import shutil
@@ -25,16 +25,16 @@ pytestmark = pytest.mark.realtime
 SILENCE = ROBOT.silence_ticks
 HANG_S = 2.0
 HANGS = "has not answered tick"
-"""What the sim logs where it has waited so long."""
+"""Logged by the sim when it has waited HANG_S for the controller."""
 GONE = "in fault: the arm is gone"
-"""What the controller logs without a sim."""
+"""Logged by the controller when the sim is gone."""
 UNPRIVILEGED = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock", "--inh-caps=-sys_nice,-ipc_lock"]
 BUSY = [sys.executable, "-c", "while True: pass"]
 
 
 @pytest.fixture(scope="module")
 def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
-    """Sim, planner and controller, paced, the stream of states listened to."""
+    """Start sim, planner and controller on the paced clock; the stream of states is received."""
     with running(tmp_path_factory.mktemp("paced"), clock="paced") as stack:
         stack.listen(topics.STATE)
         yield stack
@@ -42,7 +42,7 @@ def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
 
 @pytest.fixture
 def stack(services: Stack) -> Stack:
-    """The services, all of them and without a fault, at the start of a new run."""
+    """Return the services, all running and without a fault, at the start of a new run."""
     if ended := services.services.ended():
         services.start_again(*ended)
     services.bus.ask(topics.SIM_RESET, m.Reset())
@@ -52,7 +52,10 @@ def stack(services: Stack) -> Stack:
 
 
 def test_robot_time_keeps_to_the_wall_clock(stack: Stack):
-    """Never faster; within a few percent in at least one of many looks, since the machine may be busy."""
+    """Robot time is never faster than the wall clock, and in one of many measurements hardly slower.
+
+    One is enough, because the machine may be busy.
+    """
 
     def pace() -> float:
         began, first = time.monotonic(), stack.state().time
@@ -66,7 +69,7 @@ def test_robot_time_keeps_to_the_wall_clock(stack: Stack):
 
 
 def test_a_run_is_named_and_served_as_in_real_time(stack: Stack):
-    """By the time of its start; no step by request; a reset and a push while states and commands go back and forth."""
+    """The run's number is its start in Unix ns; steps are refused as in real time, resets and pushes are served."""
     description = stack.bus.ask(topics.DESCRIPTION, m.Empty())
     assert description.clock == "paced"
     assert 0 < time.time_ns() - description.run < 60e9
@@ -79,7 +82,10 @@ def test_a_run_is_named_and_served_as_in_real_time(stack: Stack):
 
 
 def test_goals_succeed_without_rights_beside_busy_processes(tmp_path: Path):
-    """A goal of 2 s is played to its end, and no command is missed, however long it takes."""
+    """Without real-time rights and beside two busy processes a goal succeeds, however long it takes.
+
+    No command is missed.
+    """
     endpoint = free_endpoint()
     lines = command_lines(Options(listen=(endpoint,)), {"library": tmp_path / "library"})
     prefix = UNPRIVILEGED if os.geteuid() == 0 and shutil.which("setpriv") else []
@@ -96,8 +102,8 @@ def test_goals_succeed_without_rights_beside_busy_processes(tmp_path: Path):
         assert not prefix or "SCHED_FIFO" in stack.processes.log("sim").read_text()
 
 
-def test_a_sim_that_stalls_faults_nothing(stack: Stack):
-    """It is stopped for a second in the middle of a motion, which then goes on where it was."""
+def test_a_stalled_sim_causes_no_fault(stack: Stack):
+    """The sim is suspended for a second in mid-motion, and then continues the motion."""
     reply = stack.under_way()
     stack.processes.signal("sim", signal.SIGSTOP)
     time.sleep(1.0)
@@ -106,9 +112,9 @@ def test_a_sim_that_stalls_faults_nothing(stack: Stack):
 
 
 def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
-    """At the twentieth tick after its last command, inside the limits; the next controller finds it braked.
+    """The arm brakes at the twentieth tick after its last command, inside its limits; a new controller starts in fault.
 
-    Its token is gone at once, so nobody waits for it as for one that hangs.
+    The controller's token is gone at once, so the sim does not wait for it as for one that hangs.
     """
     stack.under_way()
     stack.drain(topics.STATE)
@@ -124,7 +130,7 @@ def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
 
 
 def test_a_killed_sim_aborts_the_motion(stack: Stack):
-    """The controller is in fault as soon as the token is gone; the next sim is served as the first one was."""
+    """The controller is in fault as soon as the sim's token is gone; a new sim plays goals as before."""
     reply = stack.under_way()
     killed = stack.processes.signal("sim", signal.SIGKILL)
     wait_for(lambda: stack.processes.logged_at("controller", GONE, killed), "the controller in fault")
@@ -138,7 +144,10 @@ def test_a_killed_sim_aborts_the_motion(stack: Stack):
 
 
 def test_a_controller_that_hangs_is_waited_for_two_seconds(stack: Stack):
-    """Then the arm brakes; once it answers again, every tick waits for it as before."""
+    """After two seconds the arm brakes.
+
+    Once the controller answers again, the sim waits for it at every tick as before.
+    """
     stack.under_way()
     stack.drain(topics.STATE)
     stopped = time.monotonic()
@@ -156,7 +165,7 @@ def test_a_controller_that_hangs_is_waited_for_two_seconds(stack: Stack):
 
 
 def test_time_passes_without_a_controller(tmp_path: Path):
-    """As in real time: the arm holds its pose and says so."""
+    """As in real time, ticks go on without a controller and the arm holds its pose."""
     with running(tmp_path, names=("sim",), clock="paced") as stack:
         first = stack.state().tick
         wait_for(lambda: stack.state().tick > first + 100, "time to pass")
@@ -164,7 +173,7 @@ def test_time_passes_without_a_controller(tmp_path: Path):
 
 
 def check_brake(stack: Stack) -> None:
-    """Of the states since the last look: the brake came at its tick, and the stop keeps the limits on acceleration."""
+    """Check the states since the last call: braking began at the right tick and kept the acceleration limits."""
 
     def rests() -> bool:
         truth = stack.state().truth

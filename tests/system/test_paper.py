@@ -1,4 +1,4 @@
-"""Fig. 5 on the running services brings the numbers that the table holds."""
+"""Fig. 5 on the running services gives the committed numbers."""
 
 import math
 from pathlib import Path
@@ -10,14 +10,15 @@ pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
 from experiments import live, table
 
 RELATIVE = 0.05
-"""As for the other experiments: of a value, what another machine's rounding may change. The clock is stepped and the
-noise seeded, so that on one machine runs are alike to every digit."""
+"""Relative tolerance for the rounding of another machine, as for the other experiments.
+
+On one machine all runs are equal to every digit, because the clock is stepped and the noise is seeded."""
 
 ABSOLUTE = 1e-6
 
 
-def test_the_arm_brings_the_committed_numbers(tmp_path: Path):
-    """Each to 5 %; and it leaves a trace."""
+def test_the_arm_gives_the_committed_numbers(tmp_path: Path):
+    """Each number agrees within 5 %, and a trace is written."""
     trace = tmp_path / "fig5.rrd"
     committed = {row.name: row for row in table.read_results() if row.name.startswith("live.")}
     rows = live.run(trace).rows

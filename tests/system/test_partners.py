@@ -1,4 +1,4 @@
-"""Two arms play one ball through the running services, on the paced clock, four times slower than the wall clock."""
+"""Two arms return each other's ball through the running services, four times slower than the wall clock."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Motions of polynomials on their way to the arm, and requests that were sent the wrong way."""
+"""Motions sent as polynomials, and requests that were put instead of asked."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ HALF_S, WAY = 0.4, -0.25
 
 
 def motion() -> Trajectory:
-    """The first joint goes away from home and comes back, at rest in between and in the end."""
+    """Return a motion of the first joint away from home and back, at rest in between and at the end."""
     coefficients = np.zeros((3, ROBOT.joint_count, m.COEFFICIENTS))
     coefficients[:, :, 0] = ROBOT.home
     coefficients[1, 0, 0] += WAY
@@ -27,7 +27,7 @@ def motion() -> Trajectory:
 
 
 def execute(stack: Stack, made: Trajectory, **fields: object) -> m.Accepted:
-    """Have a motion played, 20 ticks from now."""
+    """Send a motion to the controller that starts 20 ticks from now."""
     now = stack.bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=0.02))
     said: dict[str, Any] = {
         "goal_id": f"polynomials {stack.run}", "epoch": now.epoch, "joint_names": list(ROBOT.joint_names),
@@ -38,7 +38,7 @@ def execute(stack: Stack, made: Trajectory, **fields: object) -> m.Accepted:
 
 
 def test_polynomials_are_played(stack: Stack):
-    """What is commanded at every tick is what they are then, and `reference` says whose motion it is."""
+    """The commands equal the polynomials at every tick, and `reference` names the goal of each instant."""
     accepted = execute(stack, motion())
     first = stack.ticks(accepted.start_time)
     stack.step_to(first + 100)
@@ -58,7 +58,7 @@ def test_polynomials_are_played(stack: Stack):
 
 
 def test_a_motion_of_a_minute(stack: Stack):
-    """Fits a request many times over and is accepted; it is cancelled like any other."""
+    """A minute as polynomials fits into a request easily and is accepted; it can be cancelled."""
     made = motion()
     breaks = [*made.breaks[:-1].tolist(), 60.0]
     pieces = m.Pieces(breaks=breaks, coefficients=matrix_bytes(made.coefficients))
@@ -72,7 +72,7 @@ def test_a_motion_of_a_minute(stack: Stack):
 
 
 def test_polynomials_that_leave_the_limits_move_nothing(stack: Stack):
-    """Named by what they pass and when."""
+    """The refusal names the limit and the joint."""
     made = motion()
     made.breaks[:] /= 10
     made.coefficients[:] *= 10.0 ** np.arange(6)
@@ -84,7 +84,7 @@ def test_polynomials_that_leave_the_limits_move_nothing(stack: Stack):
 
 
 def test_what_is_put_instead_of_asked_is_logged(stack: Stack):
-    """By the owner of the request, with what to do instead; nothing moves."""
+    """The owner of the request logs what to do instead; nothing moves."""
     for key, owner in (("goal", "planner"), ("execute", "controller"), ("sim/reset", "sim")):
         log = stack.folder / f"{owner}.log"
         body = b"\x80"
@@ -95,8 +95,8 @@ def test_what_is_put_instead_of_asked_is_logged(stack: Stack):
     assert not Reference(stack.commands()).velocities.any()
 
 
-def test_json_is_told_to_be_json(stack: Stack):
-    """In the answer to a bare client."""
+def test_a_json_body_is_recognised(stack: Stack):
+    """The refusal to a bare client says that its body looks like JSON."""
     (reply,) = stack.bus.session.get(stack.bus.key("goal"), payload=b'{"primitive": "forehand"}', timeout=PATIENCE_S)
     assert reply.err is not None
     assert b"looks like JSON" in reply.err.payload.to_bytes()

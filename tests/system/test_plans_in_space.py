@@ -1,4 +1,4 @@
-"""A UR5e over the bus: what its plans would meet, and that it is met where the check is left out."""
+"""A UR5e over the bus: a plan that would collide is refused; played without the check, it does collide."""
 
 from pathlib import Path
 
@@ -15,11 +15,11 @@ from tests.cores import LOOP_CORE
 from tools.drill.harness.start import CellConfig, started
 
 OFF = 2e-3
-"""An arm that touches nothing stays this near to its plan, rad."""
+"""An arm that touches nothing stays within this distance of its plan, rad."""
 
 
 def test_a_folding_arm_is_refused_and_would_have_touched_itself(tmp_path: Path):
-    """It leaves its plan shortly after the instant that the refusal names, when the bodies are a margin apart."""
+    """The arm leaves its plan shortly after the refusal's instant, which is when the bodies are a margin apart."""
     config = CellConfig(robot_config=arms.UR5E.write(tmp_path, "ur5e"))
     with started(config, Options(loop_core=LOOP_CORE), tmp_path) as cell:
         times = np.linspace(0, 1, 201)

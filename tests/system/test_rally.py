@@ -1,4 +1,4 @@
-"""A short rally through the running services, on the stepped clock, three times slower than the wall clock."""
+"""A short rally through the running services, three times slower than the wall clock."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ def test_a_ball_is_returned_and_every_correction_is_said(tmp_path: Path):
     said = stroke.said[-1].landing
     assert said is not None
     assert stroke.score.distance is not None
-    assert abs(said.distance - stroke.score.distance) < 0.15, "the striker sees where its balls land"
+    assert abs(said.distance - stroke.score.distance) < 0.15, "the striker's landing point is far from the true one"
 
 
 @pytest.mark.realtime

@@ -34,7 +34,7 @@ def lines(prefix: str) -> list[str]:
 
 @pytest.fixture(scope="module")
 def endpoint() -> Iterator[str]:
-    """The bus of running services, which wait for a busy machine."""
+    """Yield the endpoint of running services on the default clock, which tolerates a busy machine."""
     with running_cell(Options(loop_core=LOOP_CORE), names=["sim", "planner", "controller"]) as cell:
         yield cell.endpoint
 
@@ -57,7 +57,7 @@ def test_make_targets_exist() -> None:
 
 
 def test_up_takes_the_flags_shown() -> None:
-    """`volley up` knows every flag that the README gives it, and values such as the clock's."""
+    """`volley up` accepts every flag and value that the README shows with it."""
     shown = re.findall(r"volley up (--[^`\n]*)", README)
     known = run(["volley", "up", "--help"])
     assert shown
@@ -67,7 +67,7 @@ def test_up_takes_the_flags_shown() -> None:
 
 
 def test_commands_named_exist() -> None:
-    """Every `volley` command of the text is one."""
+    """Every `volley` command in the README's text exists."""
     named = set(re.findall(r"volley ([a-z]+)", README))
     assert {"up", "goal", "learn", "preflight", "drill"} <= named
     assert named <= set(COMMANDS)
@@ -84,7 +84,7 @@ def test_client_lines_work(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_lines_of_python_play_a_goal(endpoint: str) -> None:
-    """The client library's block prints the outcome; the bare client's prints a reply without the project's modules."""
+    """The client library's block prints the outcome; the bare client's prints a reply without importing the project."""
     library, bare = (block.replace(DEFAULT_ENDPOINT, endpoint) for block in blocks("python"))
     assert run([sys.executable, "-c", library]).startswith("succeeded [")
     printed = run([sys.executable, "-I", "-c", bare])
@@ -100,7 +100,7 @@ def test_zenoh_cli_sends_a_goal(endpoint: str) -> None:
 
 
 def test_documents_linked_exist() -> None:
-    """Every file that the README links to or shows is there."""
+    """Every file that the README links to or shows exists."""
     linked = re.findall(r"\]\(([^)#]+)\)", README)
     assert linked
     assert [path for path in linked if not (ROOT / path).exists()] == []

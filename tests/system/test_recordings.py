@@ -1,4 +1,4 @@
-"""From another program's file to a motion, and out of its trace again, by the shell's commands alone."""
+"""A file of another program becomes a motion, and the motion is read back from its trace, by shell commands alone."""
 
 import shlex
 from collections.abc import Callable, Iterator
@@ -61,7 +61,7 @@ def test_from_a_file_to_a_motion_and_back(tmp_path: Path, capsys: pytest.Capture
 
 @pytest.fixture(scope="module")
 def panda(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path]]:
-    """The endpoint of a Panda's services, and its trace."""
+    """Yield the endpoint of a Panda's services, and its trace."""
     folder = tmp_path_factory.mktemp("panda")
     trace = folder / "trace.rrd"
     options = Options(robot_config=PANDA.write(folder), loop_core=LOOP_CORE)
@@ -95,7 +95,7 @@ def test_a_real_recording_on_its_own_arm(
 
 
 def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFixture[str], trace: Path) -> None:
-    """A part of the trace, while it is being written, is the movement that was played, without rest at its ends."""
+    """A part of the trace, cut while it is written, is the movement that was played, without rest at its ends."""
     begins, ends = writers.movement()[[0, -1]]
     near: list[np.ndarray] = []
 
@@ -106,7 +106,7 @@ def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFix
         return len(near[1]) > 50
 
     assert eventually(has_ended)
-    there, after = near  # there: on a busy machine for less than 0.1 s of the robot's time
+    there, after = near  # on a busy machine the arm may be at its start for less than 0.1 s of robot time
     begin, end = max(there[0], there[-1] - 0.1), after[0] + 0.04
     part = ("--trace", str(trace), "--begin", f"{begin:.3f}", "--end", f"{end:.3f}")
     assert volley("teach", "again", *part, "--json") == 0

@@ -6,12 +6,12 @@ from harness import ROBOT, Reference, Stack
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
 
 EVERY = 20  # ticks between goals
-GOALS = 45  # the target then stops, at the ball, with as much time left as the whole demonstration needs
+GOALS = 45  # the target then stops at the ball; the time left is that of the whole demonstration
 DRIFT = np.array([0.004, -0.002, 0.002, 0.002, 0.001, -0.002])  # rad from one goal to the next
 
 
 def test_a_moving_target_is_followed_and_hit(stack: Stack):
-    """Every goal splices into the last; nothing steps, and the arm passes the last target at the time agreed on."""
+    """Every goal is spliced into the last one without a step, and the arm meets the last target at the given time."""
     hit, replies = 1.8, []
     for left in reversed(range(GOALS)):
         target = np.array(HIT) - left * DRIFT

@@ -1,4 +1,4 @@
-"""What every robot promises on the bus, each a process of its own beside a planner and a controller."""
+"""What every robot side guarantees on the bus; each runs as a process beside a planner and a controller."""
 
 import itertools
 import signal
@@ -27,7 +27,7 @@ def robot(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def services(robot: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
-    """A robot's process, which hosts the bus, a planner and a controller; the robot ends with status 0."""
+    """Start a robot's process, which hosts the bus, a planner and a controller; the robot must end with status 0."""
     folder, endpoint = tmp_path_factory.mktemp(robot), free_endpoint()
     lines = command_lines(Options(listen=(endpoint,)), {"library": folder / "library"})
     lines["sim"] = [*COMMANDS[robot], "--listen", endpoint]
@@ -44,7 +44,10 @@ def services(robot: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[S
 
 @pytest.fixture
 def stack(services: Stack) -> Stack:
-    """The services with the arm ready and at rest, whatever the test before left; states are received again."""
+    """Return the services with the arm ready and at rest, whatever state the last test left.
+
+    Earlier states are dropped.
+    """
     wait_for(lambda: rests(services), "the arm to rest")
     services.recover()
     services.drain(topics.STATE)
@@ -52,7 +55,7 @@ def stack(services: Stack) -> Stack:
 
 
 def rests(stack: Stack) -> bool:
-    """Whether the arm is measured at rest."""
+    """Return whether the measured velocities are those of an arm at rest."""
     return max(map(abs, stack.state().velocities)) < 1e-3
 
 
@@ -88,8 +91,8 @@ def test_a_goal_is_played_and_every_tick_answered(stack: Stack):
     assert stack.status().cycle.missed == missed
 
 
-def test_commands_tell_where_the_reference_goes(stack: Stack):
-    """`next` is the following command's own place, and `feedforward` takes the velocity there."""
+def test_commands_contain_the_next_reference(stack: Stack):
+    """`next` is the state of the following command, and `feedforward` leads to its velocity."""
     stack.listen(topics.COMMAND)
     stack.drain(topics.COMMAND)
     stack.finish(stack.strike())
@@ -104,12 +107,16 @@ def test_commands_tell_where_the_reference_goes(stack: Stack):
 
 
 def test_silence_brakes_it_and_recovery_begins_a_new_run(stack: Stack):
-    """Goals are refused with its reason until a recovery, which needs an arm at rest and leaves it where it stands."""
+    """After silence the arm brakes and goals are refused with its reason.
+
+    A recovery requires an arm at rest, leaves it where it stands, and begins a new run.
+    """
     stack.under_way()
     run = stack.state().run
     stack.processes.signal("controller", signal.SIGKILL)
     wait_for(lambda: stack.state().brake, "the arm to brake")
-    state = stack.state()
+    while not (state := stack.next(topics.STATE)).brake:
+        pass
     assert (state.condition, state.reason) == ("braking", f"no command for {ROBOT.silence_ticks} ticks")
     wait_for(lambda: rests(stack), "the arm to rest")
     stack.processes.start("controller")
@@ -129,7 +136,7 @@ def test_silence_brakes_it_and_recovery_begins_a_new_run(stack: Stack):
 
 
 def test_there_is_one_robot_side(robot: str, stack: Stack):
-    """A second one ends with status 3."""
+    """A second instance ends with status 3."""
     second = subprocess.run([*COMMANDS[robot], "--listen", stack.endpoint], capture_output=True, text=True, check=False)
     assert second.returncode == Outcome.TAKEN, second.stderr
     assert "Traceback" not in second.stderr

@@ -21,13 +21,13 @@ PAGE = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")
 ARMS = {"UR5e": models.UR5E, "Panda": models.PANDA, "iiwa14": models.IIWA14, "SO-101": models.SO101}
 SERVICES = ["sim", "planner", "controller"]
 PICTURED = "UR5e"
-"""The arm with a recorder and a picture, which takes the viewer 5 s; it does not depend on the arm."""
+"""The only arm with a recorder and a picture: the viewer takes 5 s, and the picture works alike for all arms."""
 DRIVERS = Path("/usr/share/vulkan/icd.d")
-"""Without a graphics driver there is no picture."""
+"""Without a graphics driver the picture is left out."""
 LATE_TRIES = 3
 """On a busy machine a plan may come too late; it is refused and moves nothing."""
 HIT = 1e-4
-"""rad, on any joint."""
+"""Largest error at the hit on any joint, rad."""
 
 
 def commands(arm: str) -> list[list[str]]:

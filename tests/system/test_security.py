@@ -1,8 +1,8 @@
-"""Every line of the permission table over TLS, both ways; and who is not let in at all.
+"""Every line of the permission table is tested over TLS, both ways, and so is who may not connect at all.
 
-What is refused must be shown not to arrive without waiting for it. Zenoh delivers in order: once the router has
-answered whoever sent the refused message, and a permitted message sent after that has arrived, the refused one
-would have arrived before.
+The tests show without waiting that a refused message does not arrive. Zenoh delivers in order: once the router has
+answered the sender of the refused message, and a permitted message that was sent afterwards has arrived, the refused
+one would have arrived before it.
 """
 
 import logging
@@ -40,7 +40,7 @@ TOKENS = ("client/shell", *(f"{name}{claim}" for name in (*SERVICES, "recorder",
 
 
 def may(who: str, message: str, key: str) -> bool:
-    """Whether the table lets `who` send `message` on `key`; to strangers it grants nothing."""
+    """Return whether the table lets `who` send `message` on `key`; a stranger may send nothing."""
     if who not in BY_NAME:
         return False
     granted = [p.keys for p in (*reading(), *acting(BY_NAME[who])) if message in p.messages]
@@ -48,7 +48,7 @@ def may(who: str, message: str, key: str) -> bool:
 
 
 class Participants:
-    """Sessions on one bus: the owners, who answer b"owner" to everything they own, and others as asked for."""
+    """Sessions on one bus: those of the owners, who answer b"owner" to all their requests, and others on demand."""
 
     def __init__(self, cell: SecureCell, stack: ExitStack) -> None:
         self._cell = cell
@@ -66,7 +66,7 @@ class Participants:
         fence(self.bus("viewer", "ear"))
 
     def bus(self, who: str, purpose: str) -> Bus:
-        """Return the session of `who` for a purpose; what two sessions say to each other passes the router."""
+        """Return the session of `who` for a purpose; messages between two sessions pass the router."""
         if (who, purpose) not in self._joined:
             self._joined[who, purpose] = self._stack.enter_context(self._cell.join(who))
         return self._joined[who, purpose]
@@ -76,15 +76,15 @@ class Participants:
         return self.bus(topic.owner, "owner")
 
     def asker(self, topic: topics.Query) -> Bus:
-        """Return a session that may ask for `topic`."""
+        """Return a session that may send requests of `topic`."""
         return self.bus(next(role for role in ("planner", "tester") if may(role, "query", topic.key)), "ask")
 
     def publish(self, topic: topics.Publication, body: bytes) -> None:
-        """Publish as the owner; return once the router has handed it to every subscriber and one has heard it."""
+        """Publish as the owner; return once the router has sent the message to every subscriber."""
         owner = self.owner(topic)
         owner.session.put(owner.key(topic.key), body)
         assert up_to(self.heard, (owner.key(topic.key), body)) == []
-        fence(owner)  # the first subscriber may hear it before the router has handed it to the last
+        fence(owner)  # one subscriber may have received it before the router has sent it to all
 
     def _answer(self, query: zenoh.Query) -> None:
         self.arrived.put((str(query.key_expr), query.payload.to_bytes() if query.payload else b""))
@@ -97,18 +97,21 @@ class Participants:
 
 
 def fence(bus: Bus) -> None:
-    """Return once the router has dealt with everything that `bus` sent before."""
-    for topic in (topics.STATUS_QUERY, topics.DESCRIPTION):  # one of them is not the sender's own
+    """Return once the router has handled everything that `bus` sent before."""
+    for topic in (
+        topics.STATUS_QUERY,
+        topics.DESCRIPTION,
+    ):  # the sender may be the owner of one; the other one passes the router
         list(bus.session.get(bus.key(topic.key), payload=b"fence", timeout=PATIENCE_S))
 
 
 def at_once(callback: Callable[[zenoh.Sample], object]) -> zenoh.handlers.Callback:
-    """Run `callback` in Zenoh's own thread, so that a fence that is answered has found it run."""
+    """Run `callback` in Zenoh's own thread: when a fence is answered, the callback has run."""
     return zenoh.handlers.Callback(callback, indirect=False)
 
 
 def replies(bus: Bus, key: str, body: bytes) -> list[bytes]:
-    """Ask everybody who answers on `key`."""
+    """Send a request to everybody who answers on `key` and return their replies, sorted."""
     answers = bus.session.get(
         key,
         payload=body,
@@ -120,7 +123,7 @@ def replies(bus: Bus, key: str, body: bytes) -> list[bytes]:
 
 
 def up_to(queue: SimpleQueue[tuple[str, bytes]], last: tuple[str, bytes]) -> list[tuple[str, bytes]]:
-    """Take what is in the queue before `last`, which must come; fences are left out."""
+    """Return what is in the queue before `last`, which must arrive; fences are left out."""
     taken = []
     while (item := queue.get(timeout=PATIENCE_S)) != last:
         if item[1] != b"fence":
@@ -130,13 +133,13 @@ def up_to(queue: SimpleQueue[tuple[str, bytes]], last: tuple[str, bytes]) -> lis
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> SecureCell:
-    """Certificates and configurations."""
+    """Write certificates and configurations."""
     return SecureCell(tmp_path_factory.mktemp("cell"))
 
 
 @pytest.fixture(scope="module")
 def people(cell: SecureCell) -> Iterator[Participants]:
-    """A bus with the permission table and everybody on it."""
+    """Yield a bus with the permission table, and every participant on it."""
     with ExitStack() as stack:
         stack.enter_context(cell.host())
         yield Participants(cell, stack)
@@ -144,7 +147,7 @@ def people(cell: SecureCell) -> Iterator[Participants]:
 
 @EVERYBODY
 def test_publishing(people: Participants, who: str):
-    """Only the owner's messages arrive, and nobody deletes."""
+    """Only the owner's messages arrive; nobody can delete, and a wildcard reaches nobody."""
     sender = people.bus(who, "act")
     for topic in topics.PUBLICATIONS:
         key = sender.key(topic.key)
@@ -159,7 +162,7 @@ def test_publishing(people: Participants, who: str):
 
 @EVERYBODY
 def test_subscribing(people: Participants, who: str):
-    """Every role hears every publication, strangers none; nobody hears more than there is to hear."""
+    """Every role receives every publication once, a stranger none."""
     listener = people.bus(who, "listen")
     got: SimpleQueue[bytes] = SimpleQueue()
     for topic in topics.PUBLICATIONS:
@@ -179,7 +182,7 @@ def test_subscribing(people: Participants, who: str):
 @EVERYBODY
 @pytest.mark.parametrize("wide", ["**", "volley/**", "volley/arm/**", "volley/arm/*"])
 def test_eavesdropping(people: Participants, who: str, wide: str):
-    """A subscription wider than what may be heard hears nothing."""
+    """A subscription to more than the table's keys receives nothing."""
     listener = people.bus(who, "listen")
     got: SimpleQueue[bytes] = SimpleQueue()
     subscriber = listener.session.declare_subscriber(wide, at_once(lambda sample: got.put(sample.payload.to_bytes())))
@@ -192,7 +195,7 @@ def test_eavesdropping(people: Participants, who: str, wide: str):
 
 @EVERYBODY
 def test_asking(people: Participants, who: str):
-    """A request arrives where the table says so, and nowhere else."""
+    """A request arrives at its owner if the table permits it, and nowhere otherwise."""
     sender = people.bus(who, "act")
     for topic in topics.QUERIES:
         key = sender.key(topic.key)
@@ -204,7 +207,7 @@ def test_asking(people: Participants, who: str):
 
 @EVERYBODY
 def test_asking_with_wildcards(people: Participants, who: str):
-    """The router lets through none, so that `**` is no way around the table."""
+    """The router forwards no request with a wildcard, which could pass the table."""
     sender = people.bus(who, "act")
     for wide in ("**", "volley/**", "volley/arm/*", "volley/*/cancel", "volley/arm/c$*"):
         assert replies(sender, wide, b"wide") == []
@@ -215,7 +218,7 @@ def test_asking_with_wildcards(people: Participants, who: str):
 
 @EVERYBODY
 def test_answering(people: Participants, who: str):
-    """Nobody but the owner is asked."""
+    """Only the owner's queryable receives requests."""
     impostor = people.bus(who, "act")
 
     def answer(query: zenoh.Query) -> None:
@@ -235,7 +238,7 @@ def test_answering(people: Participants, who: str):
 
 @EVERYBODY
 def test_being_alive(people: Participants, who: str):
-    """A role can hold its own token alone, so none can keep another from starting."""
+    """A role can declare its own token alone, so it cannot keep another service from starting."""
     sender, ear = people.bus(who, "act"), people.bus("viewer", "ear")
     for token in TOKENS:
         held = sender.session.liveliness().declare_token(sender.key(topics.alive_key(token)))
@@ -248,7 +251,7 @@ def test_being_alive(people: Participants, who: str):
 
 @EVERYBODY
 def test_asking_who_is_alive(people: Participants, who: str):
-    """Every role may; strangers learn nothing."""
+    """Every role may ask for tokens; a stranger receives no answer."""
     asker, holder = people.bus(who, "listen"), people.bus("planner", "act")
     seen: SimpleQueue[str] = SimpleQueue()
     token = holder.session.liveliness().declare_token(holder.key(topics.alive_key("planner")))
@@ -266,12 +269,12 @@ def test_asking_who_is_alive(people: Participants, who: str):
 
 @pytest.fixture(scope="module")
 def other(tmp_path_factory: pytest.TempPathFactory) -> SecureCell:
-    """A cell with an authority of its own."""
+    """Write a cell with its own certificate authority."""
     return SecureCell(tmp_path_factory.mktemp("other"))
 
 
 def let_in(config_file: Path | None, connect: tuple[str, ...] = (), tries: int = 2) -> bool:
-    """Whether the host of the bus lets somebody in within some tries: a machine may be too busy for the first."""
+    """Return whether the router accepts a session; the first of several tries may fail on a busy machine."""
     left = iter(range(tries - 1, -1, -1))
     try:
         open_session(connect, config_file=config_file, give_up=lambda: next(left) == 0).close()
@@ -283,7 +286,7 @@ def let_in(config_file: Path | None, connect: tuple[str, ...] = (), tries: int =
 
 @pytest.mark.usefixtures("people")
 def test_who_is_not_let_in(cell: SecureCell, other: SecureCell):
-    """Plain TCP, no certificate, a certificate of another authority, a host of another authority."""
+    """Refuse plain TCP, no certificate, a certificate of another authority; refuse a router of another authority."""
     config = client_config(cell.cell, "operator")
     assert let_in(cell.write("good", config), tries=40)
     assert not let_in(None, (cell.endpoint.replace("tls/", "tcp/"),))
@@ -301,7 +304,7 @@ def test_who_is_not_let_in(cell: SecureCell, other: SecureCell):
 
 
 def test_a_host_by_another_name_is_not_joined(tmp_path: Path):
-    """Its certificate must bear the name at which it is reached."""
+    """A client refuses a router whose certificate does not have the name in its endpoint."""
     elsewhere = SecureCell(tmp_path, certified="robot.local")
     with elsewhere.host():
         assert not let_in(elsewhere.file("operator"))
@@ -312,7 +315,7 @@ def test_a_host_by_another_name_is_not_joined(tmp_path: Path):
 
 @contextmanager
 def secure_services(cell: SecureCell, library: Path) -> Iterator[Stack]:
-    """Sim, planner and controller on the stepped clock, each with its own certificate, and a tester's bus to them."""
+    """Start sim, planner and controller on the stepped clock, each with its certificate; yield a tester's stack."""
     flags = {"clock": "stepped", "library": library}
     lines = {}
     for name in SERVICES:
@@ -332,7 +335,7 @@ def secure_services(cell: SecureCell, library: Path) -> Iterator[Stack]:
 
 
 def test_a_motion_over_tls(other: SecureCell, tmp_path: Path):
-    """An operator's goal is played to the end; viewers watch, and can neither start nor stop it."""
+    """An operator's goal is played to its end; a viewer can read the status, but neither start nor stop a motion."""
     with (
         secure_services(other, tmp_path / "library") as stack,
         other.join("operator") as operator,
@@ -362,7 +365,7 @@ def pack(body: object) -> bytes:
 
 
 def refusals(stack: Stack, key: str, body: bytes, timeout: float = PATIENCE_S) -> list[str]:
-    """Send a body and return the codes of the refusals; a service that takes it, or is silent, counts as such."""
+    """Send a body and return the codes of the refusals; "taken" stands for a reply, "silent" for a timeout."""
     replies = stack.bus.session.get(stack.bus.key(key), payload=body, timeout=timeout)
     codes = []
     for reply in replies:
@@ -374,7 +377,7 @@ def refusals(stack: Stack, key: str, body: bytes, timeout: float = PATIENCE_S) -
 
 
 def test_more_than_a_message_may_have(stack: Stack):
-    """64 MiB never reach a service, whose connection stays; 17 MiB reach it and are told what is too much."""
+    """64 MiB never reach a service, whose connection stays open; 17 MiB reach it and are refused."""
     assert refusals(stack, "learn", bytes(64 << 20), timeout=2.0) == ["silent"]
     assert refusals(stack, "learn", bytes(17 << 20)) == ["bad_message"]
     for topic in (topics.STATE, topics.COMMAND, topics.STATUS):
@@ -384,7 +387,7 @@ def test_more_than_a_message_may_have(stack: Stack):
 
 
 def test_a_nesting_bomb(stack: Stack):
-    """A million arrays in one another, as a whole body, in a field and as a publication."""
+    """A million nested arrays are refused as a body and in a field; published, they harm no service."""
     for bomb in (b"\x91" * 1_000_000, b"\x81\xa1a" + b"\x91" * 1_000_000, b"\x81\xa1a" * 300_000):
         for topic in topics.QUERIES:
             assert refusals(stack, topic.key, bomb) == ["bad_message"], topic.key
@@ -395,7 +398,7 @@ def test_a_nesting_bomb(stack: Stack):
 
 
 def test_a_million_samples(stack: Stack):
-    """Of a trajectory, in its count beside as many samples as a body holds; of a demonstration, in 48 MB."""
+    """A trajectory that claims a million samples is refused; 48 MB of demonstration never reach the planner."""
     names, samples = list(ROBOT.joint_names), bytes(8 * 6 * 27_000)
     trajectory = {"goal_id": "endless", "epoch": 0, "joint_names": names, "start_time": 1.0, "dt": 0.001}
     trajectory |= {"count": 1_000_000, "hit_index": 999_999}
@@ -406,8 +409,8 @@ def test_a_million_samples(stack: Stack):
     assert stack.services.ended() == {}
 
 
-def test_a_second_host_is_told_who_hosts(tmp_path: Path, caplog: pytest.LogCaptureFixture):
-    """Also over TLS, with nothing but the configuration of the first; the bus has the port that it names."""
+def test_a_second_router_ends_as_taken(tmp_path: Path, caplog: pytest.LogCaptureFixture):
+    """A second sim with the configuration of the first ends as taken, over TLS too. The file's port is the bus's."""
     cell = SecureCell(tmp_path)
     options = Options(zenoh_config=cell.file("router"))
     stopping = threading.Event()

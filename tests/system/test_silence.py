@@ -10,7 +10,7 @@ from harness import ROBOT, Stack, running, wait_for
 
 from protocol import messages as m
 from protocol import topics
-from protocol.errors import NoAnswer, Refusal
+from protocol.errors import Refusal
 from robot.conversions import samples_of
 from tools.demo.strikes import goal
 
@@ -21,7 +21,7 @@ SILENCE = ROBOT.silence_ticks
 
 
 def strike_and_lose(stack: Stack, stream: Stream, ticks: int) -> m.GoalReply:
-    """Begin a strike and, 300 ticks into it, lose the messages of the coming `ticks` on one stream."""
+    """Begin a strike; 300 ticks into it, drop the messages of one stream for `ticks` ticks."""
     reply = stack.bus.ask(topics.GOAL, goal())
     stack.step_to(round(reply.start_time * 1000) + 300)
     stack.bus.ask(topics.SIM_DISTURB, m.Disturb(kind="loss", stream=stream, duration=ticks / 1000))
@@ -43,7 +43,7 @@ def speed(stack: Stack) -> float:
 @STREAMS
 @pytest.mark.parametrize("ticks", [1, 7, SILENCE - 1])
 def test_a_short_silence_changes_no_reference(stack: Stack, stream: Stream, ticks: int):
-    """Up to 19 lost messages either way: the reference is the plan's to the bit, and nobody brakes."""
+    """Up to 19 lost messages leave the reference equal to the plan, bit by bit, and the arm does not brake."""
     reply = strike_and_lose(stack, stream, ticks)
     missed = stack.status().cycle.missed
     assert stack.finish(reply).outcome == "succeeded"
@@ -61,7 +61,7 @@ def test_a_short_silence_changes_no_reference(stack: Stack, stream: Stream, tick
 
 @STREAMS
 def test_the_arm_brakes_at_the_twentieth_lost_message(stack: Stack, stream: Stream):
-    """From there on by itself to rest; goals are refused until a reset, which moves nothing."""
+    """The arm brakes to rest; goals are refused until a reset, which does not move the arm."""
     reply = strike_and_lose(stack, stream, SILENCE)
     lost = stack.tick
     stack.step(SILENCE)
@@ -95,7 +95,7 @@ def test_the_arm_brakes_at_the_twentieth_lost_message(stack: Stack, stream: Stre
 
 
 def test_the_brake_keeps_the_acceleration_limits(stack: Stack):
-    """The measured motion from the last command to rest is a stop inside the arm's limits."""
+    """The measured motion stops inside the acceleration limits."""
     strike_and_lose(stack, "command", 1000)
     stack.step(500)
     braking = np.array([state.truth.velocities for state in stack.states() if state.brake and state.truth])
@@ -106,7 +106,7 @@ def test_the_brake_keeps_the_acceleration_limits(stack: Stack):
 
 
 def test_a_new_run_aborts_the_goal(stack: Stack):
-    """The controller holds where the arm now is, and plans anew from there."""
+    """The controller holds the pose of the new run, and goals start from there."""
     reply = stack.bus.ask(topics.GOAL, goal())
     stack.step(400)
     stack.reset(positions=[0.3, 0.5, 0.8, 0.0, 0.0, 0.0])
@@ -121,7 +121,7 @@ def test_a_new_run_aborts_the_goal(stack: Stack):
 
 
 def test_a_silent_controller_stops_the_stepped_clock(stack: Stack):
-    """The step is answered with the tick reached, a second one meanwhile is busy, and time goes on afterwards."""
+    """The step is refused with the tick reached; time goes on once the controller answers."""
     stack.step(10)
     controller = stack.services.running["controller"]
     controller.send_signal(signal.SIGSTOP)
@@ -139,9 +139,9 @@ def test_a_silent_controller_stops_the_stepped_clock(stack: Stack):
 
 @pytest.mark.realtime
 def test_a_killed_controller_leaves_a_braked_arm(tmp_path: Path):
-    """In real time: the arm brakes and holds; the next controller comes up in fault, and a reset leaves it."""
+    """In real time the arm brakes and holds; a new controller starts in fault, which a reset leaves."""
     with running(tmp_path, clock="realtime") as stack:
-        recover(stack)
+        stack.recover()
         reply = stack.goal(primitive="forehand", positions=[0.5, *HOME[1:]], duration=3.0)
         wait_for(lambda: stack.state().time > reply.start_time + 1.0, "the motion to be under way")
         controller = stack.services.running["controller"]
@@ -151,41 +151,20 @@ def test_a_killed_controller_leaves_a_braked_arm(tmp_path: Path):
         wait_for(lambda: speed(stack) < 1e-3, "the arm to rest")
         pose = stack.state().positions
         stack.services.start("controller")
-        wait_for(lambda: mode(stack) == "fault", "the next controller in fault")
+        wait_for(lambda: stack.mode() == "fault", "the next controller in fault")
         assert stack.refused_goal(primitive="forehand", positions=HOME).code == "fault"
         assert stack.state().positions == pytest.approx(pose, abs=1e-3)
-        recover(stack)
+        stack.recover()
         assert stack.state().positions == pytest.approx(pose, abs=1e-3)
         wait_for(lambda: succeeds(stack), "a goal to succeed", patience=60.0)
 
 
-def mode(stack: Stack) -> str:
-    """Return the controller's mode, or nothing while it is silent."""
-    try:
-        return stack.status().mode
-    except (Refusal, NoAnswer):
-        return ""
-
-
-def recover(stack: Stack) -> None:
-    """Leave any fault: a machine that stalls may bring the arm to brake at any time."""
-
-    def healthy() -> bool:
-        try:
-            reset_fault(stack)
-        except (Refusal, NoAnswer):
-            return False
-        return not stack.state().brake
-
-    wait_for(healthy, "the fault to be reset")
-
-
 def succeeds(stack: Stack) -> bool:
-    """Whether a small goal is played to its end; one that a stall of the machine aborted is not."""
+    """Return whether a small goal is played to its end; a stall of the machine may abort it."""
     try:
         reply = stack.goal(primitive="forehand", positions=HOME, duration=1.0)
     except Refusal:
-        recover(stack)
+        stack.recover()
         return False
     wait_for(lambda: stack.result(reply.goal_id).outcome != "running", "the goal to end")
     return stack.result(reply.goal_id).outcome == "succeeded"

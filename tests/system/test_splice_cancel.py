@@ -1,4 +1,4 @@
-"""Motions that are replaced, stopped and refused under way, and goals of every kind."""
+"""Goals that replace a motion, cancel it or are refused while it runs, and goals of every kind."""
 
 import msgspec
 import numpy as np
@@ -27,13 +27,13 @@ def strike(stack: Stack, **fields: object) -> m.GoalReply:
 
 
 def step_into(stack: Stack, reply: m.GoalReply, tenth: int) -> None:
-    """Step to a tenth of the way from the start of a motion to its hit, at most to just after it."""
+    """Step to `tenth` tenths of the way from a motion's start to its hit, plus 2 ticks."""
     stack.step_to(round((reply.start_time + tenth / 10 * reply.duration) * 1000) + 2)
 
 
 @TENTHS
 def test_a_goal_takes_over_at_any_time(stack: Stack, tenth: int):
-    """Without a step in position, velocity or acceleration; what it replaced is preempted unless it had hit."""
+    """No quantity jumps at the splice; the replaced goal is preempted, or succeeded if it had already hit."""
     first = strike(stack)
     step_into(stack, first, tenth)
     second = stack.goal(primitive="forehand", positions=HOME, duration=0.7)
@@ -55,7 +55,7 @@ def test_a_goal_takes_over_at_any_time(stack: Stack, tenth: int):
 
 @TENTHS
 def test_a_cancel_stops_at_any_time(stack: Stack, tenth: int):
-    """From the first tick on from which a stop keeps all limits, and no later."""
+    """The stop begins at the first tick from which a stop keeps all limits, and no later."""
     reply = strike(stack)
     plan = samples_of(stack.plan_of(reply))
     step_into(stack, reply, tenth)
@@ -84,7 +84,7 @@ def test_a_cancel_stops_at_any_time(stack: Stack, tenth: int):
 
 
 def test_a_cancel_before_the_start_moves_nothing(stack: Stack):
-    """A goal that was accepted and not begun is canceled, and the arm stays."""
+    """An accepted goal that has not begun is canceled, and the arm does not move."""
     reply = strike(stack)
     canceled = stack.cancel(reply.goal_id)
     assert canceled.goal_id == reply.goal_id
@@ -94,7 +94,7 @@ def test_a_cancel_before_the_start_moves_nothing(stack: Stack):
 
 
 def trajectory_of(stack: Stack, **fields: object) -> m.Trajectory:
-    """Plan the strike and return its samples, to be sent to `execute` as they are."""
+    """Plan the strike and return its trajectory, which can be sent to `execute`."""
     planned = strike(stack, plan_only=True, include_trajectory=True, **fields)
     assert planned.trajectory is not None
     return planned.trajectory
@@ -106,19 +106,19 @@ def execute(stack: Stack, trajectory: m.Trajectory, **fields: object) -> m.Accep
 
 
 def refused(stack: Stack, trajectory: m.Trajectory, **fields: object) -> Refusal:
-    """Send a trajectory to the controller that must be refused."""
+    """Send a trajectory that the controller must refuse, and return the refusal."""
     with pytest.raises(Refusal) as caught:
         execute(stack, trajectory, **fields)
     return caught.value
 
 
 def epoch(stack: Stack) -> int:
-    """Ask for the controller's epoch."""
+    """Return the controller's epoch."""
     return stack.bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=0.0)).epoch
 
 
 def test_refused_goals_leave_the_motion_bit_identical(stack: Stack):
-    """The states of a run with refused goals, at every tenth, are those of a run without."""
+    """A run with refused goals at every tenth has the same states as a run without."""
     trajectory = trajectory_of(stack)
     seed = stack.run + 1
     runs = []
@@ -138,7 +138,7 @@ def test_refused_goals_leave_the_motion_bit_identical(stack: Stack):
 
 
 def test_a_plan_in_flight_when_canceled_is_superseded(stack: Stack):
-    """Also one that another plan overtook; only a plan of the present epoch moves the arm."""
+    """A plan of an earlier epoch is refused, after a cancel or after another plan; nothing moves."""
     trajectory = trajectory_of(stack)
     stack.cancel()
     refusal = refused(stack, trajectory)
@@ -151,7 +151,7 @@ def test_a_plan_in_flight_when_canceled_is_superseded(stack: Stack):
 
 
 def test_a_plan_that_misses_its_instant_is_late(stack: Stack):
-    """By the tick at which it should have begun."""
+    """A plan whose first tick has passed is refused."""
     trajectory = trajectory_of(stack)
     stack.step(20)
     refusal = refused(stack, trajectory)
@@ -159,7 +159,7 @@ def test_a_plan_that_misses_its_instant_is_late(stack: Stack):
 
 
 def test_a_plan_that_would_jump_is_refused(stack: Stack):
-    """The first sample has to be where the reference will be."""
+    """The first sample must equal the reference at that time."""
     planned = strike(stack, plan_only=True, include_trajectory=True, start=m.Start(positions=[0.1, *HOME[1:]]))
     assert planned.trajectory is not None
     refusal = refused(stack, planned.trajectory)
@@ -168,7 +168,7 @@ def test_a_plan_that_would_jump_is_refused(stack: Stack):
 
 
 def test_the_same_goal_twice_is_played_once(stack: Stack):
-    """Sent again it answers as before; with another body, or to the controller, it is a duplicate."""
+    """A repeated goal gets the same reply. The same id with another body, or sent to the controller, is a duplicate."""
     body = {"primitive": "forehand", "positions": HOME, "duration": 0.5, "goal_id": "once"}
     first = stack.goal(**body)
     assert stack.goal(**body) == first
@@ -182,8 +182,8 @@ def test_the_same_goal_twice_is_played_once(stack: Stack):
     assert (refusal.code, refusal.detail["goal_id"]) == ("duplicate", "once")
 
 
-def test_a_goal_that_does_not_preempt_waits_its_turn(stack: Stack):
-    """It is refused as busy, naming what runs, until that is over."""
+def test_a_goal_that_does_not_preempt_is_busy(stack: Stack):
+    """It is refused as `busy`, naming the running goal, until that goal has ended."""
     first = strike(stack)
     step_into(stack, first, 5)
     refusal = stack.refused_goal(primitive="forehand", positions=HOME, preempt=False)
@@ -194,13 +194,13 @@ def test_a_goal_that_does_not_preempt_waits_its_turn(stack: Stack):
 
 
 def hold(client: Bus, name: str) -> None:
-    """Hold a client's token, and return once the router has passed it on: the goal comes by another session."""
+    """Declare a client's token and wait until the router knows it: the goal is sent by another session."""
     client.announce(f"client/{name}")
     assert client.is_alive(f"client/{name}")
 
 
 def test_a_lease_keeps_others_out_and_ends_with_its_client(stack: Stack):
-    """Others are not_holder, the holder is not; when its session closes the motion is canceled."""
+    """Goals of others are refused as `not_holder`; when the holder's session closes, the motion is canceled."""
     with Bus(open_session([stack.endpoint])) as client:
         hold(client, "alice")
         first = strike(stack, client_id="alice", lease=True)
@@ -211,7 +211,7 @@ def test_a_lease_keeps_others_out_and_ends_with_its_client(stack: Stack):
         second = strike(stack, client_id="alice", lease=True)
         step_into(stack, second, 2)
         assert stack.status().mode == "tracking"
-    wait_for(lambda: stack.status().mode == "stopping", "the controller to miss the client")
+    wait_for(lambda: stack.status().mode == "stopping", "the controller to detect that the client is gone")
     stack.step(300)
     result = stack.result(second.goal_id)
     assert result.outcome == "canceled"
@@ -223,7 +223,7 @@ def test_a_lease_keeps_others_out_and_ends_with_its_client(stack: Stack):
 
 
 def test_a_lease_needs_a_client_that_lives(stack: Stack):
-    """Without the token nothing would ever end the lease."""
+    """A client without a token gets no lease, because nothing would ever end it."""
     refusal = stack.refused_goal(primitive="forehand", positions=HOME, client_id="ghost", lease=True)
     assert (refusal.code, refusal.detail["client_id"]) == ("not_holder", "ghost")
     stack.step(100)
@@ -231,7 +231,7 @@ def test_a_lease_needs_a_client_that_lives(stack: Stack):
 
 
 def test_anyone_may_cancel_a_leased_motion(stack: Stack):
-    """A cancel is no goal."""
+    """A cancel needs no lease."""
     with Bus(open_session([stack.endpoint])) as client:
         hold(client, "carol")
         reply = strike(stack, client_id="carol", lease=True)
@@ -243,7 +243,7 @@ def test_anyone_may_cancel_a_leased_motion(stack: Stack):
 
 
 def test_rest_fraction_ends_without_acceleration(stack: Stack):
-    """The last third moves straight on at the final velocity."""
+    """The last 30 % of the motion have the final velocity and no acceleration."""
     reply = strike(stack, rest_fraction=0.3, duration=1.2, include_trajectory=True)
     assert reply.trajectory is not None
     samples, hit = samples_of(reply.trajectory), reply.trajectory.hit_index
@@ -255,8 +255,8 @@ def test_rest_fraction_ends_without_acceleration(stack: Stack):
     assert stack.finish(reply).outcome == "succeeded"
 
 
-def test_way_points_are_met_off_the_ticks(stack: Stack):
-    """In what they fix, and free in the rest."""
+def test_waypoints_between_two_ticks_are_met(stack: Stack):
+    """The curve between two samples meets the values that a waypoint prescribes; null leaves a value free."""
     waypoints = [
         m.Waypoint(time_from_start=0.30337, positions=[-0.5, None, 0.9, None, None, None]),
         m.Waypoint(time_from_start=0.61234, positions=None, velocities=[0.5, None, None, -1.0, None, None]),
@@ -277,7 +277,7 @@ def test_way_points_are_met_off_the_ticks(stack: Stack):
 
 
 def test_arrival_time_is_kept(stack: Stack):
-    """On the robot's clock, to the nearest tick."""
+    """The hit is at the arrival time on the robot's clock, rounded to the nearest tick."""
     stack.step(100)
     reply = strike(stack, arrival_time=1.4567, include_trajectory=True)
     assert reply.start_time + reply.duration == pytest.approx(1.457, abs=1e-9)
@@ -287,14 +287,14 @@ def test_arrival_time_is_kept(stack: Stack):
 
 
 def test_duration_is_rounded_up_to_a_tick(stack: Stack):
-    """A millisecond more, never less."""
+    """A duration between two ticks becomes the longer one."""
     assert strike(stack, duration=0.9001, plan_only=True).duration == pytest.approx(0.901, abs=1e-12)
     assert strike(stack, duration=0.9, plan_only=True).duration == pytest.approx(0.9, abs=1e-12)
     assert strike(stack, plan_only=True).duration == pytest.approx(1.0, abs=1e-12)
 
 
 def test_given_final_accelerations_are_met(stack: Stack):
-    """Where they are given; null leaves them free."""
+    """Final accelerations are met where they are given; null leaves them free."""
     reply = strike(stack, accelerations=[20.0, None, -5.0, None, 0.0, None], include_trajectory=True)
     assert reply.trajectory is not None
     last = samples_of(reply.trajectory).accelerations[reply.trajectory.hit_index]
@@ -303,7 +303,7 @@ def test_given_final_accelerations_are_met(stack: Stack):
 
 
 def test_limits_of_a_goal_are_kept(stack: Stack):
-    """The tighter of the goal's and the robot's holds, in plan and tail."""
+    """The tighter of the goal's and the robot's limits holds, up to the hit and in the stop."""
     limits = m.GoalLimits(
         positions=[(-0.95, 0.5), *JOINT_1],
         velocities=[5.0, 100.0, None, None, None, None],
@@ -331,7 +331,7 @@ def _quantities(samples: Samples) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("waypoints", [[], [m.Waypoint(time_from_start=0.015, positions=[0.1, *JOINT_1])]])
 def test_the_shortest_duration_offered_works(stack: Stack, waypoints: list[m.Waypoint]):
-    """An infeasible goal says how long it takes, and with its waypoints where; sent so it is played."""
+    """An infeasible goal's refusal offers a duration and waypoint times; a goal with these is played."""
     with pytest.raises(Refusal) as caught:
         strike(stack, duration=0.03, waypoints=waypoints)
     refusal = caught.value
@@ -350,7 +350,7 @@ def test_the_shortest_duration_offered_works(stack: Stack, waypoints: list[m.Way
 
 
 def test_a_velocity_just_below_the_largest_can_be_stopped(stack: Stack):
-    """A goal near the end of the joint's range says how fast it may be passed."""
+    """The refusal of a goal near a joint's limit names the largest velocity that can be stopped."""
     body = {"primitive": "forehand", "positions": [2.1, *HOME[1:]], "duration": 1.0}
     refusal = stack.refused_goal(**body, velocities=[10.0] + [0.0] * 5)
     assert refusal.code == "cannot_stop"
@@ -364,15 +364,15 @@ def test_a_velocity_just_below_the_largest_can_be_stopped(stack: Stack):
 
 
 def test_a_plan_may_coast(stack: Stack):
-    """Planned only: it ends at the hit, still moving."""
+    """A plan-only goal with the tail `coast` ends at the hit, in motion."""
     reply = strike(stack, tail="coast", plan_only=True, include_trajectory=True)
     assert reply.trajectory is not None
     assert reply.total_duration == reply.duration
     assert np.abs(samples_of(reply.trajectory).velocities[-1] - STRIKE.velocities).max() < 1e-9
 
 
-def test_ended_is_told(stack: Stack):
-    """Every goal that ends is published with its result; the arm may still be coming back from the ball."""
+def test_the_result_is_published(stack: Stack):
+    """Every goal that ends is published with its result; the recoil may still grow after that."""
     reply = strike(stack)
     result = stack.finish(reply)
     while (ended := stack.next(topics.ENDED)).goal_id != reply.goal_id:

@@ -1,4 +1,4 @@
-"""A striker or a planner that is killed in mid-swing, on the paced clock: the arm ends at rest inside its limits."""
+"""A striker or planner is killed in mid-swing, on the paced clock: the arm ends at rest inside its limits."""
 
 import subprocess
 import sys
@@ -19,7 +19,7 @@ PACE = 0.5
 
 @pytest.fixture(scope="module")
 def stack(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
-    """All services and a striker, which has an order."""
+    """Start all services and a striker."""
     folder = tmp_path_factory.mktemp("striker")
     flags = {"learned": folder / "learned.json", "pace": PACE}
     with running(folder, names=(*SERVICES, "striker"), clock="paced", **flags) as stack:
@@ -27,13 +27,13 @@ def stack(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
 
 
 def swinging(stack: Stack, seed: int) -> m.Strike:
-    """Order strikes, throw a ball, and return what the striker says when it has planned a hit."""
-    stack.drain(topics.STATUS)  # those of the strikes before
+    """Order strikes, throw a ball, and return the striker's message that a hit is planned."""
+    stack.drain(topics.STATUS)  # drop those of earlier strikes
     stack.bus.ask(topics.STRIKE, m.StrikeRequest(target=(4.5, 0.0, 0.0)))
     stack.wait_status(lambda status: status.mode == "tracking", "the arm to go to its ready pose")
-    wait_for(lambda: stack.mode() == "holding", "the arm to be there")
+    wait_for(lambda: stack.mode() == "holding", "the arm to reach its ready pose")
     launch = Launcher(ROBOT, seed).next()
-    stack.drain(topics.STRIKES)  # those of the ball before
+    stack.drain(topics.STRIKES)  # drop those of the ball before
     stack.bus.ask(topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin))
     while (said := stack.next(topics.STRIKES)).phase not in ("planned", "missed"):
         pass
@@ -55,7 +55,7 @@ def test_a_process_that_is_killed_in_mid_swing_leaves_an_arm_that_ends_at_rest(s
     stack.processes.start(name)
     stack.services.wait_ready(stack.bus)
     watch.read()
-    findings = watch.check((0.0,))  # the ball may throw the arm
+    findings = watch.check((0.0,))  # limits may be exceeded when the ball hits the arm
     assert findings.ticks > 100
     assert findings.violations == 0, findings
     assert stack.status().fault is None

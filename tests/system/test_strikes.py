@@ -1,4 +1,4 @@
-"""The demo's five strikes on the stepped clock: what was promised, in the plan, in the reference and on the arm."""
+"""The demo's five strikes on the stepped clock keep their promises in the plan, the reference and the measured arm."""
 
 from dataclasses import dataclass
 
@@ -14,14 +14,14 @@ from robot.description import load_robot
 from tools.demo.strikes import PUSH_FOR, PUSH_FROM, STRIKES, Strike, largest, noise_request
 
 ROBOT = load_robot()
-ROUNDING = 1e-6  # of a limit's range: what "certified" allows beside a boundary value that lies on its limit
+ROUNDING = 1e-6  # part of a limit's range by which a certified plan may exceed it
 MEASURED_BEYOND = 1e-3  # of a limit's range
 POSITION_BOUND, VELOCITY_BOUND = 1e-5, 1e-3  # rad, rad/s at the hit without noise; 5e-7 and 1e-5 were measured
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Played:
-    """A strike that was played. Arrays (ticks, J) over the motion, its tail included."""
+    """A strike that was played; arrays (ticks, J) over the motion and its tail."""
 
     strike: Strike
     reply: m.GoalReply
@@ -34,7 +34,7 @@ class Played:
 
 @pytest.fixture(scope="module", params=STRIKES, ids=lambda strike: strike.title)
 def played(services: Stack, request: pytest.FixtureRequest) -> Played:
-    """Play one strike: place the arm, blur its sensors, strike, push, and step until the ball is away."""
+    """Play one strike: place the arm, add sensor noise, strike, push, and step until the motion has ended."""
     strike: Strike = request.param
     contacts = services.listen(topics.CONTACT)
     services.reset(positions=None if strike.start is None else list(strike.start))
@@ -65,18 +65,18 @@ def played(services: Stack, request: pytest.FixtureRequest) -> Played:
 
 
 def limits_of(plan: m.Plan) -> Limits:
-    """Return the limits the plan was made under: all are there on this arm."""
+    """Return the limits of the plan; on this arm none is missing."""
     said = plan.limits
     return Limits(*map(np.array, (said.positions, said.velocities, said.accelerations, said.jerks)))
 
 
 def excess(values: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
-    """Return how far (…, J) values pass their bounds (J,) at worst, as a part of the range."""
+    """Return by how much (…, J) values exceed their bounds (J,) at most, as a part of the range."""
     return float((np.maximum(low - values, values - high) / (high - low)).max())
 
 
 def test_the_arm_hits_as_promised(played: Played):
-    """Undisturbed far closer than the demo promises, and at exactly the hit time."""
+    """The hit is at its exact time and within the demo's bounds; without noise it is far closer."""
     result, strike = played.result, played.strike
     assert result.outcome == "succeeded"
     assert result.hit is not None
@@ -88,7 +88,7 @@ def test_the_arm_hits_as_promised(played: Played):
 
 
 def test_the_reference_meets_the_goal(played: Played):
-    """At the hit the commanded position and velocity are the ones asked for, and the last ones are at rest."""
+    """At the hit the commands have the requested position and velocity, and at the end they are at rest."""
     hit, goal = played.plan.hit_index, played.strike.goal
     assert goal.velocities is not None
     assert np.abs(played.commanded[0, hit] - goal.positions).max() < 1e-9
@@ -96,8 +96,8 @@ def test_the_reference_meets_the_goal(played: Played):
     assert not played.commanded[1, -1].any()
 
 
-def test_a_way_point_is_met(played: Played):
-    """Where one was asked for, the reference goes through it, in what it fixes."""
+def test_a_waypoint_is_met(played: Played):
+    """The reference meets the values that a waypoint prescribes."""
     for waypoint in played.strike.goal.waypoints:
         index = round(waypoint.time_from_start * ROBOT.rate_hz)
         for wanted, got in zip((waypoint.positions, waypoint.velocities), played.commanded[:, index], strict=True):
@@ -106,14 +106,14 @@ def test_a_way_point_is_met(played: Played):
 
 
 def test_the_commands_are_the_plan(played: Played):
-    """What the controller commands is what the planner published, sample by sample."""
+    """The commands equal the published plan, sample by sample."""
     plan = played.plan
     for values, commanded in zip((plan.positions, plan.velocities), played.commanded, strict=True):
         assert np.array_equal(matrix(values, plan.count, 6, "plan"), commanded[: plan.count])
 
 
 def test_the_reference_keeps_every_limit(played: Played):
-    """Position, velocity, acceleration and jerk, the goal's own limits included, at every tick."""
+    """Position, velocity, acceleration and jerk keep the robot's and the goal's limits at every tick."""
     assert played.reply.report.certified
     plan, limits = played.plan, limits_of(played.plan)
     accelerations = matrix(plan.accelerations, plan.count, 6, "accelerations")
@@ -129,7 +129,7 @@ def test_the_reference_keeps_every_limit(played: Played):
 
 
 def test_the_arm_keeps_its_limits(played: Played):
-    """The arm itself passes no robot limit by more than 10⁻³, and undisturbed, up to the ball, none of the plan's."""
+    """The true motion exceeds no robot limit by more than 10⁻³; without noise, up to the hit, none of the plan's."""
     checks = [(played.true, ROBOT.limits)]
     if not played.strike.noise:
         checks.append((played.true[:, : played.plan.hit_index], limits_of(played.plan)))
@@ -139,15 +139,15 @@ def test_the_arm_keeps_its_limits(played: Played):
 
 
 def test_the_ball_is_struck(played: Played):
-    """By the racket, at the hit, and it flies forward."""
+    """One contact of the racket with the ball, at the hit, makes the ball fly."""
     struck = [contact for contact in played.contacts if "racket" in contact.bodies and contact.ball_velocity]
     assert len(struck) == 1
     assert struck[0].time == pytest.approx(played.reply.start_time + played.reply.duration, abs=0.01)
     assert np.linalg.norm(struck[0].ball_velocity or ()) > 3.0
 
 
-def test_the_report_tells_of_the_plan(played: Played):
-    """Extremes, margins and active limits agree with the samples of the plan and with each other."""
+def test_the_report_describes_the_plan(played: Played):
+    """Extremes, margins and active limits agree with the plan's samples and with each other."""
     report, plan = played.reply.report, played.plan
     limits = limits_of(plan)
     for name in ("positions", "velocities", "accelerations"):

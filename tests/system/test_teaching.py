@@ -1,4 +1,4 @@
-"""`volley teach` on a running cell: the arm is pushed through a movement, which it then plays."""
+"""`volley teach` on a running cell: the arm is pushed through a movement and then plays it."""
 
 import threading
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.realtime
 
 
 def push_once_it_yields(stack: Stack) -> None:
-    """Push the guided arm aside and back again."""
+    """Wait until the arm is guided, then push it aside and back."""
     wait_for(lambda: stack.state().condition == "guiding", "the arm to yield")
     now = stack.state().time
     for begins, push in ((0.7, 2.0), (1.9, -2.5)):

@@ -1,4 +1,4 @@
-"""Goals in tool space through everything, on an arm of seven joints that is not the shipped one."""
+"""Goals in tool space through all services, on an arm of seven joints instead of the shipped one."""
 
 from collections.abc import Iterator
 
@@ -21,13 +21,13 @@ SHAPE = 3 * TICKS**2 - 2 * TICKS**3
 
 @pytest.fixture(scope="module")
 def config(tmp_path_factory: pytest.TempPathFactory) -> RobotConfig:
-    """An iiwa14."""
+    """Return an iiwa14."""
     return load_robot(arms.IIWA14.write(tmp_path_factory.mktemp("robot"), "iiwa"))
 
 
 @pytest.fixture(scope="module")
 def endpoint(config: RobotConfig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Its services, in stepped time."""
+    """Yield the endpoint of an iiwa14's services on the stepped clock."""
     file = arms.IIWA14.write(tmp_path_factory.mktemp("robot"), "iiwa")
     with running_cell(
         Options(robot_config=file, loop_core=LOOP_CORE), {"clock": "stepped"}, SERVICES, quiet=True
@@ -37,7 +37,7 @@ def endpoint(config: RobotConfig, tmp_path_factory: pytest.TempPathFactory) -> I
 
 @pytest.fixture
 def arm(endpoint: str, config: RobotConfig) -> Iterator[Arm]:
-    """The arm at home, with a movement that was recorded with its joints in another order."""
+    """Yield the arm at home; it has learned a movement whose columns were in another order."""
     with connect(endpoint, config.name) as arm:
         arm.reset_sim()
         arm.step(20)
@@ -48,7 +48,7 @@ def arm(endpoint: str, config: RobotConfig) -> Iterator[Arm]:
 
 
 def at_the_hit(arm: Arm, handle: GoalHandle, judge: Kinematics) -> tuple[np.ndarray, np.ndarray]:
-    """Step to the hit, and return where the measured joints have the tool, and its velocity."""
+    """Step to the hit; return position and velocity of the tool by the measured joints."""
     hit = handle.start_time + handle.reply.duration
     arm.step(round((hit - arm.state().time) * 1000))
     state = arm.state()
@@ -65,7 +65,9 @@ def test_the_tool_hits_and_a_correction_moves_the_hit(arm: Arm, config: RobotCon
     arm.step(500)
     moved = place + np.array([0.02, -0.01, 0.01])
     corrected = handle.correct(tool=tool(moved, axis=rotation[:, 2], velocity=velocity))
-    assert np.abs(np.array(corrected.reply.positions) - handle.reply.positions).max() < 0.2, "the same posture"
+    assert np.abs(np.array(corrected.reply.positions) - handle.reply.positions).max() < 0.2, (
+        "the correction changed the posture"
+    )
     hit, moves = at_the_hit(arm, corrected, judge)
     assert np.abs(hit - moved).max() < 1e-4
     assert np.abs(moves - velocity).max() < 1e-3
@@ -90,7 +92,9 @@ def test_from_the_shell(arm: Arm, config: RobotConfig, endpoint: str, capsys: py
 
 def test_another_arms_names_are_refused(arm: Arm, config: RobotConfig):
     (entry,) = arm.primitives()
-    assert (entry.robot, entry.joint_names) == ("iiwa", list(config.joint_names)), "and no shipped one is its own"
+    assert (entry.robot, entry.joint_names) == ("iiwa", list(config.joint_names)), (
+        "the library lists a primitive of the shipped arm"
+    )
     with pytest.raises(Refusal, match="the arm's are joint1, joint2") as caught:
         arm.learn("pour", np.zeros((20, 7)), rate=10.0, joint_names=[f"panda_{name}" for name in config.joint_names])
     assert (caught.value.code, caught.value.detail["field"]) == ("bad_message", "joint_names")

@@ -21,12 +21,12 @@ from tools.trace_reader import Trace, read_trace
 
 NAMES = load_robot().joint_names
 PLAYED: set[Event] = {"", "known truth", "a ball", "a plan", "a goal", "a result", "a hit"}
-"""What occurs in a run with a goal."""
+"""The log events of a run with a goal."""
 
 
 @dataclass(frozen=True, slots=True)
 class Strike:
-    """What was published in one run, how its goal went, and which goal was refused at which tick."""
+    """The messages published in one run, the goal's result, and which goal was refused at which tick."""
 
     states: list[m.State]
     commands: list[m.Command]
@@ -38,7 +38,7 @@ class Strike:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Strike], Trace]:
-    """Two runs beside a recorder that is then ended; each has a push, a refused goal and a start of its own."""
+    """Play two runs beside a recorder and end it; each run has its own start, a push and a refused goal."""
     directory = tmp_path_factory.mktemp("trace")
     file = directory / "strikes.rrd"
     with running(directory, names=(*SERVICES, "recorder"), record=file) as stack:
@@ -47,7 +47,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Strike], Tr
 
 
 def play(stack: Stack, shift: float) -> Strike:
-    """Strike once, `shift` rad from home, against a push; when it begins, a goal that comes too late is refused."""
+    """Strike once, starting `shift` rad from home, with a push; at its start, send a goal that is refused as late."""
     home = load_robot().home + shift
     stack.reset(positions=home.tolist())
     push = [20.0, 0.0, 0.0, 0.0, 0.0, 0.0]
@@ -63,7 +63,7 @@ def play(stack: Stack, shift: float) -> Strike:
 
 
 def rows(trace: Trace, entity: str, strikes: list[Strike], run: int) -> np.ndarray:
-    """Return the numbers of an entity with one row a tick, over one of the runs."""
+    """Return the numbers of an entity with one row per tick, over one of the runs."""
     lengths = [len(one.states) for one in strikes]
     values = trace.scalars(entity)[-sum(lengths) :]
     first = sum(lengths[:run])
@@ -119,7 +119,7 @@ def test_the_push_is_an_event_and_an_arrow_on_its_link(recorded: tuple[list[Stri
     assert len(events) == len(strikes)
     [pushed] = [entity for entity in trace.entities if entity.endswith("/push")]
     drawn = [len(row) for row in trace.column(pushed, "Arrows3D:vectors").values]
-    assert drawn == [1, 0] * len(strikes)  # it appears, and goes with the push
+    assert drawn == [1, 0] * len(strikes)  # the arrow appears and disappears with the push
 
 
 def test_a_refused_goal_is_on_the_timeline_with_its_code(recorded: tuple[list[Strike], Trace]):
@@ -149,7 +149,7 @@ def paths(entity: Entity) -> set[str]:
 
 
 def check_table(trace: Trace, occurred: Container[Event]) -> None:
-    """The trace has exactly the entities of the table, each with components of its archetype."""
+    """Check that the trace has exactly the table's entities, each with components of its archetype."""
     written = {entity for entity in ENTITIES if not entity.static and entity.needs in occurred}
     assert set(trace.entities) == set().union(*map(paths, written))
     for entity in written:
@@ -162,31 +162,31 @@ def check_table(trace: Trace, occurred: Container[Event]) -> None:
 
 
 def test_a_trace_of_strikes_has_the_entities_of_the_table(recorded: tuple[list[Strike], Trace]):
-    """With contacts, pushes and refusals, none more and none fewer."""
+    """The trace has exactly the table's entities, those of contacts, pushes and refusals included."""
     check_table(recorded[1], PLAYED | {"a contact", "a disturbance", "a push", "a refusal"})
 
 
 # --- a corrected swing ------------------------------------------------------------------------------------
 
 PARTS = 0.4, 0.7, 0.85
-"""Of the way to the hit: where corrections begin."""
+"""Where corrections begin, as parts of the way to the hit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Corrected:
-    """A swing and its corrections: the published plans, and the trace."""
+    """A swing and its corrections: the published plans and the trace."""
 
     plans: list[m.Plan]
     trace: Trace
 
     def first_tick(self, index: int) -> int:
-        """Return the tick at which a plan begins; the first run of a trace has its own ticks."""
+        """Return the tick at which a plan begins; ticks of the first run of a trace are the robot's own."""
         return round(self.plans[index].start_time * 1000)
 
 
 @pytest.fixture(scope="module")
 def corrected(tmp_path_factory: pytest.TempPathFactory) -> Corrected:
-    """A swing that is corrected three times, the target 0.03 rad further each time."""
+    """Record a swing that is corrected three times; the target moves by 0.03 rad each time."""
     directory = tmp_path_factory.mktemp("corrected")
     file = directory / "corrected.rrd"
     with running(directory, names=(*SERVICES, "recorder"), record=file) as stack:
@@ -204,7 +204,7 @@ def corrected(tmp_path_factory: pytest.TempPathFactory) -> Corrected:
 
 
 def test_where_a_correction_begins_the_curves_before_end(corrected: Corrected):
-    """One tick apart, so that no line joins them; each part is its own plan's, up to the hit of the last."""
+    """A correction breaks the curves: the old part ends one tick before the new one, so no line joins them."""
     begins = [corrected.first_tick(index) for index in range(len(corrected.plans))]
     for joint, name in enumerate(NAMES):
         column = corrected.trace.column(f"/joints/{name}/position/planned")
@@ -220,12 +220,12 @@ def test_where_a_correction_begins_the_curves_before_end(corrected: Corrected):
 
 
 def test_a_trace_of_corrections_has_the_entities_of_the_table(corrected: Corrected):
-    """None more and none fewer."""
+    """The trace has exactly the entities of the table."""
     check_table(corrected.trace, PLAYED | {"a correction"})
 
 
 def test_the_point_where_a_correction_begins_is_marked(corrected: Corrected):
-    """On every joint's curve."""
+    """Every joint's curve has a point there."""
     begins = [corrected.first_tick(index) for index in range(1, len(corrected.plans))]
     for joint, name in enumerate(NAMES):
         column = corrected.trace.column(f"/joints/{name}/position/corrected")
@@ -234,7 +234,7 @@ def test_the_point_where_a_correction_begins_is_marked(corrected: Corrected):
 
 
 def test_the_trace_names_the_corrected_goal_and_the_phase(corrected: Corrected):
-    """As numbers and in words."""
+    """The phase is recorded as a number; the event names the corrected goal."""
     phases = [phase for [phase] in corrected.trace.column("/plans", "phase").values]
     assert phases == pytest.approx([0.0, *PARTS], abs=1e-9)
     assert phases == [plan.phase for plan in corrected.plans]
@@ -246,7 +246,7 @@ def test_the_trace_names_the_corrected_goal_and_the_phase(corrected: Corrected):
 
 
 def test_the_rest_of_the_demonstration_is_drawn_beside_a_correction(corrected: Corrected):
-    """From the phase on that was reached."""
+    """The demonstration is drawn from the phase at which the correction begins."""
     for joint, name in enumerate(NAMES):
         column = corrected.trace.column(f"/joints/{name}/position/demonstrated")
         drawn = dict(zip(column.ticks().tolist(), column.array().tolist(), strict=True))

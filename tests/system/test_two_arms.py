@@ -1,4 +1,4 @@
-"""Two arms of one scene on one bus: each sees where the other is, and plans with that."""
+"""Two arms of one scene on one bus: each receives where the other one is, and plans around it."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ ROBOTS = Path(__file__).parents[2] / "deploy" / "robots"
 SERVICES = ["sim", "planner", "controller"]
 HOME = np.array([0.0, 0.52, 0.82, -0.2, 0.0, 0.09])
 TURN = 0.8
-"""By so much the first joint of the left arm turns to meet the right arm's racket at home, rad."""
+"""Turn of the left arm's first joint that meets the right arm's racket at home, rad."""
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ def test_plans_that_cross_are_refused_though_each_start_is_clear(arms: tuple[Arm
         arm.goal("turn", positions=positions, duration=1.0)
         arm.step(1200)
     assert left.plan("turn", positions=away, duration=1.0).report.checked == "all"
-    back = right.goal("turn", positions=home, duration=1.0)  # published, and not begun
+    back = right.goal("turn", positions=home, duration=1.0)  # its plan is published but has not begun
 
     def refused() -> bool:
         try:
@@ -84,5 +84,5 @@ def test_plans_that_cross_are_refused_though_each_start_is_clear(arms: tuple[Arm
     right.cancel()
     right.step(100)
     assert back.result().outcome == "canceled"
-    assert eventually(lambda: not refused())  # the left planner hears it from the right controller's status
+    assert eventually(lambda: not refused())  # the right controller's status reports it to the left planner
     assert left.plan("turn", positions=away, duration=1.0).report.checked == "all"

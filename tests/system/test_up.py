@@ -1,4 +1,4 @@
-"""`python -m services`, which is `volley up`: what it says, and how everything ends with it."""
+"""`python -m services`, which is `volley up`: what it prints, and how all processes end with it."""
 
 import contextlib
 import ctypes
@@ -22,6 +22,7 @@ from protocol.errors import Refusal
 from services.common.cli import free_endpoint
 from services.common.supervisor import READY_S
 from tests.cores import LOOP_CORE
+from tests.processes import is_running
 
 ALL = len(SERVICES) + 1
 PR_SET_CHILD_SUBREAPER = 36
@@ -29,22 +30,22 @@ PR_SET_CHILD_SUBREAPER = 36
 
 @dataclass(frozen=True, slots=True)
 class Up:
-    """A running `python -m services`; what all its processes print goes to `log`."""
+    """A running `python -m services`; all its processes print to `log`."""
 
     process: subprocess.Popen
     endpoint: str
     log: Path
 
     def said(self) -> str:
-        """What was printed so far."""
+        """Return what was printed so far."""
         return self.log.read_text()
 
     def wait_ready(self) -> None:
-        """Return once it says that it is ready."""
+        """Return once it prints that everything is ready."""
         wait_for(lambda: "volley is ready" in self.said(), "everything to be ready", READY_S)
 
     def descendants(self) -> list[int]:
-        """All processes that it and its processes have started."""
+        """Return the ids of all processes that it and its processes have started."""
         found = [self.process.pid]
         for pid in found:
             with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # it has ended meanwhile
@@ -55,7 +56,7 @@ class Up:
 
 
 def command(endpoint: str, scratch: Path, flag: str = "--listen") -> list[str]:
-    """The command line, with files in `scratch`."""
+    """Return the command line, with files in `scratch`."""
     line = [sys.executable, "-m", "services", flag, endpoint, "--library", str(scratch / "library")]
     core = [] if LOOP_CORE is None else ["--loop-core", str(LOOP_CORE)]
     return [*line, "--record", str(scratch / "trace.rrd"), *core]
@@ -63,7 +64,7 @@ def command(endpoint: str, scratch: Path, flag: str = "--listen") -> list[str]:
 
 @contextlib.contextmanager
 def up(scratch: Path, flag: str = "--listen") -> Iterator[Up]:
-    """Start everything, and end it by Ctrl-C unless it has ended."""
+    """Start everything, and end it by Ctrl-C when the block ends."""
     endpoint, log = free_endpoint(), scratch / "log"
     with log.open("w") as output:
         process = subprocess.Popen(command(endpoint, scratch, flag), stdout=output, stderr=output)
@@ -74,17 +75,10 @@ def up(scratch: Path, flag: str = "--listen") -> Iterator[Up]:
         process.wait(timeout=60.0)
 
 
-def is_running(pid: int) -> bool:
-    """Whether a process is there, and not just to be waited for."""
-    with contextlib.suppress(FileNotFoundError, ProcessLookupError):
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    return False
-
-
 def test_everything_from_start_to_ctrl_c(tmp_path: Path):
-    """It says what to do next, serves the arm, paced, and a live view on loopback, and ends all with status 0.
+    """It prints the next steps, serves the arm on the paced clock with a live view on loopback, and ends with status 0.
 
-    A second instance names the first one in a sentence and starts nothing.
+    A second instance prints one sentence that names the first one, and starts nothing.
     """
     with up(tmp_path) as services:
         services.wait_ready()
@@ -114,14 +108,14 @@ def test_everything_from_start_to_ctrl_c(tmp_path: Path):
 
 
 def is_web_page(address: str) -> bool:
-    """Whether a web page is served there."""
+    """Return whether the address serves a web page."""
     with contextlib.suppress(OSError), urllib.request.urlopen(address, timeout=5.0) as page:
         return b"<html" in page.read()
     return False
 
 
 def listening_addresses(port: int) -> set[str]:
-    """The addresses of this machine at which somebody listens on `port`."""
+    """Return this machine's addresses on which a program listens on `port`."""
     rows = [line.split() for file in ("tcp", "tcp6") for line in Path(f"/proc/net/{file}").read_text().splitlines()[1:]]
     hexadecimal = {row[1].partition(":")[0] for row in rows if row[3] == "0A" and int(row[1].split(":")[1], 16) == port}
     return {socket.inet_ntop(socket.AF_INET, bytes.fromhex(text)[::-1]) for text in hexadecimal if len(text) == 8}
@@ -129,9 +123,9 @@ def listening_addresses(port: int) -> set[str]:
 
 @pytest.mark.realtime
 def test_a_killed_supervisor_takes_everything_with_it(tmp_path: Path):
-    """Services, the process that learns and the web viewer; the arm, in the middle of a motion, is stopped first.
+    """Services, learner process and web viewer end after their supervisor is killed; the moving arm is stopped first.
 
-    Every service ends by itself: one that has not after 5 s ends with status 1.
+    Every service ends by itself with status 0; one that took longer than 5 s would end with status 1.
     """
     with adopting_orphans(), up(tmp_path) as services:
         services.wait_ready()
@@ -154,7 +148,7 @@ def test_a_killed_supervisor_takes_everything_with_it(tmp_path: Path):
 
 @contextlib.contextmanager
 def adopting_orphans() -> Iterator[None]:
-    """Be the parent of processes whose own has ended, so that their exit statuses can be read."""
+    """Adopt processes whose parent has ended, so that their exit statuses can be read."""
     libc = ctypes.CDLL(None)
     assert libc.prctl(PR_SET_CHILD_SUBREAPER, 1) == 0
     try:
@@ -166,7 +160,7 @@ def adopting_orphans() -> Iterator[None]:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 @pytest.mark.parametrize("flag", ["--listen", "--connect"])
 def test_ended_while_everything_starts(tmp_path: Path, flag: str, number: signal.Signals):
-    """It leaves no process, whether the services are still to come or wait for a bus that does not come."""
+    """A signal during the start leaves no process, even if the services are waiting for a bus."""
     with up(tmp_path, flag) as services:
         wait_for(lambda: len(services.descendants()) >= ALL, "the services to be started")
         started = services.descendants()
@@ -179,14 +173,14 @@ def test_ended_while_everything_starts(tmp_path: Path, flag: str, number: signal
 
 
 def refused(endpoint: str, scratch: Path, *more: str, status: int = 1) -> str:
-    """Start everything where it cannot, and return what it says, in one line."""
+    """Start everything where that must fail, and return what is printed."""
     done = subprocess.run([*command(endpoint, scratch), *more], capture_output=True, text=True, check=False)
     assert done.returncode == status, done.stderr
     return done.stderr
 
 
-def test_a_port_that_is_taken_is_told(tmp_path: Path):
-    """In one sentence, by a program that is no part of Volley."""
+def test_a_port_in_use_is_reported(tmp_path: Path):
+    """One sentence says that another program listens on the port."""
     with socket.create_server(("127.0.0.1", 0)) as other:
         said = refused(f"tcp/127.0.0.1:{other.getsockname()[1]}", tmp_path)
     assert said.count("\n") == 1
@@ -194,15 +188,15 @@ def test_a_port_that_is_taken_is_told(tmp_path: Path):
     assert "--listen" in said
 
 
-def test_a_robot_that_cannot_be_read_is_told(tmp_path: Path):
-    """In one sentence."""
+def test_an_absent_robot_file_is_reported(tmp_path: Path):
+    """One sentence names the file."""
     said = refused(free_endpoint(), tmp_path, "--robot-config", str(tmp_path / "absent.toml"), status=2)
     assert said.count("\n") == 1
     assert "absent.toml" in said
 
 
-def test_a_robot_that_cannot_be_used_is_told(tmp_path: Path):
-    """In a sentence, without a traceback."""
+def test_an_incomplete_robot_file_is_reported(tmp_path: Path):
+    """A sentence names what is missing, without a traceback."""
     config = tmp_path / "arm.toml"
     config.write_text('name = "arm"\n')
     said = refused(free_endpoint(), tmp_path, "--robot-config", str(config), status=2)
@@ -210,14 +204,14 @@ def test_a_robot_that_cannot_be_used_is_told(tmp_path: Path):
     assert "Traceback" not in said
 
 
-def test_a_sim_that_cannot_start_is_told_at_once(tmp_path: Path):
-    """Nobody waits for the bus that it was to host, here at an address that belongs to no machine."""
+def test_a_sim_that_cannot_start_is_reported_at_once(tmp_path: Path):
+    """The supervisor does not wait for the router that the sim cannot host: its address belongs to another machine."""
     said = refused("tcp/192.0.2.1:7447", tmp_path, "--insecure")
     assert "volley: sim ended with status 1" in said
 
 
 def test_services_started_by_hand_outlive_their_parent(tmp_path: Path):
-    """Here the shell that started a sim ends at once."""
+    """A sim goes on after the shell that started it has ended."""
     endpoint, log = free_endpoint(), tmp_path / "log"
     line = f"{sys.executable} -m services.sim --listen {endpoint} < /dev/null > {log} 2>&1 & echo $!"
     pid = int(subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=True).stdout)

@@ -1,4 +1,4 @@
-"""Metadata of the repository that stands twice is the same in both places."""
+"""Metadata that is in two places of the repository is the same in both."""
 
 import re
 from importlib.metadata import version
@@ -41,7 +41,10 @@ def test_pages_link_to_files_that_exist():
 
 
 def test_only_system_tests_need_the_wall_clock():
-    """`make test` looks for them in their folder alone: reading all the others takes longer than some of them."""
+    """`make test` collects realtime tests from tests/system alone.
+
+    Collecting all folders takes longer than some tests.
+    """
     assert "-m realtime tests/system" in (ROOT / "Makefile").read_text(encoding="utf-8")
     marked = [file for file in (ROOT / "tests").rglob("*.py") if re.search(r"mark\.realtime", file.read_text("utf-8"))]
     assert marked

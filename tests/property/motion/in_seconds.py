@@ -12,25 +12,25 @@ from motion.request import MotionRequest
 from tests.property.motion.independent import smallest_step
 
 INSTANTS = 4001
-"""At so many the limits are demanded: fewer demands than at all times, so the optimum costs no more."""
+"""Number of instants at which limits apply. They bind less than limits at all times, so the optimum costs no more."""
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 def knots(count: int, degree: int, end: float = 1.0) -> np.ndarray:
-    """Clamped uniform knots over [0, end]."""
+    """Return clamped uniform knots over [0, end]."""
     return np.concatenate([np.zeros(degree), np.linspace(0, end, count - degree + 1), np.full(degree, end)])
 
 
 def curve_of(control_points: np.ndarray, end: float) -> BSpline:
-    """Positions over [0, end] s with these control points (N + 2,) or (J, N + 2)."""
+    """Return the positions over [0, end] s of control points (N + 2,) or (J, N + 2)."""
     points = np.atleast_2d(control_points).T
     return BSpline(knots(len(points), 5, end), points, 5)
 
 
 @cache
 def integrals(count: int) -> list[BSpline]:
-    """Position, velocity, acceleration and jerk over [0, 1] of a unit of each weight of the acceleration."""
+    """Return position, velocity, acceleration and jerk over [0, 1] for each unit weight of the acceleration."""
     acceleration = BSpline(knots(count, 3), np.eye(count), 3)
     velocity = acceleration.antiderivative()
     return [velocity.antiderivative(), velocity, acceleration, acceleration.derivative()]
@@ -38,7 +38,7 @@ def integrals(count: int) -> list[BSpline]:
 
 @cache
 def rows_at_instants(count: int) -> list[np.ndarray]:
-    """The values (INSTANTS, N) of these `integrals`."""
+    """Return the values (INSTANTS, N) of these `integrals`."""
     return [spline(np.linspace(0, 1, INSTANTS)) for spline in integrals(count)]
 
 
@@ -71,13 +71,13 @@ class InSeconds:
         return rows, self.given(quantity, t)
 
     def given(self, quantity: int, t: np.ndarray) -> np.ndarray:
-        """Contributions of the start's position and velocity to a quantity at t (n,)."""
+        """Return the contributions of the start's position and velocity to a quantity at t (n,)."""
         p, v = self.request.start.positions[0], self.request.start.velocities[0]
         return (p + v * t, np.full(len(t), v), np.zeros(len(t)), np.zeros(len(t)))[quantity]
 
     @cached_property
     def fixed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Prescribed values: rows on the weights and targets."""
+        """Return the prescribed values: rows on the weights, and targets."""
         request, rows, targets = self.request, [], []
 
         def fix(quantity: int, t: float, value: float) -> None:
@@ -97,7 +97,7 @@ class InSeconds:
         return np.array(rows), np.array(targets)
 
     def _gram(self, stiffness: float) -> tuple[np.ndarray, np.ndarray]:
-        """Of ∫g̈² + k⁴∫g²: matrix (N, N), and the products (N,) with the demonstration."""
+        """Return the matrix (N, N) of ∫g̈² + k⁴∫g², and the products (N,) with the demonstration."""
         (bends, _), (places, given) = self.bends, self.places
         matrix = (bends.T * self.dt) @ bends + stiffness**4 * (places.T * self.dt) @ places
         towards = bends.T @ (self.dt * self.shown[2]) + stiffness**4 * places.T @ (self.dt * (self.shown[0] - given))
@@ -105,7 +105,7 @@ class InSeconds:
 
     @cached_property
     def unlimited(self) -> np.ndarray:
-        """The best weights (N,) without limits, from the optimality conditions."""
+        """Return the best weights (N,) without limits, from the optimality conditions."""
         matrix, towards = self._gram(self.stiffness if self.local else 0.0)
         rows, targets = self.fixed
         zero = np.zeros((len(rows), len(rows)))
@@ -135,7 +135,7 @@ class InSeconds:
             given = self.given(quantity, instants)
             row, value = on_weights @ null, on_weights @ self.unlimited + given
             norms = np.linalg.norm(row, axis=1)
-            # What is fixed has no room: its rows say nothing of the weights that are left.
+            # Prescribed values leave no freedom: their rows do not constrain the remaining weights.
             free = norms > 1e-7 * norms.max()
             demands.append(row[free])
             lower.append((ranges[quantity, 0] - value)[free])
@@ -144,12 +144,15 @@ class InSeconds:
         return None if step is None else self.unlimited + null @ step
 
     def beyond(self, weights: np.ndarray) -> float:
-        """Cost of weights (N,) that satisfy the equalities, minus the cost of the optimum without limits."""
+        """Return the cost of weights (N,) that satisfy the equalities, minus that of the optimum without limits."""
         away = weights - self.unlimited
         return float(away @ self._gram(self.stiffness)[0] @ away)
 
     def cost(self, weights: np.ndarray) -> float:
-        """Total cost, including that of the optimum without limits, whose place term is 0 without a `place_time`."""
+        """Return the total cost, that of the optimum without limits included.
+
+        Its place term is 0 without `place_time`.
+        """
         least = self.missed(self.unlimited) ** 2 * self.end
         if self.local:
             places, given = self.places
@@ -158,15 +161,15 @@ class InSeconds:
         return least + self.beyond(weights)
 
     def missed(self, weights: np.ndarray) -> float:
-        """Root mean square of g̈ − d̈ over the moving part, rad/s²."""
+        """Return the root mean square of g̈ − d̈ over the moving part, rad/s²."""
         return math.sqrt(self.dt @ (self.bends[0] @ weights - self.shown[2]) ** 2 / self.end)
 
     def positions(self, weights: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Positions (n,), rad, at t (n,)."""
+        """Return the positions (n,), rad, at t (n,)."""
         rows, given = self.at(0, t)
         return rows @ weights + given
 
     def weights_of(self, planned: SplinePlan, joint: int = 0) -> np.ndarray:
-        """A plan's weights: the control points (N,) of its acceleration."""
+        """Return a plan's weights: the control points (N,) of its acceleration."""
         accelerations = curve_of(planned.control_points[joint], self.end).derivative(2)
         return accelerations.c[: self.count, 0]

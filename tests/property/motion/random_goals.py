@@ -14,7 +14,7 @@ FREE = np.full(1, np.nan)
 
 
 def make_primitive(*rngs: np.random.Generator, basis_count: int = 50) -> Primitive:
-    """A random strike of 1 s, a joint for each generator."""
+    """Return a random strike of 1 s with one joint for each generator."""
     return fitted(TIMES, np.stack([_strike(rng) for rng in rngs], axis=1), basis_count)
 
 
@@ -25,7 +25,10 @@ def _strike(rng: np.random.Generator) -> np.ndarray:
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """What the joints of one request share, as in `MotionRequest`; `duration` is that of a whole demonstration."""
+    """The fields that all joints of a request share, as in `MotionRequest`.
+
+    `duration` is that of a whole demonstration.
+    """
 
     duration: float
     rest_fraction: float = 0.0
@@ -35,12 +38,12 @@ class Manner:
 
 
 def plain_manner(rng: np.random.Generator) -> Manner:
-    """The whole demonstration in another duration, sometimes with a straight end."""
+    """Return a manner with the whole demonstration in another duration, sometimes with a straight end."""
     return Manner(rng.uniform(0.7, 1.3), float(rng.choice([0.0, 0.0, 0.05])))
 
 
 def any_manner(rng: np.random.Generator) -> Manner:
-    """With a phase, a place time, straight parts before and after the hit."""
+    """Return a manner with a phase, a place time, and straight parts before and after the hit."""
     return Manner(
         duration=rng.uniform(0.7, 1.3),
         rest_fraction=float(rng.choice([0.0, 0.0, 0.05, 0.2])),
@@ -53,10 +56,10 @@ def any_manner(rng: np.random.Generator) -> Manner:
 def random_request(
     rng: np.random.Generator, primitive: Primitive, tail: str = "coast", manner: Manner | None = None
 ) -> MotionRequest:
-    """One joint near its demonstration, with limits tighter than the motion without limits.
+    """Return a request of one joint near its demonstration, with limits tighter than the motion without limits.
 
-    Some requests have moving starts, prescribed accelerations, waypoints with free entries. Prescribed values lie on
-    their limits, near them, or inside.
+    Some requests have moving starts, prescribed accelerations, and waypoints with free entries. Prescribed values lie
+    on their limits, near them, or inside.
     """
     manner = manner or plain_manner(rng)
     straight = manner.rest_fraction > 0 or manner.follow_through > 0
@@ -98,7 +101,7 @@ def random_request(
 
 
 def _tight(rng: np.random.Generator, request: MotionRequest, wish: dict[str, np.ndarray], tail: str) -> Limits:
-    """Limits at a part of the range that the motion without limits uses, outside of the prescribed values."""
+    """Return limits that allow a part of the range of the motion without limits, and all prescribed values."""
     start, goal, fraction = request.start, request.goal, rng.choice([0.95, 0.85])
 
     def headroom() -> float:
@@ -122,7 +125,7 @@ def _tight(rng: np.random.Generator, request: MotionRequest, wish: dict[str, np.
 
 
 def _stops_at(request: MotionRequest, most: float, jerk: float) -> float:
-    """Approximate position after the stop, with room for a final acceleration of half its limit."""
+    """Return the approximate position after the stop, with room for a final acceleration of half its limit."""
     v, a = abs(request.goal.velocities[0]), most / 2
     v, travel = v + a * a / (2 * jerk), a / jerk * (v + a * a / (3 * jerk))
     peak = min(np.sqrt(jerk * v), most)
@@ -132,7 +135,7 @@ def _stops_at(request: MotionRequest, most: float, jerk: float) -> float:
 
 
 def in_other_time(request: MotionRequest, factor: float) -> MotionRequest:
-    """The same motion, `factor` times as slow: velocities, accelerations, jerks and limits scale with it."""
+    """Return the same motion, `factor` times as slow: velocities, accelerations, jerks and limits are scaled."""
     ends = [
         Boundary(end.positions, end.velocities / factor, end.accelerations / factor**2)
         for end in (request.start, request.goal)
@@ -155,7 +158,7 @@ def in_other_time(request: MotionRequest, factor: float) -> MotionRequest:
 
 
 def together(requests: list[MotionRequest]) -> MotionRequest:
-    """One request of several joints from requests of one joint of the same manner; each keeps its own waypoints."""
+    """Merge requests of one joint, all of one manner, into one; each joint keeps its own waypoints."""
     count = len(requests)
 
     def stacked(ends: list[Boundary]) -> Boundary:

@@ -20,7 +20,7 @@ from tests.property.motion.random_goals import in_other_time, make_primitive, ra
 seeds = st.integers(0, 2**32 - 1)
 FINER = 4
 SAME = 1e-9
-"""A value as close to its limit, in parts of the range, lies on it."""
+"""A value this close to its limit, as a part of the range, counts as on it."""
 
 
 class Afresh:
@@ -76,7 +76,7 @@ class Afresh:
         for waypoint in request.waypoints:
             t, position, velocity = waypoint.time_from_start, waypoint.positions[0], waypoint.velocities[0]
             if np.isnan(velocity) and _on_end(position, positions):
-                velocity = 0.0  # the motion can only turn on a limit, even between two instants of the limits
+                velocity = 0.0  # on a limit the motion can only turn, between two of the limits' instants too
             fix(0, t, position)
             fix(1, t, velocity)
             if _on_end(velocity, velocities):
@@ -87,9 +87,10 @@ class Afresh:
         return np.array(rows), np.array(targets)
 
     def optimum(self, limited: bool) -> np.ndarray | None:
-        """The best weights, inside every limit at 1001 instants or without limits; None where nothing keeps them.
+        """Return the best weights inside every limit at 1001 instants, or without limits; None if it is infeasible.
 
-        In whitened weights the cost is a distance. What is fixed is eliminated: the limits' solver sees inequalities.
+        In whitened weights the cost is a distance. Prescribed values are eliminated, so the solver gets inequalities
+        alone.
         """
         scaled = self.curves[2] * np.sqrt(self.simpson)[:, None]
         factor = np.linalg.cholesky(scaled.T @ scaled)
@@ -106,27 +107,27 @@ class Afresh:
         lower, upper = self.request.limits.ranges[0].T[:, :, None] - values
         rows = instants[..., 1:].reshape(-1, null.shape[1])
         norms = np.linalg.norm(rows, axis=1)
-        # What is fixed has no room: its rows say nothing of the weights that are left.
+        # Prescribed values leave no freedom: their rows do not constrain the remaining weights.
         free = norms > 1e-7 * norms.reshape(4, -1).max(axis=1).repeat(len(INSTANTS))
         u = nearest_to_zero(rows[free], lower.ravel()[free], upper.ravel()[free])
         return None if u is None else back @ np.append(1.0, u)
 
 
 def _on_end(value: float, ends: np.ndarray) -> bool:
-    """Whether a value lies on one of the ends (2,) of its range."""
+    """Return whether a value lies on one of the ends (2,) of its range."""
     width = float(np.ptp(ends))
     return bool(np.isfinite(width) and np.abs(ends - value).min() <= SAME * width)
 
 
 def _at(t: np.ndarray, values: np.ndarray, when: float) -> np.ndarray:
-    """Values (n, …) at any time: the quintic through six neighbours."""
+    """Return the values (n, …) at any times: the quintic through six neighbours."""
     first = int(np.clip(np.searchsorted(t, when) - 3, 0, len(t) - 6))
     near = slice(first, first + 6)
     return make_interp_spline(t[near], values[near], k=5)(when)
 
 
 def drawn(seed: int) -> tuple[Primitive, MotionRequest]:
-    """A random goal without a rest fraction, in another duration than its demonstration's."""
+    """Return a random goal without a rest fraction, in another duration than its demonstration's."""
     rng = np.random.default_rng(seed)
     primitive = make_primitive(rng)
     request = random_request(rng, primitive)
@@ -151,7 +152,7 @@ def test_without_limits_the_trajectory_is_the_one_built_afresh(seed: int) -> Non
 @example(213593)  # a waypoint on a limit
 @given(seeds)
 def test_with_limits_the_optimum_is_the_one_built_afresh(seed: int) -> None:
-    """The costs agree: both keep the limits to their solvers' tolerances."""
+    """The costs agree, as both solvers keep the limits only to their tolerances."""
     primitive, request = drawn(seed)
     program = make_programs(primitive, request, BASIS_COUNT)[0]
     afresh = Afresh(primitive, request)
@@ -160,7 +161,7 @@ def test_with_limits_the_optimum_is_the_one_built_afresh(seed: int) -> None:
     except Infeasible:
         assert afresh.optimum(limited=True) is None
         return
-    except SolverFailed:  # one goal in sixty, close to what cannot be
+    except SolverFailed:  # one goal in sixty is close to infeasible
         assume(False)
         raise
     expected = afresh.optimum(limited=True)

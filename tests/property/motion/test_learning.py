@@ -1,4 +1,4 @@
-"""Properties of learning, for any movement and any recording."""
+"""Properties of learning, for random movements and recordings."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -13,13 +13,13 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def movement(seed: int, duration: float) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies (5, 2), Hz, and sizes (5, 2), rad, of two joints' sines: at most 3 Hz and 60 periods."""
+    """Return frequencies (5, 2), Hz, and sizes (5, 2), rad, of two joints' sines: at most 3 Hz and 60 periods."""
     rng = np.random.default_rng(seed)
     return rng.uniform(0.05, min(3, 60 / duration), (5, 2)), rng.uniform(0.02, 0.3, (5, 2))
 
 
 def shown(times: np.ndarray, seed: int, duration: float) -> np.ndarray:
-    """Positions (n, 2) of a movement drawn by `seed`."""
+    """Return the positions (n, 2) of the movement drawn by `seed`."""
     frequencies, sizes = movement(seed, duration)
     return (sizes * np.sin(2 * np.pi * frequencies * times[:, None, None] + seed % 7)).sum(axis=1)
 
@@ -34,7 +34,7 @@ def shown(times: np.ndarray, seed: int, duration: float) -> np.ndarray:
     jitter=st.sampled_from([0.0, 0.3, 0.49]),
 )
 def test_places_are_kept(seed: int, duration: float, rate: int, noise: float, tick: float | None, jitter: float):
-    """Within 1 % of the range or 5 mrad, for noise, encoders and uneven times."""
+    """Positions are learned within 1 % of the range or 5 mrad, with noise, encoders and uneven times."""
     rng = np.random.default_rng(seed)
     times = np.arange(round(duration * rate) + 1) / rate
     times = times + rng.uniform(-jitter, jitter, len(times)) / rate
@@ -51,7 +51,7 @@ def test_places_are_kept(seed: int, duration: float, rate: int, noise: float, ti
 @settings(max_examples=25, deadline=None)
 @given(seed=SEEDS, count=st.integers(MIN_BASIS, MAX_BASIS))
 def test_a_spline_is_learned_as_itself(seed: int, count: int):
-    """Without smoothing the control points of a spline in the planner's space are recovered."""
+    """Without smoothing, the control points of a spline in the planner's space are recovered."""
     points = np.random.default_rng(seed).standard_normal((1, count + 2))
     s = np.linspace(0, 1, 8 * count)
     demonstration = Demonstration(s, splines.derivative(points, s, 0))
@@ -61,8 +61,8 @@ def test_a_spline_is_learned_as_itself(seed: int, count: int):
 
 @settings(max_examples=25, deadline=None)
 @given(seed=SEEDS, samples=st.integers(10, 60), slower=st.floats(0.1, 10), shift=st.floats(-100, 100))
-def test_time_is_a_unit_and_places_have_no_origin(seed: int, samples: int, slower: float, shift: float):
-    """A recording at another speed, with shifted time and positions, teaches the same movement."""
+def test_learning_is_invariant_to_speed_and_shift(seed: int, samples: int, slower: float, shift: float):
+    """A recording at another speed, shifted in time and position, gives the same primitive."""
     rng = np.random.default_rng(seed)
     times = np.cumsum(rng.uniform(0.5, 1.5, samples))
     positions = np.cumsum(rng.standard_normal((samples, 1)) * 0.01, axis=0)
@@ -77,8 +77,8 @@ def test_time_is_a_unit_and_places_have_no_origin(seed: int, samples: int, slowe
     values=st.lists(st.floats(-1e4, 1e4), min_size=10, max_size=60),
     gaps=st.lists(st.floats(1e-9, 10), min_size=59, max_size=59),
 )
-def test_nothing_breaks_it(values: list[float], gaps: list[float]):
-    """Any samples at any increasing times give finite numbers, which survive storage."""
+def test_any_samples_give_finite_numbers(values: list[float], gaps: list[float]):
+    """Random samples at increasing times give finite numbers, which survive storage."""
     times = np.concatenate([[0.0], np.cumsum(gaps)])[: len(values)]
     primitive = learn(Demonstration(times, np.array(values)[:, None]))
     again = from_arrays(to_arrays(primitive))

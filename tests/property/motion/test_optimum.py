@@ -23,20 +23,20 @@ WORST, MEDIAN = 1.06, 1.01
 """Cost of a plan ÷ that of the optimum: of all goals, and in the median."""
 
 OF_A_REST = 1.3
-"""Imitation error of the rest of a demonstration ÷ that of its own optimum."""
+"""Bound of the imitation error of the rest of a demonstration ÷ that of its own optimum."""
 
 BORDER = 1e-4
-"""Limits this part of their ranges tighter, or wider, decide clearly what can be planned."""
+"""Part of their ranges by which limits are tightened or widened to make feasibility unambiguous."""
 
 
 def stiffness(primitive: Primitive, request: MotionRequest) -> float:
-    """κ/T (1/s): the duration of what is imitated over the place time, per second of the moving part."""
+    """Return κ/T (1/s): the imitated duration over the place time, per second of the moving part."""
     begin, end = request.imitates
     return (end - begin) * primitive.duration / (request.place_time or PLACE_TIME) / request.moving_duration
 
 
 def drawn(seed: int) -> tuple[Primitive, MotionRequest, InSeconds]:
-    """A random goal of one joint; every second one keeps places."""
+    """Return a random goal of one joint; every second one keeps places."""
     rng = np.random.default_rng(seed)
     primitive, manner = make_primitive(rng), plain_manner(rng)
     place_time = rng.uniform(0.1, 1.0) if seed % 2 else None
@@ -53,7 +53,10 @@ def answer(primitive: Primitive, request: MotionRequest) -> SplinePlan | MotionE
 
 
 def test_costs_of_plans_are_those_of_optima() -> None:
-    """The optimum keeps its limits at 4001 instants alone, so no plan costs less."""
+    """A plan costs as much as the optimum, or little more.
+
+    The optimum keeps its limits at 4001 instants alone, so no plan can cost less.
+    """
     ratios = {}
     for seed in range(200):
         primitive, request, afresh = drawn(seed)
@@ -73,7 +76,7 @@ def test_costs_of_plans_are_those_of_optima() -> None:
 
 @pytest.mark.parametrize("first", range(0, 120, 40))
 def test_verdicts_are_those_of_another_solver(first: int) -> None:
-    """A refused request has no motion slightly inside its limits; a planned one has a motion at the limits.
+    """A refused request has no motion slightly inside its limits; a planned one has a motion at them.
 
     A numerical failure is only allowed in between.
     """
@@ -114,7 +117,11 @@ def test_without_limits_the_plan_is_the_optimum_built_afresh(seed: int) -> None:
 
 @pytest.mark.parametrize("place_time", [None, 0.3])
 def test_the_rest_of_a_demonstration_costs_little_more_than_its_optimum(place_time: float | None) -> None:
-    """At any phase: the metric is the nearest of a few, the limits' hull is the same part of a shorter motion."""
+    """The loss is bounded at any phase.
+
+    Two approximations cause it: the metric is the nearest of a few, and the limits' hulls are as coarse as for the
+    whole motion.
+    """
     errors, costs = {}, {}
     for seed in range(40):
         rng = np.random.default_rng(seed)
@@ -139,7 +146,7 @@ def test_the_rest_of_a_demonstration_costs_little_more_than_its_optimum(place_ti
 @settings(max_examples=40, deadline=None)
 @given(seeds)
 def test_the_imitation_error_is_that_of_the_curve(seed: int) -> None:
-    """Of any manner, by quadrature over the moving part and over the straight part, in which all of d̈ is missed."""
+    """The reported error is that of quadrature over the moving and the straight part, for every manner."""
     rng = np.random.default_rng(seed)
     primitive = make_primitive(rng)
     request = random_request(rng, primitive, "coast", replace(any_manner(rng), follow_through=0.0))

@@ -1,4 +1,4 @@
-"""Plans on random goals: curves sampled a hundred times finer, prescribed values, the report."""
+"""Plans of random goals: limits on curves sampled a hundred times finer, prescribed values, the report."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -23,11 +23,11 @@ seeds = st.integers(0, 2**32 - 1)
 
 FINE = 100_001
 ROUNDING, TOUCH = 1e-10, 1e-6
-"""Parts of a limit's range, by which a curve may be beyond it: anywhere, and where a fixed value lies on it."""
+"""Parts of a limit's range by which a curve may exceed it: anywhere, and where a prescribed value lies on it."""
 
 
 def drawn(seed: int, tail: str, joints: int | None = None) -> tuple[Primitive, MotionRequest]:
-    """A request of one to four joints, each with limits and waypoints of its own."""
+    """Return a request of one to four joints, each with its own limits and waypoints."""
     rng = np.random.default_rng(seed)
     manner, requests = any_manner(rng), []
     if tail == "coast":
@@ -43,7 +43,7 @@ def drawn(seed: int, tail: str, joints: int | None = None) -> tuple[Primitive, M
 
 
 def planned_or_not(primitive: Primitive, request: MotionRequest) -> SplinePlan:
-    """The plan; requests that are refused are left out."""
+    """Return the plan; skip the case if the request is refused."""
     try:
         return plan(primitive, request)
     except MotionError:
@@ -52,14 +52,14 @@ def planned_or_not(primitive: Primitive, request: MotionRequest) -> SplinePlan:
 
 
 def moving(planned: SplinePlan) -> np.ndarray:
-    """All four quantities (4, n, J) of the moving part, from its control points."""
+    """Return all four quantities (4, n, J) of the moving part, from its control points."""
     end = planned.request.moving_duration
     curve, t = curve_of(planned.control_points, end), np.linspace(0, end, FINE)
     return np.array([curve(t, order) for order in range(4)])
 
 
 def behind(planned: SplinePlan) -> np.ndarray:
-    """All four quantities (4, n, J) after the moving part, up to the last break."""
+    """Return all four quantities (4, n, J) after the moving part, up to the last break."""
     start = planned.request.moving_duration
     motion, breaks = as_polynomials(planned.trajectory)
     later = np.concatenate([[start], breaks[breaks > start * (1 + 1e-12)]])
@@ -69,14 +69,14 @@ def behind(planned: SplinePlan) -> np.ndarray:
 
 
 def as_polynomials(trajectory: Trajectory) -> tuple[PPoly, np.ndarray]:
-    """The trajectory as scipy's polynomials, and its breaks; pieces of no length are left out."""
+    """Return the trajectory as scipy's polynomials, and its breaks; pieces of no length are left out."""
     keep = np.diff(trajectory.breaks) > 0
     breaks = np.concatenate([trajectory.breaks[:-1][keep], trajectory.breaks[-1:]])
     return PPoly(trajectory.coefficients[keep].transpose(2, 0, 1)[::-1], breaks), breaks
 
 
 def allowed(request: MotionRequest) -> np.ndarray:
-    """Tolerance (J, 4) by which a quantity may exceed its limit."""
+    """Return the tolerance (J, 4) by which a quantity may exceed its limit."""
     ranges = request.limits.ranges
     width = np.ptp(ranges, axis=2)
     states = [(e.positions, e.velocities, e.accelerations) for e in (request.start, request.goal)]
@@ -92,7 +92,7 @@ def allowed(request: MotionRequest) -> np.ndarray:
 
 
 def check_limits(planned: SplinePlan) -> None:
-    """No value exceeds its limit, or the extremes in the report."""
+    """Check that no value exceeds its limit or the extremes in the report."""
     request, report = planned.request, planned.report
     slack = allowed(request)
     for values in (moving(planned), behind(planned)):
@@ -118,7 +118,7 @@ def test_no_limit_is_passed_at_any_time(seed: int, tail: str) -> None:
 @settings(max_examples=20, deadline=None)
 @given(seeds)
 def test_extremes_are_those_of_the_curve(seed: int) -> None:
-    """To 2e-6 of its spread; the curve reaches every reported value."""
+    """The curve reaches every reported extreme to 2e-6 of its spread, and exceeds none."""
     planned = planned_or_not(*drawn(seed, "coast"))
     values = moving(planned)
     for quantity, name in enumerate(QUANTITIES):
@@ -129,7 +129,7 @@ def test_extremes_are_those_of_the_curve(seed: int) -> None:
         hair = 2e-6 * np.ptp(curves, axis=0) + 1e-12 * (1 + np.abs(curves).max(axis=0))
         assert np.all(np.abs(highest - curves.max(axis=0)) < hair), name
         assert np.all(np.abs(lowest - curves.min(axis=0)) < hair), name
-        # Between two of so many samples a cubic, and all the more a smoother curve, rises by less than this.
+        # Between two samples a cubic, or a smoother curve, rises by less than this.
         between = 1e-6 * np.ptp(curves, axis=0) + 1e-12 * (1 + np.abs(curves).max(axis=0))
         assert np.all(highest < curves.max(axis=0) + between), name
         assert np.all(lowest > curves.min(axis=0) - between), name
@@ -139,7 +139,7 @@ def test_extremes_are_those_of_the_curve(seed: int) -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(seeds, st.sampled_from(["stop", "coast"]))
-def test_whatever_is_fixed_is_met(seed: int, tail: str) -> None:
+def test_prescribed_values_are_met(seed: int, tail: str) -> None:
     primitive, request = drawn(seed, tail)
     planned = planned_or_not(primitive, request)
     times = [0.0, request.duration, request.moving_duration, *(w.time_from_start for w in request.waypoints)]
@@ -165,7 +165,7 @@ def test_whatever_is_fixed_is_met(seed: int, tail: str) -> None:
 @settings(max_examples=40, deadline=None)
 @given(seeds, st.sampled_from(["stop", "coast"]))
 def test_pieces_join_twice_continuously(seed: int, tail: str) -> None:
-    """Position, velocity and acceleration at every break from both sides; the stop ends at rest by itself."""
+    """Position, velocity and acceleration are equal on both sides of every break; the stop ends at rest by itself."""
     planned = planned_or_not(*drawn(seed, tail))
     motion, breaks = as_polynomials(planned.trajectory)
     coefficients = motion.c[::-1]
@@ -217,7 +217,7 @@ def test_a_stop_ends_at_rest_on_a_tick(seed: int) -> None:
 @settings(max_examples=30, deadline=None)
 @given(seeds)
 def test_warm_and_cold_give_the_same_verdict(seed: int) -> None:
-    """And motions of the same cost: rows of another motion may be imposed, but only where they are active."""
+    """A solver that remembers another motion's rows gives the same verdict and cost as a new one."""
     primitive, request = drawn(seed, "stop")
     other, before = drawn(seed + 1, "stop", request.joint_count)
     try:
@@ -243,7 +243,7 @@ def test_warm_and_cold_give_the_same_verdict(seed: int) -> None:
 @settings(max_examples=20, deadline=None)
 @given(seeds)
 def test_joints_planned_together_move_as_each_alone(seed: int) -> None:
-    """Each with start, goal, limits and waypoints of its own; sums are rounded otherwise."""
+    """Joints have their own start, goal, limits and waypoints; together and alone they differ by rounding only."""
     primitive, request = drawn(seed, "coast", 2)
     assume(not request.waypoints)  # the number of functions follows from all of them
     planned = planned_or_not(primitive, request)
@@ -254,7 +254,7 @@ def test_joints_planned_together_move_as_each_alone(seed: int) -> None:
         alone = random_request(own, alone_primitive, "coast", manner)
         one = plan(alone_primitive, alone)
         if one.warm.points != planned.warm.points:
-            continue  # one of them needed the finest hull, and so had all of them
+            continue  # one of them needed the finest hull, so all of them used it
         apart = np.abs(planned.control_points[joint] - one.control_points[0]).max()
         assert apart < 1e-5 * np.ptp(one.control_points), joint
 
@@ -262,7 +262,7 @@ def test_joints_planned_together_move_as_each_alone(seed: int) -> None:
 @settings(max_examples=30, deadline=None)
 @given(seeds, st.sampled_from([0.25, 0.5, 2.0, 4.0]))
 def test_the_same_goal_in_other_time_is_the_same_motion(seed: int, factor: float) -> None:
-    """Powers of two scale exactly, and whatever depends on the duration is on the right-hand sides."""
+    """Powers of two scale exactly: everything that depends on the duration is on the right-hand sides."""
     primitive, request = drawn(seed, "coast", 1)
     planned = planned_or_not(primitive, request)
     other = plan(primitive, in_other_time(request, factor))
@@ -294,7 +294,7 @@ def test_infeasible_requests_get_a_duration_that_works(seed: int) -> None:
 @settings(max_examples=20, deadline=None)
 @given(seeds)
 def test_the_same_request_gives_the_same_bytes(seed: int) -> None:
-    """And the same refusal in the same words."""
+    """Plans and refusals are repeated byte by byte."""
     answers = []
     for _ in range(2):
         try:

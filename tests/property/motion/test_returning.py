@@ -1,4 +1,4 @@
-"""An arm that was thrown off its reference comes back inside the limits, from anywhere."""
+"""An arm that was pushed off its reference returns inside the limits, from any state."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ TICK = 1e-3
 
 
 def limits_of(rng: np.random.Generator) -> Limits:
-    """Limits of arms from slow (10 rad/s²) to fast (500 rad/s²), four joints; one has no ends."""
+    """Return limits of four joints, from slow (10 rad/s²) to fast (500 rad/s²); one joint has no position limits."""
     velocities, accelerations = rng.uniform(2.0, 20.0, 4), 10.0 ** rng.uniform(1.0, 2.7, 4)
     ranges = np.stack([-rng.uniform(1.0, 3.0, 4), rng.uniform(1.0, 3.0, 4)], axis=1)
     ranges[3] = -np.inf, np.inf
@@ -18,7 +18,7 @@ def limits_of(rng: np.random.Generator) -> Limits:
 
 
 def reference_at(time: float, swing: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities of a reference that swings for a second, then rests."""
+    """Return positions and velocities of a reference that swings for a second and then rests."""
     phase = rate * min(time, 1.0)
     fade = 1.0 if time < 1.0 else 0.0
     return swing * np.sin(phase), fade * swing * rate * np.cos(phase)
@@ -26,7 +26,7 @@ def reference_at(time: float, swing: np.ndarray, rate: np.ndarray) -> tuple[np.n
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_way_back_keeps_the_limits(seed: int):
-    """Accelerations always; velocities and the ends of the joints wherever the throw left room to brake."""
+    """Accelerations keep their limits always; velocities and positions wherever there was room to brake."""
     rng = np.random.default_rng(seed)
     limits, alpha = limits_of(rng), float(rng.choice([20.0, 50.0, 100.0]))
     swing = np.full(4, 0.3)

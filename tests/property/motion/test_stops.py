@@ -20,7 +20,7 @@ jerk = st.floats(50, 20000)
 
 
 def stop_extremes(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, *bounds: np.ndarray):
-    """Extremes of the stop from each state, with bounds of acceleration and jerk."""
+    """Return the extremes of the stop from each state, with bounds of acceleration and jerk."""
     return fastest_stop(velocities, accelerations, *bounds).extremes(positions)
 
 
@@ -48,7 +48,7 @@ def test_closed_form_agrees_with_the_sampled_stop(v: float, part: float, a: floa
 @settings(max_examples=200, deadline=None)
 @given(velocity, part, limit, jerk)
 def test_a_stop_is_the_one_that_ruckig_plans(v: float, part: float, a: float, j: float) -> None:
-    """As short, and the same way."""
+    """The stop is as short as Ruckig's and takes the same way."""
     planned = stop(np.array([0.3]), np.array([v]), np.array([part * a]), one_joint(a, j))
     wanted = ruckig.InputParameter(1)
     wanted.control_interface = ruckig.ControlInterface.Velocity

@@ -1,4 +1,4 @@
-"""The codec: what it makes it reads back, and whatever else arrives is refused in a sentence, never an exception."""
+"""The codec reads what it wrote; whatever else arrives is refused in a sentence, never by an exception."""
 
 import math
 import random
@@ -42,7 +42,7 @@ ANYTHING = st.recursive(
 
 
 def values_of(hint: Any) -> st.SearchStrategy:
-    """Values that a type annotation of the messages allows."""
+    """Return a strategy of the values that a type annotation of the messages allows."""
     arguments = get_args(hint)
     match get_origin(hint):
         case None:
@@ -59,12 +59,12 @@ def values_of(hint: Any) -> st.SearchStrategy:
 
 
 def messages_of(kind: type[Struct]) -> st.SearchStrategy:
-    """Messages of one type."""
+    """Return a strategy of messages of one type."""
     return st.builds(kind, **{name: values_of(hint) for name, hint in get_type_hints(kind).items()})
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Path, container and key of every number in a body."""
+    """Yield path, container and key of every number in a body."""
     entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, item in entries:
         here = f"{path}[{key}]" if isinstance(value, list) else f"{path}.{key}" if path else str(key)
@@ -74,17 +74,17 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
 
 
 def plain_body(message: Struct) -> Any:
-    """The body of a message as Python's own lists and dictionaries."""
+    """Return the body of a message as Python's own lists and dictionaries."""
     return msgpack.unpackb(encode(message))
 
 
 def packed(body: Any) -> bytes:
-    """The body as msgpack, whether or not it is a message."""
+    """Return the body as msgpack, whether or not it is a message."""
     return cast(bytes, msgpack.packb(body))
 
 
 def check_answer(data: bytes, kind: type[Struct]) -> None:
-    """Either a message of the right kind comes back, or a short refusal in a sentence."""
+    """Check that decoding gives a message of the right type, or a short refusal in a sentence."""
     try:
         assert isinstance(decode(data, kind, NOISE_BYTES), kind)
     except Refusal as refusal:

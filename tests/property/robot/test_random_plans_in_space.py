@@ -1,4 +1,4 @@
-"""Properties of the check in space on random motions of other people's arms."""
+"""Collision checks on random motions of other projects' arms."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from tests import arms
 
 
 def test_no_collision_is_missed_and_nothing_clear_is_refused(tmp_path: Path):
-    """The reduced form of `python -m benchmarks.space`, with torques that refuse some plans too."""
+    """A small version of `python -m benchmarks.space`, with torque limits that refuse some plans too."""
     file = arms.UR5E.write(tmp_path)
     file.write_text(file.read_text() + "torques = [60, 60, 30, 5, 5, 5]\n")
     found = compare(load_robot(file), 50, seed=1)
@@ -42,7 +42,7 @@ def test_distances_change_no_faster_than_their_rates(arm: arms.Arm, tmp_path: Pa
         checked += exact.sum()
         largest = max(largest, (change / bound).max(initial=0.0))
     assert checked > 100
-    assert largest > 0.3, "a bound that is never nearly reached would cost time"
+    assert largest > 0.3, "the bounds are never nearly reached, which costs time"
 
 
 def _distances(clearance: Clearance, positions: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The benchmark of planning runs on the present code."""
+"""The benchmark of planning runs on the present code and prints its table."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The stub that the client's tests speak to, and a client of it."""
+"""A stub robot, and a client that is connected to it."""
 
 from collections.abc import Iterator
 

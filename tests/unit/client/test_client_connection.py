@@ -1,4 +1,4 @@
-"""Joining a bus, and what is said where that, or an answer, does not come."""
+"""Connecting to a bus, and the errors if there is no router or no answer."""
 
 import asyncio
 import subprocess
@@ -28,7 +28,7 @@ def test_an_endpoint_that_is_none():
 
 @pytest.mark.parametrize("name", ["", "*", "a*"])
 def test_a_name_that_no_robot_can_have(name, robot):
-    """Before the bus is asked: a wildcard would be answered by any robot."""
+    """The name is refused before anything is sent: any robot would answer a wildcard."""
     with pytest.raises(ValueError, match="cannot be a part of a key"):
         connect(robot.endpoint, robot=name)
 
@@ -74,5 +74,5 @@ def test_it_needs_nothing_but_the_contract():
     code = "import sys, client; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     others = {"motion", "robot", "services", "tools", "mujoco", "rerun", "scipy", "piqp", "tyro", "rich"}
-    late = {"numpy", "asyncio"}  # imported where they are needed, so that a command starts soon
+    late = {"numpy", "asyncio"}  # imported only where they are needed, so that a command starts quickly
     assert not (others | late) & set(loaded)

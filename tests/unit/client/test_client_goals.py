@@ -1,4 +1,4 @@
-"""Handles: waiting, correcting, stopping; and the lease."""
+"""Goal handles wait, correct and cancel; a lease lasts for its block."""
 
 import asyncio
 import threading
@@ -19,12 +19,12 @@ LATER_S = 0.2
 
 @pytest.fixture
 def impatient(monkeypatch) -> None:
-    """A client that soon asks for a result that is not published."""
+    """Make the client ask soon for a result that is not published."""
     monkeypatch.setattr("client.results.ASK_EVERY_S", 0.05)
 
 
 def later(call, *arguments) -> None:
-    """Call something a little later."""
+    """Call something after LATER_S."""
     threading.Timer(LATER_S, call, arguments).start()
 
 

@@ -1,4 +1,4 @@
-"""What each method asks, and what it returns: the same of both kinds of arm."""
+"""Each method sends its request and returns the reply, on the blocking and on the awaited arm alike."""
 
 import asyncio
 import inspect

@@ -1,4 +1,4 @@
-"""Streams: iterators over what is published."""
+"""Streams: iterators over published messages."""
 
 import asyncio
 import threading
@@ -21,7 +21,7 @@ def contact(time: float) -> m.Contact:
 def test_every_publication_is_a_stream(robot, arm):
     for topic in topics.PUBLICATIONS:
         with arm.stream(topic) as stream:
-            arm.state()  # an answer comes behind the subscription
+            arm.state()  # once this is answered, the router knows the subscription
             message = EXAMPLES[topic.message.__name__]
             robot.publish(topic, message)
             assert next(stream) == message
@@ -66,7 +66,7 @@ def test_a_closed_stream_hears_nothing(robot, arm):
 
 @pytest.mark.parametrize("what", ["the stream", "its connection"])
 def test_what_is_closed_ends_an_iteration_in_another_thread(robot, what: str):
-    """What was published before is still there to be taken."""
+    """Messages that were published before are still returned."""
     arm = connect(robot.endpoint)
     stream = arm.stream(topics.CONTACT)
     heard = []

@@ -1,4 +1,4 @@
-"""A cell is started and awaited in one way, and why it did not come up is said."""
+"""Starting a cell, waiting for it, and the errors that say why it did not start."""
 
 import signal
 import subprocess
@@ -20,12 +20,12 @@ from tests.waiting import PATIENCE_S
 
 
 def broken(program: str):
-    """Return a wrap that starts `program` in the place of every service."""
+    """Return a wrap that starts `program` in place of every service."""
     return lambda _name, _line: [sys.executable, "-c", program]
 
 
-def test_the_last_words_of_a_service_that_died_are_told():
-    """Although its log went nowhere."""
+def test_the_last_log_lines_of_a_dead_service_are_quoted():
+    """The error quotes them although the log is not kept."""
     with (
         pytest.raises(NotReady, match="planner ended with status 1: out of oil"),
         running_cell(names=["planner"], quiet=True, wrap=broken("raise SystemExit('out of oil')")),
@@ -42,7 +42,7 @@ def test_what_to_do_about_a_place_that_is_taken_is_told():
 
 
 def test_the_first_service_hosts_the_bus_where_the_usual_one_is_not_started():
-    """Or nobody, where all join one."""
+    """If all services connect to an existing bus, none hosts it."""
     endpoint, hosting = free_endpoint(), []
 
     def note(_: str, line: list[str]) -> list[str]:
@@ -55,8 +55,8 @@ def test_the_first_service_hosts_the_bus_where_the_usual_one_is_not_started():
     assert hosting == [True, False, False, False]
 
 
-def test_who_gives_up_before_there_is_a_bus_is_told_so():
-    """Long before the service, which never hosts it, would count as silent."""
+def test_giving_up_before_there_is_a_bus_is_an_error():
+    """The error comes long before the timeout of the service, which here never hosts the bus."""
     sleeping = broken("import time; time.sleep(60)")
     with pytest.raises(zenoh.ZError), running_cell(names=["sim"], quiet=True, wrap=sleeping, give_up=lambda: True):
         pass
@@ -75,7 +75,7 @@ with running_cell(Options(connect=(sys.argv[1],)), names=["planner"], quiet=True
 
 
 def test_a_stall_of_this_process_does_not_end_its_session():
-    """It has the patience of a service: a client's session is lost sooner, and with it the answers it waits for."""
+    """The session has a service's timeouts; a client's session would expire earlier and lose the pending reply."""
     endpoint, inbox = free_endpoint(), Inbox[PendingQuery]()
     with Bus(open_session(listen=[endpoint], timeouts=SERVICE)) as bus:
         bus.serve(topics.STATUS_QUERY, inbox)

@@ -1,4 +1,4 @@
-"""What `volley up` says to do next, with the shipped robot and with others."""
+"""The next steps that `volley up` prints, for the shipped robot and for others."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +18,7 @@ ENTRY = m.PrimitiveEntry(name="wave", joint_count=1, duration=1.0, samples=10, c
 
 @pytest.fixture(scope="module")
 def robot() -> Iterator[Stub]:
-    """A robot with the joints of the golden description."""
+    """Return a robot with the joints of the golden description."""
     with hosted() as router, answering(router) as stub:
         yield stub
 
@@ -30,7 +30,7 @@ def test_flags_stand_only_where_the_defaults_are_anothers(tmp_path: Path):
 
 
 def test_a_primitive_that_this_arm_can_play_is_named(robot: Stub):
-    """Not another arm's, which the library may list too."""
+    """Primitives of other arms, which the library may list, are not named."""
     own = EXAMPLES["Primitives"]
     assert isinstance(own, m.Primitives)
     robot.answers["primitives"] = [own, replace(own, primitives=[ENTRY, *own.primitives])]

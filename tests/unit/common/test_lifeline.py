@@ -1,4 +1,4 @@
-"""Processes that end because the one that started them was killed."""
+"""Processes that end because the process that started them was killed."""
 
 import os
 import signal
@@ -9,9 +9,10 @@ import time
 from pathlib import Path
 
 import pytest
-from waiting import PATIENCE_S, eventually
 
 from services.common.lifeline import VARIABLE, follow_supervisor
+from tests.processes import is_running
+from tests.waiting import PATIENCE_S, eventually
 
 SERVICE = """
 import os, sys, time
@@ -40,7 +41,7 @@ with Supervisor(commands) as services:
 def start(log: Path, order_s: float) -> tuple[subprocess.Popen, list[int]]:
     """Start a supervisor of three processes; return it and their ids once they run.
 
-    Each waits up to `order_s` for the one that stops before it, and then ends however long that takes.
+    Each process waits up to `order_s` for the one that stops before it, and then takes its time to end.
     """
     line = [sys.executable, "-c", SUPERVISOR, SERVICE, str(log), str(order_s)]
     supervisor = subprocess.Popen(line, stdout=subprocess.PIPE, text=True)
@@ -51,38 +52,30 @@ def start(log: Path, order_s: float) -> tuple[subprocess.Popen, list[int]]:
     return supervisor, pids
 
 
-def is_gone(pid: int) -> bool:
-    """Whether a process has ended, waited for or not."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except FileNotFoundError:
-        return True
-
-
 def test_a_killed_supervisor_takes_its_processes_with_it(tmp_path: Path):
-    """In the order in which it would have stopped them, however long each takes."""
+    """Processes end in the order in which the supervisor would have stopped them."""
     supervisor, pids = start(tmp_path / "log", order_s=PATIENCE_S)
     supervisor.kill()
     supervisor.wait()
-    assert eventually(lambda: all(map(is_gone, pids)))
+    assert eventually(lambda: not any(map(is_running, pids)))
     assert (tmp_path / "log").read_text() == "cba"
 
 
-def test_one_that_is_stopped_delays_the_others_only_so_long(tmp_path: Path):
-    """The last started is suspended and cannot end; those before it do."""
+def test_a_suspended_process_delays_the_others_by_a_bounded_time(tmp_path: Path):
+    """The process that was started last is suspended and cannot end; the others end after 1 s."""
     supervisor, pids = start(tmp_path / "log", order_s=1.0)
     os.kill(pids[-1], signal.SIGSTOP)
     began = time.monotonic()
     supervisor.kill()
     supervisor.wait()
-    assert eventually(lambda: all(map(is_gone, pids[:-1])))
+    assert eventually(lambda: not any(map(is_running, pids[:-1])))
     assert time.monotonic() - began > 1.0
     os.kill(pids[-1], signal.SIGCONT)
-    assert eventually(lambda: is_gone(pids[-1]))
+    assert eventually(lambda: not is_running(pids[-1]))
 
 
 def test_a_service_started_by_hand_follows_nobody(monkeypatch: pytest.MonkeyPatch):
-    """No thread waits for a supervisor, and nothing sets the event."""
+    """Without a supervisor no thread is started, and the event is not set."""
     monkeypatch.delenv(VARIABLE, raising=False)
     stopping, before = threading.Event(), threading.active_count()
     follow_supervisor(stopping)

@@ -1,4 +1,4 @@
-"""What a service logs, as sentences and as JSON."""
+"""The log of a service, as text and as JSON."""
 
 import json
 import logging
@@ -17,7 +17,7 @@ FIELDS = ["time", "service", "level", "message", "goal_id", "code", "traceback"]
 
 @pytest.fixture(autouse=True)
 def abroad() -> Iterator[None]:
-    """Local time is two hours ahead of UTC."""
+    """Make local time two hours ahead of UTC."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TZ", "UTC-2")
         time.tzset()
@@ -26,7 +26,7 @@ def abroad() -> Iterator[None]:
 
 
 def record(sentence: str, *args: object, exc_info: Any = None, **fields: object) -> logging.LogRecord:
-    """Return a warning at 0.0625 s past 2001-09-09 01:46:40 UTC, with `fields` as `extra` sets them."""
+    """Return a warning at 0.0625 s past 2001-09-09 01:46:40 UTC, with `fields` set as by `extra`."""
     made = logging.LogRecord("planner", logging.WARNING, "core.py", 1, sentence, args, exc_info)
     made.created, made.msecs = 1_000_000_000.0625, 62.0
     for name, value in fields.items():
@@ -35,7 +35,7 @@ def record(sentence: str, *args: object, exc_info: Any = None, **fields: object)
 
 
 def logged(*args: Any, **fields: Any) -> dict[str, Any]:
-    """Return the object that a record becomes."""
+    """Return the JSON object of a record."""
     line = formatter("planner", "json").format(record(*args, **fields))
     assert "\n" not in line
     assert line.isascii()
@@ -52,7 +52,7 @@ def failure() -> BaseException:
 
 @pytest.mark.parametrize("fields", [{}, {"goal_id": "g-1", "code": "late"}])
 def test_text_is_the_sentence_alone(fields: dict[str, object]):
-    """At its local time, whatever the fields."""
+    """The line has the local time and the sentence, but no fields."""
     line = formatter("planner", "text").format(record("goal %s: too late", "g-1", **fields))
     assert line == "2001-09-09 03:46:40,062 planner WARNING: goal g-1: too late"
 
@@ -65,7 +65,7 @@ def test_text_ends_with_the_traceback():
 
 
 def test_an_object_has_every_field():
-    """The time is RFC 3339 in UTC; a goal and a refusal are fields beside the sentence."""
+    """The time is RFC 3339 in UTC; goal id and code are fields beside the sentence."""
     said = logged("goal %s: too late", "g-1", goal_id="g-1", code="late")
     assert list(said) == FIELDS
     assert said == {
@@ -86,7 +86,7 @@ def test_what_there_is_not_is_null():
 
 
 def test_an_object_is_one_line_whatever_it_says():
-    """What clients send ends up in sentences."""
+    """Sentences may quote what a client sent, line breaks included."""
     strange = 'two\nlines, "quotes", µ and \ud800'
     assert logged("goal %s", strange, goal_id=strange)["goal_id"] == strange
 
@@ -112,14 +112,14 @@ thread.join()
 
 
 def said_by(form: LogForm) -> str:
-    """Return what a process says that logs, warns, and loses a thread and its life to errors."""
+    """Return what a process prints that logs, warns, and raises in a thread and at its end."""
     done = subprocess.run([sys.executable, "-c", LOGGING, form], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (1, "")
     return done.stderr
 
 
 def test_whatever_a_process_says_is_json():
-    """Python's warnings and uncaught errors too."""
+    """Python's warnings and uncaught errors are JSON lines too."""
     said = [json.loads(line) for line in said_by("json").splitlines()]
     assert [each["level"] for each in said] == ["INFO", "WARNING", "CRITICAL", "CRITICAL"]
     assert [each["service"] for each in said] == ["sim"] * 4
@@ -139,7 +139,7 @@ def test_text_says_as_much():
 def test_what_happens_at_every_tick_is_warned_of_seldom(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ):
-    """The first at once; a later one, after a second, counts those in between."""
+    """The first warning is logged at once; the next, a second later, has the number of those in between."""
     now_ns = [5]
     monkeypatch.setattr(time, "monotonic_ns", lambda: now_ns[0])
     seldom = ThrottledLog(logging.getLogger("sim"))

@@ -1,10 +1,9 @@
-"""What a process asks of the operating system."""
+"""The real-time settings that a process requests from the operating system."""
 
 import os
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -13,32 +12,44 @@ from services.common import realtime
 from services.common.realtime import Deadlines
 
 
-def test_deadlines_are_absolute():
-    """A tick that takes long shortens the next wait; the mean stays what it was."""
-    deadlines = Deadlines(2_000_000)
-    first = deadlines.next_ns
-    for k in range(5):
-        if k == 2:
-            time.sleep(0.001)
+class FakeTime:
+    """A clock, ns, that sleeping moves; each look at it takes 1 µs."""
+
+    def __init__(self) -> None:
+        self.now = 0
+
+    def monotonic_ns(self) -> int:
+        """Return the time."""
+        self.now += 1_000
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass."""
+        self.now += round(seconds * 1e9)
+
+
+@pytest.fixture
+def fake_time(monkeypatch: pytest.MonkeyPatch) -> FakeTime:
+    """Return the clock by which deadlines wait."""
+    clock = FakeTime()
+    monkeypatch.setattr(realtime, "time", clock)
+    return clock
+
+
+def test_deadlines_are_absolute(fake_time: FakeTime):
+    """A tick that takes long shortens the next wait, so the mean rate stays the same."""
+    deadlines = Deadlines(2_000_000, next_ns=0)
+    for tick in range(1, 6):
+        fake_time.sleep(0.0015 if tick == 3 else 0.0)
         deadlines.wait()
-    if not deadlines.stalls:
-        assert deadlines.next_ns == first + 5 * 2_000_000
+        assert fake_time.now == pytest.approx(tick * 2_000_000, abs=2_000)
+    assert deadlines.stalls == 0
 
 
-def test_after_a_stall_nothing_is_run_back_to_back():
-    """The deadlines are anchored anew at the present."""
-    deadlines = Deadlines(1_000_000)
-    time.sleep(0.01)
-    before = time.monotonic_ns()
-    deadlines.wait()
-    assert deadlines.stalls == 1
-    assert deadlines.next_ns >= before
-
-
-def test_a_stall_is_counted(monkeypatch: pytest.MonkeyPatch):
-    """With the time it took; the deadlines go on from there."""
-    deadlines = realtime.Deadlines(1_000_000, next_ns=0)
-    monkeypatch.setattr(realtime.time, "monotonic_ns", lambda: 501_000_000)
+def test_after_a_stall_the_deadlines_continue_from_the_present(fake_time: FakeTime):
+    """No ticks run back to back to catch up; the stall and its time are counted."""
+    deadlines = Deadlines(1_000_000, next_ns=0)
+    fake_time.now = 500_999_000
     deadlines.wait()
     assert (deadlines.stalls, deadlines.lag_ns, deadlines.next_ns) == (1, 500_000_000, 501_000_000)
 
@@ -60,16 +71,17 @@ Cores = set[int]
 
 
 def cores(given: Cores | None = None, loop_core: int | None = None) -> tuple[Cores, Cores, Cores, Cores, list[str]]:
-    """Return the cores of a process that may use `given`.
+    """Return how a process that may use `given` splits its cores.
 
-    They are those, the loops', all others', those of a loop's later threads, and what it did not obtain.
+    They are those it may use, the loops', all others', those of a thread that a loop starts later, and those it did not
+    obtain.
     """
     line = [sys.executable, "-c", CORES, repr((given, loop_core))]
     return eval(subprocess.run(line, stdout=subprocess.PIPE, text=True, check=True).stdout)
 
 
 def test_loops_share_the_last_core_and_the_rest_leaves_it():
-    """Of all that there are."""
+    """The loops get the last of all cores."""
     usable, loops, others, kept, missing = cores()
     assert (kept, missing) == (loops, [])
     if len(usable) == os.cpu_count() and len(usable) > 1:
@@ -79,13 +91,13 @@ def test_loops_share_the_last_core_and_the_rest_leaves_it():
 
 
 def test_cores_that_somebody_chose_are_kept():
-    """By taskset, or by a unit's CPUAffinity."""
+    """A choice by taskset or a unit's CPUAffinity is kept."""
     first = min(os.sched_getaffinity(0))
     assert cores(given={first}) == ({first}, {first}, {first}, {first}, [])
 
 
 def test_a_core_that_is_asked_for_is_the_loops():
-    """Though others were chosen; what has no other core keeps it."""
+    """A requested core overrides an earlier choice; other threads use it only if there is no other core."""
     usable = os.sched_getaffinity(0)
     first, last = min(usable), max(usable)
     assert cores(loop_core=first) == (usable, {first}, usable - {first} or usable, {first}, [])
@@ -94,7 +106,7 @@ def test_a_core_that_is_asked_for_is_the_loops():
 
 @pytest.mark.parametrize("core", [-1, 1 << 12, 1 << 40])
 def test_a_core_that_is_not_there(core: int):
-    """The loop runs wherever it may, and says so."""
+    """The loop runs on any core and reports what it did not obtain."""
     usable, _, others, kept, (sentence,) = cores(loop_core=core)
     assert usable == others == kept
     assert sentence.startswith(f"core {core}: ")
@@ -141,7 +153,7 @@ print(nice[0], open("/proc/self/autogroup").read().split()[-1])
 
 
 def test_a_service_that_answers_in_time_comes_first():
-    """Niceness counts among sessions too, and threads have it; without the right to it the service is polite."""
+    """Threads and the session get its priority; without the right to it, the process is nice and its session is not."""
     if not Path("/proc/self/autogroup").exists():
         pytest.skip("this kernel shares cores without sessions")
     done = subprocess.run(
@@ -153,7 +165,7 @@ def test_a_service_that_answers_in_time_comes_first():
 
 
 def test_a_service_without_the_right_to_come_first_keeps_its_share():
-    """A session that is nice would get a quarter of what another busy program gets, and rallies would fail."""
+    """A nice session would get a quarter of another busy program's share, and rallies would fail."""
     if not Path("/proc/self/autogroup").exists() or shutil.which("setpriv") is None:
         pytest.skip("this kernel shares cores without sessions, or setpriv is missing")
     without = ["setpriv", "--bounding-set=-sys_nice", "--inh-caps=-sys_nice"] if os.geteuid() == 0 else []

@@ -1,4 +1,4 @@
-"""The signals that end a process."""
+"""Signals that end a process."""
 
 import signal
 import subprocess
@@ -23,7 +23,7 @@ print("stopped in order", flush=True)
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_stops_the_loop_in_order(number: signal.Signals):
-    """And never interrupts its waiting: in Python 3.11 that can leave a queue's `get` waiting for ever."""
+    """A signal never interrupts a wait: in Python 3.11 that can leave a queue's `get` waiting for ever."""
     for _ in range(5):
         process = subprocess.Popen([sys.executable, "-c", WAITING], stdout=subprocess.PIPE, text=True)
         assert process.stdout is not None
@@ -34,7 +34,7 @@ def test_a_signal_stops_the_loop_in_order(number: signal.Signals):
 
 
 def test_a_thread_that_was_there_before_does_not_let_a_signal_kill():
-    """Rerun makes threads when it is imported, before the service asks for its signals."""
+    """Rerun starts threads on import, before the service installs its signal handling."""
     script = (
         "import threading, time\n"
         "threading.Thread(target=time.sleep, args=(30,), daemon=True).start()\n"
@@ -54,7 +54,7 @@ def test_a_thread_that_was_there_before_does_not_let_a_signal_kill():
 
 
 def test_a_second_sigterm_does_not_interrupt_the_ending():
-    """`timeout` sends two: one to the process, one to its group."""
+    """`timeout` sends two signals: one to the process and one to its group."""
     before = signal.getsignal(signal.SIGTERM)
     try:
         end_like_ctrl_c()

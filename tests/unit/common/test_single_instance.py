@@ -1,4 +1,4 @@
-"""How a service takes its place on the bus, and leaves it to another."""
+"""A service claims its place on the bus, serves, and yields to another instance."""
 
 import contextlib
 import logging
@@ -20,7 +20,7 @@ LOG = logging.getLogger("test")
 
 
 class Service:
-    """An instance at work in a thread, which announces itself and serves until it is stopped."""
+    """An instance in a thread that announces itself and serves until it is stopped."""
 
     def __init__(self, name: str, options: Options, hosts: bool = False, beside: Sequence[str] = ()) -> None:
         self.stopping = threading.Event()
@@ -40,7 +40,7 @@ class Service:
         self.stopping.wait()
 
     def __enter__(self) -> "Service":
-        """Wait until it serves."""
+        """Wait until the instance serves."""
         assert eventually(lambda: self.robot)
         return self
 
@@ -48,32 +48,32 @@ class Service:
         self.end()
 
     def end(self) -> Outcome | None:
-        """Stop it and return how it ended."""
+        """Stop the instance and return how it ended."""
         self.stopping.set()
         self._thread.join()
         return self.outcome
 
 
 def outcome_of(name: str, options: Options, hosts: bool = False) -> Outcome:
-    """Run an instance that must not come to serve."""
+    """Run an instance that must not start to serve, and return how it ended."""
     return SingleInstance(name, options, "arm", LOG, hosts=hosts).run(lambda _: pytest.fail(), threading.Event())
 
 
 @pytest.fixture
 def router() -> str:
-    """An endpoint that nobody has taken yet."""
+    """Return an endpoint on which nobody listens yet."""
     return free_endpoint()
 
 
 def test_an_instance_that_is_stopped_has_served(router: str):
-    """Status 0; the bus is closed, and the place free for the next."""
+    """The status is 0; the bus is closed, and the place is free."""
     for _ in range(2):
         with Service("sim", Options(listen=(router,)), hosts=True) as service:
             assert service.end() is Outcome.ENDED
 
 
 def test_waiting_for_a_router_can_be_given_up(router: str, caplog: pytest.LogCaptureFixture):
-    """Without an error, as a signal would have it; meanwhile the log says what is waited for."""
+    """A signal ends the wait without an error; the log says what is waited for."""
     caplog.set_level(logging.INFO)
     service = Service("planner", Options(connect=(router,)))
     assert eventually(lambda: f"nobody hosts the bus at {router} yet" in caplog.text)
@@ -82,14 +82,14 @@ def test_waiting_for_a_router_can_be_given_up(router: str, caplog: pytest.LogCap
 
 
 def test_a_service_that_would_let_anybody_in_logs_why_not(caplog: pytest.LogCaptureFixture):
-    """And has failed."""
+    """The service fails instead of listening without certificates."""
     assert outcome_of("sim", Options(listen=("tcp/0.0.0.0:0",)), hosts=True) is Outcome.FAILED
     assert "will not listen on tcp/0.0.0.0:0" in caplog.text
 
 
 @pytest.mark.parametrize("hosts", [False, True])
 def test_a_place_that_is_taken_is_left_alone(router: str, hosts: bool, caplog: pytest.LogCaptureFixture):
-    """With a sentence, both for who joins the bus and for who would host it; others find room."""
+    """A second instance ends with a sentence, whether it connects or hosts; other services are free to start."""
     joining = Options(connect=(router,))
     with Service("sim", Options(listen=(router,)), hosts=True):
         assert outcome_of("sim", Options(listen=(router,)) if hosts else joining, hosts) is Outcome.TAKEN
@@ -99,7 +99,7 @@ def test_a_place_that_is_taken_is_left_alone(router: str, hosts: bool, caplog: p
 
 
 def test_one_instance_takes_the_places_of_several_robots(router: str, caplog: pytest.LogCaptureFixture):
-    """And ends where one of them is taken."""
+    """It ends if one of the places is taken."""
     left = Options("left", connect=(router,))
     with Service("sim", Options(listen=(router,)), hosts=True, beside=("left",)) as both:
         assert outcome_of("sim", left) is Outcome.TAKEN
@@ -111,7 +111,7 @@ def test_one_instance_takes_the_places_of_several_robots(router: str, caplog: py
 
 
 def test_arms_of_one_machine_are_hosted_side_by_side(router: str):
-    """On buses of their own, be their names the same or not."""
+    """Each has its own bus, even if the names are the same."""
     with (
         Service("sim", Options(listen=(router,)), hosts=True),
         Service("sim", Options(listen=(free_endpoint(),)), hosts=True) as second,
@@ -121,7 +121,7 @@ def test_arms_of_one_machine_are_hosted_side_by_side(router: str):
 
 
 def test_a_bus_that_cannot_be_hosted_is_a_failure(router: str, caplog: pytest.LogCaptureFixture):
-    """The port is taken, but not by the sim."""
+    """The port is in use, but not by a sim."""
     with Bus(open_session(listen=[router])):
         assert outcome_of("sim", Options(listen=(router,)), hosts=True) is Outcome.FAILED
     assert "cannot open the bus" in caplog.text
@@ -129,7 +129,7 @@ def test_a_bus_that_cannot_be_hosted_is_a_failure(router: str, caplog: pytest.Lo
 
 @pytest.mark.parametrize("rival", [True, False])
 def test_an_instance_that_was_replaced_ends(router: str, rival: bool, caplog: pytest.LogCaptureFixture):
-    """As after 20 s of SIGSTOP in which another was started: two that command one arm would both be obeyed."""
+    """An instance that was suspended for 20 s and replaced must end, because two controllers would both be obeyed."""
     with Bus(open_session(listen=[router])) as host, Service("controller", Options(connect=(router,))) as service:
         assert eventually(lambda: host.is_alive("controller"))
         place = claim_key("controller" if rival else "planner", "rival")

@@ -1,4 +1,4 @@
-"""Requests that were put instead of asked."""
+"""Requests that were put instead of queried."""
 
 import logging
 
@@ -8,7 +8,7 @@ from services.common.stray_puts import StrayPuts
 
 
 class FakeBus:
-    """A bus on which things were put."""
+    """A bus on which requests were put."""
 
     def __init__(self) -> None:
         self.puts: list[str] = []
@@ -20,7 +20,7 @@ class FakeBus:
 
 
 def test_a_goal_that_was_put_is_logged(caplog: pytest.LogCaptureFixture):
-    """By its key, and what to do instead."""
+    """The log names the key and what to do instead."""
     bus = FakeBus()
     watch = StrayPuts(bus, logging.getLogger("planner"))  # type: ignore[arg-type]
     watch.warn()

@@ -1,4 +1,4 @@
-"""Command lines from the process table, and processes started, awaited and ended."""
+"""Command lines from the process table, and processes that are started, awaited and ended."""
 
 import os
 import signal
@@ -20,19 +20,19 @@ SLEEP = [sys.executable, "-c", "import time; time.sleep(60)"]
 
 
 def after(line: list[str], flag: str) -> str:
-    """Return what follows `flag`."""
+    """Return the word after `flag`."""
     return line[line.index(flag) + 1]
 
 
 @pytest.fixture
 def bus() -> Iterator[Bus]:
-    """A bus that only this test knows."""
+    """Yield a bus of this test's own."""
     with Bus(open_session(listen=[free_endpoint()])) as bus:
         yield bus
 
 
 def test_one_hosts_and_the_others_connect():
-    """To the default endpoint, or to the one given."""
+    """They connect to the default endpoint or to the given one."""
     for options, endpoint in (
         (Options(), "tcp/127.0.0.1:7447"),
         (Options(listen=("tcp/127.0.0.1:9",)), "tcp/127.0.0.1:9"),
@@ -46,13 +46,13 @@ def test_one_hosts_and_the_others_connect():
 
 
 def test_on_an_existing_bus_all_connect():
-    """The sim too."""
+    """The sim connects too."""
     for line in command_lines(Options(connect=("tcp/h:1", "tcp/h:2")), {}).values():
         assert line[line.index("--connect") + 1 :][:2] == ["tcp/h:1", "tcp/h:2"]
         assert "--listen" not in line
 
 
-def test_flags_go_to_whom_they_belong(tmp_path: Path):
+def test_flags_go_to_the_services_that_take_them(tmp_path: Path):
     """None and False leave a flag out, True is the flag alone, a path is a word."""
     flags = {"clock": "stepped", "seed": 0, "library": tmp_path, "lead": None, "live": True, "record": None}
     lines = command_lines(Options("left", tmp_path / "a.toml", (), (), tmp_path / "z.json5", loop_core=0), flags)
@@ -69,7 +69,7 @@ def test_flags_go_to_whom_they_belong(tmp_path: Path):
 
 
 def test_every_service_logs_in_the_same_form():
-    """The one asked for, by default text."""
+    """The form is the requested one, text by default."""
     for options, form in ((Options(), "text"), (Options(log="json"), "json")):
         assert {after(line, "--log") for line in command_lines(options, {}).values()} == {form}
 
@@ -78,7 +78,7 @@ def test_every_service_logs_in_the_same_form():
 def test_every_command_line_is_understood(
     process: Process, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    """By the module it starts, with every flag the table hands on."""
+    """Each module accepts every flag that the table passes to it."""
     values = {
         "clock": "stepped",
         "seed": 1,
@@ -106,7 +106,7 @@ def test_every_command_line_is_understood(
 
 
 def test_processes_are_ended_in_the_reverse_order(tmp_path: Path):
-    """Each before the next, by SIGTERM; no Ctrl-C reaches them directly."""
+    """Each ends by SIGTERM before the next one is stopped; Ctrl-C does not reach them directly."""
     log = tmp_path / "log"
     program = (
         "import pathlib, signal, sys\n"
@@ -136,7 +136,7 @@ def test_where_one_cannot_be_started_none_is_left():
 
 
 def test_one_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch):
-    """After some patience."""
+    """A process that ignores SIGTERM is killed after a timeout."""
     monkeypatch.setattr("services.common.supervisor.ENDING_S", 0.5)
     program = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print(flush=True); time.sleep(60)"
     services = Supervisor({})
@@ -149,8 +149,8 @@ def test_one_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch):
     process.stdout.close()
 
 
-def test_ready_is_who_holds_its_token(bus: Bus):
-    """Not who merely runs."""
+def test_a_service_is_ready_once_it_holds_its_token(bus: Bus):
+    """A process that merely runs is not ready."""
     with Supervisor({"slow": SLEEP}) as services:
         with pytest.raises(NotReady, match=r"slow did not become ready within 0 s"):
             services.wait_ready(bus, timeout=0.2)
@@ -158,8 +158,8 @@ def test_ready_is_who_holds_its_token(bus: Bus):
         services.wait_ready(bus)
 
 
-def test_who_gives_up_waits_no_longer(bus: Bus):
-    """Without an error: the one who waits was told to end."""
+def test_waiting_can_be_given_up(bus: Bus):
+    """No error is raised, because the caller was asked to end."""
     answers = iter((False, True))
     with Supervisor({"slow": SLEEP}) as services:
         services.wait_ready(bus, give_up=lambda: next(answers))
@@ -167,7 +167,7 @@ def test_who_gives_up_waits_no_longer(bus: Bus):
 
 
 def test_one_that_ends_is_not_waited_for(bus: Bus):
-    """Its status is told at once."""
+    """The error names its status at once."""
     with Supervisor({"slow": SLEEP, "brief": [sys.executable, "-c", "raise SystemExit(3)"]}) as services:
         with pytest.raises(NotReady, match="brief ended with status 3"):
             services.wait_ready(bus)
@@ -175,7 +175,7 @@ def test_one_that_ends_is_not_waited_for(bus: Bus):
 
 
 def test_one_that_is_killed_is_said_to_be(bus: Bus):
-    """Its log says nothing of it."""
+    """The error names the signal, because the log of a killed process does not."""
     with Supervisor({"slow": SLEEP}) as services:
         services.running["slow"].kill()
         services.running["slow"].wait()
@@ -184,7 +184,7 @@ def test_one_that_is_killed_is_said_to_be(bus: Bus):
 
 
 def test_logs_go_into_a_file_each(tmp_path: Path):
-    """What a process says before and after it was started anew."""
+    """The file has the lines from before and after a restart."""
     line = [sys.executable, "-c", "import sys; sys.exit('out of oil')"]
     with Supervisor({"one": line}, logs=tmp_path) as services:
         services.running["one"].wait()

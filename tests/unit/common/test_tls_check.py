@@ -1,4 +1,4 @@
-"""Who would be let in: nobody from another machine unless a certificate is asked for, or `--insecure` allows it."""
+"""An endpoint is open to other machines only with client certificates or `--insecure`."""
 
 from pathlib import Path
 
@@ -51,7 +51,7 @@ def test_other_machines_are_not(endpoint):
 
 
 def test_with_certificates_they_are():
-    """Plain TCP beside them is still open, and so is an endpoint that asks for none by its own settings."""
+    """Plain TCP beside them is still open, and so is an endpoint whose own settings do not require certificates."""
     open_ones = [EVERYWHERE, "tls/10.0.0.1:2#enable_mtls=false"]
     guarded = ["tls/0.0.0.0:7447", "quic/10.0.0.1:1#enable_mtls=true;so_rcvbuf=9"]
     assert exposed_endpoints(session_config((), [*guarded, *open_ones], ROUTER)) == open_ones
@@ -69,7 +69,7 @@ def test_with_certificates_they_are():
     ],
 )
 def test_what_a_file_leaves_to_zenoh_counts(tmp_path, text, exposed):
-    """Zenoh listens on all interfaces, unless told not to."""
+    """Zenoh's default is to listen on all interfaces."""
     file = tmp_path / "zenoh.json5"
     file.write_text(text)
     assert exposed_endpoints(session_config((), (), file)) == exposed

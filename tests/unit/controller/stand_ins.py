@@ -1,4 +1,4 @@
-"""What stands in for Zenoh, the arm and the clock in the tests of the controller's parts."""
+"""Substitutes for Zenoh, the arm and the clock in tests of the controller's parts."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -21,7 +21,7 @@ NS = 1_000_000_000
 
 
 class FakeClock:
-    """A monotonic clock that a test moves, ns, and that each look at it moves by `creep_ns`."""
+    """A monotonic clock, ns, that a test moves; each look at it moves it by `creep_ns`."""
 
     def __init__(self) -> None:
         self.now_ns = NS
@@ -38,7 +38,7 @@ class FakeClock:
 
 
 class FakePublisher:
-    """Keeps what is published, in the list of its topic."""
+    """Keeps what is published in the list of its topic."""
 
     def __init__(self, messages: list[Any]) -> None:
         self.put = messages.append
@@ -53,7 +53,7 @@ class Body(bytes):
 
 
 class FakeBus:
-    """A bus without a session: keeps what is declared, published and asked."""
+    """A bus without a session that keeps what is declared, published and asked."""
 
     def __init__(self) -> None:
         self.published: dict[str, list[Any]] = {}
@@ -71,49 +71,49 @@ class FakeBus:
         return FakePublisher(self.published.setdefault(topic.key, []))
 
     def ask_later(self, topic: topics.Query, _: object, callback: Callable[[bytes], object]) -> None:
-        """Note who wants which answer."""
+        """Keep the callback of a question."""
         self.asked.append((topic.key, callback))
 
     def serve(self, topic: topics.Query, inbox: Inbox[Any]) -> None:
-        """Note where requests go."""
+        """Keep the inbox of a topic's requests."""
         self.inboxes[topic.key] = inbox
 
     def stream(self, topic: topics.Publication, stream: Stream) -> None:
-        """Note where samples go."""
+        """Keep the queue of a stream."""
         self.streams[topic.key] = stream
 
     def listen(self, topic: topics.Publication, callback: Callable[[bytes], object]) -> None:
-        """Note who receives samples."""
+        """Keep the callback of a subscription."""
         self.listeners[topic.key] = callback
 
     def watch_alive(self, key: str, callback: Callable[[str, bool], object]) -> None:
-        """Note who watches which token."""
+        """Keep the callback that watches a token."""
         self.watches[key] = callback
 
     def announce(self, service: str) -> None:
-        """Note nothing: nobody looks."""
+        """Do nothing."""
 
     def take_puts(self) -> list[str]:
         """Return what was put."""
         puts, self.puts = self.puts, []
         return puts
 
-    # --- what a test does from the other side ---
+    # --- the other side of the bus, for tests ---
 
     def send(self, body: bytes) -> None:
         """Publish a state as the arm does."""
         self.streams["state"].callback(SimpleNamespace(payload=Body(body)))  # type: ignore[operator]
 
     def see_arm(self, alive: bool = True) -> None:
-        """Let the arm's token appear or disappear."""
+        """Report that the arm's token appeared or disappeared."""
         self.watches["alive/sim"]("volley/arm/alive/sim", alive)
 
     def see_client(self, client: str, alive: bool = True) -> None:
-        """Let a client's token appear or disappear."""
+        """Report that a client's token appeared or disappeared."""
         self.watches["alive/client/*"](f"volley/arm/alive/client/{client}", alive)
 
     def request(self, topic: topics.Query, request: Any) -> "Request":
-        """Send a request to who serves it."""
+        """Send a request to its owner."""
         sent = Request(topic, request)
         assert self.inboxes[topic.key].offer(sent)
         return sent

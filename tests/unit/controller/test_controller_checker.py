@@ -1,4 +1,4 @@
-"""The thread that checks trajectories beside the loop."""
+"""The thread that checks trajectories beside the controller's loop."""
 
 import logging
 import threading
@@ -17,7 +17,7 @@ from tests.waiting import eventually
 
 
 class Desk:
-    """A checker at work, and how often it has woken its loop."""
+    """A running checker, and how often it has woken its loop."""
 
     def __init__(self) -> None:
         self.bus, self.woken = FakeBus(), threading.Event()
@@ -25,7 +25,7 @@ class Desk:
         self.checker = TrajectoryChecker(CONFIG, puts, self.woken.set)
 
     def send(self, body: object) -> Request:
-        """Hand a request in."""
+        """Pass a request to the checker."""
         sent = Request(topics.EXECUTE, body)
         assert eventually(lambda: self.checker.requests.offer(sent))  # type: ignore[arg-type]
         return sent
@@ -40,7 +40,7 @@ def desk() -> Iterator[Desk]:
 
 
 def test_a_good_trajectory_is_handed_on(desk: Desk):
-    """Ready to be spliced, and unanswered: that is up to the loop, which is woken."""
+    """It can be spliced and is not answered yet: the loop, which is woken, does that."""
     sent = desk.send(staying(30, 1))
     assert desk.woken.wait(10.0)
     taken = desk.checker.take()
@@ -55,7 +55,7 @@ def test_a_good_trajectory_is_handed_on(desk: Desk):
     "body", [structs.replace(staying(30, 1), count=0), Refusal("bad_message", "no msgpack", field="")]
 )
 def test_a_bad_trajectory_is_refused_at_once(desk: Desk, body: object):
-    """Whether its body cannot be decoded or its motion not be played; the thread goes on."""
+    """The refusal covers bodies that do not decode and motions that cannot be played; the thread goes on."""
     sent = desk.send(body)
     assert eventually(lambda: sent.answer is not None)
     assert sent.answer.code == "bad_message"
@@ -66,7 +66,7 @@ def test_a_bad_trajectory_is_refused_at_once(desk: Desk, body: object):
 
 
 def test_more_trajectories_than_the_queue_holds_are_refused(desk: Desk):
-    """One that the loop cannot take in is answered, with its goal."""
+    """The refusal names the goal that the loop could not take."""
     for k in range(QUEUE_LENGTH):
         desk.send(staying(30, 1, f"goal-{k}"))
     sent = desk.send(staying(30, 1, "too many"))

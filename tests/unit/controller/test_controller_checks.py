@@ -1,4 +1,4 @@
-"""What a trajectory must satisfy before it can move the arm."""
+"""The conditions that samples must satisfy before they can move the arm."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,7 +20,7 @@ Arrays = dict[str, np.ndarray]
 
 
 def arrays() -> Arrays:
-    """A stop from 1 rad/s on the first joint."""
+    """Return a stop from 1 rad/s on the first joint."""
     velocities = np.zeros(JOINTS)
     velocities[0] = 1.0
     halt = stop(ROBOT.home, velocities, np.zeros(JOINTS), ROBOT.limits)
@@ -29,7 +29,7 @@ def arrays() -> Arrays:
 
 
 def message(values: Arrays, **fields: object) -> m.Trajectory:
-    """Return `values` as a trajectory, with some fields changed."""
+    """Return `values` as a trajectory with some fields changed."""
     body: dict[str, object] = {
         "goal_id": "goal", "epoch": 0, "joint_names": list(ROBOT.joint_names), "start_time": 0.1, "dt": 0.001,
         "count": len(values["positions"]), "hit_index": 0, **{n: matrix_bytes(v) for n, v in values.items()},
@@ -38,14 +38,14 @@ def message(values: Arrays, **fields: object) -> m.Trajectory:
 
 
 def refusal(values: Arrays, **fields: object) -> Refusal:
-    """Check a trajectory that must be refused."""
+    """Check a trajectory that must be refused, and return the refusal."""
     with pytest.raises(Refusal) as caught:
         check_trajectory(message(values, **fields), ROBOT)
     return caught.value
 
 
 def test_a_good_trajectory_passes():
-    """As a segment from its tick on."""
+    """The result is a segment from its tick on."""
     values = arrays()
     segment = check_trajectory(message(values), ROBOT).segment
     assert segment.start == 100
@@ -73,7 +73,7 @@ def test_a_good_trajectory_passes():
     ],
 )
 def test_a_frame_that_does_not_fit(field: str, value: object):
-    """Is named."""
+    """Wrong joints, time step, count or hit index are refused; the refusal names the field."""
     refused = refusal(arrays(), **{field: value})
     assert (refused.code, refused.detail["field"]) == ("bad_message", field)
     assert field in refused.message
@@ -81,7 +81,7 @@ def test_a_frame_that_does_not_fit(field: str, value: object):
 
 @pytest.mark.parametrize("name", ["positions", "velocities", "accelerations"])
 def test_numbers_that_are_not_finite(name: str):
-    """Are named with their row."""
+    """The refusal names their row."""
     values = arrays()
     values[name][3, 2] = np.nan
     refused = refusal(values)
@@ -115,7 +115,7 @@ def _raise_jerk(values: Arrays) -> None:
     ],
 )
 def test_a_sample_outside_the_limits(quantity: str, spoil: Callable[[Arrays], None]):
-    """Is named by joint, quantity, value and bound."""
+    """The refusal names joint, quantity, value and bound."""
     values = arrays()
     spoil(values)
     refused = refusal(values)
@@ -124,7 +124,7 @@ def test_a_sample_outside_the_limits(quantity: str, spoil: Callable[[Arrays], No
 
 
 def led_back(outside: float, ticks: int) -> Arrays:
-    """A thousand ticks that begin at rest `outside` rad beyond a position limit and are back inside after `ticks`."""
+    """Return a thousand ticks that start at rest `outside` rad beyond a limit and are back inside after `ticks`."""
     s, seconds = np.minimum(np.arange(1000) / ticks, 1.0), ticks / 1000
     way = -outside - 0.01
     move = {
@@ -141,14 +141,14 @@ def led_back(outside: float, ticks: int) -> Arrays:
 
 
 def test_a_pushed_arm_may_be_led_back():
-    """From up to 0.02 rad outside its position limit, within the first fifth of the way; nothing may stay outside."""
+    """A start up to 0.02 rad outside is accepted if the motion is inside after a fifth of its duration."""
     check_trajectory(message(led_back(0.99 * LED_BACK_FROM, 150), hit_index=999), ROBOT)
     assert refusal(led_back(1.01 * LED_BACK_FROM, 150), hit_index=999).code == "limit"
     assert refusal(led_back(0.99 * LED_BACK_FROM, 800), hit_index=999).code == "limit"
 
 
 def test_a_jump_is_one_without_a_limit_on_jerk_too():
-    """The other limits bound what lies between two samples where there is none."""
+    """Without a jerk limit, the other limits bound the difference between two samples."""
     free = replace(ROBOT, limits=replace(ROBOT.limits, jerks=np.full(JOINTS, np.inf)))
     values = arrays()
     check_trajectory(message(values), free)
@@ -158,7 +158,7 @@ def test_a_jump_is_one_without_a_limit_on_jerk_too():
 
 
 def test_a_jump_is_refused():
-    """Positions that their velocities do not explain, and velocities without their accelerations."""
+    """Positions must be the integral of velocities, and velocities that of accelerations."""
     values = arrays()
     values["positions"][5:, 3] += 1e-4
     refused = refusal(values)
@@ -174,7 +174,7 @@ def test_a_jump_is_refused():
 
 
 def test_the_end_is_at_rest():
-    """Exactly."""
+    """The last sample has exactly zero velocity and acceleration."""
     values = {name: array[:-2] for name, array in arrays().items()}
     refused = refusal(values)
     assert (refused.code, refused.detail["field"]) == ("bad_message", "velocities")
@@ -183,7 +183,7 @@ def test_the_end_is_at_rest():
 
 @pytest.mark.parametrize(("field", "gap"), [("positions", 2e-6), ("velocities", 2e-4), ("accelerations", 2e-2)])
 def test_the_start_continues_the_reference(field: str, gap: float):
-    """Within rounding; what would jump is named."""
+    """The start must equal the reference within rounding; the refusal names what would jump."""
     values = arrays()
     segment = check_trajectory(message(values), ROBOT).segment
     reference = {name: array[0].copy() for name, array in values.items()}

@@ -1,4 +1,4 @@
-"""Which conditions of the arm are faults of the controller."""
+"""The conditions of the arm that are faults of the controller."""
 
 import pytest
 
@@ -14,7 +14,7 @@ def test_an_arm_that_is_ready_is_no_fault():
 
 @pytest.mark.parametrize("reason", ["", "joint 3 was touched"])
 def test_a_condition_that_sets_in_is_a_fault_once(reason: str):
-    """Quoting the reason of the arm."""
+    """The fault quotes the arm's reason."""
     condition = ArmCondition()
     faults = [condition.update(state(tick, condition="reflex", reason=reason), in_fault=tick > 0) for tick in range(3)]
     sentence = "the arm stopped itself in a reflex" + (f": {reason}" if reason else "")

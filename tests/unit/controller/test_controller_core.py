@@ -24,7 +24,7 @@ JOINTS, TICK = ROBOT.joint_count, ROBOT.tick
 
 
 class PerfectArm:
-    """Integrates the commanded acceleration exactly; `brake` and noise are what a test makes of them."""
+    """An arm that integrates the commanded acceleration exactly; a test sets `brake` and noise."""
 
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
@@ -45,7 +45,7 @@ class PerfectArm:
         return msgspec.structs.replace(state, **changes)
 
     def turn(self, ticks: int) -> None:
-        """Answer and move, tick by tick."""
+        """For each tick, answer the state and move."""
         for _ in range(ticks):
             command = self.controller.answer(self.state(), now_ns=self.tick)
             assert command is not None
@@ -58,14 +58,14 @@ class PerfectArm:
 
 @pytest.fixture
 def arm() -> PerfectArm:
-    """An arm that has been answered for ten ticks."""
+    """Return an arm whose first ten states have been answered."""
     arm = PerfectArm(Controller(ROBOT))
     arm.turn(10)
     return arm
 
 
 def trajectory(controller: Controller, start: int, goal_id: str = "goal", **fields: object) -> m.Trajectory:
-    """A push of 40 rad/s² on the first joint for 200 ticks with soft ends, and the stop after it; the hit at 200."""
+    """Return a push of 40 rad/s² on the first joint for 200 ticks with soft ends, the hit at 200, and a stop."""
     reference = controller.reference(m.ReferenceRequest(lead=0.0))
     origin = np.array(reference.positions)
     shape = np.clip(np.minimum(np.arange(201), 200 - np.arange(201)) / 20.0, 0.0, 1.0)
@@ -91,12 +91,12 @@ def trajectory(controller: Controller, start: int, goal_id: str = "goal", **fiel
 
 
 def execute(arm: PerfectArm, message: m.Trajectory) -> m.Accepted:
-    """Check a trajectory and have it spliced."""
+    """Check a trajectory and splice it."""
     return arm.controller.execute(check_trajectory(message, ROBOT), arm.clients, now_ns=3)
 
 
 def refused(arm: PerfectArm, message: m.Trajectory) -> Refusal:
-    """Execute what must be refused; nothing may change by it."""
+    """Execute a trajectory that must be refused, and check that nothing changes."""
     before = arm.controller.epoch, arm.controller.mode, len(arm.controller.ledger.active)
     with pytest.raises(Refusal) as caught:
         execute(arm, message)
@@ -105,7 +105,7 @@ def refused(arm: PerfectArm, message: m.Trajectory) -> Refusal:
 
 
 def test_a_trajectory_is_played_to_rest(arm: PerfectArm):
-    """The reference is its samples, the hit is noted at its tick, and each stamp is set."""
+    """The commands are its samples, the hit is noted at its tick, and each stamp is set."""
     accepted = execute(arm, trajectory(arm.controller, 30))
     assert accepted == m.Accepted(goal_id="goal", start_time=0.03)
     assert arm.controller.mode is Mode.TRACKING
@@ -124,15 +124,15 @@ def test_a_trajectory_is_played_to_rest(arm: PerfectArm):
 
 
 def test_a_state_that_is_old_doubled_or_malformed_gets_no_answer(arm: PerfectArm):
-    """The loop counts it."""
+    """The loop counts such a state."""
     answer = arm.controller.answer
     for state in (arm.state(tick=9), arm.state(tick=3), arm.state(positions=[0.0]), arm.state(velocities=[0.0] * 7)):
         assert answer(state, 0) is None
     assert answer(arm.state(), 0) is not None
 
 
-def test_tick_0_of_the_same_run_opens_a_new_life(arm: PerfectArm):
-    """In stepped time the seed names the run, and the same seed may come twice."""
+def test_tick_0_of_the_same_run_begins_a_new_run_in_stepped_time(arm: PerfectArm):
+    """In stepped time the seed is the run's number, and a seed may be repeated."""
     arm.controller.states.stepped = True
     execute(arm, trajectory(arm.controller, 30))
     arm.turn(100)
@@ -145,8 +145,8 @@ def test_tick_0_of_the_same_run_opens_a_new_life(arm: PerfectArm):
 
 
 @pytest.mark.parametrize("tick", [0, -5])
-def test_in_real_time_an_old_tick_is_never_a_new_life(arm: PerfectArm, tick: int):
-    """A state replayed would bring the arm back to where it was then."""
+def test_in_real_time_an_old_tick_begins_no_run(arm: PerfectArm, tick: int):
+    """A replayed state would otherwise move the reference back to where the arm was then."""
     execute(arm, trajectory(arm.controller, 30))
     arm.turn(100)
     assert arm.controller.answer(arm.state(tick=tick), 0) is None
@@ -154,14 +154,14 @@ def test_in_real_time_an_old_tick_is_never_a_new_life(arm: PerfectArm, tick: int
 
 
 def test_a_truth_that_does_not_fit_the_arm_is_refused(arm: PerfectArm):
-    """What is compared with the reference at the hit has an entry for every joint."""
+    """The truth is compared with the reference at the hit, so it needs an entry for every joint."""
     for positions, velocities in (([], []), ([0.0] * JOINTS, [0.0])):
         truth = m.Point(positions=positions, velocities=velocities)
         assert arm.controller.answer(arm.state(truth=truth), 0) is None
 
 
 def test_a_brake_that_does_not_let_go_is_a_fault_again(arm: PerfectArm):
-    """Where noise makes the arm seem too far from the pose it holds, no goal may run on beside the brake."""
+    """Noise may keep the brake on; no goal may run while the arm brakes."""
     controller = arm.controller
     arm.brake = True
     arm.turn(1)
@@ -174,7 +174,7 @@ def test_a_brake_that_does_not_let_go_is_a_fault_again(arm: PerfectArm):
 
 
 def test_before_the_first_state_nothing_can_be_asked():
-    """Everything is unavailable, naming the sim."""
+    """Every request is refused as unavailable; the refusal names the sim."""
     controller = Controller(ROBOT)
     assert controller.states.newest is None
     for ask in (
@@ -189,7 +189,7 @@ def test_before_the_first_state_nothing_can_be_asked():
 
 
 def test_the_reference_is_asked_for_ahead(arm: PerfectArm):
-    """At the first tick not before now + lead, with what was accepted already in it."""
+    """The reply is for the first tick at or after now + lead, and includes motions that were accepted."""
     asked = arm.controller.reference(m.ReferenceRequest(lead=0.0201))
     assert asked.time == pytest.approx(9 * TICK + 0.021)
     assert asked.positions == ROBOT.home.tolist()
@@ -205,7 +205,7 @@ def test_the_reference_is_asked_for_ahead(arm: PerfectArm):
 
 
 def test_what_may_not_move_the_arm(arm: PerfectArm):
-    """Late, superseded by a plan or by a cancel, discontinuous, known."""
+    """Refuse what is late, superseded by a plan or a cancel, discontinuous, or a duplicate."""
     controller = arm.controller
     assert refused(arm, trajectory(controller, 9)).code == "late"
     elsewhere = trajectory(controller, 30)
@@ -226,7 +226,7 @@ def test_what_may_not_move_the_arm(arm: PerfectArm):
 
 
 def test_a_cancel_that_names_a_goal_in_flight_supersedes_its_plan(arm: PerfectArm):
-    """The goal is unknown yet; its plan must not move the arm when it comes."""
+    """The goal is still unknown; when its plan arrives it must not move the arm."""
     flying = trajectory(arm.controller, 30)
     with pytest.raises(Refusal) as caught:
         arm.controller.cancel(m.Cancel(goal_id="goal"))
@@ -235,7 +235,7 @@ def test_a_cancel_that_names_a_goal_in_flight_supersedes_its_plan(arm: PerfectAr
 
 
 def test_a_cancel_of_a_goal_that_is_over_stops_nothing(arm: PerfectArm):
-    """Whatever is under way now goes on."""
+    """The motion under way goes on."""
     execute(arm, trajectory(arm.controller, 30))
     arm.turn(500)
     execute(arm, trajectory(arm.controller, arm.tick + 5, "next"))
@@ -245,7 +245,7 @@ def test_a_cancel_of_a_goal_that_is_over_stops_nothing(arm: PerfectArm):
 
 
 def test_leases(arm: PerfectArm):
-    """Only a client that lives gets one; then others are kept out; its end cancels the motion."""
+    """Only a client that is alive gets a lease; it keeps others out; when the client is gone the motion is canceled."""
     controller = arm.controller
     leased = trajectory(controller, 30, client_id="alice", lease=True)
     assert refused(arm, leased).code == "not_holder"
@@ -266,7 +266,7 @@ def test_leases(arm: PerfectArm):
 
 
 def test_a_lease_counts_until_its_goal_is_over(arm: PerfectArm):
-    """Also where the same client's next goal, which asks for none, waits to take over."""
+    """It counts even if the same client's next goal, without a lease, is accepted."""
     controller = arm.controller
     arm.clients.add("alice")
     execute(arm, trajectory(controller, 30, client_id="alice", lease=True))
@@ -281,7 +281,7 @@ def test_a_lease_counts_until_its_goal_is_over(arm: PerfectArm):
 
 
 def test_a_large_tracking_error_is_a_fault(arm: PerfectArm):
-    """The arm is stopped, the goal aborted, the fault latched until a reset at rest."""
+    """The arm stops, the goal is aborted, and the fault lasts until a reset at rest."""
     controller = arm.controller
     execute(arm, trajectory(controller, 30))
     arm.turn(40)
@@ -304,7 +304,7 @@ def test_a_large_tracking_error_is_a_fault(arm: PerfectArm):
 
 
 def test_a_braking_arm_is_a_fault(arm: PerfectArm):
-    """Also at the start of a controller, and once per braking: a reset is not undone by the state after it."""
+    """It is one at the controller's start too, and once per braking: after a reset it is not repeated."""
     for controller in (arm.controller, Controller(ROBOT)):
         controller.answer(arm.state(brake=True), 0)
         assert controller.mode is Mode.FAULT
@@ -319,7 +319,7 @@ def test_a_braking_arm_is_a_fault(arm: PerfectArm):
 
 
 def test_the_epoch_rises_with_everything_that_changes_the_future(arm: PerfectArm):
-    """Accept, cancel, fault, reset."""
+    """It rises at an accept, a cancel, a fault and a reset."""
     controller = arm.controller
     epochs = [controller.epoch]
     execute(arm, trajectory(controller, 30))
@@ -335,7 +335,7 @@ def test_the_epoch_rises_with_everything_that_changes_the_future(arm: PerfectArm
 
 
 def test_the_status_tells_the_error(arm: PerfectArm):
-    """Measured less reference, and how far into the goal."""
+    """The status has measured minus reference, and the time since the goal's start."""
     execute(arm, trajectory(arm.controller, 30))
     arm.turn(50)
     off = arm.positions + 0.001
@@ -348,7 +348,7 @@ def test_the_status_tells_the_error(arm: PerfectArm):
 
 
 def described(delay: int) -> m.Description:
-    """An arm in real time that applies commands `delay` ticks late."""
+    """Return the description of an arm in real time that applies commands `delay` ticks late."""
     description = EXAMPLES["Description"]
     assert isinstance(description, m.Description)
     return msgspec.structs.replace(description, clock="realtime", delay_ticks=delay)
@@ -356,7 +356,7 @@ def described(delay: int) -> m.Description:
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
 def test_a_command_tells_the_reference_at_the_end_of_its_tick(arm: PerfectArm, delay: int):
-    """Of the tick in which the arm applies it; `accelerations` adds the feedback of eq. 11, here none."""
+    """It is the tick in which the arm applies it; `accelerations` adds the feedback of eq. 11, here zero."""
     arm.controller.meet(described(delay))
     message = trajectory(arm.controller, 30)
     execute(arm, message)
@@ -372,7 +372,7 @@ def test_a_command_tells_the_reference_at_the_end_of_its_tick(arm: PerfectArm, d
 
 
 def test_a_delay_that_is_known_is_no_lateness(arm: PerfectArm):
-    """A command that answers tick k may be applied by tick k + delay."""
+    """A command that answers tick k may be applied as late as tick k + delay."""
     arm.controller.meet(described(1))
     missed = arm.controller.status().cycle.missed
     for lag, more in ((1, 0), (2, 0), (3, 1)):
@@ -392,7 +392,7 @@ def test_a_delay_that_is_known_is_no_lateness(arm: PerfectArm):
     ],
 )
 def test_an_arm_that_follows_no_commands_is_a_fault(arm: PerfectArm, condition: m.Condition, words: str):
-    """Its reason is quoted; goals are refused with it, after a reset too, until the arm is ready again."""
+    """The fault quotes its reason; goals are refused with it, after a reset too, until the arm is ready."""
     execute(arm, trajectory(arm.controller, 30))
     arm.turn(50)
     assert arm.controller.answer(arm.state(condition=condition, reason="joint_2 says so"), 0) is not None
@@ -418,7 +418,7 @@ def test_an_arm_that_follows_no_commands_is_a_fault(arm: PerfectArm, condition: 
 
 
 def test_an_older_robot_side_only_says_that_it_brakes(arm: PerfectArm):
-    """Which is the condition "braking", without a reason."""
+    """This is taken as the condition "braking" without a reason."""
     arm.brake = True
     arm.turn(1)
     assert arm.controller.fault == "the arm braked by itself"
@@ -426,7 +426,7 @@ def test_an_older_robot_side_only_says_that_it_brakes(arm: PerfectArm):
 
 @pytest.mark.parametrize("speed", [0.0, 2.0])
 def test_the_reference_gives_way_to_an_arm_that_is_kept_from_it(arm: PerfectArm, speed: float):
-    """It goes on from where the arm is, stops inside the limits, and gives way again while the arm is pushed."""
+    """It restarts where the arm is, stops inside the limits, and does so again while the arm is pushed."""
     controller = arm.controller
     execute(arm, trajectory(controller, 30))
     arm.turn(40)
@@ -471,7 +471,7 @@ def test_whose_contact_it_is(bodies: list[str], touch: m.FirstContact | None):
 
 
 def test_a_result_has_the_first_touch_and_the_clipped_ticks(arm: PerfectArm):
-    """Of its own motion: not what was touched before it began."""
+    """Touches before the motion began do not count."""
     execute(arm, trajectory(arm.controller, 30))
     ledger = arm.controller.ledger
     ledger.note_touch(m.FirstContact(body="racket", other="floor", time=0.02), 20)
@@ -497,7 +497,7 @@ def test_a_result_has_the_first_touch_and_the_clipped_ticks(arm: PerfectArm):
     ],
 )
 def test_what_a_miss_is(robot: Tolerance, goal: m.Tolerance | UnsetType, outcome: m.Outcome):
-    """By the goal's tolerance and, where that is null, by the robot's."""
+    """The tolerance is the goal's or, if that is null, the robot's."""
     arm = PerfectArm(Controller(dataclasses.replace(ROBOT, tolerance=robot)))
     arm.turn(10)
     execute(arm, trajectory(arm.controller, 30, tolerance=goal))

@@ -1,4 +1,4 @@
-"""How the controller learns what arm is there, and that it left."""
+"""The controller learns which arm is there, and when it has left."""
 
 import dataclasses
 import logging
@@ -38,7 +38,7 @@ def desk() -> Desk:
 
 
 def test_an_arm_is_asked_until_it_has_answered(desk: Desk):
-    """What it is and where: either answer may be lost, or refused by a busy arm."""
+    """The controller asks for description and state; either reply may be lost, or refused by a busy arm."""
     assert desk.handshake.step() is None
     assert desk.asked == []
     desk.bus.see_arm()
@@ -83,7 +83,7 @@ def test_an_arm_that_is_started_again_is_asked_again(desk: Desk):
 
 @pytest.mark.parametrize("expected", ["description", "state"])
 def test_a_malformed_reply_ends_nothing(desk: Desk, expected: str, caplog: pytest.LogCaptureFixture):
-    """Anyone on an open bus may answer what the arm is asked; it is asked again."""
+    """On an open bus anybody may answer in the arm's place; the arm is asked again."""
     desk.bus.see_arm()
     desk.handshake.step()
     if expected == "state":
@@ -108,7 +108,7 @@ def test_another_arm_than_the_robot_config_describes_is_an_error(desk: Desk, oth
 
 
 def test_an_arm_of_any_rate_is_accepted_by_its_own_config():
-    """The description is compared with the config at hand, not with the shipped one."""
+    """The description is compared with the given config, not with the shipped one."""
     bus, slow = FakeBus(), dataclasses.replace(CONFIG, rate_hz=100.0)
     handshake = ArmHandshake(bus, slow, logging.getLogger("controller"))  # type: ignore[arg-type]
     handshake.open()

@@ -1,4 +1,4 @@
-"""Who holds a token, as the controller learns it from the bus."""
+"""The controller learns from the bus which clients hold a token."""
 
 import logging
 
@@ -35,7 +35,7 @@ def test_one_event_is_applied_a_step(desk: Desk):
 
 
 def test_an_overflow_costs_every_lease(desk: Desk):
-    """The queue is bounded; what it has lost might be that the holder of the arm has gone."""
+    """A lost event of the bounded queue may be that the holder has gone, so every lease ends."""
     desk.bus.see_client("alice")
     desk.leases.step()
     assert desk.leases.clients == {"alice"}

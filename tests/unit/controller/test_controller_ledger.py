@@ -1,4 +1,4 @@
-"""How goals end on the controller's books."""
+"""The outcome of each goal, as the controller records it."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from services.controller.ledger import KEPT, ActiveGoal, Ledger
 
 
 def running(goal_id: str, start: int, hit: int = 100, end: int = 150) -> ActiveGoal:
-    """A goal that starts at `start`."""
+    """Return an active goal that starts at `start`."""
     return ActiveGoal(m.Result(goal_id=goal_id, outcome="running"), "", False, start, hit, end)
 
 
@@ -19,12 +19,12 @@ def outcomes(ledger: Ledger) -> dict[str, str]:
 
 
 def hit() -> m.Hit:
-    """Any hit."""
+    """Return any hit."""
     return m.Hit(time=0.1, position_error=[0.0], velocity_error=[0.0])
 
 
 def test_a_goal_succeeds_at_its_end():
-    """Not a tick earlier, and it is reported once."""
+    """It does so at its last tick, not one earlier, and is reported once."""
     ledger = Ledger()
     ledger.open(running("a", 10))
     assert not ledger.close_due(149)
@@ -37,7 +37,7 @@ def test_a_goal_succeeds_at_its_end():
 
 @pytest.mark.parametrize(("has_hit", "outcome"), [(False, "preempted"), (True, "succeeded")])
 def test_a_successor_ends_a_goal_at_its_own_start(has_hit: bool, outcome: str):
-    """Preempted, or succeeded where its hit had passed; the successor is named."""
+    """The goal is preempted, or succeeds if it had already hit; the successor is named."""
     ledger = Ledger()
     first = running("a", 10)
     ledger.open(first)
@@ -51,7 +51,7 @@ def test_a_successor_ends_a_goal_at_its_own_start(has_hit: bool, outcome: str):
 
 
 def test_of_three_goals_the_earliest_successor_counts():
-    """The second is replaced before it begins."""
+    """The second goal is replaced before it begins."""
     ledger = Ledger()
     for name, start in (("a", 0), ("b", 50), ("c", 40)):
         ledger.open(running(name, start))
@@ -62,7 +62,7 @@ def test_of_three_goals_the_earliest_successor_counts():
 
 
 def test_a_cancel_ends_at_rest():
-    """And keeps a goal from its hit only where the stop begins before it."""
+    """A goal loses its hit only if the stop begins before the hit."""
     for leaves, reached in ((99, False), (100, True)):
         ledger = Ledger()
         goal = running("a", 10)
@@ -86,7 +86,7 @@ def test_a_second_cancel_changes_nothing():
 
 
 def test_a_canceled_goal_stays_canceled_where_another_takes_over():
-    """Its stop was under way."""
+    """The new goal begins during the stop."""
     ledger = Ledger()
     ledger.open(running("a", 10))
     ledger.close_later(50, 80, "canceled", "on request")
@@ -96,7 +96,7 @@ def test_a_canceled_goal_stays_canceled_where_another_takes_over():
 
 
 def test_the_goal_that_is_played():
-    """The last one that has begun."""
+    """It is the last goal that has begun."""
     ledger = Ledger()
     assert ledger.current(0) is None
     first, second = running("a", 10), running("b", 60)
@@ -106,7 +106,7 @@ def test_the_goal_that_is_played():
 
 
 def test_whose_motion_a_tick_is_a_part_of():
-    """None's at rest, nor once it is stopping, when another may take over."""
+    """No goal's at rest, nor during a stop, when another goal may begin."""
     ledger = Ledger()
     ledger.open(running("a", 10))
     end = ledger.active[0].end
@@ -141,7 +141,7 @@ def test_a_fault_ends_all_goals_at_once():
 
 
 def test_the_errors_at_the_hit():
-    """Measured less reference, and the truth less reference where it is known."""
+    """Errors are measured minus reference, and truth minus reference if the truth is known."""
     reference = np.array([1.0, 2.0]), np.array([0.5, 0.0]), np.zeros(2)
     state = m.State(
         run=0, tick=7, time=0.007, positions=[1.1, 2.0], velocities=[0.5, 0.2], torques=[0.0, 0.0],

@@ -1,4 +1,4 @@
-"""The controller's loop amid noise, silence, requests and clocks."""
+"""The controller's loop with noise, silence, requests and every clock."""
 
 import dataclasses
 import logging
@@ -20,7 +20,7 @@ from tests.unit.controller.stand_ins import CONFIG, NOISE, FakeBus, FakeClock, R
 from tests.waiting import PATIENCE_S
 
 A_WAIT = 1.3
-"""Ticks; longer than any wait for a state."""
+"""Ticks; longer than the controller waits for a state."""
 
 
 class Desk:
@@ -49,18 +49,18 @@ class Desk:
         return statuses[-1].fault if statuses else None
 
     def turn(self, *states: m.State | bytes) -> None:
-        """Let the loop receive what came."""
+        """Run the loop once, after these messages have arrived."""
         for each in states:
             self.bus.send(each if isinstance(each, bytes) else encode(each))
         self.loop.turn()
 
     def wait(self, *states: m.State | bytes) -> None:
-        """Let a wait pass, in which this came."""
+        """Run the loop through one wait, in which these messages arrive."""
         self.clock.pass_by(A_WAIT * self.config.tick)
         self.turn(*states)
 
     def ask(self, topic: topics.Query, request: Any) -> Any:
-        """Let the loop answer a request, before any further tick, and return the answer."""
+        """Return the loop's answer to a request, before the next tick."""
         sent = self.bus.request(topic, request)
         while sent.answer is None:
             self.turn()
@@ -115,7 +115,7 @@ def test_a_state_that_is_not_answered_is_counted_once(desk: Desk, bad: m.State |
 
 
 def test_noise_is_no_sign_of_life(desk: Desk, caplog: pytest.LogCaptureFixture):
-    """However much of it comes, every wait without a state is a silent one, and the twentieth a fault."""
+    """Every wait without a valid state counts as silent, and the twentieth is a fault."""
     desk.turn(state(5))
     for wait in range(1, CONFIG.silence_ticks + 1):
         assert desk.fault is None
@@ -126,7 +126,7 @@ def test_noise_is_no_sign_of_life(desk: Desk, caplog: pytest.LogCaptureFixture):
 
 
 def test_a_state_ends_the_silence(desk: Desk):
-    """The count starts over."""
+    """The count starts again at 0."""
     desk.turn(state(5))
     for tick in (6, 7):
         for _ in range(CONFIG.silence_ticks - 1):
@@ -136,7 +136,7 @@ def test_a_state_ends_the_silence(desk: Desk):
 
 
 def test_within_a_wait_nothing_is_counted(desk: Desk):
-    """A wait that noise cut short is waited on."""
+    """If noise ends a wait early, the loop waits for the rest of it."""
     desk.turn(state(5))
     for _ in range(2 * CONFIG.silence_ticks):
         desk.turn(NOISE)
@@ -150,7 +150,7 @@ def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(desk: Desk, caplog:
 
 
 def test_the_state_that_the_arm_was_asked_for_is_answered(desk: Desk):
-    """Unless the stream has brought it, or a newer one, meanwhile."""
+    """It is not answered if the stream has brought it, or a newer one, meanwhile."""
     answer = desk.bus.asked[-1][1]
     assert desk.bus.asked[-1][0] == "state"
     answer(encode(state(0)))
@@ -211,7 +211,7 @@ SLOW = dataclasses.replace(CONFIG, rate_hz=0.1)
     ids=["stop", "question", "motion"],
 )
 def test_a_request_does_not_wait_for_the_next_state(desks: Callable[..., Desk], topic: topics.Query, body: object):
-    """It ends the wait for one, and is answered at once."""
+    """A request ends the wait for a state and is answered at once."""
     desk = desks(config=SLOW)
     desk.turn(state(5))
     sent = Request(topic, body)
@@ -225,7 +225,7 @@ def test_a_request_does_not_wait_for_the_next_state(desks: Callable[..., Desk], 
 
 
 def test_a_client_that_leaves_ends_the_motion_it_holds(desk: Desk):
-    """From the token to the stop, through the loop."""
+    """When the token of the lease holder disappears, the loop stops the arm."""
     desk.turn(state(0))
     desk.bus.see_client("alice")
     desk.turn(state(1))
@@ -242,7 +242,7 @@ def test_a_client_that_leaves_ends_the_motion_it_holds(desk: Desk):
 
 @pytest.mark.parametrize("arm_clock", ["stepped", "paced"])
 def test_outside_of_real_time_each_state_is_answered(desks: Callable[..., Desk], arm_clock: m.Clock):
-    """One a turn, by a publisher that waits: the arm goes on only once it has the answer."""
+    """The loop answers one state a turn with a blocking publisher, because the arm waits for the answer."""
     desk = desks(arm_clock)
     desk.turn(state(0), state(1))
     assert desk.answered == [0]
@@ -252,7 +252,7 @@ def test_outside_of_real_time_each_state_is_answered(desks: Callable[..., Desk],
 
 
 def test_in_real_time_the_newest_state_is_answered(desk: Desk):
-    """By a publisher that drops what cannot be sent at once."""
+    """The publisher drops what cannot be sent at once."""
     desk.turn(state(0), state(1))
     assert desk.answered == [1]
     assert desk.bus.blocking == {"command": False, "status": False, "ended": False}
@@ -268,7 +268,7 @@ def test_outside_of_real_time_slow_states_are_no_fault(desks: Callable[..., Desk
 
 
 def test_in_paced_time_an_arm_that_is_gone_aborts_the_motion(desks: Callable[..., Desk]):
-    """A new run of the arm ends the fault, as ever."""
+    """A new run of the arm ends the fault."""
     desk = desks("paced")
     desk.turn(state(0))
     desk.ask(topics.EXECUTE, staying(5, 1))
@@ -283,7 +283,7 @@ def test_in_paced_time_an_arm_that_is_gone_aborts_the_motion(desks: Callable[...
 
 @pytest.mark.parametrize("arm_clock", ["realtime", "stepped"])
 def test_in_other_clocks_a_lost_token_is_no_fault(desks: Callable[..., Desk], arm_clock: m.Clock):
-    """In real time its states are what counts; in stepped time none is due."""
+    """In real time only missing states count; in stepped time no state is due."""
     desk = desks(arm_clock)
     desk.turn(state(0))
     desk.bus.see_arm(alive=False)
@@ -291,16 +291,19 @@ def test_in_other_clocks_a_lost_token_is_no_fault(desks: Callable[..., Desk], ar
     assert desk.fault is None
 
 
-@pytest.mark.parametrize(("arm_clock", "last"), [("realtime", 0), ("paced", 1)])
-def test_the_farewell(desks: Callable[..., Desk], arm_clock: m.Clock, last: int, monkeypatch: pytest.MonkeyPatch):
-    """A controller that ends stops the motion: by states that come in time, in paced time by slow ones as well."""
-    monkeypatch.setattr("services.controller.loop.FAREWELL_S", PATIENCE_S)
+@pytest.mark.parametrize(("arm_clock", "state_after", "last"), [("realtime", PATIENCE_S, 0), ("paced", 0.5, 1)])
+def test_the_farewell(
+    desks: Callable[..., Desk], arm_clock: m.Clock, state_after: float, last: int, monkeypatch: pytest.MonkeyPatch
+):
+    """A controller that ends stops the motion. In real time it gives up after a silence; in paced time it waits."""
+    monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
     desk = desks(arm_clock, clock=time.perf_counter_ns)
     desk.turn(state(0))
     desk.ask(topics.EXECUTE, staying(5, 1))
-    late = threading.Timer(0.5, desk.bus.send, [encode(state(1))])
+    late = threading.Timer(state_after, desk.bus.send, [encode(state(1))])
     late.start()
     desk.loop.close()
+    late.cancel()
     late.join()
     assert desk.answered[-1] == last
 
@@ -319,7 +322,7 @@ def test_in_paced_time_a_farewell_does_not_wait_for_an_arm_that_is_gone(
 
 
 def test_a_contact_on_the_bus_is_in_the_result_of_the_motion(desk: Desk):
-    """What is malformed counts as lost."""
+    """A malformed contact is ignored."""
     desk.turn(state(0))
     desk.turn(state(1))
     desk.ask(topics.EXECUTE, staying(start=3, epoch=1))
@@ -336,7 +339,7 @@ def test_a_contact_on_the_bus_is_in_the_result_of_the_motion(desk: Desk):
 
 @pytest.mark.parametrize("time", [1.7e308, -1.7e308])
 def test_a_contact_at_an_absurd_time_ends_nothing(desk: Desk, time: float):
-    """A number that a message may carry, times the rate, is infinite."""
+    """Times the rate, this number overflows to infinity."""
     desk.turn(state(0))
     touch = m.Contact(time=time, bodies=["racket", "floor"], impulse=0.1, ball_velocity=None, ended=False)
     desk.bus.listeners["contact"](encode(touch))

@@ -1,4 +1,4 @@
-"""What a trajectory of polynomials must satisfy, at all times, before it can move the arm."""
+"""The conditions that polynomials must satisfy at all times before they can move the arm."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,14 +23,14 @@ FOREVER = 1e9
 
 
 def moved(way: float, seconds: float, first: float = 0.0) -> np.ndarray:
-    """Coefficients (6,) of the polynomial of degree 5 that goes `way` from rest to rest."""
+    """Return coefficients (6,) of the quintic that goes `way` from rest to rest."""
     ways = way * np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]) / seconds ** np.arange(6.0)
     ways[0] = first
     return ways
 
 
 def there_and_back(way: float = 0.3, seconds: float = 0.5, rest: float = 0.0) -> Trajectory:
-    """The first joint goes `way` from home and comes back, and then all stay for `rest` s."""
+    """Return a motion: the first joint goes `way` from home and back; then all joints rest for `rest` s."""
     coefficients = np.zeros((3, JOINTS, 6))
     coefficients[:, :, 0] = ROBOT.home
     coefficients[0, 0] = moved(way, seconds, ROBOT.home[0])
@@ -39,7 +39,7 @@ def there_and_back(way: float = 0.3, seconds: float = 0.5, rest: float = 0.0) ->
 
 
 def message(motion: Trajectory, **fields: object) -> m.Trajectory:
-    """Return a motion as a request, with some fields changed."""
+    """Return a motion as a request with some fields changed."""
     body: dict[str, Any] = {
         "goal_id": "goal", "epoch": 0, "joint_names": list(ROBOT.joint_names), "start_time": 0.1, "dt": 0.001,
         "count": int(np.ceil(motion.duration * 1000 - 1e-6)) + 1, "hit_index": 0,
@@ -49,12 +49,12 @@ def message(motion: Trajectory, **fields: object) -> m.Trajectory:
 
 
 def checked(motion: Trajectory, config: RobotConfig = ROBOT, **fields: object) -> Segment:
-    """Check a motion that is good."""
+    """Check a motion that must be accepted."""
     return check_trajectory(message(motion, **fields), config).segment
 
 
 def refusal(motion: Trajectory, config: RobotConfig = ROBOT, **fields: object) -> Refusal:
-    """Check a motion that must be refused."""
+    """Check a motion that must be refused, and return the refusal."""
     with pytest.raises(Refusal) as caught:
         check_trajectory(message(motion, **fields), config)
     return caught.value
@@ -62,7 +62,7 @@ def refusal(motion: Trajectory, config: RobotConfig = ROBOT, **fields: object) -
 
 @pytest.mark.parametrize("rest", [0.0, 0.25])
 def test_it_is_sampled_at_every_tick(rest: float):
-    """To the same numbers as the polynomials have, and to an end at rest."""
+    """The samples equal the polynomials, and the last one is at rest."""
     motion = there_and_back(rest=rest)
     segment = checked(motion)
     assert (segment.start, segment.end) == (100, 1100 + 1000 * rest)
@@ -76,7 +76,7 @@ def test_it_is_sampled_at_every_tick(rest: float):
 
 @pytest.mark.parametrize("seconds", [0.5003, 0.5 + 4e-10, 0.5 - 4e-10])
 def test_an_end_between_two_ticks(seconds: float):
-    """Is followed by a sample at rest, exactly, also where rounding alone puts it there."""
+    """A sample at exact rest follows, also if the end is between two ticks by rounding alone."""
     motion = there_and_back(seconds=seconds)
     segment = checked(motion)
     assert len(segment.samples) == (1002 if seconds == 0.5003 else 1001)
@@ -84,8 +84,8 @@ def test_an_end_between_two_ticks(seconds: float):
     assert not segment.samples.accelerations[-1].any()
 
 
-def test_a_piece_that_is_all():
-    """Stays where it is."""
+def test_a_single_constant_piece_stays():
+    """A motion without duration is one sample at the piece's position."""
     motion = Trajectory(np.array([0.0, 0.0]), ROBOT.home[None, :, None] * np.eye(6)[0])
     assert checked(motion).samples.positions.tolist() == [ROBOT.home.tolist()]
 
@@ -99,7 +99,7 @@ def test_a_piece_that_is_all():
         ([0.0, 0.5, 0.4, 1.0], r"pieces.breaks\[2\] is 0.4 after 0.5 s; breaks must not decrease"),
     ],
 )
-def test_breaks_that_are_none(breaks: list[float], sentence: str):
+def test_invalid_breaks_are_refused(breaks: list[float], sentence: str):
     coefficients = matrix_bytes(there_and_back().coefficients)
     with pytest.raises(Refusal, match=sentence) as caught:
         check_trajectory(message(there_and_back(), pieces=m.Pieces(breaks=breaks, coefficients=coefficients)), ROBOT)
@@ -107,7 +107,7 @@ def test_breaks_that_are_none(breaks: list[float], sentence: str):
 
 
 def test_coefficients_that_do_not_fit():
-    """In number, or not finite: named with their place."""
+    """A wrong count or a number that is not finite is refused; the refusal names its place."""
     motion = there_and_back()
     pieces = m.Pieces(breaks=motion.breaks.tolist(), coefficients=bytes(8))
     refused = refusal(motion, pieces=pieces)
@@ -117,13 +117,13 @@ def test_coefficients_that_do_not_fit():
 
 
 @pytest.mark.parametrize("count", [0, 1000, 1002, 60_002])
-def test_a_count_that_is_not_the_duration_s(count: int):
+def test_a_count_that_differs_from_the_duration_is_refused(count: int):
     refused = refusal(there_and_back(), count=count)
     assert (refused.code, refused.detail["field"]) == ("bad_message", "count")
 
 
 def test_a_plan_of_60_s_and_no_longer():
-    """With whatever rest at its end."""
+    """A plan of 60 s may have a rest at its end."""
     assert checked(there_and_back(rest=59.0)).end == 60_100
     assert refusal(there_and_back(rest=59.001)).detail["field"] == "count"
 
@@ -167,7 +167,7 @@ def _beyond_jerk(motion: Trajectory) -> None:
     ],
 )
 def test_beyond_a_limit(quantity: str, spoil: Callable[[Trajectory], None]):
-    """Is named by joint, quantity, value and bound, where only that one limit is passed."""
+    """The refusal names joint, quantity, value and bound of the one limit that is exceeded."""
     motion = there_and_back()
     spoil(motion)
     own = ROBOT.limits
@@ -181,7 +181,7 @@ def test_beyond_a_limit(quantity: str, spoil: Callable[[Trajectory], None]):
 
 
 def test_a_limit_passed_between_two_ticks():
-    """Is found, though every sample lies inside: as samples the same motion is taken."""
+    """It is found although every sample is inside; as samples the motion is accepted."""
     motion = there_and_back(seconds=0.101)
     samples = motion.sample(np.arange(203) * ROBOT.tick)
     fastest = motion.sample(np.array([0.0505])).velocities[0, 0]
@@ -196,7 +196,7 @@ def test_a_limit_passed_between_two_ticks():
 
 
 def test_a_bound_is_taken_as_it_is():
-    """Exactly on it is inside, and a millionth of the range beyond it is rounding."""
+    """A value on the bound is inside; up to a millionth of the range beyond it counts as rounding."""
     top, low = ROBOT.home[0] + 0.3, ROBOT.limits.positions[0, 0]
     for high, good in ((top, True), (top - 0.9e-6 * (top - low), True), (top - 1.1e-6 * (top - low), False)):
         positions = ROBOT.limits.positions.copy()
@@ -212,9 +212,11 @@ def test_a_bound_is_taken_as_it_is():
 
 @pytest.mark.parametrize(("order", "gap"), [(0, 2e-8), (1, 2e-6), (2, 2e-4)])
 def test_a_jump_is_refused(order: int, gap: float):
-    """Of the position, the velocity or the acceleration, where two pieces meet."""
+    """Position, velocity and acceleration must be continuous where two pieces meet."""
     motion = there_and_back()
-    fades = gap * np.array([1.0, -6.0, 12.0, -8.0])  # (1 − 2t)³: nothing of it is left at the end of the piece
+    fades = gap * np.array(
+        [1.0, -6.0, 12.0, -8.0]
+    )  # (1 − 2t)³ and its first two derivatives are 0 at the end of the piece
     motion.coefficients[1, 3, order : order + 4] += fades
     refused = refusal(motion)
     assert (refused.code, refused.detail["field"]) == ("bad_message", "pieces.coefficients")
@@ -224,7 +226,7 @@ def test_a_jump_is_refused(order: int, gap: float):
 
 
 def test_the_end_is_at_rest():
-    """The last piece is constant, exactly."""
+    """The last piece must be exactly constant."""
     motion = there_and_back(rest=0.1)
     motion.coefficients[-1, 2, 1] = 1e-12
     refused = refusal(motion)
@@ -243,14 +245,14 @@ def led_back(outside: float, seconds: float) -> Trajectory:
 
 
 def test_a_pushed_arm_may_be_led_back():
-    """From up to 0.02 rad outside its position limit, within the first fifth of the way; nothing may stay outside."""
+    """A start up to 0.02 rad outside is accepted if the motion is inside after a fifth of its duration."""
     checked(led_back(0.99 * LED_BACK_FROM, 0.15), hit_index=999)
     assert refusal(led_back(1.01 * LED_BACK_FROM, 0.15), hit_index=999).code == "limit"
     assert refusal(led_back(0.99 * LED_BACK_FROM, 0.8), hit_index=999).code == "limit"
 
 
 def test_what_overflows_is_refused():
-    """Finite coefficients, whose curve is not."""
+    """The coefficients are finite, but the curve is not."""
     free = np.full(JOINTS, np.inf)
     limits = replace(
         ROBOT.limits, positions=np.stack([-free, free], axis=1), velocities=free, accelerations=free, jerks=free

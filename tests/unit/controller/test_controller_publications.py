@@ -1,4 +1,4 @@
-"""What the controller publishes and logs beside its commands."""
+"""What the controller publishes and logs besides its commands."""
 
 import logging
 
@@ -11,7 +11,7 @@ from tests.unit.controller.stand_ins import CONFIG, FakeBus, FakeClock, state
 
 
 class Desk:
-    """The publications of a controller that has not seen a state yet."""
+    """The publications of a controller that has not received a state."""
 
     def __init__(self) -> None:
         self.core, self.bus, self.clock = Controller(CONFIG), FakeBus(), FakeClock()
@@ -54,7 +54,7 @@ def test_a_goal_that_ended_is_published_and_logged_with_its_id(desk: Desk, caplo
 
 
 def test_faults_are_logged_as_they_come_and_go(desk: Desk, caplog: pytest.LogCaptureFixture):
-    """Once each, whether or not a goal ends with them."""
+    """A fault's begin and end are logged once each, whether or not goals end with it."""
     desk.core.answer(state(0), 0)
     for fault in ("hot", "hot", None):
         desk.core.fault = fault
@@ -63,8 +63,8 @@ def test_faults_are_logged_as_they_come_and_go(desk: Desk, caplog: pytest.LogCap
     assert caplog.records[0].__dict__["code"] == "fault"
 
 
-def test_what_is_published_waits_only_where_it_is_told_to(desk: Desk):
-    """In real time a link that is dead must not block the loop; in other clocks nothing may be lost."""
+def test_only_outside_of_real_time_a_publisher_waits(desk: Desk):
+    """In real time a dead link must not block the loop; in other clocks no message may be lost."""
     assert desk.bus.blocking == {"command": False, "status": False, "ended": False}
     desk.publications.declare(blocking=True)
     assert desk.bus.blocking == {"command": True, "status": True, "ended": True}

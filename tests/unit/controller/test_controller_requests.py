@@ -1,4 +1,4 @@
-"""In which order the controller answers requests."""
+"""The order in which the controller answers requests."""
 
 import logging
 import threading
@@ -40,7 +40,7 @@ def desk() -> Iterator[Desk]:
 
 
 def test_a_stop_goes_before_a_motion_and_a_motion_before_a_question(desk: Desk):
-    """Whatever came first."""
+    """The order of arrival does not matter."""
     answered: list[str] = []
     status = desk.bus.request(topics.STATUS_QUERY, m.Empty())
     play = desk.bus.request(topics.EXECUTE, staying(30, desk.core.epoch))
@@ -66,7 +66,7 @@ def test_of_questions_the_first_goes_first(desk: Desk):
 
 
 def test_each_request_is_answered_by_the_controller(desk: Desk):
-    """What the bus serves is what the topic table says is the controller's."""
+    """The served topics are those that the topic table assigns to the controller."""
     assert set(desk.bus.inboxes) == {topic.key for topic in topics.QUERIES if topic.owner == "controller"}
     play = desk.bus.request(topics.EXECUTE, staying(30, desk.core.epoch))
     assert desk.checked.wait(10.0)
@@ -96,6 +96,6 @@ def test_a_refusal_is_an_answer(desk: Desk):
     ("topic", "request_body"), [(topics.CANCEL, m.Cancel()), (topics.STATUS_QUERY, m.Empty())], ids=["stop", "question"]
 )
 def test_a_request_wakes_the_loop(desk: Desk, topic: topics.Query, request_body: object):
-    """One that waits for a state would otherwise answer up to a tick later."""
+    """Otherwise a waiting loop would answer up to a tick later."""
     desk.bus.request(topic, request_body)
     assert desk.woken.is_set()

@@ -1,4 +1,4 @@
-"""Which states of the arm are answered, and which open a run."""
+"""The states of the arm that are answered, and those that begin a run."""
 
 import pytest
 
@@ -37,7 +37,7 @@ def test_what_is_not_answered(states: States, bad: m.State):
     ("good", "opens"), [(state(6), False), (state(900), False), (state(0, run=2), True), (state(7, run=2), True)]
 )
 def test_what_is_answered(states: States, good: m.State, opens: bool):
-    """The next state, also after lost ones, and any of another run."""
+    """The next state, also after lost ones, and any state of another run."""
     assert states.admits(good)
     assert states.opens_run(good) is opens
 

@@ -1,4 +1,4 @@
-"""Segments on the timeline, one replacing another."""
+"""Segments on the timeline that replace one another."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ def positions(timeline: Timeline, ticks: range) -> list[float]:
 
 
 def test_it_holds_before_and_after_a_segment():
-    """Before the first segment its first sample, after the last one its last."""
+    """Before the first segment it holds its first sample, after the last one its last."""
     timeline = Timeline(np.array([5.0]), tick=3)
     timeline.splice(ramp(10, 3, 20.0))
     assert positions(timeline, range(8, 15)) == [5, 5, 20, 21, 22, 22, 22]
@@ -29,7 +29,7 @@ def test_it_holds_before_and_after_a_segment():
 
 
 def test_a_segment_replaces_all_that_came_from_its_start_on():
-    """Also segments that had not begun, and one that begins at the same tick."""
+    """It also replaces segments that have not begun, and one that begins at the same tick."""
     timeline = Timeline(np.array([0.0]))
     timeline.splice(ramp(10, 10, 100.0))
     timeline.splice(ramp(14, 2, 200.0))
@@ -52,7 +52,7 @@ def test_what_is_past_can_be_forgotten():
 
 
 def test_what_is_coming():
-    """From a tick on, across segments, before the first and after the last one as for a single tick."""
+    """The samples from a tick on, across segments, equal those of the single ticks."""
     timeline = Timeline(np.array([0.0]))
     timeline.splice(ramp(10, 5, 100.0))
     timeline.splice(ramp(12, 3, 200.0))
@@ -67,7 +67,7 @@ def test_what_is_coming():
 
 
 def test_holding_forgets_everything():
-    """The pose given is copied: the caller may write into its own."""
+    """The pose is copied, so the caller may change its own array."""
     timeline = Timeline(np.array([0.0]))
     timeline.splice(ramp(10, 5, 100.0))
     pose = np.array([7.0])

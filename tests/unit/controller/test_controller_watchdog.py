@@ -1,4 +1,4 @@
-"""How long a silence lasts until the watchdog has counted it."""
+"""How long silence lasts until the watchdog has counted it."""
 
 import pytest
 
@@ -9,7 +9,10 @@ TICK, TICKS = 1e-3, 20
 
 
 def silence(tick: float = TICK, stall: float = 0.0) -> float:
-    """Return the time from a state to the end of the 20th wait, ticks; the loop does not run for `stall` s after it."""
+    """Return the time from a state to the end of the 20th wait, in ticks.
+
+    The loop is stalled for `stall` s after it.
+    """
     clock = FakeClock()
     watchdog = SilenceWatchdog(tick, clock)
     began_ns = clock()
@@ -23,7 +26,7 @@ def silence(tick: float = TICK, stall: float = 0.0) -> float:
 
 @pytest.mark.parametrize("stall_ms", [0.0, 0.5, 1.0, 2.5, 4.0, 5.0])
 def test_silence_is_counted_within_its_ticks(stall_ms: float):
-    """Half a tick is left to say so, even where a sim that dies blocks the core."""
+    """Half a tick is left to report it, even if a dying sim blocks the core."""
     assert TICKS - 1.0 < silence(stall=stall_ms * 1e-3) <= TICKS - 0.5
 
 
@@ -32,13 +35,13 @@ def test_silence_is_counted_in_the_ticks_of_the_arm():
 
 
 def test_a_stall_of_the_machine_is_no_silence():
-    """The arm stood still as well: of the stall counts only what a dying sim takes, 5 ms and the wait it fell in."""
+    """The arm stalled too. Of the stall, only the 5 ms of a dying sim and the wait in which it began count."""
     stall_ms = 100.0
     assert silence(stall=stall_ms * 1e-3) > stall_ms + TICKS - 8.0
 
 
 def test_the_next_state_ends_the_first_wait():
-    """A state that comes in its tick is never awaited by the clock, even where it is a tenth of a tick late."""
+    """A state that is a tenth of a tick late still arrives within the first wait."""
     clock = FakeClock()
     watchdog = SilenceWatchdog(TICK, clock)
     watchdog.feed(clock())
@@ -49,7 +52,7 @@ def test_the_next_state_ends_the_first_wait():
 
 
 def test_a_wait_is_counted_once():
-    """Waking up within it counts nothing; the next state starts over."""
+    """Waking up during the wait counts nothing; the next state starts again at 0."""
     clock = FakeClock()
     watchdog = SilenceWatchdog(TICK, clock)
     watchdog.feed(clock())

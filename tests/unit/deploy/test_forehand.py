@@ -11,7 +11,7 @@ from robot.kinematics import Kinematics
 
 ROBOT = load_robot()
 GAP = 0.002
-"""Between ball and strings at the hit, m."""
+"""Largest distance of ball and strings at the hit, m."""
 
 
 def read() -> tuple[list[str], np.ndarray, np.ndarray]:
@@ -24,7 +24,7 @@ def read() -> tuple[list[str], np.ndarray, np.ndarray]:
 def test_the_script_makes_the_file():
     made = np.loadtxt(render().splitlines()[1:], delimiter=",")
     kept = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
-    # One unit of the last decimal: mathematics libraries differ there.
+    # The last decimal may differ between mathematics libraries.
     np.testing.assert_allclose(kept, made, rtol=0, atol=1.1e-9)
     assert FOREHAND.read_text().splitlines()[0] == render().splitlines()[0]
 
@@ -39,7 +39,7 @@ def test_it_runs_from_rest_at_home_at_500_hz():
 
 @pytest.mark.parametrize("duration", [1.0, 0.8])
 def test_it_leaves_room_in_every_limit(duration: float):
-    """A third of each range or more is left, so that other starts, waypoints and the stop after the hit fit."""
+    """At least a third of each range is left for other starts, waypoints, and the stop after the hit."""
     _, times, positions = read()
     step = times[1] * duration / HIT_TIME
     middle = ROBOT.limits.positions.mean(axis=1)

@@ -80,7 +80,7 @@ def test_there_is_something_to_test():
 
 
 def test_the_services_are_started_once_all_is_there():
-    """Robot, certificates and configurations, and systemd knows the units."""
+    """Robot, certificates and configurations must exist, and systemd must know the units."""
     *before, daemon, last = INSTALLING
     assert (daemon, last) == ("systemctl daemon-reload", "systemctl enable --now volley@arm.target")
     for needed in ("arm.toml", "arm.xml", "deploy.zenoh.certificates", "deploy.zenoh.configure", "deploy/systemd"):
@@ -88,7 +88,7 @@ def test_the_services_are_started_once_all_is_there():
 
 
 def test_the_units_user_can_read_every_key():
-    """And nobody else."""
+    """Nobody else can."""
     (line,) = (line for line in INSTALLING if ".key" in line)
     command, _, keys = line.partition("~/volley-tls/")
     assert command.split() == ["install", "-o", "volley", "-g", "volley", "-m", "0400"]

@@ -1,4 +1,4 @@
-"""The systemd units against the process table, the flags of the services and systemd itself."""
+"""The systemd units against the process table, the services' flags, and systemd itself."""
 
 import importlib
 import shutil
@@ -25,7 +25,7 @@ EACH = pytest.mark.parametrize("process", PROCESSES, ids=NAMES)
 
 
 def unit(process: Process) -> dict[str, str]:
-    """Return the settings of a process's unit; none may be said twice."""
+    """Return the settings of a process's unit; each may be set once only."""
     settings: dict[str, str] = {}
     for line in (DIRECTORY / f"volley-{process.name}@.service").read_text().splitlines():
         name, equals, value = line.partition("=")
@@ -99,7 +99,7 @@ def test_loops_have_cores_of_their_own():
 
 
 def test_the_recorder_s_memory_lasts():
-    """No trace keeps an index in it; each start writes a file of its own, named by the time."""
+    """Traces keep no index in memory; each start writes a new file named by the time."""
     recorder = next(process for process in PROCESSES if process.name == "recorder")
     words = unit(recorder)["ExecStart"].removesuffix(" $VOLLEY_FLAGS").replace("%i", "arm").split()
     own = tyro.cli(importlib.import_module(f"{recorder.module}.__main__").Flags, args=words[3:]).own

@@ -20,13 +20,13 @@ READERS = {"recorder", "viewer"}
 
 
 def may(role: str, message: str, key: str) -> bool:
-    """Whether the table lets `role` send `message` on `key`."""
+    """Return whether the table lets `role` send `message` on `key`."""
     permissions = (*reading(), *acting(BY_NAME[role]))
     return any(message in permission.messages and key in permission.keys for permission in permissions)
 
 
 def senders(message: str, key: str) -> set[str]:
-    """Return who may send `message` on `key`."""
+    """Return the roles that may send `message` on `key`."""
     return {role.name for role in ROLES if may(role.name, message, key)}
 
 
@@ -79,7 +79,7 @@ def test_access_control_denies_by_default_and_names_every_role():
 @pytest.mark.parametrize(("name", "text"), configure.texts(Cell()).items())
 def test_committed_files_are_the_generated_ones(name, text):
     assert (DIRECTORY / name).read_text() == text, "run: python -m deploy.zenoh.configure"
-    zenoh.Config.from_file(DIRECTORY / name)  # which raises for fields that this Zenoh does not know
+    zenoh.Config.from_file(DIRECTORY / name)  # raises for fields that this Zenoh does not know
 
 
 def test_no_other_configuration_is_committed():

@@ -1,4 +1,4 @@
-"""The drill's wall clock that jumps leaves a mark of itself, and only it does."""
+"""The drill's jumping wall clock leaves a mark in the processes that use it, and in no others."""
 
 import subprocess
 import sys
@@ -27,10 +27,10 @@ def run(program: str, environment: dict[str, str]) -> int:
 
 
 def test_the_jumps_that_a_process_saw(tmp_path: Path):
-    """Where it ran with the shim; one that ran without is left out."""
+    """Jumps are counted in a process with the shim; a process without it is left out."""
     directory = shim("jumping_clock", tmp_path)
     root = Path(__file__).parents[3]
     pids = {"sim": run(LOOK, {"PYTHONPATH": f"{directory}:{root}"}), "planner": run(STILL, {"PYTHONPATH": str(root)})}
     jumps = jumps_seen(CellConfig(shims=dict.fromkeys(pids, directory)), pids)
     assert list(jumps) == ["sim"]
-    assert jumps["sim"] in (3, 4), "it may jump once before it is looked at"
+    assert jumps["sim"] in (3, 4), "one jump may come before the first look"

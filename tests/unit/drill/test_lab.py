@@ -1,4 +1,4 @@
-"""Where scenarios are carried out."""
+"""The place in which scenarios are carried out."""
 
 from pathlib import Path
 
@@ -7,5 +7,5 @@ from tools.drill.harness.lab import Lab
 
 
 def test_cells_log_as_text(tmp_path: Path):
-    """Whatever was asked for: scenarios read there when something was said."""
+    """The requested form is ignored, because scenarios read times in text logs."""
     assert Lab(Options(log="json"), tmp_path).options == Options()

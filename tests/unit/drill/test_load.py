@@ -1,4 +1,4 @@
-"""Replies that the drill counts under a flood."""
+"""Replies that the drill counts under a flood of requests."""
 
 import sys
 import threading
@@ -15,7 +15,7 @@ THREADS = 8
 
 @pytest.fixture
 def hasty():
-    """Threads that take turns as often as they can."""
+    """Make threads take turns as often as possible."""
     usual = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     yield
@@ -24,7 +24,7 @@ def hasty():
 
 @pytest.mark.usefixtures("hasty")
 def test_replies_that_come_at_once_all_count():
-    """Each in a thread of its own, as Zenoh delivers them; the first of a kind at once too."""
+    """Zenoh delivers replies in threads; simultaneous ones are all counted, also the first of a kind."""
     floods = [Flood(None, "goal") for _ in range(1000)]  # type: ignore[arg-type]
     reply = SimpleNamespace(ok=SimpleNamespace(), err=None)
     start = threading.Barrier(THREADS)
@@ -43,7 +43,7 @@ def test_replies_that_come_at_once_all_count():
 
 
 def test_codes_in_replies():
-    """Of a refusal its own; Zenoh's error, whose body is no map, means that the owner is silent."""
+    """A refusal has its own code; Zenoh's error, whose body is not a map, means that the owner is silent."""
     refusal = msgpack.packb({"code": "busy", "message": "full", "detail": {}})
     for body, code in ((refusal, "busy"), (msgpack.packb("Timeout"), SILENT)):
         err = SimpleNamespace(payload=SimpleNamespace(to_bytes=lambda body=body: body))

@@ -1,4 +1,4 @@
-"""What the drill reads in the logs of a cell's processes."""
+"""Times that the drill reads in the logs of a cell's processes."""
 
 from datetime import datetime
 from pathlib import Path
@@ -19,7 +19,7 @@ def at(second: str) -> float:
 
 
 def test_when_words_were_logged_first(tmp_path: Path):
-    """At or after a time, in whole milliseconds; lines without a time are left out."""
+    """The first line at or after a time counts, in milliseconds; lines without a time are skipped."""
     (tmp_path / "controller.log").write_text(LOG)
     processes = Processes(Supervisor({}), tmp_path)
     assert processes.logged_at("controller", "fell silent", at("46.000")) == at("46.060")

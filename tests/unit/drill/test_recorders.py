@@ -1,10 +1,10 @@
-"""What the drill finds missing in a trace."""
+"""Ticks that the drill finds missing in a trace."""
 
 from tools.drill.scenarios.recorders import missing_inside
 
 
 def test_ticks_missing_inside():
-    """Between the first and the last, in whatever order they were written, each once."""
+    """Missing ticks between the first and the last are counted once, in whatever order ticks were written."""
     assert missing_inside([]) == 0
     assert missing_inside([7]) == 0
     assert missing_inside([9, 7, 8]) == 0

@@ -1,4 +1,4 @@
-"""The drill's files, and the page that is made from them."""
+"""The drill's files, and the page that is generated from them."""
 
 import json
 from dataclasses import replace
@@ -12,12 +12,12 @@ PAGE = Path(__file__).resolve().parents[3] / "docs" / "reliability.md"
 
 
 def measured(name: str, good: bool) -> dict[str, float | str]:
-    """Return a measurement for every bound of a scenario: the bound itself, or none that keeps it."""
+    """Return a measurement for every bound of a scenario that just keeps it."""
     return {bound.reaction: bound.value if good else "nothing" for bound in SCENARIOS[name].bounds}
 
 
 def test_numbers():
-    """Whole ones as they are, others to three digits, words as words."""
+    """Integers stay as they are, other numbers have three digits, words stay words."""
     assert [number(20, "ms"), number(0.012345, "s"), number("busy"), number(None)] == [
         "20 ms",
         "0.0123 s",
@@ -27,7 +27,7 @@ def test_numbers():
 
 
 def test_later_measurements_join_the_earlier(tmp_path: Path):
-    """A scenario drilled again replaces its row; the others stay."""
+    """A repeated scenario replaces its row; the others stay."""
     file = tmp_path / "drill.json"
     one, other = SCENARIOS["push"], SCENARIOS["cancel"]
     save(file, [judge(one, measured("push", True), 1.0), judge(other, measured("cancel", True), 1.0)])
@@ -40,7 +40,7 @@ def test_later_measurements_join_the_earlier(tmp_path: Path):
 
 
 def test_earlier_attempts_are_shown(tmp_path: Path):
-    """Beside what was measured in the last one, in the file and on the page."""
+    """File and page show earlier attempts beside the last one's measurements."""
     before = "why the first was repeated", "why the second was"
     outcome = replace(judge(SCENARIOS["noise"], measured("noise", True), 1.0), before=before)
     text = markdown(save(tmp_path / "drill.json", [outcome]))
@@ -48,7 +48,7 @@ def test_earlier_attempts_are_shown(tmp_path: Path):
 
 
 def test_only_the_table_of_a_page_is_replaced(tmp_path: Path):
-    """What stands around it stays."""
+    """The text around it stays."""
     page = tmp_path / "page.md"
     page.write_text(f"before\n{BEGIN}\noutdated\n{END}\nafter\n")
     write_markdown(page, {"machine": {"cores": "2"}, "rows": {}})
@@ -75,7 +75,7 @@ def test_the_page_has_every_scenario_and_no_other():
 
 
 def test_names_choose():
-    """All without any; an unknown one raises an error that lists all."""
+    """No name selects all scenarios; an unknown one raises an error that lists all names."""
     assert chosen([]) == [scenario for family in FAMILIES.values() for scenario in family]
     assert [scenario.name for scenario in chosen(["push", "cancel"])] == ["push", "cancel"]
     try:

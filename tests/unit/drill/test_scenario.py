@@ -1,4 +1,4 @@
-"""Bounds, and what is judged by them."""
+"""Bounds, and the verdict on measurements."""
 
 import math
 
@@ -18,7 +18,7 @@ from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, exac
     ],
 )
 def test_bounds(bound: Bound, good: list[Value], bad: list[Value]):
-    """Hold for what keeps them, never for what is not a number."""
+    """A bound holds for values that keep it, and never for NaN."""
     assert all(bound.holds(value) for value in good)
     assert not any(bound.holds(value) for value in bad)
 
@@ -29,7 +29,7 @@ def scenario(*bounds: Bound) -> Scenario:
 
 
 def test_every_bound_needs_its_measurement():
-    """What was not measured has not held, not even what is only reported."""
+    """Without its measurement a bound has not held, even one that is only reported."""
     row = scenario(none("jumps"), reported("speed"))
     assert judge(row, {"jumps": 0, "speed": 3.0}, 1.0).held
     assert not judge(row, {"jumps": 1, "speed": 3.0}, 1.0).held
@@ -38,5 +38,5 @@ def test_every_bound_needs_its_measurement():
 
 
 def test_what_broke_off_has_not_held():
-    """Though all that was measured did."""
+    """An error outweighs measurements that all hold."""
     assert not judge(scenario(none("jumps")), {"jumps": 0}, 1.0, "the sim did not start").held

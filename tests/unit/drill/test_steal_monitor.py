@@ -1,4 +1,4 @@
-"""CPU steal, and which scenarios are repeated for it."""
+"""CPU steal time, and the scenarios that are repeated because of it."""
 
 import time
 from collections.abc import Callable
@@ -20,7 +20,7 @@ JUMPS, LATE = none("jumps"), timed(none("late ticks"))
 
 
 class Host:
-    """The kernel's count of steal for two cores, and a clock."""
+    """The kernel's steal time of two cores, and a clock."""
 
     def __init__(self) -> None:
         self.steps = {0: 3, 1: 5}
@@ -40,18 +40,18 @@ class Host:
 
 @pytest.fixture
 def host() -> Host:
-    """A host that steals what a test asks for."""
+    """Return a host whose steal time a test sets."""
     return Host()
 
 
 @pytest.fixture
 def monitor(host: Host) -> StealMonitor:
-    """A monitor that samples when it is asked to."""
+    """Return a monitor that samples only on request."""
     return StealMonitor(host.stolen, lambda: host.now)
 
 
 def test_two_samples_in_a_row_are_summed(host: Host, monitor: StealMonitor):
-    """One piece may be counted in both; three samples are not one piece."""
+    """A stall may be split between two samples, but not among three."""
     began = host.now
     for expected in (1, 2, 2, 2):
         host.steal(core=0, steps=1)
@@ -59,7 +59,7 @@ def test_two_samples_in_a_row_are_summed(host: Host, monitor: StealMonitor):
 
 
 def test_two_cores_do_not(host: Host, monitor: StealMonitor):
-    """Half of it stolen from each is no core stolen."""
+    """Steal time of different cores is not added."""
     began = host.now
     host.steal(core=0, steps=1)
     host.steal(core=1, steps=1, after=0.0)
@@ -67,7 +67,7 @@ def test_two_cores_do_not(host: Host, monitor: StealMonitor):
 
 
 def test_steal_before_does_not_count(host: Host, monitor: StealMonitor):
-    """Only steal since the time asked for."""
+    """Only steal time after the given time counts."""
     host.steal(core=1, steps=10)
     monitor.sample()
     host.now += 1.0
@@ -76,7 +76,7 @@ def test_steal_before_does_not_count(host: Host, monitor: StealMonitor):
 
 
 def test_a_piece_across_the_time_asked_for_counts_from_there(host: Host, monitor: StealMonitor):
-    """Its first part belongs to an earlier attempt."""
+    """The part before belongs to an earlier attempt."""
     host.steal(core=0, steps=1)
     between = monitor.sample()
     host.steal(core=0, steps=1)
@@ -85,7 +85,7 @@ def test_a_piece_across_the_time_asked_for_counts_from_there(host: Host, monitor
 
 
 def test_a_core_that_comes_and_goes_steals_nothing(host: Host, monitor: StealMonitor):
-    """Its count since the start of the system is no rise."""
+    """Its total since the system's start is not an increase."""
     host.steal(core=2, steps=1000)
     del host.steps[0]
     assert monitor.most_stolen(100.0) == 0
@@ -94,7 +94,7 @@ def test_a_core_that_comes_and_goes_steals_nothing(host: Host, monitor: StealMon
 
 
 def test_it_samples_by_itself_while_entered(host: Host):
-    """So that steal is noted at its own time."""
+    """Steal time is recorded when it happens."""
     with StealMonitor(host.stolen) as monitor:
         began = monitor.sample()
         host.steal(core=0, steps=6)
@@ -118,7 +118,7 @@ def scenario(run: Callable[[Lab], Measured], clock: Clock = "realtime", *others:
 
 
 def test_a_scenario_with_steal_is_carried_out_again(lab: Lab, host: Host):
-    """The outcome has what fell short, or the error."""
+    """The outcome has the shortfall or error of earlier attempts."""
     tries = iter([{"late ticks": 7}, ScenarioError("waited too long"), {"late ticks": 0}])
 
     def run(_: Lab) -> Measured:
@@ -152,7 +152,7 @@ def test_a_scenario_with_steal_is_carried_out_again(lab: Lab, host: Host):
     ids=["to no end", "a moment", "stepped", "a jump", "held", "a defect", "a refusal", "a fault"],
 )
 def test_nothing_else_is(lab: Lab, host: Host, steps: int, clock: Clock, measured: Measured | Exception, expected: int):
-    """Only where nothing but timed bounds fell short, in real time, with long steal; and not for ever."""
+    """Repeat only in real time, if only timed bounds fell short and much time was stolen, a bounded number of times."""
     tries = 0
 
     def run(_: Lab) -> Measured:

@@ -1,4 +1,4 @@
-"""docs/imitation.md: the page is what its numbers say, and these are what plans bring today."""
+"""docs/imitation.md matches its numbers, and today's plans give these numbers."""
 
 import math
 from collections.abc import Iterable
@@ -19,7 +19,7 @@ from experiments.imitation.page import ABSENT, PAGE, quote
 from motion.primitive import learn
 
 RELATIVE, ABSOLUTE = 0.05, 1e-6
-"""What another machine's rounding may change."""
+"""Tolerance for another machine's rounding."""
 
 BUDGET = 0.03
 """rad: a pick and place under a speed limit at 0.9 of its peak."""

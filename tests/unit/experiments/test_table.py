@@ -1,4 +1,4 @@
-"""The committed table and page: complete, equal to each other, and what the experiments bring today."""
+"""The committed table and page are complete and agree; today's experiments give their numbers."""
 
 import math
 from collections.abc import Callable
@@ -19,7 +19,7 @@ ABSOLUTE = 1e-6
 
 
 def test_the_page_quotes_the_table():
-    """Every number between its marks is the table's."""
+    """Every number between the page's marks is the table's."""
     page = table.PAGE.read_text(encoding="utf-8")
     assert page == table.quote(page, table.read_results())
     assert page.count("<!--= ") > 8

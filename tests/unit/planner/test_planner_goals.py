@@ -1,4 +1,4 @@
-"""From a goal on the wire to a motion request, and from motion's errors to refusals."""
+"""Goals on the wire become motion requests, and motion's errors become refusals."""
 
 from dataclasses import replace
 
@@ -39,21 +39,21 @@ def goal(**fields: object) -> m.Goal:
 
 
 def requested(primitive: Primitive, **fields: object) -> MotionRequest:
-    """Check a goal and return what is to be solved."""
+    """Check a goal and return the request to be solved."""
     asked = goal(**fields)
     check_goal(asked, primitive, ROBOT)
     return motion_request(asked, primitive, ROBOT, ORIGIN)
 
 
 def refused(primitive: Primitive, **fields: object) -> Refusal:
-    """Request what must be refused."""
+    """Request a goal that must be refused, and return the refusal."""
     with pytest.raises(Refusal) as caught:
         requested(primitive, **fields)
     return caught.value
 
 
 def test_without_positions_the_primitive_s_own_end(primitive: Primitive):
-    """With its velocities too, unless others are given."""
+    """The end has the primitive's velocities too, unless others are given."""
     request = requested(primitive, positions=None)
     assert request.goal.positions.tolist() == primitive.goal.positions.tolist()
     assert request.goal.velocities.tolist() == primitive.goal.velocities.tolist()
@@ -85,13 +85,13 @@ def test_what_is_left_out_has_its_default(primitive: Primitive):
     ],
 )
 def test_durations_are_whole_ticks(primitive: Primitive, fields: dict[str, object], duration: float):
-    """Rounded up, or for an arrival time to the nearest."""
+    """Durations are rounded up; with an arrival time, to the nearest tick."""
     assert requested(primitive, **fields).duration == pytest.approx(duration, abs=1e-12)
 
 
 @pytest.mark.parametrize("time", [2.0, 1.0, -1e308, 2.0004])
 def test_an_arrival_that_has_passed_is_late(primitive: Primitive, time: float):
-    """Compared with where the motion can begin."""
+    """It is compared with the time at which the motion can begin."""
     refusal = refused(primitive, arrival_time=time, goal_id="g")
     assert (refusal.code, refusal.detail["goal_id"]) == ("late", "g")
     assert "2.000 s" in refusal.message
@@ -137,7 +137,7 @@ def test_an_arrival_that_has_passed_is_late(primitive: Primitive, time: float):
     ],
 )
 def test_goals_that_contradict_themselves(primitive: Primitive, field: str, fields: dict[str, object]):
-    """Are invalid, by field."""
+    """They are refused as invalid; the refusal names the field."""
     refusal = refused(primitive, **fields)
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", field)
     assert field.partition("[")[0].partition(".")[0] in refusal.message
@@ -166,14 +166,14 @@ def test_limits_that_nothing_keeps_name_the_joint_and_its_value(primitive: Primi
     ],
 )
 def test_wrong_lengths(primitive: Primitive, field: str, fields: dict[str, object]):
-    """Name the field and both lengths."""
+    """The refusal names the field and both lengths."""
     refusal = refused(primitive, **fields)
     assert (refusal.code, refusal.detail["field"]) == ("bad_message", field)
     assert f"the arm has {JOINTS} joints" in refusal.message
 
 
 def test_a_waypoint_at_once_that_repeats_the_start_is_left_out(primitive: Primitive):
-    """The first point of many clients is where they believe the arm to be."""
+    """Many clients send the arm's believed position as their first point."""
     start = m.Waypoint(time_from_start=0.0, positions=[HOME[0] + 0.005, *HOME[1:]])
     later = m.Waypoint(time_from_start=0.5, positions=HOME)
     kept = requested(primitive, waypoints=[start, later]).waypoints
@@ -217,7 +217,7 @@ def test_an_alternative_too_far_ahead_is_named(primitive: Primitive):
 
 
 def test_an_alternative_that_is_late_is_no_end(primitive: Primitive):
-    """The others may be played."""
+    """The other ends may be played."""
     alternatives = [m.Alternative(arrival_time=1.0), m.Alternative(duration=0.5)]
     goal = m.Goal(primitive="forehand", positions=HOME, alternatives=alternatives)
     found, late = ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
@@ -227,14 +227,14 @@ def test_an_alternative_that_is_late_is_no_end(primitive: Primitive):
 
 
 def test_another_arms_primitive(primitive: Primitive):
-    """Moves another number of joints."""
+    """It is refused because it moves another number of joints."""
     fewer = replace(primitive, control_points=primitive.control_points[:-1], spread=primitive.spread[:-1])
     refusal = refused(fewer)
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "primitive")
 
 
 def test_the_tighter_limit_holds(primitive: Primitive):
-    """The goal's where it is tighter, the robot's elsewhere; null is the robot's."""
+    """The goal's limit holds where it is tighter, the robot's elsewhere; null stands for the robot's."""
     limits = m.GoalLimits(
         positions=[(-9.0, 0.5), *FREE], velocities=[2.0, 99.0, *[None] * 4], accelerations=None, jerks=[100.0, *FREE]
     )
@@ -247,7 +247,7 @@ def test_the_tighter_limit_holds(primitive: Primitive):
 
 
 def test_null_is_free(primitive: Primitive):
-    """In accelerations, waypoints and starts; velocities of a start are zero where they are null."""
+    """Null leaves final accelerations and waypoint entries free; velocities that a start leaves out are zero."""
     request = requested(
         primitive,
         accelerations=[1.0, *FREE],
@@ -293,7 +293,7 @@ def test_null_is_free(primitive: Primitive):
     ],
 )
 def test_errors_become_refusals(error: MotionError, code: str, detail: dict[str, object]):
-    """With the joint's name in the sentence in place of its index."""
+    """The sentence has the joint's name instead of its index."""
     refusal = refusal_of(error, ROBOT.joint_names)
     assert (refusal.code, refusal.detail) == (code, detail)
     assert str(detail.get("joint", "velocities")) in refusal.message

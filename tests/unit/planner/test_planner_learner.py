@@ -1,8 +1,7 @@
-"""Learning beside the planner's loop: through a thread, one after another."""
+"""Learning beside the planner's loop: a thread learns one demonstration after another."""
 
 import logging
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from services.planner.library import Arm, Library, Written
 from services.planner.worker import Lesson, learned
 from services.planner.worker_thread import LoopCall
 from tests.unit.planner.test_planner_worker import LIMITS, NAMES, body
+from tests.waiting import eventually
 
 LOG = logging.getLogger("planner")
 ARM = Arm("two", NAMES)
@@ -41,7 +41,7 @@ class Question:
 
 
 class HeldWorker:
-    """Learns in this process, once it may."""
+    """A worker that learns in this process once a test permits it."""
 
     role = "learn"
 
@@ -50,17 +50,17 @@ class HeldWorker:
         self.asked: list[bytes] = []
 
     def learn(self, asked: bytes) -> Lesson:
-        """Wait, and learn."""
+        """Wait for the permission, then learn."""
         self.asked.append(asked)
         self.may.acquire()
         return learned(asked, LIMITS, NAMES)
 
     def kill(self) -> None:
-        """Let it go."""
+        """Permit the present request, so that it ends."""
         self.may.release()
 
     def close(self) -> None:
-        """There is no process."""
+        """Do nothing: there is no process."""
 
 
 class Desk:
@@ -73,18 +73,18 @@ class Desk:
         self.learner = Learner(self.library, self.worker, self.keep, self.inbox, LOG)  # type: ignore[arg-type]
 
     def keep(self, written: Written, replace: bool) -> None:
-        """As the planner does."""
+        """Keep a primitive as the planner does."""
         self.library.check_name(written.name, replace)
         self.library.keep(written)
 
     def submit(self, name: str = "wave", replace: bool = False, sent: bytes | None = None) -> Question:
-        """Have it learned."""
+        """Submit a demonstration to be learned."""
         question = Question()
         self.learner.submit(question, Head(name, replace), sent or body(name))  # type: ignore[arg-type]
         return question
 
     def serve(self, question: Question) -> Any:
-        """Let the next be learned, run calls until `question` has its answer, and return that."""
+        """Permit the next request, run the learner's calls until `question` is answered, and return the answer."""
         self.worker.may.release()
         while not question.answered.is_set():
             call = self.inbox.take(0.01)
@@ -111,7 +111,7 @@ def test_what_is_learned_is_on_disk_before_it_is_said(desk: Desk, tmp_path: Path
 
 
 def test_while_one_is_learned_the_loop_is_free(desk: Desk):
-    """Nothing waits in its queue until there is something to keep."""
+    """The loop's queue stays empty until there is a primitive to keep."""
     question = desk.submit()
     assert desk.inbox.take(0.1) is None
     assert not question.answered.is_set()
@@ -126,7 +126,7 @@ def test_several_are_learned_in_turn(desk: Desk):
 
 
 def test_of_two_with_one_name_the_second_exists(desk: Desk, tmp_path: Path):
-    """Though the name was free when it was asked for; unless it replaces."""
+    """The name was free when both were submitted; only `replace` overwrites it."""
     first, second, third = desk.submit(), desk.submit(), desk.submit(replace=True)
     assert isinstance(desk.serve(first), m.Learned)
     assert desk.serve(second).code == "exists"
@@ -151,8 +151,7 @@ def test_what_is_forgotten_meanwhile_comes_back(desk: Desk, tmp_path: Path):
 
 def test_too_many_are_busy(desk: Desk):
     desk.submit()
-    while not desk.worker.asked:
-        time.sleep(0.001)
+    assert eventually(lambda: desk.worker.asked)
     for number in range(16):
         desk.submit(f"n{number}")
     with pytest.raises(Refusal, match="16 requests wait") as caught:

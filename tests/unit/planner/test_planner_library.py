@@ -32,7 +32,7 @@ def names(library: Library) -> list[str]:
 
 
 def test_what_is_put_is_found_by_the_next_process(tmp_path: Path, primitive: Primitive):
-    """All of it, bit by bit."""
+    """Another process reads the same primitive, bit by bit."""
     first = Library(tmp_path / "library", ARM, LOG)
     assert first.is_new
     first.put("swing", primitive)
@@ -47,7 +47,7 @@ def test_what_is_put_is_found_by_the_next_process(tmp_path: Path, primitive: Pri
 
 
 def test_what_is_removed_is_gone(tmp_path: Path, primitive: Primitive):
-    """From memory and disk; a second time it is unknown."""
+    """It is removed from memory and disk; removing it again is refused as unknown."""
     library = Library(tmp_path, ARM, LOG)
     library.put("swing", primitive)
     library.remove("swing")
@@ -58,7 +58,7 @@ def test_what_is_removed_is_gone(tmp_path: Path, primitive: Primitive):
 
 
 def test_an_unknown_name_lists_what_there_is(tmp_path: Path, primitive: Primitive):
-    """Or says that there is nothing yet."""
+    """If the library is empty, the refusal says so."""
     library = Library(tmp_path, ARM, LOG)
     with pytest.raises(Refusal, match="none yet"):
         library.get("lob")
@@ -68,8 +68,8 @@ def test_an_unknown_name_lists_what_there_is(tmp_path: Path, primitive: Primitiv
 
 
 @pytest.mark.parametrize("name", ["", "../escape", "/etc/passwd", "a.b", "a b", "-a", "_a", "ä", "x" * 65, "a\n"])
-def test_names_that_are_none(tmp_path: Path, name: str):
-    """Above all none that leads out of the directory."""
+def test_invalid_names_are_refused(tmp_path: Path, name: str):
+    """Above all, no name may lead out of the directory."""
     with pytest.raises(Refusal) as caught:
         Library(tmp_path, ARM, LOG).check_name(name, replace=True)
     assert (caught.value.code, caught.value.detail["field"]) == ("bad_message", "name")
@@ -89,7 +89,7 @@ def test_a_name_is_taken_unless_replaced(tmp_path: Path, primitive: Primitive):
 def test_files_that_are_no_primitives_are_left_alone(
     tmp_path: Path, primitive: Primitive, caplog: pytest.LogCaptureFixture
 ):
-    """And reported; the good ones are there all the same."""
+    """They are reported, and the valid ones are loaded."""
     Library(tmp_path, ARM, LOG).put("swing", primitive)
     whole = (tmp_path / "swing.npz").read_bytes()
     bad = {"cut": whole[: len(whole) // 2], "empty": b"", "noise": bytes(range(256)) * 10}
@@ -104,7 +104,7 @@ def test_files_that_are_no_primitives_are_left_alone(
 
 
 def test_a_damaged_file_is_left_alone(tmp_path: Path, primitive: Primitive):
-    """Wherever the damage is: here in the headers of the archive and of its arrays."""
+    """The damage may be anywhere, here in the headers of the archive and its arrays."""
     Library(tmp_path, ARM, LOG).put("swing", primitive)
     whole = (tmp_path / "swing.npz").read_bytes()
     headers = [place for place in range(len(whole)) if whole.startswith(b"PK\x03\x04", place)]
@@ -115,8 +115,8 @@ def test_a_damaged_file_is_left_alone(tmp_path: Path, primitive: Primitive):
             assert (tmp_path / "swing.npz").exists()
 
 
-def test_a_file_with_gaussian_weights_is_read_and_written_anew(tmp_path: Path):
-    """As the version before this one kept it; when it was learned stays known."""
+def test_a_file_with_gaussian_weights_is_converted(tmp_path: Path):
+    """The previous version wrote such files; the time of learning is kept."""
     s = np.linspace(0, 1, 1001)
     positions = np.stack([0.5 * np.sin(3 * s), s**2], axis=1)
     old = {"duration": 2.0, "theta": np.zeros((2, 50)), "positions": positions, "accelerations": positions}
@@ -152,7 +152,7 @@ def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: 
 
 
 def test_a_full_library_takes_no_new_name(tmp_path: Path, primitive: Primitive, monkeypatch: pytest.MonkeyPatch):
-    """But what it has may be learned anew, and what is forgotten makes room."""
+    """Existing names may be replaced, and forgetting one makes room."""
     monkeypatch.setattr("services.planner.library.MAX_PRIMITIVES", 2)
     library = Library(tmp_path, ARM, LOG)
     for name in ("one", "two"):
@@ -166,7 +166,7 @@ def test_a_full_library_takes_no_new_name(tmp_path: Path, primitive: Primitive, 
 
 
 def test_of_many_names_some_are_listed(tmp_path: Path, primitive: Primitive):
-    """A refusal has to fit in an answer."""
+    """A refusal must fit into a reply."""
     library = Library(tmp_path, ARM, LOG)
     for number in range(12):
         library.put(f"swing-{number:02}", primitive)
@@ -175,7 +175,7 @@ def test_of_many_names_some_are_listed(tmp_path: Path, primitive: Primitive):
 
 
 def test_a_primitive_keeps_its_arm(tmp_path: Path, primitive: Primitive):
-    """Another arm lists it, and does not play it."""
+    """Another arm lists the primitive but does not play it."""
     Library(tmp_path, ARM, LOG).put("swing", primitive)
     (entry,) = Library(tmp_path, ARM, LOG)
     assert (entry.robot, entry.joint_names) == ("two", ["a", "b"])

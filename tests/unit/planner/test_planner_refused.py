@@ -1,4 +1,4 @@
-"""A goal is answered first and published then, one that is refused too, whatever the reason."""
+"""A goal is answered before it is published, also one that is refused, for whatever reason."""
 
 import logging
 import threading
@@ -70,12 +70,12 @@ class FakeBus:
                 inbox.offer(RequestT(each, body, self.events))  # type: ignore[arg-type]
 
     def publisher(self, topic: topics.Publication, blocking: bool = False) -> "FakeBus":
-        """Only a plan may wait for a listener whose link is dead: a refusal would hold up the next goal's answer."""
+        """Check that only a plan waits for a listener with a dead link; a refusal would delay the next answer."""
         assert blocking is (topic is topics.PLAN)
         return self
 
     def send(self, topic: topics.Query, asked: Any) -> Callable[[], Any]:
-        """Answer once the answer is wanted."""
+        """Answer when the answer is awaited."""
         return lambda: self.ask(topic, asked)
 
     def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
@@ -89,17 +89,17 @@ class FakeBus:
         return self._origin
 
     def announce(self, _: str) -> None:
-        """Nobody looks."""
+        """Do nothing."""
 
     def watch_alive(self, *_: object) -> None:
-        """Nobody comes."""
+        """Do nothing."""
 
     def take_puts(self) -> list[str]:
         """Nobody puts a request."""
         return []
 
     def listen(self, *_: object) -> None:
-        """Nobody speaks."""
+        """Do nothing."""
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +160,7 @@ def test_it_is_published_after_the_answer(library: Library, code: str, changes: 
 
 
 def test_what_is_played_is_published_after_the_answer(library: Library):
-    """Whoever listens, on a link that may be dead, does not hold up the answer; a repeated goal is played once."""
+    """A listener with a dead link does not delay the answer; a repeated goal is played once."""
     requests = [(topics.GOAL, encode(GOAL))] * 2
     reply, played, again = answered(library, FakeBus(requests, accepts=True))
     assert (type(reply), type(played)) == (m.GoalReply, m.Plan)
@@ -177,7 +177,7 @@ def test_a_motion_too_long_with_its_stop_names_what_made_it_so(library: Library)
 
 
 def test_a_plan_that_execute_does_not_take_is_no_fault_of_the_body(library: Library):
-    """Who sent 200 bytes is not told that a body is too large."""
+    """A client that sent 200 bytes is not told that its body is too large."""
 
     class Strict(FakeBus):
         def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
@@ -215,7 +215,7 @@ def test_a_controller_that_is_silent(library: Library):
 
 @pytest.mark.parametrize("body", [b"", b"{", encode(m.Forget(name="forehand"))])
 def test_of_what_does_not_decode_only_the_refusal_is_known(library: Library, body: bytes):
-    """Also where the request before it was known."""
+    """The published refusal contains nothing of the request before it."""
     first, second = (topics.GOAL, encode(GOAL)), (topics.GOAL, body)
     *_, refusal, refused = answered(library, FakeBus([first, second]))
     assert (refusal.code, refused.code, refused.message) == ("bad_message", "bad_message", refusal.message)

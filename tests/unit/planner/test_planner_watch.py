@@ -27,8 +27,8 @@ def status(fault: str | None) -> bytes:
     return encode(msgspec.structs.replace(example, fault=fault))
 
 
-def test_it_tells_every_change_once(caplog: pytest.LogCaptureFixture):
-    """There, in a fault, out of it, silent, back: one line each, however often it looks."""
+def test_every_change_is_logged_once(caplog: pytest.LogCaptureFixture):
+    """Present, in fault, out of it, silent, back: one line each, however often the watch looks."""
     caplog.set_level(logging.INFO)
     bus, heard = Heard(), list[m.Status]()
     watch = ControllerWatch(bus, logging.getLogger("planner"), heard.append)  # type: ignore[arg-type]
@@ -51,7 +51,7 @@ def test_it_tells_every_change_once(caplog: pytest.LogCaptureFixture):
 
 
 def test_noise_is_no_sign_of_life(caplog: pytest.LogCaptureFixture):
-    """Nor does it take the place of a status that came just before it."""
+    """Noise does not replace a status that arrived just before it either."""
     caplog.set_level(logging.INFO)
     bus, heard = Heard(), list[m.Status]()
     watch = ControllerWatch(bus, logging.getLogger("planner"), heard.append)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""The processes that learn and plan, and the planner's end of them."""
+"""The processes that learn and plan, and the planner's connection to them."""
 
 import logging
 import os
@@ -6,10 +6,8 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +22,7 @@ from protocol.errors import Refusal
 from services.planner.worker import Failure, Task, learned, outcome
 from services.planner.worker_link import Worker
 from tests.connections import unread
+from tests.processes import is_running
 from tests.waiting import eventually
 
 LOG = logging.getLogger("planner")
@@ -95,7 +94,7 @@ def test_it_learns_what_this_process_would(worker: Worker):
 
 
 def test_a_process_that_is_ended_did_not_die(worker: Worker, caplog: pytest.LogCaptureFixture):
-    """Its log says nothing of a status: the planner ended it."""
+    """The log reports no exit status, because the planner ended the process."""
     caplog.set_level(logging.INFO)
     worker.learn(body())
     worker.close()
@@ -103,7 +102,7 @@ def test_a_process_that_is_ended_did_not_die(worker: Worker, caplog: pytest.LogC
 
 
 def test_a_process_that_died_is_replaced(worker: Worker):
-    """Nobody notices one that died while it had nothing to do."""
+    """Its death is detected only by the next request."""
     worker.learn(body())
     first = pid_of(worker)
     os.kill(first, signal.SIGKILL)
@@ -113,7 +112,7 @@ def test_a_process_that_died_is_replaced(worker: Worker):
 
 
 def kill_once_asked(worker: Worker) -> None:
-    """Stop its process, and kill it when something was sent to it, which it then has not read."""
+    """Suspend its process, and kill it when a request was sent to it that it has not read."""
     os.kill(pid_of(worker), signal.SIGSTOP)
     connection = worker.connection
     assert connection is not None
@@ -136,7 +135,7 @@ def test_what_a_dying_process_learned_is_unavailable(worker: Worker):
 
 
 def test_it_ends_with_the_planner_however_that_ends():
-    """Killed, in the middle of a fit: a planner of some lines starts one, says its number, and is killed."""
+    """A small planner starts a process, sends it a long fit, and is killed."""
     lines = """
 import threading, time
 import numpy as np
@@ -156,10 +155,7 @@ time.sleep(60)
         assert planner.stdout is not None
         number = int(planner.stdout.readline())
         planner.kill()
-    deadline = time.monotonic() + 30
-    while Path(f"/proc/{number}/cmdline").exists() and Path(f"/proc/{number}/cmdline").read_bytes():
-        assert time.monotonic() < deadline, "the process that learns outlived the planner"
-        time.sleep(0.01)
+    assert eventually(lambda: not is_running(number)), "the process that learns outlived the planner"
 
 
 # --- planning -------------------------------------------------------------------------------------------

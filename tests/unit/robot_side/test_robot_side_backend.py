@@ -1,4 +1,4 @@
-"""What every backend promises the loop of the robot side."""
+"""What every backend guarantees the loop of the robot side."""
 
 from collections.abc import Iterator
 
@@ -44,7 +44,7 @@ def test_ticks_are_counted_and_time_is_tick_over_rate(backend: Backend):
 
 
 def test_an_observation_stays_as_it_was(backend: Backend):
-    """The loop may hold it while the next tick passes."""
+    """The loop may keep an observation while the next tick passes."""
     before = backend.observe()
     assert backend.observe() is before
     positions = before.positions.copy()

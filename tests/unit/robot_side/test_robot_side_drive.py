@@ -1,4 +1,4 @@
-"""Which commands lead the arm, and when it leads itself."""
+"""The commands that lead the arm, and when the arm leads itself."""
 
 import msgspec
 import numpy as np

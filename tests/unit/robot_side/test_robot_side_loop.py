@@ -1,4 +1,4 @@
-"""The loop of the robot side on a bus that nobody hears: what it hands on, says and answers."""
+"""The loop of the robot side on a bus without listeners: setpoints, logs and replies."""
 
 import dataclasses
 import logging
@@ -26,10 +26,10 @@ HOME, STILL = ROBOT.home.tolist(), [0.0] * ROBOT.joint_count
 
 
 class Deaf:
-    """A bus on which nobody hears."""
+    """A bus without listeners."""
 
     def publisher(self, *_: object, **__: object) -> SimpleNamespace:
-        """Let what is published go nowhere."""
+        """Discard what is published."""
         return SimpleNamespace(put=lambda _: None)
 
     def take_puts(self) -> list[str]:
@@ -38,7 +38,7 @@ class Deaf:
 
 
 class Asked:
-    """A request, and what came back."""
+    """A request and its reply."""
 
     def __init__(self, topic: topics.Query, request: m.Request) -> None:
         self.topic, self.replies = topic, []
@@ -76,7 +76,7 @@ class Reflexive(StandIn):
 
 
 def loop_of(backend: StandIn) -> RobotLoop:
-    """A loop with a backend, on the clock paced."""
+    """Return a loop with a backend, on the paced clock."""
     return RobotLoop(Deaf(), ROBOT, backend, "paced", logging.getLogger("test"), run=7)  # type: ignore[arg-type]
 
 
@@ -89,7 +89,7 @@ def ask(loop: RobotLoop, topic: topics.Query, request: m.Request = m.Empty()) ->
 
 
 def tick(loop: RobotLoop, command: m.Command | None = None) -> m.State:
-    """Let a tick pass, and return the state after it."""
+    """Run the loop for a tick and return the state after it."""
     if command is not None:
         loop.receive(encode(command))
     loop.step()
@@ -98,14 +98,14 @@ def tick(loop: RobotLoop, command: m.Command | None = None) -> m.State:
 
 
 def command(tick: int, **fields: Any) -> m.Command:
-    """A command that answers `tick` of run 7."""
+    """Return a command that answers `tick` of run 7."""
     still = {"accelerations": STILL, "positions": HOME, "velocities": STILL, "goal_id": None}
     return m.Command(**{"run": 7, "tick": tick, "source": "test", **still, **fields})
 
 
 @pytest.mark.parametrize("body", [b"\xc1", encode(command(0, run=8))])
 def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(body: bytes, caplog: pytest.LogCaptureFixture):
-    """Whether a command does not decode, or is none for this run."""
+    """The command does not decode, or is not one of this run."""
     loop_of(StandIn(ROBOT)).receive(body)
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
 
@@ -172,7 +172,7 @@ class Recording(StandIn):
 
 
 def test_a_setpoint_says_where_the_reference_goes():
-    """As the command says or, where an older controller does not, as its accelerations lead."""
+    """The velocity is the command's or, for an older controller, follows from its accelerations."""
     ahead = m.Point(positions=[0.5] * 6, velocities=[0.25] * 6)
     loop = loop_of(backend := Recording(ROBOT))
     tick(loop, command(0, next=ahead, feedforward=[2.0] * 6))
@@ -232,7 +232,7 @@ class Clock(StandIn):
 
 
 def test_a_robot_that_is_the_clock_sets_the_pace():
-    """The loop waits for nothing else, and what the robot lost is a jump of the tick."""
+    """The loop waits for nothing else; ticks that the robot lost are a jump of the tick."""
     ended = threading.Event()
     loop = loop_of(Clock(ended))
     published: list[int] = []

@@ -1,4 +1,4 @@
-"""What is said of a machine that is too slow."""
+"""The log of a machine that is too slow."""
 
 import logging
 
@@ -12,7 +12,7 @@ from services.common.robot_side.pace import REPORT_S, Pace
 def test_a_slow_machine_is_told_of_once_in_five_seconds(
     tick_s: float, said: list[str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ):
-    """With the ratio of robot time to the wall clock, where that is below 0.95."""
+    """The line has the ratio of robot time to wall time, if that is below 0.95."""
     now = [0.0]
     monkeypatch.setattr(pace.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(pace.Deadlines, "wait", lambda _: None)
