@@ -5,6 +5,10 @@ class MotionError(Exception):
     """Base of all errors of this package; `str()` is a sentence that says what to change. Joints are given by index."""
 
 
+UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
+"""Unit of each quantity of a joint."""
+
+
 def works_in(min_duration: float | None, waypoint_times: list[float] | None, otherwise: str) -> str:
     """Return the advice to use a duration (s) that works, with its waypoints' times (s); `otherwise` without one."""
     if min_duration is None:
@@ -31,8 +35,8 @@ class LimitExceeded(MotionError):
     def __init__(self, joint: int, quantity: str, value: float, bound: float, of: str = "") -> None:
         word = "at most" if value > bound else "at least"
         super().__init__(
-            f"joint {joint}: the requested {quantity} {value:.6g}{of} lies outside the limits; "
-            f"it must be {word} {bound:.6g}"
+            f"joint {joint}: the requested {quantity} {value:.6g} {UNITS[quantity]}{of} lies outside the limits; "
+            f"it must be {word} {bound:.6g} {UNITS[quantity]}"
         )
         self.joint = joint
         self.quantity = quantity
@@ -77,7 +81,7 @@ class CannotStop(MotionError):
         if max_velocity is None:
             remedy = "with this final acceleration no slower arrival was found that could; leave it free"
         else:
-            remedy = f"a final velocity of {max_velocity:.6g} could be stopped"
+            remedy = f"a final velocity of {max_velocity:.6g} rad/s could be stopped"
         super().__init__(f"joint {joint}: the arm could not come to rest inside its limits after this goal; {remedy}")
         self.joint = joint
         self.max_velocity = max_velocity

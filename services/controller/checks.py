@@ -10,7 +10,7 @@ from protocol import messages as m
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 from protocol.topics import MAX_ID, MAX_PLAN_S
-from robot.conversions import MATRICES, samples_of
+from robot.conversions import MATRICES, QUANTITY_OF, samples_of, unit_of
 from robot.description import RobotConfig
 from services.controller.pieces import check_pieces
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
@@ -123,7 +123,8 @@ def _check_smooth(samples: Samples, config: RobotConfig) -> None:
         jumps = np.argwhere(np.abs(step) > bend + 1e-9)
         if len(jumps):
             row, joint = jumps[0]
-            sentence = f"{name} of {config.joint_names[joint]} jump by {step[row, joint]:.3g} after sample {row}"
+            unit = unit_of(QUANTITY_OF[name], config.slides[joint])
+            sentence = f"{name} of {config.joint_names[joint]} jump by {step[row, joint]:.3g} {unit} after sample {row}"
             raise bad_message(name, f"{sentence}; they must be the integral of what follows them in the message")
     if np.any(samples.velocities[-1]) or np.any(samples.accelerations[-1]):
         raise bad_message("velocities", "the last sample must be exactly at rest: zero velocity and acceleration")
@@ -142,8 +143,9 @@ def check_continuity(reference: tuple[np.ndarray, ...], segment: Segment, config
         gap = np.abs(ours - theirs)
         joint = int(np.argmax(gap))
         if gap[joint] > tolerance:
+            unit = unit_of(QUANTITY_OF[field], config.slides[joint])
             sentence = (
-                f"{field} of {config.joint_names[joint]} begin at {theirs[joint]:.6g}, the reference is at "
-                f"{ours[joint]:.6g} then; ask `reference` where to begin"
+                f"{field} of {config.joint_names[joint]} begin at {theirs[joint]:.6g} {unit}, the reference is at "
+                f"{ours[joint]:.6g} {unit} then; ask `reference` where to begin"
             )
             raise Refusal("invalid_goal", sentence, field=field)
