@@ -1,5 +1,7 @@
 """Errors of a requested motion. Each carries its evidence as attributes."""
 
+from motion.listing import listed
+
 
 class MotionError(Exception):
     """Base of all errors of this package; `str()` is a sentence that says what to change. Joints are given by index."""
@@ -13,8 +15,8 @@ def works_in(min_duration: float | None, waypoint_times: list[float] | None, oth
     """Return the advice to use a duration (s) that works, with its waypoints' times (s); `otherwise` without one."""
     if min_duration is None:
         return otherwise
-    waypoints = ", ".join(f"{t:.6g}" for t in waypoint_times or [])
-    return f"a duration of {min_duration:.6g} s works" + (f" with waypoints at {waypoints} s" if waypoints else "")
+    waypoints = listed([f"{t:.6g} s" for t in waypoint_times or []])
+    return f"a duration of {min_duration:.6g} s works" + (f" with waypoints at {waypoints}" if waypoints else "")
 
 
 class InvalidMotion(MotionError, ValueError):
@@ -44,6 +46,9 @@ class LimitExceeded(MotionError):
         self.bound = bound
 
 
+LOOSEN = "no longer duration was found to work; loosen that limit, or change the start or the goal"
+
+
 class Infeasible(MotionError):
     """No motion of the requested duration keeps the limits.
 
@@ -59,7 +64,7 @@ class Infeasible(MotionError):
         time: float,
         min_duration: float | None = None,
         waypoint_times: list[float] | None = None,
-        otherwise: str = "no longer duration was found to work; loosen that limit, or change the start or the goal",
+        otherwise: str = LOOSEN,
     ) -> None:
         remedy = works_in(min_duration, waypoint_times, otherwise)
         super().__init__(f"joint {joint}: the {quantity} limit cannot be kept near {time:.3f} s; {remedy}")

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from motion.limits import Limits
+from motion.listing import listed
 from motion.trajectory import Samples
 from protocol import messages as m
-from protocol.codec import bad_message
+from protocol.codec import bad_message, check_id
 from protocol.errors import Refusal
-from protocol.topics import MAX_ID, MAX_PLAN_S
+from protocol.topics import MAX_PLAN_S
 from robot.conversions import MATRICES, QUANTITY_OF, samples_of, unit_of
 from robot.description import RobotConfig
 from services.controller.pieces import check_pieces
@@ -59,7 +60,7 @@ def _check_samples(trajectory: m.Trajectory, config: RobotConfig) -> Samples:
 
 def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
     if trajectory.joint_names != list(config.joint_names):
-        raise bad_message("joint_names", f"joint_names must be {list(config.joint_names)}")
+        raise bad_message("joint_names", f"joint_names must be those of the arm: {listed(config.joint_names)}")
     if abs(trajectory.dt * config.rate_hz - 1.0) > TIGHT:
         raise bad_message("dt", f"dt is {trajectory.dt} s; this robot ticks every {config.tick} s")
     longest = round(MAX_PLAN_S * config.rate_hz) + 1
@@ -71,10 +72,9 @@ def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
         raise bad_message(
             "start_time", f"start_time is {trajectory.start_time} s; it must lie ahead on the arm's clock"
         )
-    if not 0 < len(trajectory.goal_id) <= MAX_ID:
-        raise bad_message("goal_id", f"goal_id must have 1 to {MAX_ID} characters")
-    if len(trajectory.client_id) > MAX_ID:
-        raise bad_message("client_id", f"client_id must have at most {MAX_ID} characters")
+    check_id("goal_id", trajectory.goal_id)
+    if trajectory.client_id:
+        check_id("client_id", trajectory.client_id)
 
 
 def _check_limits(samples: Samples, hit_index: int, config: RobotConfig) -> None:

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
+from motion.listing import listed
 from motion.tracking import tracking_acceleration
 from motion.trajectory import Samples, Trajectory, quintic
 from protocol.codec import bad_message
 from protocol.errors import Refusal
+from protocol.topics import MAX_ID
 from robot.conversions import unit_of
 from robot.description import RobotConfig
 from robot.joints import model_ranges
@@ -110,8 +112,8 @@ class HeldJoints:
         ranges = dict(zip(self.targets, zip(self._ranges.tolist(), self._units, strict=True), strict=True))
         for name, value in targets.items():
             if name not in ranges:
-                held = ", ".join(ranges) or "none"
-                raise bad_message("joints", f"{name!r} is not a held joint; this robot's config has {held}")
+                held = listed(list(ranges)) or "none"
+                raise bad_message("joints", f"{name[:MAX_ID]!r} is not a held joint; this robot's config has {held}")
             (low, high), unit = ranges[name]
             if not low <= value <= high:
                 sentence = f"{name} at {value:.6g} {unit} lies outside its range {low:.6g} to {high:.6g} {unit}"
