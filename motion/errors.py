@@ -1,16 +1,22 @@
 """Errors of a requested motion. Each carries its evidence as attributes."""
 
+from motion.listing import listed
+
 
 class MotionError(Exception):
     """Base of all errors of this package; `str()` is a sentence that says what to change. Joints are given by index."""
+
+
+UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
+"""Unit of each quantity of a joint."""
 
 
 def works_in(min_duration: float | None, waypoint_times: list[float] | None, otherwise: str) -> str:
     """Return the advice to use a duration (s) that works, with its waypoints' times (s); `otherwise` without one."""
     if min_duration is None:
         return otherwise
-    waypoints = ", ".join(f"{t:.6g}" for t in waypoint_times or [])
-    return f"a duration of {min_duration:.6g} s works" + (f" with waypoints at {waypoints} s" if waypoints else "")
+    waypoints = listed([f"{t:.6g} s" for t in waypoint_times or []])
+    return f"a duration of {min_duration:.6g} s works" + (f" with waypoints at {waypoints}" if waypoints else "")
 
 
 class InvalidMotion(MotionError, ValueError):
@@ -31,13 +37,16 @@ class LimitExceeded(MotionError):
     def __init__(self, joint: int, quantity: str, value: float, bound: float, of: str = "") -> None:
         word = "at most" if value > bound else "at least"
         super().__init__(
-            f"joint {joint}: the requested {quantity} {value:.6g}{of} lies outside the limits; "
-            f"it must be {word} {bound:.6g}"
+            f"joint {joint}: the requested {quantity} {value:.6g} {UNITS[quantity]}{of} lies outside the limits; "
+            f"it must be {word} {bound:.6g} {UNITS[quantity]}"
         )
         self.joint = joint
         self.quantity = quantity
         self.value = value
         self.bound = bound
+
+
+LOOSEN = "no longer duration was found to work; loosen that limit, or change the start or the goal"
 
 
 class Infeasible(MotionError):
@@ -55,7 +64,7 @@ class Infeasible(MotionError):
         time: float,
         min_duration: float | None = None,
         waypoint_times: list[float] | None = None,
-        otherwise: str = "no longer duration was found to work; loosen that limit, or change the start or the goal",
+        otherwise: str = LOOSEN,
     ) -> None:
         remedy = works_in(min_duration, waypoint_times, otherwise)
         super().__init__(f"joint {joint}: the {quantity} limit cannot be kept near {time:.3f} s; {remedy}")
@@ -77,7 +86,7 @@ class CannotStop(MotionError):
         if max_velocity is None:
             remedy = "with this final acceleration no slower arrival was found that could; leave it free"
         else:
-            remedy = f"a final velocity of {max_velocity:.6g} could be stopped"
+            remedy = f"a final velocity of {max_velocity:.6g} rad/s could be stopped"
         super().__init__(f"joint {joint}: the arm could not come to rest inside its limits after this goal; {remedy}")
         self.joint = joint
         self.max_velocity = max_velocity

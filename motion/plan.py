@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from motion.errors import Infeasible, InvalidMotion, LimitExceeded, OutOfTime, SolverFailed
+from motion.errors import LOOSEN, CannotStop, Infeasible, InvalidMotion, LimitExceeded, OutOfTime, SolverFailed
 from motion.limits import QUANTITIES, Limits
 from motion.primitive import Primitive
 from motion.program.constraint_generation import InfeasibleRows, Solution
@@ -16,7 +16,7 @@ from motion.program.curves import curves_of, trajectory_of
 from motion.program.effort import STOP, Effort
 from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
-from motion.program.min_duration import FACTOR, Judge, Verdict, min_duration, stretched
+from motion.program.min_duration import FACTOR, SEARCH_EFFORT, Judge, Verdict, min_duration, stretched
 from motion.program.optimum import Warm, optimum, works
 from motion.program.problem import (
     FINEST,
@@ -42,6 +42,9 @@ EFFORT, MAX_EFFORT = 13_000.0, 45_000.0
 
 MANY_FUNCTIONS = 70
 """Number of functions of a demonstration beyond which the effort grows with it."""
+
+LESS_REST = 6_000.0
+"""Effort of the search of a smaller rest_fraction, if no longer duration is feasible."""
 
 SHARE, UNIMITATING_SHARE = 0.5, 0.9
 """Parts of the remaining effort: for the usual precision and each thinned one, and for a motion that does not imitate.
@@ -268,7 +271,24 @@ def _refusal(
         return OutOfTime(failed.joint, *works)
     if isinstance(failed, SolverFailed):
         return failed
-    return Infeasible(failed.joint, QUANTITIES[failed.quantity], failed.s * request.moving_duration, *works)
+    advice = LOOSEN
+    if remedy and found is None and request.rest_fraction:
+        less = _less_rest(primitive, request, precision)
+        advice = LOOSEN if less is None else f"a rest_fraction of {less:.6g} works"
+    return Infeasible(failed.joint, QUANTITIES[failed.quantity], failed.s * request.moving_duration, *works, advice)
+
+
+def _less_rest(primitive: Primitive, request: MotionRequest, precision: Precision) -> float | None:
+    """Return a smaller rest_fraction with which the request is feasible in its duration, None if none is found."""
+    effort, moving = Effort(LESS_REST), 1 - request.rest_fraction
+    with suppress(OutOfTime, CannotStop):
+        while moving < 1:
+            moving = min(4 * moving, 1.0)
+            less = replace(request, rest_fraction=round(1 - moving, 6))
+            judge = _judge(primitive, final_accelerations(less, remedy=False), effort, precision)
+            if judge(less, list(range(request.joint_count)), SEARCH_EFFORT).joint is None:
+                return less.rest_fraction
+    return None
 
 
 def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Precision, float]]:

@@ -159,5 +159,6 @@ class MotionRequest:
 def _check_vector(field: str, values: np.ndarray, joints: int, nan: str = "refused") -> None:
     if values.shape != (joints,):
         raise InvalidMotion(field, f"needs {joints} numbers, one a joint; it has shape {values.shape}")
-    if not np.all(np.isfinite(values) | (np.isnan(values) if nan == "free" else False)):
-        raise InvalidMotion(field, f"must be finite; it is {values.tolist()}")
+    wrong = np.flatnonzero(~(np.isfinite(values) | (np.isnan(values) if nan == "free" else False)))
+    if wrong.size:
+        raise InvalidMotion(field, f"is {values[wrong[0]]} for joint {wrong[0]}; it must be finite")

@@ -16,7 +16,7 @@ import msgpack
 import msgspec
 
 from protocol.errors import Refusal
-from protocol.topics import SMALL, Query
+from protocol.topics import SMALL, Query, id_fault
 
 if TYPE_CHECKING:
     import numpy as np  # costs a command of the shell a third of its start, so only what needs arrays imports it
@@ -86,6 +86,16 @@ def check_request_size(topic: Query, size: int) -> None:
 def bad_message(field: str, sentence: str) -> Refusal:
     """Return the refusal of a malformed body; an empty `field` means the whole body."""
     return Refusal("bad_message", _short(sentence, MAX_SENTENCE), field=_short(field, MAX_FIELD))
+
+
+def check_id(field: str, name: str) -> None:
+    """Check that `name` can be the id of a goal or a client.
+
+    Raises:
+        Refusal: `bad_message`, naming the field.
+    """
+    if sentence := id_fault(field, name):
+        raise bad_message(field, sentence)
 
 
 def check_lengths(joint_count: int, **vectors: Sequence[Any]) -> None:

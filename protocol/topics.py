@@ -138,6 +138,18 @@ def check_robot_name(name: str) -> None:
         )
 
 
+def id_fault(field: str, name: str) -> str | None:
+    """Return a sentence that says why `name` cannot be the id of a goal or a client, None if it can."""
+    if 0 < len(name) <= MAX_ID and name.isprintable():
+        return None
+    return f"{field} is {name[:40]!r} with {len(name)} characters; an id has 1 to {MAX_ID}, all of them printable"
+
+
+def legible(name: str) -> str:
+    """Return a name of any kind in the form of an id: shortened, and � for what cannot be printed."""
+    return "".join(character if character.isprintable() else "�" for character in name[:MAX_ID])
+
+
 def alive_key(service: str) -> str:
     """Return the key of the liveliness token of a service, or of client/ID, without the robot's prefix."""
     return f"alive/{service}"

@@ -9,7 +9,7 @@ not clear is bisected. So distant pairs are measured seldom, and near ones often
 import math
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from heapq import heapify, heappop, heappush
 from itertools import chain
 
@@ -50,7 +50,10 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """nearest: smallest distance, None if none below `best` was found. hit: first distance below its floor."""
+    """nearest: smallest distance, None if none below `best` was found; above `ROUGH` a lower bound of all distances.
+
+    hit: first distance below its floor.
+    """
 
     nearest: Seen | None = None
     hit: Seen | None = None
@@ -118,9 +121,11 @@ class _Survey:
         self.least = (self.low[:-1] + self.low[1:] - way) / 2
         self._likely = self.least + (1 - LIKELY) / 2 * way
 
-    def nearest(self) -> Seen:
+    def nearest(self, measured: Seen | None) -> Seen:
+        """Return a lower bound of all distances, if none was found within `ROUGH`, for the nearest pair known."""
         step, pair = divmod(int(self.low.argmin()), self.low.shape[1])
-        return Seen(float(self.low[step, pair]), pair, step * COARSE)
+        known = measured or Seen(float(self.low[step, pair]), pair, step * COARSE)
+        return replace(known, distance=max(float(self.least.min()), ROUGH))
 
     def gaps(self, floors: np.ndarray, below: float, parts: int) -> Iterator[Gap]:
         """Yield the gaps that are clear of their floors, but whose likely smallest distance is below `below` (m)."""
@@ -211,8 +216,8 @@ class _Search:
     def run(self) -> Approach:
         hit = self._advance() or self._refine()
         found = None if self.nearest is None else self._seen(*self.nearest)
-        if math.isinf(self.best):
-            found = self.survey.nearest()
+        if self.best > ROUGH:
+            found = self.survey.nearest(found)
         return Approach(found, None if hit is None else self._seen(*hit))
 
     def _seen(self, distance: float, pair: int, instant: int) -> Seen:

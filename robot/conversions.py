@@ -1,10 +1,13 @@
 """Conversions between the arrays of `motion` and the messages of `protocol`."""
 
+import re
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from motion.limits import Limits
+from motion.errors import UNITS
+from motion.limits import QUANTITIES, Limits
 from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.codec import matrix, matrix_bytes
@@ -13,6 +16,9 @@ from robot.motion_check import Collides
 
 MATRICES = "positions", "velocities", "accelerations"
 """The fields of `Samples`, and of a trajectory that is sent as samples."""
+
+QUANTITY_OF: Mapping[str, str] = dict(zip((*MATRICES, "jerks"), QUANTITIES, strict=True))
+"""The quantity of each field."""
 
 
 def samples_of(trajectory: m.Trajectory | m.Plan) -> Samples:
@@ -53,6 +59,19 @@ def limits_of(limits: m.RobotLimits) -> Limits:
         for values in (limits.velocities, limits.accelerations, limits.jerks)
     )
     return Limits(np.array(ranges, dtype=float), *largest)
+
+
+def unit_of(quantity: str, slides: bool) -> str:
+    """Return the unit of a joint's position, velocity, acceleration or jerk."""
+    return in_metres(UNITS[quantity]) if slides else UNITS[quantity]
+
+
+def in_metres(sentence: str) -> str:
+    """Return a sentence about a hinge as one about a slide: in m and N."""
+    return _OF_A_HINGE.sub(lambda found: {"rad": "m", "N·m": "N"}[found[0]], sentence)
+
+
+_OF_A_HINGE = re.compile(r"\brad\b|N·m")
 
 
 def collision_refusal(error: Collides) -> Refusal:

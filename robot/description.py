@@ -12,7 +12,7 @@ import numpy as np
 from motion.limits import Limits
 from robot.court import BallConfig, CourtConfig, RacketConfig, ball_config, court_config, racket_config
 from robot.joints import bounds, home, inside, model_ranges, ranges, torques
-from robot.model import TOOL_SITE, Tool, body_name, check_tool, compile_model, joint_ids
+from robot.model import TOOL_SITE, Tool, body_name, check_tool, compile_model, is_slide, joint_ids
 from robot.schema import CollisionTable, Description, OnFault, RobotError, ToolFrame, read_description
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from robot.tree import is_moved_by
@@ -104,6 +104,11 @@ class RobotConfig:
     def tick(self) -> float:
         """Duration of a tick, s."""
         return 1.0 / self.rate_hz
+
+    @property
+    def slides(self) -> tuple[bool, ...]:
+        """Which joints slide, in m and N instead of rad and N·m."""
+        return tuple(is_slide(self.model, joint) for joint in joint_ids(self.model, self.joint_names))
 
     @property
     def pose_at_home(self) -> np.ndarray:

@@ -76,6 +76,11 @@ def compile_model(path: Path, tool: Tool, urdf: Mapping[str, UrdfJoint], visual:
         raise RobotError(f"model: {path.name!r} cannot be loaded: {said}{cure}") from error
 
 
+def is_slide(model: mujoco.MjModel, joint: int) -> bool:
+    """Return whether a joint is a slide, in m and N, and no hinge."""
+    return bool(model.jnt_type[joint] == SINGLE_AXIS[1])
+
+
 def joint_ids(model: mujoco.MjModel, names: tuple[str, ...], key: str = "joints.names") -> list[int]:
     """Return the indices of the named joints.
 

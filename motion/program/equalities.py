@@ -1,5 +1,6 @@
 """The values that a request prescribes, and the equalities that they give in normalised time."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -96,11 +97,20 @@ def fixed_inside(request: MotionRequest) -> tuple[MotionRequest, Fixed]:
         fixed = fixed_values(request)
         led_back = np.where(np.arange(len(fixed.s)) == 0, LED_BACK_FROM, 0.0)[:, None]
         waypoints = [f" of waypoints[{k}]" for k in range(len(request.waypoints)) for _ in range(3)]
-        rests = " where the rest_fraction begins" if request.rest_fraction else ""
-        of = [" of the start"] * 3 + waypoints + [rests, "", ""]
+        rests = f" where the rest_fraction, here at most {_most_rest(request):.3f}, begins"
+        of = [" of the start"] * 3 + waypoints + [rests if request.rest_fraction else "", "", ""]
         if error := request.limits.exceeded(fixed.quantity, fixed.values, led_back, of):
             raise error
     return request, fixed
+
+
+def _most_rest(request: MotionRequest) -> float:
+    """Return the largest rest_fraction, rounded down, that begins inside the position limits."""
+    goal, velocities = request.goal.positions, np.abs(request.goal.velocities)
+    low, high = request.limits.positions.T
+    room = np.where(request.goal.velocities < 0, high - goal, goal - low)
+    within = room[velocities > 0] / (request.duration * velocities[velocities > 0])
+    return max(math.floor(1e3 * within.min(initial=1.0)) / 1e3, 0.0)
 
 
 def equalities_of(

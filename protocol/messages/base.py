@@ -129,7 +129,7 @@ class Clearance(Struct, kw_only=True):
     Pairs of bodies that are not checked do not count.
 
     Attributes:
-        distance: m, exact to 2 mm or a tenth of it, whichever is larger; above 0.2 m it is a lower bound
+        distance: m, exact to 2 mm or a tenth of it, whichever is larger; from 0.2 m on a lower bound, as exact
         body: body of the arm
         other: body nearest to it; for the world, the geom's name
         time_from_start: time of the smallest distance

@@ -110,9 +110,9 @@ class Goal(Request, kw_only=True):
             demonstration. Without `duration` and `arrival_time` the hit keeps its time. Refused as `unknown_goal` if
             that motion is not under way, `late` if its hit has passed when this one begins, `superseded` if another
             motion replaced it, `invalid_goal` if it plays another primitive
-        goal_id: name of the motion in all messages, 1 to 128 characters, null: the planner chooses one. The same id
-            with the same body returns the first reply and moves nothing; with another body it is a `duplicate`
-        client_id: name of the client, at most 128 characters
+        goal_id: name of the motion in all messages, 1 to 128 printable characters, null: the planner chooses one. The
+            same id with the same body returns the first reply and moves nothing; with another body it is a `duplicate`
+        client_id: name of the client, at most 128 printable characters; with a `lease` none of / * $ ? #
         lease: the client holds the liveliness token `alive/client/CLIENT_ID`; its loss cancels the motion, and until
             the motion ends goals of other clients are refused as `not_holder`
         start: null: the reference at the time at which the motion begins; given only with `plan_only`
@@ -197,7 +197,8 @@ class Refused(Message, kw_only=True):
     not published. If the body does not decode, only the refusal itself is known.
 
     Attributes:
-        goal_id: as in the goal, cut to 128 characters, or the planner's; null if the body did not decode
+        goal_id: as in the goal, or the planner's; null if the body did not decode. Cut to 128 characters, and � for
+            what cannot be printed
         client_id: of the goal, may be empty
         primitive: of the goal, empty if it is not known
         code: as in the reply, see [codes](#codes)

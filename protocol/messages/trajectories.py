@@ -43,7 +43,7 @@ class Motion(Message, kw_only=True):
 
     Attributes:
         goal_id: of the goal
-        client_id: name of the client, at most 128 characters
+        client_id: name of the client, at most 128 printable characters
         lease: as in the [Goal](#goal)
         preempt: as in the [Goal](#goal)
         epoch: of the controller when the plan was made; a plan with an older epoch is refused as `superseded`

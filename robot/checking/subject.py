@@ -8,7 +8,7 @@ import mujoco
 
 from robot.description import RobotConfig
 from robot.dynamics import Load, load_at, sample_poses
-from robot.model import body_name, joint_ids
+from robot.model import body_name, is_slide, joint_ids
 from robot.tree import followers
 
 Level = Literal["unusable", "warning", "note"]
@@ -66,7 +66,7 @@ class Subject:
 
     def is_slide(self, index: int) -> bool:
         """Return whether the arm's joint of this index is a slide, in m and N."""
-        return self.model.jnt_type[self.joints[index]] == int(mujoco.mjtJoint.mjJNT_SLIDE)
+        return is_slide(self.model, self.joints[index])
 
     def joint_name(self, joint: int) -> str:
         """Return a joint's name; a joint without a name is called by its body."""

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from motion.limits import Limits
+from motion.listing import listed
 from motion.trajectory import Samples
 from protocol import messages as m
-from protocol.codec import bad_message
+from protocol.codec import bad_message, check_id
 from protocol.errors import Refusal
-from protocol.topics import MAX_ID, MAX_PLAN_S
-from robot.conversions import MATRICES, samples_of
+from protocol.topics import MAX_PLAN_S
+from robot.conversions import MATRICES, QUANTITY_OF, samples_of, unit_of
 from robot.description import RobotConfig
 from services.controller.pieces import check_pieces
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
@@ -59,7 +60,7 @@ def _check_samples(trajectory: m.Trajectory, config: RobotConfig) -> Samples:
 
 def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
     if trajectory.joint_names != list(config.joint_names):
-        raise bad_message("joint_names", f"joint_names must be {list(config.joint_names)}")
+        raise bad_message("joint_names", f"joint_names must be those of the arm: {listed(config.joint_names)}")
     if abs(trajectory.dt * config.rate_hz - 1.0) > TIGHT:
         raise bad_message("dt", f"dt is {trajectory.dt} s; this robot ticks every {config.tick} s")
     longest = round(MAX_PLAN_S * config.rate_hz) + 1
@@ -71,10 +72,9 @@ def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
         raise bad_message(
             "start_time", f"start_time is {trajectory.start_time} s; it must lie ahead on the arm's clock"
         )
-    if not 0 < len(trajectory.goal_id) <= MAX_ID:
-        raise bad_message("goal_id", f"goal_id must have 1 to {MAX_ID} characters")
-    if len(trajectory.client_id) > MAX_ID:
-        raise bad_message("client_id", f"client_id must have at most {MAX_ID} characters")
+    check_id("goal_id", trajectory.goal_id)
+    if trajectory.client_id:
+        check_id("client_id", trajectory.client_id)
 
 
 def _check_limits(samples: Samples, hit_index: int, config: RobotConfig) -> None:
@@ -123,7 +123,8 @@ def _check_smooth(samples: Samples, config: RobotConfig) -> None:
         jumps = np.argwhere(np.abs(step) > bend + 1e-9)
         if len(jumps):
             row, joint = jumps[0]
-            sentence = f"{name} of {config.joint_names[joint]} jump by {step[row, joint]:.3g} after sample {row}"
+            unit = unit_of(QUANTITY_OF[name], config.slides[joint])
+            sentence = f"{name} of {config.joint_names[joint]} jump by {step[row, joint]:.3g} {unit} after sample {row}"
             raise bad_message(name, f"{sentence}; they must be the integral of what follows them in the message")
     if np.any(samples.velocities[-1]) or np.any(samples.accelerations[-1]):
         raise bad_message("velocities", "the last sample must be exactly at rest: zero velocity and acceleration")
@@ -142,8 +143,9 @@ def check_continuity(reference: tuple[np.ndarray, ...], segment: Segment, config
         gap = np.abs(ours - theirs)
         joint = int(np.argmax(gap))
         if gap[joint] > tolerance:
+            unit = unit_of(QUANTITY_OF[field], config.slides[joint])
             sentence = (
-                f"{field} of {config.joint_names[joint]} begin at {theirs[joint]:.6g}, the reference is at "
-                f"{ours[joint]:.6g} then; ask `reference` where to begin"
+                f"{field} of {config.joint_names[joint]} begin at {theirs[joint]:.6g} {unit}, the reference is at "
+                f"{ours[joint]:.6g} {unit} then; ask `reference` where to begin"
             )
             raise Refusal("invalid_goal", sentence, field=field)

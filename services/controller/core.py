@@ -6,7 +6,7 @@ import numpy as np
 
 from motion.tracking import returning_acceleration, tracking_acceleration
 from protocol import messages as m
-from protocol.codec import bad_message
+from protocol.codec import bad_message, check_id
 from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
@@ -170,8 +170,10 @@ class Controller:
         """Stop at the first tick from which a jerk-limited stop stays inside all limits.
 
         Raises:
-            Refusal: `unknown_goal`.
+            Refusal: `unknown_goal`; `bad_message` for an id that no goal can have.
         """
+        if request.goal_id is not None:
+            check_id("goal_id", request.goal_id)
         state = self.states.require()
         newest = self.ledger.active[-1] if self.ledger.active else None
         if request.goal_id is not None and (newest is None or request.goal_id != newest.result.goal_id):

@@ -3,6 +3,7 @@
 import numpy as np
 
 from protocol import messages as m
+from robot.conversions import unit_of
 from robot.description import RobotConfig
 
 
@@ -25,9 +26,10 @@ def lost_track(errors: np.ndarray, result: m.Result | None, config: RobotConfig,
         return None
     recoil = config.recoil if recoils else None
     touch = result.first_contact if result else None
+    unit = unit_of("position", config.slides[worst])
     return (
-        f"{config.joint_names[worst]} is {errors[worst]:.3f} rad from its reference, more than "
-        f"max_tracking_error = {config.max_tracking_error} rad"
+        f"{config.joint_names[worst]} is {errors[worst]:.3f} {unit} from its reference, more than "
+        f"max_tracking_error = {config.max_tracking_error} {unit}"
         + (f" and beyond the recoil of {recoil.positions:g} rad and {recoil.velocities:g} rad/s" if recoil else "")
         + (f"; {touch.body} touched {touch.other} at {touch.time:.3f} s" if touch else "")
     )

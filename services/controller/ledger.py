@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from protocol import messages as m
+from protocol.codec import check_id
 from protocol.errors import Refusal
 from robot.description import RobotConfig
 from robot.surroundings import BALL
@@ -162,8 +163,9 @@ class Ledger:
         """Return the result of `goal_id` so far.
 
         Raises:
-            Refusal: `unknown_goal`.
+            Refusal: `unknown_goal`; `bad_message` for an id that no goal can have.
         """
+        check_id("goal_id", goal_id)
         try:
             return self._results[goal_id]
         except KeyError:

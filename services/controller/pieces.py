@@ -10,6 +10,7 @@ from motion.limits import QUANTITIES
 from motion.trajectory import Samples, Trajectory
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
+from robot.conversions import unit_of
 from robot.description import RobotConfig
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
 
@@ -79,8 +80,9 @@ def _check_joints(motion: Trajectory, config: RobotConfig) -> None:
     jumps = ~(np.abs(gaps) <= [tolerance for _, tolerance in JUMPS])
     if jumps.any():
         piece, joint, order = np.argwhere(jumps)[0]
+        unit = unit_of(QUANTITIES[order], config.slides[joint])
         sentence = (
-            f"{JUMPS[order][0]} of {config.joint_names[joint]} jump by {gaps[piece, joint, order]:.3g} at "
+            f"{JUMPS[order][0]} of {config.joint_names[joint]} jump by {gaps[piece, joint, order]:.3g} {unit} at "
             f"{motion.breaks[piece + 1]:.6g} s, from piece {piece} to the next; they must go on there"
         )
         raise bad_message("pieces.coefficients", sentence)

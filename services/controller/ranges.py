@@ -6,6 +6,7 @@ import numpy as np
 
 from motion.limits import LED_BACK_BY, LED_BACK_FROM, Limits
 from protocol.errors import Refusal
+from robot.conversions import unit_of
 from robot.description import RobotConfig
 
 TIGHT = 1e-6
@@ -38,8 +39,9 @@ def limit_refusal(
 ) -> Refusal:
     """Return the refusal of a value beyond its bounds; `where` names the sample or time."""
     name, bound = config.joint_names[joint], bounds[0] if value < bounds[0] else bounds[1]
+    unit = unit_of(quantity, config.slides[joint])
     sentence = (
-        f"the {quantity} of {name} is {value:.6g} at {where}, beyond its limit of {bound:.6g}; "
+        f"the {quantity} of {name} is {value:.6g} {unit} at {where}, beyond its limit of {bound:.6g} {unit}; "
         "plan inside the limits of `description`"
     )
     return Refusal("limit", sentence, joint=name, quantity=quantity, value=value, bound=bound)

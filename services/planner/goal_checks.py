@@ -6,12 +6,14 @@ from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import check_lengths
 from protocol.errors import Refusal
-from protocol.topics import MAX_ID, MAX_PLAN_S
+from protocol.topics import MAX_PLAN_S, id_fault
 from robot.description import RobotConfig
 
 MAX_FOLLOW_THROUGH_S = 0.5
 SHORTEST, LONGEST = 1e-6, 1e6
 """Allowed length of a direction or a quaternion, which is then scaled to 1."""
+NOT_IN_KEYS = "/*$?#"
+"""Characters that the client_id of a lease cannot have."""
 LARGEST = 1e4
 """Largest coordinate of a tool goal, m, m/s or rad/s; no arm reaches more."""
 
@@ -72,12 +74,12 @@ def _check_duration(duration: float | None, field: str) -> None:
 def _check_names(goal: m.Goal) -> None:
     if goal.lease and not goal.client_id:
         raise _invalid("client_id", "a lease needs the client_id that holds the token")
-    if len(goal.client_id) > MAX_ID:
-        raise _invalid("client_id", f"client_id has {len(goal.client_id)} characters; it must have at most {MAX_ID}")
-    if goal.goal_id is not None and not 0 < len(goal.goal_id) <= MAX_ID:
-        raise _invalid("goal_id", f"goal_id must have 1 to {MAX_ID} characters")
-    if goal.revises is not None and not 0 < len(goal.revises) <= MAX_ID:
-        raise _invalid("revises", f"revises must be a goal_id of 1 to {MAX_ID} characters")
+    for field, name in (("client_id", goal.client_id or None), ("goal_id", goal.goal_id), ("revises", goal.revises)):
+        if name is not None and (sentence := id_fault(field, name)):
+            raise _invalid(field, sentence)
+    if goal.lease and not {*goal.client_id}.isdisjoint(NOT_IN_KEYS):
+        sentence = f"client_id {goal.client_id!r} has one of {' '.join(NOT_IN_KEYS)}, which its token's key cannot have"
+        raise _invalid("client_id", f"{sentence}; take another name for a lease")
 
 
 def _check_tolerance(goal: m.Goal) -> None:

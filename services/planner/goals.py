@@ -1,7 +1,6 @@
 """Convert a goal message to a motion request."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from protocol import messages as m
 from protocol.codec import check_lengths
 from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
+from robot.conversions import QUANTITY_OF, unit_of
 from robot.description import RobotConfig
 from services.planner.corrections import Correction, Corrections
 from services.planner.refusals import invalid
@@ -195,21 +195,23 @@ def limits_of(asked: m.GoalLimits | None, config: RobotConfig) -> Limits:
         np.nan_to_num(_partial(getattr(asked, name), joints, f"limits.{name}"), nan=math.inf)
         for name in ("velocities", "accelerations", "jerks")
     ]
-    _check_limits(asked, config.joint_names)
+    _check_limits(asked, config)
     return config.limits.tightened(Limits(np.array([pair or free for pair in ranges]), *bounds))
 
 
-def _check_limits(asked: m.GoalLimits, names: Sequence[str]) -> None:
+def _check_limits(asked: m.GoalLimits, config: RobotConfig) -> None:
     """Refuse limits that no value is inside of, with their joint."""
-    for name, pair in zip(names, asked.positions or (), strict=False):
+    joints = list(zip(config.joint_names, config.slides, strict=True))
+    for (name, slides), pair in zip(joints, asked.positions or (), strict=False):
         if pair and not pair[0] < pair[1]:
-            sentence = f"limits.positions of {name} are {pair[0]:g} to {pair[1]:g}; send the lower one first"
+            unit = unit_of("position", slides)
+            sentence = f"limits.positions of {name} are {pair[0]:g} to {pair[1]:g} {unit}; send the lower one first"
             raise Refusal("invalid_goal", sentence, field="limits.positions")
     for quantity in ("velocities", "accelerations", "jerks"):
-        for name, bound in zip(names, getattr(asked, quantity) or (), strict=False):
+        for (name, slides), bound in zip(joints, getattr(asked, quantity) or (), strict=False):
             if bound is not None and bound <= 0:
-                field = f"limits.{quantity}"
-                sentence = f"{field} of {name} is {bound:g}; it must be greater than 0, or null for the robot's own"
+                field, unit = f"limits.{quantity}", unit_of(QUANTITY_OF[quantity], slides)
+                sentence = f"{field} of {name} is {bound:g} {unit}; it must be greater than 0, or null: the robot's own"
                 raise Refusal("invalid_goal", sentence, field=field)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from motion.demonstration import Demonstration, SavitzkyGolay, Smoothing
 from motion.errors import InvalidMotion
+from motion.listing import listed
 from motion.primitive import MAX_PHASES, Primitive, learn
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
@@ -117,7 +118,7 @@ def _smoothing(asked: AskedSmoothing) -> Smoothing:
 
 def _of_the_arm(positions: np.ndarray, given: Sequence[str] | None, names: Sequence[str], field: str) -> np.ndarray:
     """Return the columns in the order of the arm's joints."""
-    columns, arm = positions.shape[1], ", ".join(names)
+    columns, arm = positions.shape[1], listed(names)
     if given is None:
         if columns != len(names):
             sentence = f"{field} has {columns} columns; the arm has the {len(names)} joints {arm}"
@@ -126,7 +127,7 @@ def _of_the_arm(positions: np.ndarray, given: Sequence[str] | None, names: Seque
     if len(given) != columns:
         raise bad_message("joint_names", f"joint_names has {len(given)} names for {columns} columns of {field}")
     if sorted(given) != sorted(names):
-        sentence = f"joint_names are {', '.join(given)}; the arm's are {arm}: send the name on this arm of each column"
+        sentence = f"joint_names are {listed(given)}; the arm's are {arm}: send the name on this arm of each column"
         raise bad_message("joint_names", sentence)
     return positions[:, [list(given).index(name) for name in names]]
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motion.listing import listed
 from motion.primitive import Primitive
 from protocol import messages as m
 from protocol.codec import bad_message
@@ -95,8 +96,7 @@ class Library:
         try:
             return self._primitives[name].primitive
         except KeyError:
-            first, rest = sorted(self._primitives)[:LISTED], len(self._primitives) - LISTED
-            there = ", ".join(first) + (f" and {rest} more" if rest > 0 else "") or "none yet; send one to `learn`"
+            there = listed(sorted(self._primitives), LISTED) or "none yet; send one to `learn`"
             sentence = f"there is no primitive {name[:SHOWN]!r}; there is {there}"
             raise Refusal("unknown_primitive", sentence, name=name[:SHOWN]) from None
 
@@ -109,8 +109,8 @@ class Library:
         primitive, theirs = self.get(name), self._primitives[name].arm
         if theirs.joint_names and theirs.joint_names != self._arm.joint_names:
             sentence = (
-                f"primitive {name!r} was learned on {theirs.robot}, whose joints are {', '.join(theirs.joint_names)}; "
-                f"those of this arm are {', '.join(self._arm.joint_names)}: learn its recording for this arm"
+                f"primitive {name!r} was learned on {theirs.robot}, whose joints are {listed(theirs.joint_names)}; "
+                f"those of this arm are {listed(self._arm.joint_names)}: learn its recording for this arm"
             )
             raise Refusal("invalid_goal", sentence, field="primitive")
         return primitive

@@ -141,8 +141,7 @@ class Loop:
         if goal.goal_id in self.repeated:  # pending: it gets the same reply later
             self.repeated[goal.goal_id].append(asking)
             return
-        # Truncated: the id itself may be refused for its length.
-        goal_id = (goal.goal_id or uuid.uuid4().hex)[: topics.MAX_ID]
+        goal_id = topics.legible(goal.goal_id or uuid.uuid4().hex)  # the id itself may be refused
         going = Going(asking, goal, goal_id, self._planner.goal(goal, goal_id, asking.arrival_ns, asking.reply))
         if self._go_on(going, lambda: next(going.steps)):
             with self._refusing(asking, goal, goal_id):

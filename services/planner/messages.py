@@ -13,7 +13,7 @@ from motion.request import Waypoint
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
-from protocol.topics import MAX_ID
+from protocol.topics import legible
 from robot.conversions import finite_or_null, limit_fields, sample_matrices
 from robot.description import RobotConfig
 from robot.motion_check import Findings
@@ -118,8 +118,8 @@ def refused_message(goal: m.Goal | None, goal_id: str | None, refusal: Refusal, 
     """
     return m.Refused(
         goal_id=goal_id,
-        client_id=goal.client_id[:MAX_ID] if goal else "",
-        primitive=goal.primitive[:SHOWN] if goal else "",
+        client_id=legible(goal.client_id) if goal else "",
+        primitive=legible(goal.primitive[:SHOWN]) if goal else "",
         code=refusal.code,
         message=refusal.message,
         detail=refusal.detail,

@@ -1,10 +1,11 @@
 """Convert errors of `motion` to refusals, with joint names."""
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
 from protocol.errors import CODES, Refusal
-from robot.conversions import collision_refusal
+from robot.conversions import collision_refusal, in_metres
+from robot.description import RobotConfig
 from robot.motion_check import Collides
 from robot.tool_target import Unreachable
 from robot.torque_check import TorqueExceeded
@@ -20,8 +21,21 @@ KINDS: dict[type[MotionError], tuple[str, ...]] = {
 """Code of each kind of error, and extra details; the first matching kind applies."""
 
 
-def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
-    """Return the refusal for `error`, with joint `names`."""
+@dataclass(frozen=True, slots=True)
+class Joints:
+    """Names of the arm's joints, and which of them slide."""
+
+    names: tuple[str, ...]
+    slides: tuple[bool, ...]
+
+
+def joints_of(config: RobotConfig) -> Joints:
+    """Return the joints that refusals name."""
+    return Joints(config.joint_names, config.slides)
+
+
+def refusal_of(error: MotionError, joints: Joints) -> Refusal:
+    """Return the refusal for `error`, with the joint's name and the units of its kind."""
     if isinstance(error, InvalidMotion):
         return invalid(error)
     if isinstance(error, Collides):
@@ -29,15 +43,17 @@ def refusal_of(error: MotionError, names: Sequence[str]) -> Refusal:
     for kind, (code, *more) in KINDS.items():
         if isinstance(error, kind):
             index = getattr(error, "joint", 0)
-            known = {**vars(error), "joint": names[index], "time_from_start": getattr(error, "time", None)}
-            sentence = str(error).replace(f"joint {index}", names[index], 1)
+            name = joints.names[index]
+            known = {**vars(error), "joint": name, "time_from_start": getattr(error, "time", None)}
+            said = in_metres(str(error)) if joints.slides[index] else str(error)
+            sentence = said.replace(f"joint {index}", name, 1)
             return Refusal(code, sentence, **{name: known[name] for name in (*CODES[code], *more)})
     raise error
 
 
-def none_of(errors: list[MotionError | Refusal], names: Sequence[str]) -> Refusal:
+def none_of(errors: list[MotionError | Refusal], joints: Joints) -> Refusal:
     """Return the refusal of a goal if all ends failed: that of the first end, with the codes of the alternatives."""
-    own, *others = (error if isinstance(error, Refusal) else refusal_of(error, names) for error in errors)
+    own, *others = (error if isinstance(error, Refusal) else refusal_of(error, joints) for error in errors)
     sentence = f"{own.message}; nor can any of the {len(others)} alternatives be planned"
     return Refusal(own.code, sentence, **own.detail, alternatives=[refusal.code for refusal in others])
 

@@ -21,7 +21,7 @@ from robot.description import RobotConfig
 from robot.motion_check import Findings, MotionCheck
 from robot.torque_check import TorqueExceeded
 from services.planner.goals import Origin, ends, motion_request
-from services.planner.refusals import none_of, refusal_of
+from services.planner.refusals import joints_of, none_of, refusal_of
 from services.planner.tool_goals import ToolSpace, is_in_tool_space
 from services.planner.verifier import Verifier
 from services.planner.worker import Task
@@ -108,7 +108,7 @@ class Solver:
             else:
                 made = yield from self._sampled(case)
         except MotionError as error:
-            raise refusal_of(error, self._config.joint_names) from None
+            raise refusal_of(error, joints_of(self._config)) from None
         solve_ms = (time.perf_counter() - began) * 1e3
         return Made(made, whose[alternative], origin, solve_ms, case.verify.findings)
 
@@ -122,7 +122,7 @@ class Solver:
         try:
             verify(made.plan)
         except MotionError as error:
-            raise refusal_of(error, self._config.joint_names) from None
+            raise refusal_of(error, joints_of(self._config)) from None
         return replace(made, findings=verify.findings)
 
     def _verifier(self, goal: m.Goal, origin: Origin) -> Verifier:
@@ -132,7 +132,7 @@ class Solver:
         """Plan by a method whose limits are checked on samples; a plan-only goal may exceed them."""
         tick = self._config.tick
         if case.goal.method in ELSEWHERE:
-            made = yield Task(case.primitive, case.request, tick)
+            made = yield Task(case.primitive, case.request, tick, joints_of(self._config))
         else:
             made = plan_dmp(case.primitive, case.request, tick)
         if not case.goal.plan_only:
@@ -173,7 +173,7 @@ class Solver:
                 return 0, self._own(case)
             except MotionError as error:
                 own = error
-        raise none_of([own, *others], self._config.joint_names)
+        raise none_of([own, *others], joints_of(self._config))
 
     def _own(self, case: _Case) -> SplinePlan:
         """Return the plan of the goal's own end."""

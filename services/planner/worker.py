@@ -30,7 +30,7 @@ from robot.recordings.inspection import warnings_of
 from services.common.realtime import become_nice
 from services.common.refusing import OWN_ERROR
 from services.planner.learning import demonstration_of, learn_demonstration, spread_of
-from services.planner.refusals import refusal_of
+from services.planner.refusals import Joints, refusal_of
 
 LEARNING_NICE = 5
 """Niceness of each role: plans have priority; beside a busy program, learning still gets a quarter of a core."""
@@ -63,6 +63,7 @@ class Task:
     primitive: Primitive
     request: MotionRequest
     tick: float
+    joints: Joints
 
 
 def main() -> None:
@@ -96,13 +97,13 @@ def learned(body: bytes, limits: Limits, names: Sequence[str]) -> Lesson:
     return Lesson(primitive, warnings_of(demonstration, primitive, limits, names))
 
 
-def planned(body: bytes, _: Limits, names: Sequence[str]) -> SampledPlan:
+def planned(body: bytes, _: Limits, __: Sequence[str]) -> SampledPlan:
     """Plan a pickled Task from the planner. Raises Refusal."""
     task: Task = pickle.loads(body)
     try:
         return plan_gaussian(task.primitive, task.request, task.tick, margin=SAFETY_MARGIN)
     except MotionError as error:
-        raise refusal_of(error, names) from None
+        raise refusal_of(error, task.joints) from None
 
 
 Role = Callable[[bytes, Limits, Sequence[str]], Lesson | SampledPlan]

@@ -10,6 +10,7 @@ from protocol.errors import Refusal
 from protocol.messages import ActiveDisturbance, Ball, BallState, BallTruth, Contact, Disturb, Throw
 from robot.checking.checks import check_robot
 from robot.checking.subject import Finding
+from robot.conversions import unit_of
 from robot.description import RobotConfig
 from robot.surroundings import Surroundings
 from services.common.robot_side.backend import Abilities, Backend, Observation, RobotFailed, Setpoint
@@ -264,11 +265,15 @@ class SimulatedArm(Backend):
         if len(positions) != config.joint_count:
             sentence = f"positions has {len(positions)} numbers; the arm has {config.joint_count} joints"
             raise bad_message("positions", sentence)
-        for name, value, (low, high) in zip(config.joint_names, positions, config.limits.positions, strict=True):
+        for joint, (value, (low, high)) in enumerate(zip(positions, config.limits.positions, strict=True)):
+            name = config.joint_names[joint]
             if not np.isfinite(value):
                 raise bad_message("positions", f"positions: {name} is {value}; it must be finite")
             if not low <= value <= high:
-                message = f"positions: {name} at {value:.6g} rad lies outside its range {low:.6g} to {high:.6g}"
+                unit = unit_of("position", config.slides[joint])
+                message = (
+                    f"positions: {name} at {value:.6g} {unit} lies outside its range {low:.6g} to {high:.6g} {unit}"
+                )
                 bound = float(low if value < low else high)
                 raise Refusal("limit", message, joint=name, quantity="position", value=value, bound=bound)
         return np.array(positions, dtype=float)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motion.listing import listed
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 from protocol.messages import ActiveDisturbance, Disturb
@@ -113,7 +114,7 @@ class Disturbances:
     def _check(self, values: list[float], largest: np.ndarray, start: float, duration: float, now: float) -> None:
         joints = self._joint_names
         if len(values) != len(joints):
-            sentence = f"values has {len(values)} numbers; the arm has {len(joints)} joints: {', '.join(joints)}"
+            sentence = f"values has {len(values)} numbers; the arm has {len(joints)} joints: {listed(joints)}"
             raise bad_message("values", sentence)
         for name, value, bound in zip(joints, values, largest, strict=True):
             if not abs(value) <= bound:

@@ -6,13 +6,16 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
+from motion.listing import listed
 from motion.tracking import tracking_acceleration
 from motion.trajectory import Samples, Trajectory, quintic
 from protocol.codec import bad_message
 from protocol.errors import Refusal
+from protocol.topics import MAX_ID
+from robot.conversions import unit_of
 from robot.description import RobotConfig
 from robot.joints import model_ranges
-from robot.model import joint_ids
+from robot.model import is_slide, joint_ids
 from robot.torque_limits import torque_limit
 from services.sim.model import Scene
 
@@ -38,6 +41,7 @@ class HeldJoints:
         self.dofs = scene.model.jnt_dofadr[ids].astype(np.intp)
         self.limits = np.array([torque_limit(scene.model, joint) for joint in ids])
         self._ranges = model_ranges(scene.model, ids)
+        self._units = [unit_of("position", is_slide(scene.model, joint)) for joint in ids]
         self._qpos = scene.model.jnt_qposadr[ids].astype(np.intp)
         self._model, self._data = scene.model, scene.data
         self._config = config
@@ -105,13 +109,13 @@ class HeldJoints:
         self._samples, self._index = samples, 0
 
     def _check(self, targets: Mapping[str, float]) -> None:
-        ranges = dict(zip(self.targets, self._ranges, strict=True))
+        ranges = dict(zip(self.targets, zip(self._ranges.tolist(), self._units, strict=True), strict=True))
         for name, value in targets.items():
             if name not in ranges:
-                held = ", ".join(ranges) or "none"
-                raise bad_message("joints", f"{name!r} is not a held joint; this robot's config has {held}")
-            low, high = ranges[name].tolist()
+                held = listed(list(ranges)) or "none"
+                raise bad_message("joints", f"{name[:MAX_ID]!r} is not a held joint; this robot's config has {held}")
+            (low, high), unit = ranges[name]
             if not low <= value <= high:
-                sentence = f"{name} at {value:.6g} lies outside its range {low:.6g} to {high:.6g}"
+                sentence = f"{name} at {value:.6g} {unit} lies outside its range {low:.6g} to {high:.6g} {unit}"
                 bound = low if value < low else high
                 raise Refusal("limit", sentence, joint=name, quantity="position", value=value, bound=bound)

@@ -3,7 +3,9 @@
 import math
 from collections.abc import Sequence
 
+from motion.listing import listed
 from protocol.errors import Refusal
+from protocol.topics import MAX_ID
 from services.striker.messages import READY
 
 
@@ -24,8 +26,8 @@ class Repertoire:
             raise Refusal("unknown_primitive", "the library has no primitive of this arm; teach it a strike", name="")
         for name in primitives:
             if name not in self._strikes:
-                sentence = f"there is no primitive {name!r}; the library has {', '.join(sorted(self._strikes))}"
-                raise Refusal("unknown_primitive", sentence, name=name)
+                sentence = f"there is no primitive {name[:MAX_ID]!r}; the library has {listed(sorted(self._strikes))}"
+                raise Refusal("unknown_primitive", sentence, name=name[:MAX_ID])
 
     def nearest(self, left: float, primitives: tuple[str, ...]) -> str:
         """Return the one of `primitives` (empty: all) whose duration is nearest to `left`, s."""

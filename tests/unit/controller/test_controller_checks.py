@@ -67,6 +67,8 @@ def test_a_good_trajectory_passes():
         ("start_time", 1e300),
         ("goal_id", ""),
         ("goal_id", "x" * 129),
+        ("goal_id", "a\nb"),
+        ("client_id", "\x1b[2J"),
         ("client_id", "x" * 129),
         ("positions", b"short"),
         ("accelerations", b""),

@@ -164,3 +164,13 @@ def test_the_errors_at_the_hit():
     assert result.stamps.first_command == 5
     assert result.hit is not None
     assert result.hit.truth_error == m.Point(positions=[0.0, 0.5], velocities=[-0.5, 0.0])
+
+
+@pytest.mark.parametrize("goal_id", ["", "x" * 10_000, "a\nb"])
+def test_a_result_of_what_is_no_id(goal_id: str):
+    """Is a malformed request, refused in one short sentence."""
+    with pytest.raises(Refusal) as caught:
+        Ledger().result(goal_id)
+    assert (caught.value.code, caught.value.detail) == ("bad_message", {"field": "goal_id"})
+    assert len(caught.value.message) < 150
+    assert caught.value.message.isprintable()

@@ -482,7 +482,7 @@ def test_a_start_outside_the_position_limits_is_led_back(strike: Primitive, ask:
     assert positions[:200].max() <= 0.015 + 1e-9
     assert not planned.report.certified
     assert positions[200:].max() <= 0
-    with pytest.raises(LimitExceeded, match=r"position 0\.021 of the start lies"):
+    with pytest.raises(LimitExceeded, match=r"position 0\.021 rad of the start lies"):
         plan(strike, ask(start=(0.021, 0.0, 0.0), goal=(-1.0, 0.0), limits=limits))
 
 
@@ -713,3 +713,24 @@ def test_the_same_request_gives_the_same_bytes(strike: Primitive, ask: Ask, pape
     one, two = (plan(strike, request).samples() for _ in range(2))
     assert one.positions.tobytes() == two.positions.tobytes()
     assert one.accelerations.tobytes() == two.accelerations.tobytes()
+
+
+def test_a_rest_fraction_that_leaves_no_time(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    """Is refused with one that works, where no duration does; or with the largest that begins inside the limits."""
+    hasty = ask(start=(0.0, 0.0), goal=(1.0, 0.5), limits=paper_limits, rest_fraction=0.99)
+    with pytest.raises(Infeasible, match=r"a rest_fraction of 0\.\d+ works$") as caught:
+        plan(strike, hasty)
+    works = float(str(caught.value).split()[-2])
+    assert plan(strike, replace(hasty, rest_fraction=works)).report.certified
+    outside = ask(goal=(1.0, 10.0), limits=paper_limits, rest_fraction=0.99)
+    with pytest.raises(LimitExceeded, match=r"where the rest_fraction, here at most 0\.\d+, begins lies") as refused:
+        plan(strike, outside)
+    most = float(str(refused.value).split("at most ")[1].split(",")[0])
+    low = paper_limits.positions[0, 0]
+    assert low <= 1.0 - most * 10.0 < low + 0.01 + 1e-9
+
+
+def test_a_sentence_counts_the_waypoints_that_it_does_not_name() -> None:
+    error = Infeasible(0, "jerk", 0.25, 2.0, [0.02 * k for k in range(1, 99)])
+    assert str(error).endswith("works with waypoints at 0.02 s, 0.04 s, 0.06 s, 0.08 s, 0.1 s and 93 more")
+    assert len(error.waypoint_times or []) == 98

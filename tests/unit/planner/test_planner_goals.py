@@ -12,10 +12,11 @@ from motion.request import Boundary, MotionRequest
 from protocol import messages as m
 from protocol.errors import Refusal
 from robot.description import load_robot
+from robot.torque_check import TorqueExceeded
 from services.planner.corrections import Corrections
 from services.planner.goal_checks import check_goal
 from services.planner.goals import Origin, ends, motion_request, origin_of
-from services.planner.refusals import refusal_of
+from services.planner.refusals import Joints, joints_of, refusal_of
 
 ROBOT = load_robot()
 JOINTS = ROBOT.joint_count
@@ -127,7 +128,11 @@ def test_an_arrival_that_has_passed_is_late(primitive: Primitive, time: float):
         ("client_id", {"lease": True}),
         ("goal_id", {"goal_id": ""}),
         ("goal_id", {"goal_id": "x" * 129}),
+        ("goal_id", {"goal_id": "a\nb"}),
+        ("revises", {"revises": "a\x1b[2Jb"}),
         ("client_id", {"client_id": "x" * 129}),
+        ("client_id", {"client_id": "a\tb"}),
+        ("client_id", {"client_id": "a/b", "lease": True}),
         ("rest_fraction", {"rest_fraction": 1.0}),
         ("accelerations", {"rest_fraction": 0.5, "accelerations": [1.0, *FREE]}),
         ("limits.velocities", {"limits": m.GoalLimits(velocities=[0.0, *FREE])}),
@@ -146,8 +151,11 @@ def test_goals_that_contradict_themselves(primitive: Primitive, field: str, fiel
 @pytest.mark.parametrize(
     ("limits", "said"),
     [
-        (m.GoalLimits(jerks=[None, -2.0, *FREE[1:]]), "limits.jerks of joint_2 is -2; it must be greater than 0"),
-        (m.GoalLimits(positions=[None, (1.0, 0.5), *FREE[1:]]), "limits.positions of joint_2 are 1 to 0.5; send the"),
+        (
+            m.GoalLimits(jerks=[None, -2.0, *FREE[1:]]),
+            "limits.jerks of joint_2 is -2 rad/s³; it must be greater than 0",
+        ),
+        (m.GoalLimits(positions=[None, (1.0, 0.5), *FREE[1:]]), "limits.positions of joint_2 are 1 to 0.5 rad; send"),
     ],
 )
 def test_limits_that_nothing_keeps_name_the_joint_and_its_value(primitive: Primitive, limits: m.GoalLimits, said: str):
@@ -294,7 +302,21 @@ def test_null_is_free(primitive: Primitive):
 )
 def test_errors_become_refusals(error: MotionError, code: str, detail: dict[str, object]):
     """The sentence has the joint's name instead of its index."""
-    refusal = refusal_of(error, ROBOT.joint_names)
+    refusal = refusal_of(error, joints_of(ROBOT))
     assert (refusal.code, refusal.detail) == (code, detail)
     assert str(detail.get("joint", "velocities")) in refusal.message
     assert not any(f"joint {index}:" in refusal.message for index in range(JOINTS))
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (LimitExceeded(1, "jerk", 600.0, 500.0), "lift: the requested jerk 600 m/s³ lies outside the limits"),
+        (LimitExceeded(0, "jerk", 600.0, 500.0), "turn: the requested jerk 600 rad/s³ lies outside the limits"),
+        (CannotStop(1, 0.5), "a final velocity of 0.5 m/s could be stopped"),
+        (TorqueExceeded(1, 90.0, 80.0, 0.2), "lift: needs a torque of 90 N, first more than its 80 N at 0.200 s"),
+    ],
+)
+def test_a_refusal_has_the_units_of_its_joint(error: MotionError, words: str):
+    """Of a slide m and N, of a hinge rad and N·m."""
+    assert words in refusal_of(error, Joints(("turn", "lift"), (False, True))).message

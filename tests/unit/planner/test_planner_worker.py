@@ -19,6 +19,7 @@ from motion.request import Boundary, MotionRequest
 from protocol import messages as m
 from protocol.codec import encode
 from protocol.errors import Refusal
+from services.planner.refusals import Joints
 from services.planner.worker import Failure, Task, learned, outcome
 from services.planner.worker_link import Worker
 from tests.connections import unread
@@ -167,7 +168,7 @@ def task() -> Task:
     primitive, free = learned(body(), LIMITS, NAMES).primitive, np.full(2, np.nan)
     start = Boundary(primitive.start.positions, np.zeros(2), np.zeros(2))
     goal = Boundary(primitive.goal.positions, np.zeros(2), free)
-    return Task(primitive, MotionRequest(start, goal, 1.0, LIMITS), 0.001)
+    return Task(primitive, MotionRequest(start, goal, 1.0, LIMITS), 0.001, Joints(tuple(NAMES), (False,) * len(NAMES)))
 
 
 @pytest.fixture(scope="module")

@@ -81,7 +81,11 @@ def test_fingers_are_held_and_led(tmp_path: Path):
     ("targets", "code", "words"),
     [
         ({"gripper/left_driver_joint": 0.1}, "bad_message", "is not a held joint; this robot's config has gripper/r"),
-        ({"gripper/right_driver_joint": 0.9}, "limit", "gripper/right_driver_joint at 0.9 lies outside its range 0 to"),
+        (
+            {"gripper/right_driver_joint": 0.9},
+            "limit",
+            "gripper/right_driver_joint at 0.9 rad lies outside its range 0 to",
+        ),
     ],
 )
 def test_what_cannot_be_held_is_refused(gripper: ClosedLoop, targets: dict[str, float], code: str, words: str):
