@@ -152,6 +152,19 @@ def test_plain_matrices(tmp_path: Path):
     assert (timed.times.tolist(), timed.values.tolist()) == ([0, 1, 2], [[2], [4], [6]])
 
 
+@pytest.mark.parametrize("name", ["demo.npy", "demo.csv"])
+def test_an_unnamed_first_column_that_moves_like_a_joint_is_not_the_time(tmp_path: Path, name: str):
+    s = np.linspace(0, 1, 101)
+    matrix = np.column_stack([s**3 * (10 + s * (6 * s - 15)), np.sin(s)])
+    if name.endswith("npy"):
+        np.save(tmp_path / name, matrix)
+    else:
+        np.savetxt(tmp_path / name, matrix, delimiter=",")
+    with pytest.raises(Unreadable, match="give --rate, in samples a second"):
+        load(tmp_path / name, ("joint_1",))
+    assert load(tmp_path / name, TWO, rate=100.0).values == pytest.approx(matrix)
+
+
 def test_times_from_a_rate(tmp_path: Path):
     recording = table(tmp_path, "q1,q2\n1,2\n3,4\n", rate=50.0)
     assert (recording.times.tolist(), recording.stamped) == ([0, 0.02], False)
