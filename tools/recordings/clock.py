@@ -68,7 +68,7 @@ def seconds(values: np.ndarray, clock: Clock) -> np.ndarray:
 
 def unit_of_steps(times: np.ndarray) -> float:
     """Return the largest unit, s, with a plausible median step between times."""
-    steps = np.diff(np.unique(times))
+    steps = np.diff(np.unique(times[np.isfinite(times)]))
     step = float(np.median(steps)) if len(steps) else 0.0
     longest = {unit: LONGEST_STEP if unit == 1.0 else LONGEST_SMALL_STEP for unit in SPOKEN}
     return next((unit for unit in SPOKEN if step * unit <= longest[unit]), 1e-9)
@@ -76,7 +76,7 @@ def unit_of_steps(times: np.ndarray) -> float:
 
 def _rises_evenly(column: np.ndarray) -> bool:
     """Whether the steps of a column are those of times: none negative, and most of one size."""
-    steps = np.diff(column)
+    steps = np.diff(column[np.isfinite(column)])
     if not len(steps) or not np.all(steps >= 0):
         return False
     low, high = np.percentile(steps, (10, 90))

@@ -165,6 +165,20 @@ def test_an_unnamed_first_column_that_moves_like_a_joint_is_not_the_time(tmp_pat
     assert load(tmp_path / name, TWO, rate=100.0).values == pytest.approx(matrix)
 
 
+@pytest.mark.parametrize("lost", [np.nan, np.inf])
+@pytest.mark.parametrize("name", ["demo.npy", "demo.npz"])
+def test_a_sample_without_a_time_does_not_change_the_unit_of_the_others(tmp_path: Path, name: str, lost: float):
+    times = np.arange(50) / 100
+    times[5] = lost
+    matrix = np.column_stack([np.sin(np.arange(50) / 100)] * 2)
+    if name.endswith("npy"):
+        np.save(tmp_path / name, np.column_stack([times, matrix]))
+    else:
+        np.savez(tmp_path / name, t=times, positions=matrix)
+    recording = load(tmp_path / name, TWO)
+    assert recording.times[np.isfinite(recording.times)][-1] == pytest.approx(0.49)
+
+
 def test_times_from_a_rate(tmp_path: Path):
     recording = table(tmp_path, "q1,q2\n1,2\n3,4\n", rate=50.0)
     assert (recording.times.tolist(), recording.stamped) == ([0, 0.02], False)
