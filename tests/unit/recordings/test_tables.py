@@ -179,6 +179,11 @@ def test_a_sample_without_a_time_does_not_change_the_unit_of_the_others(tmp_path
     assert recording.times[np.isfinite(recording.times)][-1] == pytest.approx(0.49)
 
 
+def test_numbers_that_are_no_angles_in_any_unit_are_refused(tmp_path: Path):
+    with pytest.raises(Unreadable, match=r"2 is -1e\+300 in sample 1; .* at most 1e\+09 .* --map"):
+        table(tmp_path, "t,q1,q2\n0,1,2\n0.5,3,-1e300\n")
+
+
 def test_times_from_a_rate(tmp_path: Path):
     recording = table(tmp_path, "q1,q2\n1,2\n3,4\n", rate=50.0)
     assert (recording.times.tolist(), recording.stamped) == ([0, 0.02], False)
