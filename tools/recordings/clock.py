@@ -26,6 +26,12 @@ LONGEST_SMALL_STEP = 0.25
 """The same for smaller units, s: whole numbers 500 apart are µs at 2 kHz rather than ms at 2 Hz."""
 
 
+MOST_UNEVEN = 4.0
+"""Largest ratio of the 90th to the 10th percentile of the steps of an unnamed column that is taken as the time.
+
+A joint that starts and ends at rest has steps near zero at both ends."""
+
+
 @dataclass(frozen=True, slots=True)
 class Clock:
     """Columns whose sum is the time, the unit of each in s, and sentences about assumptions."""
@@ -36,9 +42,9 @@ class Clock:
 
 
 def clock_of(names: Sequence[str], values: np.ndarray) -> Clock:
-    """Return the clock of a table: by name, or without names the first column if it rises."""
+    """Return the clock of a table: by name, or without names the first column if it rises like a time."""
     if not names:
-        if values.shape[1] < 2 or np.any(np.diff(values[:, 0]) < 0) or values[0, 0] >= values[-1, 0]:
+        if values.shape[1] < 2 or not _rises_evenly(values[:, 0]):
             return Clock(())
         return _guessed(0, "the first column", values[:, 0])
     ranked = [(rank, index) for index, name in enumerate(names) if (rank := _rank(name)) is not None]
@@ -62,10 +68,19 @@ def seconds(values: np.ndarray, clock: Clock) -> np.ndarray:
 
 def unit_of_steps(times: np.ndarray) -> float:
     """Return the largest unit, s, with a plausible median step between times."""
-    steps = np.diff(np.unique(times))
+    steps = np.diff(np.unique(times[np.isfinite(times)]))
     step = float(np.median(steps)) if len(steps) else 0.0
     longest = {unit: LONGEST_STEP if unit == 1.0 else LONGEST_SMALL_STEP for unit in SPOKEN}
     return next((unit for unit in SPOKEN if step * unit <= longest[unit]), 1e-9)
+
+
+def _rises_evenly(column: np.ndarray) -> bool:
+    """Whether the steps of a column are those of times: none negative, and most of one size."""
+    steps = np.diff(column[np.isfinite(column)])
+    if not len(steps) or not np.all(steps >= 0):
+        return False
+    low, high = np.percentile(steps, (10, 90))
+    return 0 < high <= MOST_UNEVEN * low
 
 
 def _rank(name: str) -> tuple[int, int] | None:

@@ -20,6 +20,9 @@ EVEN = 0.01
 QUATERNION_ERROR = 1e-3
 """Tolerance of a recorded quaternion's length."""
 
+LARGEST = 1e9
+"""Bound on the numbers of a joint: more is no angle in any unit, and its square can overflow."""
+
 DEGREE = math.pi / 180
 
 LEROBOT = ".pos"
@@ -148,8 +151,18 @@ def _selected(recording: Recording, joints: Sequence[str], matching: Matching) -
         unit = "deg"
     elif unit is None and scales:
         unit, values = "rad", values * [names.scale_of(name) or 1.0 for name in named]
+    _check_magnitude(recording.source, joints, values)
     notes = (*recording.notes, *matching.notes)
     return replace(recording, columns=tuple(joints), values=values, unit=unit, notes=notes)
+
+
+def _check_magnitude(source: Path, joints: Sequence[str], values: np.ndarray) -> None:
+    """Raise Unreadable for a number that no joint has; NaN and infinity are missing values."""
+    for row, column in np.argwhere(np.isfinite(values) & (np.abs(values) > LARGEST))[:1]:
+        raise Unreadable(
+            f"{source}: {joints[column]} is {values[row, column]:g} in sample {row}; a joint's number is at most "
+            f"{LARGEST:g} in size: delete that sample, or choose another column with --map"
+        )
 
 
 def _stretched(recording: Recording, duration: float) -> np.ndarray:

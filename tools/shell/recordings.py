@@ -38,9 +38,9 @@ def learn(
     rate: Number = None,
     duration: Seconds = None,
     calibration: File = None,
-    smoothing: Literal["auto", "none"] = "auto",
+    smoothing: Annotated[Literal["auto", "none"] | None, arg(help_behavior_hint="")] = None,
     window: Seconds = None,
-    order: Annotated[int, arg(metavar="N")] = 5,
+    order: Annotated[int | None, arg(metavar="N", help_behavior_hint="")] = None,
     follow_spread: Switch = False,
     replace: Switch = False,
     plot: File = None,
@@ -61,9 +61,9 @@ def learn(
         rate: Samples per second, for a file without times.
         duration: Scale the times to this total, s; for recordings over a phase from 0 to 1.
         calibration: LeRobot calibration (.json) of the arm that recorded positions of -100 to 100.
-        smoothing: auto fits a penalised spline and estimates each joint's smoothing; none follows every sample.
+        smoothing: auto (default) fits a penalised spline, smoothed for each joint; none follows every sample.
         window: Smooth with a Savitzky-Golay filter of this width instead, s, as the paper does.
-        order: Polynomial order of that filter.
+        order: With --window: polynomial order of that filter; by default 5.
         follow_spread: With several recordings: keep motions close where the recordings agree, and free elsewhere.
         replace: Overwrite a primitive of this name.
         plot: Plot raw, fitted and imitated curves and the faults to a .png or .rrd file, before learning.
@@ -75,7 +75,7 @@ def learn(
         raise UsageError("learn needs a FILE, or several of one movement; see volley learn --help")
     if follow_spread and len(files) < 2:
         raise UsageError("--follow-spread needs several recordings of one movement; name more files")
-    filtered = m.SavitzkyGolay(window_s=window, order=order) if window is not None else smoothing
+    filtered = _filter(smoothing, window, order)
     how = {"episode": episode, "mapping": mapping(map), "unit": unit, "rate": rate, "duration": duration}
     how["calibration"] = calibration
     with reach(shell) as link:
@@ -161,6 +161,23 @@ def check_times(rate: float | None, duration: float | None = None) -> None:
     for flag, value in (("--rate", rate), ("--duration", duration)):
         if value is not None and not 0 < value < math.inf:
             raise UsageError(f"{flag} is {value:g}; it must be a number greater than 0")
+
+
+def _filter(
+    smoothing: Literal["auto", "none"] | None, window: float | None, order: int | None
+) -> Literal["auto", "none"] | m.SavitzkyGolay:
+    """Return the smoothing that the flags ask for.
+
+    Raises:
+        UsageError: a flag would have no effect.
+    """
+    if window is None:
+        if order is not None:
+            raise UsageError(f"--order {order} is that of the filter of --window; give --window too, or leave it out")
+        return smoothing or "auto"
+    if smoothing is not None:
+        raise UsageError(f"--smoothing {smoothing} and --window {window:g} both set the smoothing; give one of them")
+    return m.SavitzkyGolay(window_s=window, order=5 if order is None else order)
 
 
 def check_plot(plot: Path | None, files: Sequence[Path] = ()) -> None:

@@ -152,6 +152,38 @@ def test_plain_matrices(tmp_path: Path):
     assert (timed.times.tolist(), timed.values.tolist()) == ([0, 1, 2], [[2], [4], [6]])
 
 
+@pytest.mark.parametrize("name", ["demo.npy", "demo.csv"])
+def test_an_unnamed_first_column_that_moves_like_a_joint_is_not_the_time(tmp_path: Path, name: str):
+    s = np.linspace(0, 1, 101)
+    matrix = np.column_stack([s**3 * (10 + s * (6 * s - 15)), np.sin(s)])
+    if name.endswith("npy"):
+        np.save(tmp_path / name, matrix)
+    else:
+        np.savetxt(tmp_path / name, matrix, delimiter=",")
+    with pytest.raises(Unreadable, match="give --rate, in samples a second"):
+        load(tmp_path / name, ("joint_1",))
+    assert load(tmp_path / name, TWO, rate=100.0).values == pytest.approx(matrix)
+
+
+@pytest.mark.parametrize("lost", [np.nan, np.inf])
+@pytest.mark.parametrize("name", ["demo.npy", "demo.npz"])
+def test_a_sample_without_a_time_does_not_change_the_unit_of_the_others(tmp_path: Path, name: str, lost: float):
+    times = np.arange(50) / 100
+    times[5] = lost
+    matrix = np.column_stack([np.sin(np.arange(50) / 100)] * 2)
+    if name.endswith("npy"):
+        np.save(tmp_path / name, np.column_stack([times, matrix]))
+    else:
+        np.savez(tmp_path / name, t=times, positions=matrix)
+    recording = load(tmp_path / name, TWO)
+    assert recording.times[np.isfinite(recording.times)][-1] == pytest.approx(0.49)
+
+
+def test_numbers_that_are_no_angles_in_any_unit_are_refused(tmp_path: Path):
+    with pytest.raises(Unreadable, match=r"2 is -1e\+300 in sample 1; .* at most 1e\+09 .* --map"):
+        table(tmp_path, "t,q1,q2\n0,1,2\n0.5,3,-1e300\n")
+
+
 def test_times_from_a_rate(tmp_path: Path):
     recording = table(tmp_path, "q1,q2\n1,2\n3,4\n", rate=50.0)
     assert (recording.times.tolist(), recording.stamped) == ([0, 0.02], False)

@@ -177,6 +177,19 @@ def test_json_is_the_reply_as_it_came(robot, capsys):
     assert [json.loads(line)["mode"] for line in lines] == ["tracking"]
 
 
+@pytest.mark.parametrize(
+    ("flags", "sentence"),
+    [
+        (("--smoothing", "none", "--window", ".2"), "--smoothing none and --window 0.2 both set the smoothing"),
+        (("--smoothing", "auto", "--window", ".2"), "--smoothing auto and --window 0.2 both set the smoothing"),
+        (("--order", "3"), "--order 3 is that of the filter of --window"),
+    ],
+)
+def test_a_flag_of_smoothing_without_effect_is_refused(robot, capsys, flags, sentence):
+    assert volley(robot, "learn", "swing.csv", *flags) == 2
+    assert sentence in " ".join(capsys.readouterr().err.replace("│", " ").split())
+
+
 def swing(count):
     s = np.linspace(0, 1, count)[:, None]
     return s**3 * (10 + s * (6 * s - 15))

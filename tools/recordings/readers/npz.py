@@ -46,6 +46,11 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
         clock = clock_of((), values)
         if clock.columns:
             times, notes, values = seconds(values, clock), clock.notes, values[:, 1:]
+    if times is None and _is_plain(path):
+        raise Unreadable(
+            f"{path} has no names, and its first column does not rise in even steps like a time; give --rate, in "
+            "samples a second, or save an .npz file with the arrays t and positions"
+        )
     if times is None:
         raise Unreadable(f"{path} has no array of times with {len(values)} numbers; give --rate, in samples a second")
     return Recording(times, columns, values, unit_of(array) or _said(path), path, episode, rate is None, notes)
