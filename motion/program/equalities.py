@@ -12,6 +12,9 @@ from motion.limits import LED_BACK_FROM, ROUNDING
 from motion.program.space import Space, make_space
 from motion.request import MotionRequest
 
+DIGITS = 12
+"""Digits to which the s of waypoints are rounded, so that requests that differ in duration only share matrices."""
+
 DEPENDENT = 1e-10
 """A unit row is dependent if its part outside the span of the rows before it is smaller."""
 
@@ -73,7 +76,7 @@ def fixed_values(request: MotionRequest) -> Fixed:
     fixed = [(0, 0.0, start.positions), (1, 0.0, start.velocities), (2, 0.0, start.accelerations)]
     touched = []
     for waypoint in request.waypoints:
-        s = waypoint.time_from_start / request.moving_duration
+        s = round(waypoint.time_from_start / request.moving_duration, DIGITS)
         turning = _touches(waypoint.positions, ranges[:, 0])
         velocities = np.where(turning & np.isnan(waypoint.velocities), 0.0, waypoint.velocities)
         fastest = _touches(velocities, ranges[:, 1])
@@ -158,7 +161,10 @@ def _equalities(
 
 def _rows(space: Space, quantity: tuple[int, ...], s: tuple[float, ...]) -> np.ndarray:
     """Rows (m, N + 2) on x of the quantities at the places s."""
-    return np.concatenate([space.rows_at(k, np.array([place])) for k, place in zip(quantity, s, strict=True)])
+    quantities, places, rows = np.array(quantity), np.array(s), np.empty((len(s), space.count + 2))
+    for each in set(quantity):
+        rows[quantities == each] = space.rows_at(each, places[quantities == each])
+    return rows
 
 
 def _factored(
