@@ -27,9 +27,12 @@ LONGEST_SMALL_STEP = 0.25
 
 
 MOST_UNEVEN = 4.0
-"""Largest ratio of the 90th to the 10th percentile of the steps of an unnamed column that is taken as the time.
+"""Largest ratio of the 90th to the 10th percentile of the steps of an unnamed column that is taken as the time: a joint
+that starts and ends at rest has steps near zero at both ends …"""
 
-A joint that starts and ends at rest has steps near zero at both ends."""
+NEARLY_STRAIGHT = 0.05
+"""… or its largest distance from a straight line over the samples, as a part of its range: stamps of bursts are uneven,
+but a joint that starts and ends at rest is farther from the line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,7 @@ class Clock:
 def clock_of(names: Sequence[str], values: np.ndarray) -> Clock:
     """Return the clock of a table: by name, or without names the first column if it rises like a time."""
     if not names:
-        if values.shape[1] < 2 or not _rises_evenly(values[:, 0]):
+        if values.shape[1] < 2 or not _rises_like_time(values[:, 0]):
             return Clock(())
         return _guessed(0, "the first column", values[:, 0])
     ranked = [(rank, index) for index, name in enumerate(names) if (rank := _rank(name)) is not None]
@@ -74,13 +77,15 @@ def unit_of_steps(times: np.ndarray) -> float:
     return next((unit for unit in SPOKEN if step * unit <= longest[unit]), 1e-9)
 
 
-def _rises_evenly(column: np.ndarray) -> bool:
-    """Whether the steps of a column are those of times: none negative, and most of one size."""
-    steps = np.diff(column[np.isfinite(column)])
-    if not len(steps) or not np.all(steps >= 0):
+def _rises_like_time(column: np.ndarray) -> bool:
+    """Whether a column rises like times: no step is negative, and most have one size or the column is nearly a line."""
+    known = column[np.isfinite(column)]
+    steps = np.diff(known)
+    if not np.any(steps > 0) or np.any(steps < 0):
         return False
     low, high = np.percentile(steps, (10, 90))
-    return 0 < high <= MOST_UNEVEN * low
+    line = np.linspace(known[0], known[-1], len(known))
+    return bool(high <= MOST_UNEVEN * low or np.abs(known - line).max() <= NEARLY_STRAIGHT * (known[-1] - known[0]))
 
 
 def _rank(name: str) -> tuple[int, int] | None:

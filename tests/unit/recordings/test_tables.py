@@ -152,6 +152,19 @@ def test_plain_matrices(tmp_path: Path):
     assert (timed.times.tolist(), timed.values.tolist()) == ([0, 1, 2], [[2], [4], [6]])
 
 
+@pytest.mark.parametrize("stamps", ["jitter", "bursts", "gap"])
+def test_an_unnamed_first_column_of_uneven_stamps_is_the_time(tmp_path: Path, stamps: str):
+    times = np.arange(400) / 100
+    if stamps == "jitter":
+        times[1:-1] += np.random.default_rng(0).uniform(-0.003, 0.003, 398)
+    elif stamps == "bursts":
+        times = np.floor(20 * times + 1e-9) / 20
+    else:
+        times[200:] += 1.0
+    np.save(tmp_path / "demo.npy", np.column_stack([times, np.sin(times)]))
+    assert load(tmp_path / "demo.npy", ("joint_1",)).times == pytest.approx(times)
+
+
 @pytest.mark.parametrize("name", ["demo.npy", "demo.csv"])
 def test_an_unnamed_first_column_that_moves_like_a_joint_is_not_the_time(tmp_path: Path, name: str):
     s = np.linspace(0, 1, 101)

@@ -48,7 +48,7 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
             times, notes, values = seconds(values, clock), clock.notes, values[:, 1:]
     if times is None and _is_plain(path):
         raise Unreadable(
-            f"{path} has no names, and its first column does not rise in even steps like a time; give --rate, in "
+            f"{path} has no names, and its first column does not rise like a time; give --rate, in "
             "samples a second, or save an .npz file with the arrays t and positions"
         )
     if times is None:
