@@ -77,7 +77,7 @@ def compile_model(path: Path, tool: Tool, urdf: Mapping[str, UrdfJoint], visual:
 
 
 def is_slide(model: mujoco.MjModel, joint: int) -> bool:
-    """Return whether a joint is a slide, in m and N, and no hinge."""
+    """Return whether a joint slides (m, N) instead of turning (rad, N·m)."""
     return bool(model.jnt_type[joint] == SINGLE_AXIS[1])
 
 
