@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import msgpack
@@ -57,9 +58,25 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = SMALL) -> Kind:
     """
     check_size(len(data), max_bytes)
     try:
-        return msgspec.msgpack.decode(data, type=kind)
+        return _decoder(kind).decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise _refusal_of(error, kind, data) from None
+
+
+def _decoder(kind: type[Kind]) -> msgspec.msgpack.Decoder[Kind]:
+    """Return the decoder of a type of message.
+
+    Decoders are made one at a time: msgspec crashes if another thread decodes a type while its fields are looked up.
+    """
+    decoder = _decoders.get(kind)
+    if decoder is None:
+        with _making_decoder:
+            decoder = _decoders.setdefault(kind, msgspec.msgpack.Decoder(kind))
+    return decoder
+
+
+_decoders: dict[type, msgspec.msgpack.Decoder[Any]] = {}
+_making_decoder = Lock()
 
 
 def check_size(size: int, max_bytes: int) -> None:
