@@ -43,6 +43,7 @@ def test_from_a_file_to_a_motion_and_back(tmp_path: Path, capsys: pytest.Capture
         assert f"volley reset-sim --positions {begin}" in capsys.readouterr().err
         start = [f"{value:.9f}" for value in writers.movement()[0]]
         assert volley("reset-sim", "--positions", *start) == 0
+        assert eventually(lambda: len(_times_near(trace, writers.movement()[0])) > 50)
         assert volley("goal", "reach", "--wait", "--goal-id", "played") == 0
         assert "succeeded" in capsys.readouterr().out
         _check_what_is_cut_out(volley, capsys, trace)
@@ -94,19 +95,17 @@ def test_a_real_recording_on_its_own_arm(
     assert in_bounds(measured, samples.values).max() < 1
 
 
+def _times_near(trace: Path, place: np.ndarray) -> np.ndarray:
+    """Return the times, s on the trace's clock, at which the arm is at a place, in a trace that is being written."""
+    times, values = rrd.scan_of(trace).table()
+    return times[np.abs(values - place).max(axis=1) < 1e-4]
+
+
 def _check_what_is_cut_out(volley: Callable[..., int], capsys: pytest.CaptureFixture[str], trace: Path) -> None:
     """A part of the trace, cut while it is written, is the movement that was played, without rest at its ends."""
     begins, ends = writers.movement()[[0, -1]]
-    near: list[np.ndarray] = []
-
-    def has_ended() -> bool:
-        """Look up the times, s on the trace's clock, at which the arm is at each place."""
-        times, values = rrd.scan_of(trace).table()
-        near[:] = (times[np.abs(values - place).max(axis=1) < 1e-4] for place in (begins, ends))
-        return len(near[1]) > 50
-
-    assert eventually(has_ended)
-    there, after = near  # on a busy machine the arm may be at its start for less than 0.1 s of robot time
+    assert eventually(lambda: len(_times_near(trace, ends)) > 50)
+    there, after = _times_near(trace, begins), _times_near(trace, ends)
     begin, end = max(there[0], there[-1] - 0.1), after[0] + 0.04
     part = ("--trace", str(trace), "--begin", f"{begin:.3f}", "--end", f"{end:.3f}")
     assert volley("teach", "again", *part, "--json") == 0
