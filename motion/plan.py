@@ -8,18 +8,19 @@ from functools import cached_property
 
 import numpy as np
 
-from motion.errors import LOOSEN, CannotStop, Infeasible, InvalidMotion, LimitExceeded, OutOfTime, SolverFailed
-from motion.limits import QUANTITIES, Limits
+from motion.errors import InvalidMotion, OutOfTime, SolverFailed
+from motion.limits import Limits
 from motion.primitive import Primitive
 from motion.program.constraint_generation import InfeasibleRows, Solution
 from motion.program.curves import curves_of, trajectory_of
 from motion.program.effort import STOP, Effort
 from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
-from motion.program.min_duration import FACTOR, SEARCH_EFFORT, Judge, Verdict, min_duration, stretched
-from motion.program.optimum import Warm, optimum, works
+from motion.program.min_duration import min_duration, stretched
+from motion.program.optimum import Warm, optimum
 from motion.program.problem import (
     FINEST,
+    MANY_FUNCTIONS,
     MIN_FUNCTIONS,
     THINNED,
     UNIMITATING,
@@ -29,6 +30,7 @@ from motion.program.problem import (
     build,
     thinned,
 )
+from motion.program.remedy import judge_of, refusal
 from motion.program.report import Active, Report, make_report
 from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import Boundary, MotionRequest
@@ -39,12 +41,6 @@ __all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "Warm", "plan", 
 EFFORT, MAX_EFFORT = 13_000.0, 45_000.0
 """Effort of a plan of up to six joints, and its maximum; it grows with the number of joints, and of functions beyond
 `MANY_FUNCTIONS`. See `motion.program.effort`."""
-
-MANY_FUNCTIONS = 70
-"""Number of functions of a demonstration beyond which the effort grows with it."""
-
-LESS_REST = 6_000.0
-"""Effort of the search of a smaller rest_fraction, if no longer duration is feasible."""
 
 SHARE, UNIMITATING_SHARE = 0.5, 0.9
 """Parts of the remaining effort: for the usual precision and each thinned one, and for a motion that does not imitate.
@@ -162,7 +158,7 @@ def plan(
                 return _planned(primitive, request, fixed, tick, None, share, finest, remedy)
             except InfeasibleRows as failure:
                 failed = failure
-    raise _refusal(primitive, request, tick, failed, effort, remedy, precision) from None
+    raise refusal(primitive, request, tick, failed, effort, remedy, precision) from None
 
 
 def prepare(primitive: Primitive) -> None:
@@ -196,7 +192,7 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     goal = np.array([request.goal.positions, request.goal.velocities])
     if error := request.limits.exceeded(np.arange(2), goal):
         raise error
-    judge, shown = _judge(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
+    judge, shown = judge_of(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
     # With a straight part only short durations may be feasible.
     found = min_duration(request, judge, effort, 0, shown, shown, tick) or min_duration(
         request, judge, effort, 0, 1, 1, tick
@@ -243,77 +239,9 @@ def _ending(request: MotionRequest, problem: Problem, solution: Solution) -> End
     return ending(request, Boundary(positions, goal.velocities, np.where(np.isnan(final), last, final)))
 
 
-def _refusal(
-    primitive: Primitive,
-    request: MotionRequest,
-    tick: float,
-    failed: InfeasibleRows | SolverFailed,
-    effort: Effort,
-    remedy: bool,
-    precision: Precision,
-) -> Infeasible | SolverFailed:
-    """The error of a request that failed, with a feasible duration if one is found.
-
-    Raises CannotStop if the arm cannot come to rest inside its limits in any duration.
-    """
-    found = None
-    if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
-        judge = _judge(primitive, final_accelerations(request), effort, precision)
-        low = math.ceil(request.duration / tick - 1e-9)
-        guess = math.ceil(low * FACTOR)
-        # At the demonstrated speed the motion may be feasible.
-        shown = math.ceil((1 - request.phase) * primitive.duration / (1 - request.rest_fraction) / tick)
-        if isinstance(failed, OutOfTime):
-            guess = max(guess, shown)
-        found = min_duration(request, judge, effort, low, guess, shown, tick)
-    works = (found.duration, found.waypoint_times) if found else (None, None)
-    if isinstance(failed, OutOfTime):
-        return OutOfTime(failed.joint, *works)
-    if isinstance(failed, SolverFailed):
-        return failed
-    advice = LOOSEN
-    if remedy and found is None and request.rest_fraction:
-        less = _less_rest(primitive, request, precision)
-        advice = LOOSEN if less is None else f"a rest_fraction of {less:.6g} works"
-    return Infeasible(failed.joint, QUANTITIES[failed.quantity], failed.s * request.moving_duration, *works, advice)
-
-
-def _less_rest(primitive: Primitive, request: MotionRequest, precision: Precision) -> float | None:
-    """Return a smaller rest_fraction with which the request is feasible in its duration, None if none is found."""
-    effort, moving = Effort(LESS_REST), 1 - request.rest_fraction
-    with suppress(OutOfTime, CannotStop):
-        while moving < 1:
-            moving = min(4 * moving, 1.0)
-            less = replace(request, rest_fraction=round(1 - moving, 6))
-            judge = _judge(primitive, final_accelerations(less, remedy=False), effort, precision)
-            if judge(less, list(range(request.joint_count)), SEARCH_EFFORT).joint is None:
-                return less.rest_fraction
-    return None
-
-
 def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Precision, float]]:
     """Precisions in the order in which they are tried, each with its part of the effort that is left."""
     count = primitive.basis_count
     if count <= MANY_FUNCTIONS and request.duration < MIN_IMITATED * (1 - request.phase) * primitive.duration:
         return [(USUAL, SHARE), (UNIMITATING, UNIMITATING_SHARE)]
     return [(USUAL, SHARE), *((each, SHARE) for each in THINNED if thinned(count, each.thinning) >= MIN_FUNCTIONS)]
-
-
-def _judge(primitive: Primitive, final: np.ndarray, effort: Effort, precision: Precision = USUAL) -> Judge:
-    """Return a function that decides whether joints can be planned in a duration. final: as returned by `arriving`."""
-    if primitive.basis_count <= MANY_FUNCTIONS:
-        precision = UNIMITATING
-
-    def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
-        try:
-            request, fixed = fixed_inside(request)
-            problem = build(primitive, request, fixed, final, precision)
-        except (LimitExceeded, InvalidMotion):
-            return Verdict(joints[0])
-        for joint in joints:
-            answer = works(problem, joint, effort, most)
-            if not answer:
-                return Verdict(joint, certain=answer is not None)
-        return Verdict()
-
-    return judge

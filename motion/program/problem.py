@@ -48,6 +48,9 @@ UNIMITATING = replace(USUAL, imitates=False)
 """Decides whether a request is feasible. In a duration far below its own a demonstration violates limits everywhere;
 the motion of least acceleration needs a tenth of the rows."""
 
+MANY_FUNCTIONS = 70
+"""Number of functions of a demonstration beyond which the effort of a plan grows with it."""
+
 MIN_FUNCTIONS = 20
 """Least number of functions to which demonstrations are thinned."""
 

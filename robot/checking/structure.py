@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from motion.listing import listed
 from robot.checking.subject import Finding, Subject
 from robot.clearance import UNMEASURED
 from robot.model import body_name, owner_name
@@ -131,6 +132,4 @@ def shapes(subject: Subject) -> Iterator[Finding]:
 
 
 def _listed(subject: Subject, joints: set[int]) -> str:
-    names = [subject.joint_name(joint) for joint in sorted(joints)]
-    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    return ", ".join(names[:LISTED]) + more
+    return listed([subject.joint_name(joint) for joint in sorted(joints)], LISTED)

@@ -1,0 +1,90 @@
+"""What would work in place of a request that is infeasible: a longer duration, or a smaller rest_fraction."""
+
+import math
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from motion.errors import LOOSEN, CannotStop, Infeasible, InvalidMotion, LimitExceeded, OutOfTime, SolverFailed
+from motion.limits import QUANTITIES
+from motion.primitive import Primitive
+from motion.program.constraint_generation import InfeasibleRows
+from motion.program.effort import Effort
+from motion.program.equalities import fixed_inside
+from motion.program.min_duration import FACTOR, SEARCH_EFFORT, Judge, Verdict, min_duration
+from motion.program.optimum import works
+from motion.program.problem import MANY_FUNCTIONS, UNIMITATING, USUAL, Precision, build
+from motion.program.terminal_set import final_accelerations
+from motion.request import MotionRequest
+
+LESS_REST = 6_000.0
+"""Effort of the search of a smaller rest_fraction, if no longer duration is feasible."""
+
+
+def refusal(
+    primitive: Primitive,
+    request: MotionRequest,
+    tick: float,
+    failed: InfeasibleRows | SolverFailed,
+    effort: Effort,
+    remedy: bool,
+    precision: Precision,
+) -> Infeasible | SolverFailed:
+    """The error of a request that failed, with a feasible duration if one is found.
+
+    Raises CannotStop if the arm cannot come to rest inside its limits in any duration.
+    """
+    found = None
+    if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
+        judge = judge_of(primitive, final_accelerations(request), effort, precision)
+        low = math.ceil(request.duration / tick - 1e-9)
+        guess = math.ceil(low * FACTOR)
+        # At the demonstrated speed the motion may be feasible.
+        shown = math.ceil((1 - request.phase) * primitive.duration / (1 - request.rest_fraction) / tick)
+        if isinstance(failed, OutOfTime):
+            guess = max(guess, shown)
+        found = min_duration(request, judge, effort, low, guess, shown, tick)
+    works = (found.duration, found.waypoint_times) if found else (None, None)
+    if isinstance(failed, OutOfTime):
+        return OutOfTime(failed.joint, *works)
+    if isinstance(failed, SolverFailed):
+        return failed
+    advice = LOOSEN
+    if remedy and found is None and request.rest_fraction:
+        less = _less_rest(primitive, request, precision)
+        advice = LOOSEN if less is None else f"a rest_fraction of {less:.6g} works"
+    return Infeasible(failed.joint, QUANTITIES[failed.quantity], failed.s * request.moving_duration, *works, advice)
+
+
+def _less_rest(primitive: Primitive, request: MotionRequest, precision: Precision) -> float | None:
+    """Return a smaller rest_fraction with which the request is feasible in its duration, None if none is found."""
+    effort, moving = Effort(LESS_REST), 1 - request.rest_fraction
+    with suppress(OutOfTime, CannotStop):
+        while moving < 1:
+            moving = min(4 * moving, 1.0)
+            less = replace(request, rest_fraction=round(1 - moving, 6))
+            judge = judge_of(primitive, final_accelerations(less, remedy=False), effort, precision)
+            if judge(less, list(range(request.joint_count)), SEARCH_EFFORT).joint is None:
+                return less.rest_fraction
+    return None
+
+
+def judge_of(primitive: Primitive, final: np.ndarray, effort: Effort, precision: Precision = USUAL) -> Judge:
+    """Return a function that decides whether joints can be planned in a duration. final: as returned by `arriving`."""
+    if primitive.basis_count <= MANY_FUNCTIONS:
+        precision = UNIMITATING
+
+    def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
+        try:
+            request, fixed = fixed_inside(request)
+            problem = build(primitive, request, fixed, final, precision)
+        except (LimitExceeded, InvalidMotion):
+            return Verdict(joints[0])
+        for joint in joints:
+            answer = works(problem, joint, effort, most)
+            if not answer:
+                return Verdict(joint, certain=answer is not None)
+        return Verdict()
+
+    return judge
