@@ -1,5 +1,6 @@
 """Check trajectories in a thread beside the loop, which then only splices them."""
 
+import logging
 import threading
 from collections.abc import Callable
 
@@ -8,6 +9,7 @@ from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
 from protocol.topics import QUEUE_LENGTH
 from robot.description import RobotConfig
+from services.common.refusing import refusing
 from services.common.stray_puts import StrayPuts
 from services.controller.checks import Checked, check_trajectory
 
@@ -22,11 +24,14 @@ class TrajectoryChecker:
         requests: Queue of the requests from the bus.
     """
 
-    def __init__(self, config: RobotConfig, stray_puts: StrayPuts, wake: Callable[[], object]) -> None:
+    def __init__(
+        self, config: RobotConfig, stray_puts: StrayPuts, log: logging.Logger, wake: Callable[[], object]
+    ) -> None:
         """Prepare; `wake` is called when a checked trajectory is available."""
         self.requests: Inbox[PendingQuery] = Inbox()
         self._config = config
         self._stray_puts = stray_puts
+        self._log = log
         self._checked: Inbox[tuple[PendingQuery, Checked]] = Inbox(wake=wake)
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="checker", daemon=True)
@@ -49,10 +54,8 @@ class TrajectoryChecker:
             query = self.requests.take(POLL_S)
             self._stray_puts.warn()
             if query is not None:
-                try:
+                with refusing(query, "controller", self._log):
                     self._check(query)
-                except Refusal as refusal:
-                    query.refuse(refusal)
 
     def _check(self, query: PendingQuery) -> None:
         checked = check_trajectory(query.decode(), self._config)

@@ -48,7 +48,7 @@ class ControllerLoop:
         self._watchdog = SilenceWatchdog(config.tick, clock)
         self._handshake = ArmHandshake(bus, config, log, clock)
         self._leases = ClientLeases(self._core, log)
-        self._checker = TrajectoryChecker(config, StrayPuts(bus, log), wake=self._states.wake)
+        self._checker = TrajectoryChecker(config, StrayPuts(bus, log), log, wake=self._states.wake)
         self._requests = Requests(self._core, self._leases, self._checker, wake=self._states.wake)
         self._publications = Publications(bus, self._core, log, clock)
         self._contacts: deque[bytes] = deque(maxlen=WAITING_CONTACTS)

@@ -21,8 +21,9 @@ class Desk:
 
     def __init__(self) -> None:
         self.bus, self.woken = FakeBus(), threading.Event()
-        puts = StrayPuts(self.bus, logging.getLogger("controller"))  # type: ignore[arg-type]
-        self.checker = TrajectoryChecker(CONFIG, puts, self.woken.set)
+        log = logging.getLogger("controller")
+        puts = StrayPuts(self.bus, log)  # type: ignore[arg-type]
+        self.checker = TrajectoryChecker(CONFIG, puts, log, self.woken.set)
 
     def send(self, body: object) -> Request:
         """Pass a request to the checker."""
@@ -61,6 +62,18 @@ def test_a_bad_trajectory_is_refused_at_once(desk: Desk, body: object):
     assert sent.answer.code == "bad_message"
     assert desk.checker.take() is None
     assert not desk.woken.is_set()
+    desk.send(staying(30, 1))
+    assert desk.woken.wait(10.0)
+
+
+def test_an_error_of_the_check_ends_neither_the_thread_nor_the_wait_for_an_answer(
+    desk: Desk, caplog: pytest.LogCaptureFixture
+):
+    """The request is refused as `unavailable`, the log has the traceback, and the next trajectory is taken."""
+    sent = desk.send("no trajectory")
+    assert eventually(lambda: sent.answer is not None)
+    assert (sent.answer.code, sent.answer.detail) == ("unavailable", {"service": "controller"})
+    assert "AttributeError" in caplog.text
     desk.send(staying(30, 1))
     assert desk.woken.wait(10.0)
 

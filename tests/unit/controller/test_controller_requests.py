@@ -24,9 +24,10 @@ class Desk:
         self.core.answer(state(0), 0)
         self.woken = threading.Event()
         self.checked = threading.Event()
-        puts = StrayPuts(self.bus, logging.getLogger("controller"))  # type: ignore[arg-type]
-        self.checker = TrajectoryChecker(CONFIG, puts, self.checked.set)
-        leases = ClientLeases(self.core, logging.getLogger("controller"))
+        log = logging.getLogger("controller")
+        puts = StrayPuts(self.bus, log)  # type: ignore[arg-type]
+        self.checker = TrajectoryChecker(CONFIG, puts, log, self.checked.set)
+        leases = ClientLeases(self.core, log)
         self.requests = Requests(self.core, leases, self.checker, self.woken.set)
         self.requests.open(self.bus)  # type: ignore[arg-type]
         self.checker.start()

@@ -4,9 +4,12 @@ import sys
 import threading
 from types import SimpleNamespace
 
-import msgpack
 import pytest
 
+from protocol import messages as m
+from protocol.bus.sessions import open_session
+from protocol.codec import encode
+from services.common.cli import free_endpoint
 from tools.drill.harness.cell import ACCEPTED
 from tools.drill.harness.flood import SILENT, Flood, code_in
 
@@ -43,9 +46,18 @@ def test_replies_that_come_at_once_all_count():
 
 
 def test_codes_in_replies():
-    """A refusal has its own code; Zenoh's error, whose body is not a map, means that the owner is silent."""
-    refusal = msgpack.packb({"code": "busy", "message": "full", "detail": {}})
-    for body, code in ((refusal, "busy"), (msgpack.packb("Timeout"), SILENT)):
-        err = SimpleNamespace(payload=SimpleNamespace(to_bytes=lambda body=body: body))
-        assert code_in(SimpleNamespace(ok=None, err=err)) == code  # type: ignore[arg-type]
+    """A refusal has its own code."""
+    body = encode(m.ErrorBody(code="busy", message="full", detail={}))
+    err = SimpleNamespace(payload=SimpleNamespace(to_bytes=lambda: body))
+    assert code_in(SimpleNamespace(ok=None, err=err)) == "busy"  # type: ignore[arg-type]
     assert code_in(SimpleNamespace(ok=SimpleNamespace(), err=None)) == ACCEPTED  # type: ignore[arg-type]
+
+
+def test_an_owner_without_an_answer_is_silent():
+    """Zenoh's own error after a timeout is plain text."""
+    endpoint, kept = free_endpoint(), []
+    with open_session(listen=[endpoint]) as owner, open_session([endpoint]) as client:
+        owner.declare_queryable("goal", kept.append)
+        (reply,) = client.get("goal", timeout=0.2)
+        assert kept
+        assert code_in(reply) == SILENT

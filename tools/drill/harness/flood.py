@@ -2,10 +2,11 @@
 
 import threading
 
-import msgpack
 import zenoh
 
-from protocol.codec import ENCODING
+from protocol import messages as m
+from protocol.codec import ENCODING, decode
+from protocol.errors import Refusal
 from tools.drill.harness.cell import ACCEPTED
 
 ANSWER_S = 20.0
@@ -52,5 +53,7 @@ def code_in(reply: zenoh.Reply) -> str | None:
         return ACCEPTED
     if reply.err is None:
         return None
-    body = msgpack.unpackb(reply.err.payload.to_bytes())
-    return str(body.get("code")) if isinstance(body, dict) else SILENT
+    try:
+        return decode(reply.err.payload.to_bytes(), m.ErrorBody).code
+    except Refusal:  # plain text, for example Timeout
+        return SILENT

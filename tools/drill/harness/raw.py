@@ -6,22 +6,29 @@ import zenoh
 
 from protocol import topics
 from tools.drill.harness.cell import Cell
-from tools.drill.harness.flood import SILENT, code_in
+from tools.drill.harness.flood import ANSWER_S, SILENT, code_in
+from tools.drill.harness.waiting import ScenarioError
 from tools.drill.scenario import Measured, none
 
 AT_HOME = 1e-6
 """rad; the arm has moved if it is further from home than this."""
 HOLD_TICKS = 20
+TIMEOUTS_S = {query.key: query.timeout_s for query in topics.QUERIES}
 
 UNMOVED = (none("positions away from home"), none("processes ended"))
 
 
 def answer(cell: Cell, key: str, body: bytes) -> str:
-    """Send a body as a request and return the code of the refusal, `accepted`, or `silent`."""
-    for reply in cell.bus.session.get(cell.bus.key(key), payload=body, timeout=20.0):
-        if (code := code_in(reply)) is not None:
-            return code
-    return SILENT
+    """Send a body as a request and return the code of the refusal, or `accepted`.
+
+    Raises:
+        ScenarioError: no reply within the timeout of the key, or 20 s if that is longer: the machine may be busy.
+    """
+    timeout = max(TIMEOUTS_S[key], ANSWER_S)
+    for reply in cell.bus.session.get(cell.bus.key(key), payload=body, timeout=timeout):
+        if (code := code_in(reply)) not in (None, SILENT):
+            return str(code)
+    raise ScenarioError(f"{key} did not answer within {timeout:g} s: {len(body)} bytes, first {body[:80]!r}")
 
 
 def publish(cell: Cell, topic: topics.Publication, bodies: Iterable[bytes]) -> int:
