@@ -169,8 +169,8 @@ class Loop:
             assert going.task is not None
             try:
                 step = partial(going.steps.send, self.plan_worker.plan(going.task))
-            except Refusal as refusal:
-                step = partial(going.steps.throw, refusal)
+            except Exception as error:
+                step = partial(going.steps.throw, error)
 
     def _learn(self, asking: PendingQuery, body: memoryview) -> None:
         """Refuse faults outside the demonstration at once; pass the rest to the learner."""

@@ -5,6 +5,7 @@ What happens while such a goal is planned is tested with that process stopped, s
 
 import logging
 import os
+import pickle
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ from typing import Any
 import pytest
 
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
+from motion.sampled import SampledPlan
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
@@ -29,6 +31,7 @@ from services.planner.lead_time import LeadTime
 from services.planner.learning import learn_from_csv
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
+from services.planner.worker import Task
 from tests.connections import unread
 from tests.waiting import PATIENCE_S, eventually
 
@@ -253,3 +256,18 @@ def test_a_process_that_dies_is_named_and_replaced(desk: Desk) -> None:
     desk.ask(strike(goal_id="lost"))
     assert desk.controller.executed == ["lost"]
     assert desk.pid != first
+
+
+def test_an_error_of_the_link_to_the_process_is_a_refusal(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The goal and its repetition are refused, and the next goal is planned."""
+
+    def fail(_: Task) -> SampledPlan:
+        raise pickle.UnpicklingError("invalid load key")
+
+    monkeypatch.setattr(desk.loop.plan_worker, "plan", fail)
+    for _ in range(2):
+        refusal = desk.refusal(desk.send(strike(goal_id="garbled")))
+        assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner", "goal_id": "garbled"})
+    monkeypatch.undo()
+    desk.ask(strike(goal_id="garbled"))
+    assert desk.controller.executed == ["garbled"]
