@@ -73,6 +73,10 @@ class Drive:
         """Drop the command for the coming tick."""
         self._fresh = None
 
+    def follow(self, positions: np.ndarray) -> None:
+        """Let the brake hold `positions` (J,), rad: where an arm that ignores setpoints is at the present tick."""
+        self._brake.hold(positions)
+
     @property
     def brake_reason(self) -> str:
         """The reason of braking, in words."""
