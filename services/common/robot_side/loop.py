@@ -109,8 +109,7 @@ class RobotLoop:
     def step(self) -> None:
         """Step the robot by a tick, with the command, the last one, or the brake."""
         now = self.backend.observe()
-        if now.condition != "ready":
-            self.drive.follow(now.positions)
+        self.drive.note_ready(now.condition == "ready", now.positions, now.velocities)
         setpoint = self.drive.setpoint(now.positions, now.velocities)
         self._applied.append(self.drive.applied_tick)
         self.backend.step(setpoint)
