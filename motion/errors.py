@@ -47,6 +47,8 @@ class LimitExceeded(MotionError):
 
 
 LOOSEN = "no longer duration was found to work; loosen that limit, or change the start or the goal"
+FIXED_TIME = "a later arrival may work, or a looser limit, or another goal"
+"""Advice if longer durations are not tried, because the time of arrival is given."""
 
 
 class Infeasible(MotionError):
