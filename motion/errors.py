@@ -34,11 +34,15 @@ class LimitExceeded(MotionError):
     `of` is appended to the value in the sentence, for example " of the start"; empty for the goal.
     """
 
+    SENTENCE = (
+        "joint {joint}: the requested {quantity} {value:.6g} {unit}{of} lies outside the limits; "
+        "it must be {word} {bound:.6g} {unit}"
+    )
+
     def __init__(self, joint: int, quantity: str, value: float, bound: float, of: str = "") -> None:
-        word = "at most" if value > bound else "at least"
+        word, unit = "at most" if value > bound else "at least", UNITS[quantity]
         super().__init__(
-            f"joint {joint}: the requested {quantity} {value:.6g} {UNITS[quantity]}{of} lies outside the limits; "
-            f"it must be {word} {bound:.6g} {UNITS[quantity]}"
+            self.SENTENCE.format(joint=joint, quantity=quantity, value=value, unit=unit, of=of, word=word, bound=bound)
         )
         self.joint = joint
         self.quantity = quantity
@@ -46,7 +50,18 @@ class LimitExceeded(MotionError):
         self.bound = bound
 
 
+class PlanExceeds(LimitExceeded):
+    """A plan of a method without guaranteed limits exceeds one; `value` is the plan's."""
+
+    SENTENCE = (
+        "joint {joint}: the {quantity} of the plan reaches {value:.6g} {unit}, but it must be {word} {bound:.6g} "
+        "{unit}; method 'qp' keeps all limits, and a longer duration may work"
+    )
+
+
 LOOSEN = "no longer duration was found to work; loosen that limit, or change the start or the goal"
+FIXED_TIME = "a later arrival may work, or a looser limit, or another goal"
+"""Advice if longer durations are not tried, because the time of arrival is given."""
 
 
 class Infeasible(MotionError):

@@ -149,7 +149,9 @@ class MotionRequest:
             time, end = times[k], self.moving_duration
             where, said = f"{field}.time_from_start", f"is {time:.6g} s"
             if not 0 < time < end:
-                raise InvalidMotion(where, f"{said}; it must lie between 0 and {end:.6g} s, where the motion is shaped")
+                raise InvalidMotion(
+                    where, f"{said}; it must lie after 0 and before {end:.6g} s, where the motion is shaped"
+                )
             others = [0.0, end, *times[:k], *times[k + 1 :]]
             if min(abs(time - other) for other in others) < apart:
                 near = f"{said}, closer than {apart:.6g} s (0.01 of the duration) to another waypoint or to an end"

@@ -6,7 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from motion.errors import LOOSEN, CannotStop, Infeasible, InvalidMotion, LimitExceeded, OutOfTime, SolverFailed
+from motion.errors import (
+    FIXED_TIME,
+    LOOSEN,
+    CannotStop,
+    Infeasible,
+    InvalidMotion,
+    LimitExceeded,
+    OutOfTime,
+    SolverFailed,
+)
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.program.constraint_generation import InfeasibleRows
@@ -50,7 +59,7 @@ def refusal(
         return OutOfTime(failed.joint, *works)
     if isinstance(failed, SolverFailed):
         return failed
-    advice = LOOSEN
+    advice = LOOSEN if remedy else FIXED_TIME
     if remedy and found is None and request.rest_fraction:
         less = _less_rest(primitive, request, precision)
         advice = LOOSEN if less is None else f"a rest_fraction of {less:.6g} works"

@@ -577,6 +577,7 @@ def test_too_short_a_duration_gets_the_shortest_that_works(strike: Primitive, as
     with pytest.raises(Infeasible) as refusal:
         plan(strike, hurried, remedy=False)
     assert refusal.value.min_duration is None
+    assert "a later arrival may work" in str(refusal.value)
 
 
 def test_the_fastest_end_is_fast(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
