@@ -9,7 +9,7 @@ import numpy as np
 
 from motion.errors import OutOfTime
 from motion.program.effort import Effort
-from motion.request import MotionRequest
+from motion.request import MotionRequest, Waypoint
 
 FACTOR = 1.5
 MAX_DURATION = 60.0
@@ -39,7 +39,7 @@ Judge = Callable[[MotionRequest, list[int], float], Verdict]
 def stretched(request: MotionRequest, duration: float) -> MotionRequest:
     """Return the same request with another duration (s); the times of its waypoints scale with it."""
     factor = duration / request.duration
-    waypoints = tuple(replace(w, time_from_start=w.time_from_start * factor) for w in request.waypoints)
+    waypoints = tuple(Waypoint(w.time_from_start * factor, w.positions, w.velocities) for w in request.waypoints)
     return replace(request, duration=duration, waypoints=waypoints)
 
 
