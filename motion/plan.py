@@ -11,11 +11,13 @@ import numpy as np
 from motion.errors import InvalidMotion, OutOfTime, SolverFailed
 from motion.limits import Limits
 from motion.primitive import Primitive
-from motion.program.constraint_generation import InfeasibleRows, Solution
+from motion.program.constraint_generation import Solution
+from motion.program.contradiction import InfeasibleRows
 from motion.program.curves import curves_of, trajectory_of
 from motion.program.effort import STOP, Effort
 from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
+from motion.program.judge import Judge
 from motion.program.min_duration import min_duration, stretched
 from motion.program.optimum import Warm, optimum
 from motion.program.problem import (
@@ -30,7 +32,7 @@ from motion.program.problem import (
     build,
     thinned,
 )
-from motion.program.remedy import judge_of, refusal
+from motion.program.remedy import refusal
 from motion.program.report import Active, Report, make_report
 from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import Boundary, MotionRequest
@@ -192,11 +194,9 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     goal = np.array([request.goal.positions, request.goal.velocities])
     if error := request.limits.exceeded(np.arange(2), goal):
         raise error
-    judge, shown = judge_of(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
+    judge, shown = Judge(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
     # With a straight part only short durations may be feasible.
-    found = min_duration(request, judge, effort, 0, shown, shown, tick) or min_duration(
-        request, judge, effort, 0, 1, 1, tick
-    )
+    found = min_duration(request, judge, 0, shown, shown, tick) or min_duration(request, judge, 0, 1, 1, tick)
     return plan(primitive, found or stretched(request, primitive.duration), tick)
 
 

@@ -14,7 +14,8 @@ from motion.limits import QUANTITIES, Limits
 from motion.plan import Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.program import constraint_generation, optimum
-from motion.program.constraint_generation import InfeasibleRows, Solution
+from motion.program.constraint_generation import Solution
+from motion.program.contradiction import InfeasibleRows
 from motion.program.terminal_set import final_accelerations
 from motion.request import Boundary, MotionRequest, Waypoint
 from tests.splines_of import TIMES, figure_strike, fitted, joint_of
