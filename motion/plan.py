@@ -2,6 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -47,6 +48,12 @@ EFFORT, MAX_EFFORT = 13_000.0, 45_000.0
 SHARE, UNIMITATING_SHARE = 0.5, 0.9
 """Parts of the remaining effort: for the usual precision and each thinned one, and for a motion that does not imitate.
 The remainder is for the finest precision and for the search of another duration."""
+
+HASTY = (USUAL, SHARE), (UNIMITATING, UNIMITATING_SHARE)
+"""Precisions for a duration in which a motion can hardly imitate."""
+
+FASTEST = (USUAL, 0.35), (UNIMITATING, 0.95)
+"""Precisions for the shortest duration, in which many limits are active but no search follows."""
 
 MIN_IMITATED = 0.25
 """A duration below this part of the demonstration's is planned without imitation if the usual precision fails; so short
@@ -129,13 +136,14 @@ def plan(
     remedy: bool = True,
     thorough: bool = True,
     effort: Effort | None = None,
+    precisions: Sequence[tuple[Precision, float]] | None = None,
 ) -> SplinePlan:
     """Plan the motion that imitates `primitive` best as `request` demands (eq. 10–17).
 
     tick: grid of the total duration, s. warm: active rows of an earlier plan of the same joints. remedy: search a
     feasible duration for the error of an infeasible request. thorough: try the finest hull before the request is
-    refused. effort: the effort that may be spent. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or
-    SolverFailed.
+    refused. effort: the effort that may be spent. precisions: to try in order, each with its part of the effort that is
+    left. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or SolverFailed.
     """
     primitive.check_joints(request.joint_count)
     if warm is not None and len(warm.rows) != request.joint_count:
@@ -143,7 +151,7 @@ def plan(
     request, fixed = fixed_inside(request)
     effort, precision = effort or effort_for(primitive), USUAL
     failed: InfeasibleRows | SolverFailed = OutOfTime(0)
-    for precision, most in _precisions(primitive, request):
+    for precision, most in precisions or _precisions(primitive, request):
         with effort.share(most * effort.left) as share:
             try:
                 return _planned(primitive, request, fixed, tick, warm, share, precision, remedy)
@@ -197,7 +205,9 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     judge, shown = Judge(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
     # With a straight part only short durations may be feasible.
     found = min_duration(request, judge, 0, shown, shown, tick) or min_duration(request, judge, 0, 1, 1, tick)
-    return plan(primitive, found or stretched(request, primitive.duration), tick)
+    if found is None:
+        return plan(primitive, stretched(request, primitive.duration), tick)
+    return plan(primitive, found, tick, remedy=False, precisions=FASTEST)
 
 
 def _planned(
@@ -243,5 +253,5 @@ def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Prec
     """Precisions in the order in which they are tried, each with its part of the effort that is left."""
     count = primitive.basis_count
     if count <= MANY_FUNCTIONS and request.duration < MIN_IMITATED * (1 - request.phase) * primitive.duration:
-        return [(USUAL, SHARE), (UNIMITATING, UNIMITATING_SHARE)]
+        return list(HASTY)
     return [(USUAL, SHARE), *((each, SHARE) for each in THINNED if thinned(count, each.thinning) >= MIN_FUNCTIONS)]
