@@ -4,7 +4,7 @@ import math
 from contextlib import suppress
 from dataclasses import replace
 
-from motion.errors import LOOSEN, CannotStop, Infeasible, OutOfTime, SolverFailed
+from motion.errors import NONE_FOUND, NONE_TRIED, CannotStop, Infeasible, OutOfTime, SolverFailed
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.program.contradiction import InfeasibleRows
@@ -47,10 +47,11 @@ def refusal(
         return OutOfTime(failed.joint, *works)
     if isinstance(failed, SolverFailed):
         return failed
-    advice = LOOSEN
+    advice = NONE_FOUND if remedy else NONE_TRIED
     if remedy and found is None and request.rest_fraction:
         less = _less_rest(primitive, request, precision)
-        advice = LOOSEN if less is None else f"a rest_fraction of {less:.6g} works"
+        if less is not None:
+            advice = f"a rest_fraction of {less:.6g} works"
     return Infeasible(failed.joint, QUANTITIES[failed.quantity], failed.s * request.moving_duration, *works, advice)
 
 

@@ -202,11 +202,15 @@ def limits_of(asked: m.GoalLimits | None, config: RobotConfig) -> Limits:
 def _check_limits(asked: m.GoalLimits, config: RobotConfig) -> None:
     """Refuse limits that no value is inside of, with their joint."""
     joints = list(zip(config.joint_names, config.slides, strict=True))
-    for (name, slides), pair in zip(joints, asked.positions or (), strict=False):
+    own = config.limits.positions.tolist()
+    for (name, slides), pair, (low, high) in zip(joints, asked.positions or (), own, strict=False):
         if pair and not pair[0] < pair[1]:
             unit = unit_of("position", slides)
             sentence = f"limits.positions of {name} are {pair[0]:g} to {pair[1]:g} {unit}; send the lower one first"
             raise Refusal("invalid_goal", sentence, field="limits.positions")
+        if pair and not max(pair[0], low) < min(pair[1], high):
+            sentence = f"limits.positions of {name} are {pair[0]:g} to {pair[1]:g}, outside its {low:g} to {high:g}"
+            raise Refusal("invalid_goal", f"{sentence} {unit_of('position', slides)}", field="limits.positions")
     for quantity in ("velocities", "accelerations", "jerks"):
         for (name, slides), bound in zip(joints, getattr(asked, quantity) or (), strict=False):
             if bound is not None and bound <= 0:
