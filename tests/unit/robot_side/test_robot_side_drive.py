@@ -23,7 +23,7 @@ def command(tick: int, run: int = 1) -> m.Command:
 
 @pytest.fixture
 def drive() -> Drive:
-    """A drive at tick 100 that has been led up to tick 50 and repeats what it was told."""
+    """A drive at tick 100 whose last command is of tick 50, which it repeats."""
     drive = Drive(ROBOT)
     drive.begin(1, ROBOT.home)
     drive.take(command(50), 50)

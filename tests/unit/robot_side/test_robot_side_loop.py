@@ -104,20 +104,20 @@ def command(tick: int, **fields: Any) -> m.Command:
 
 
 @pytest.mark.parametrize("body", [b"\xc1", encode(command(0, run=8))])
-def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(body: bytes, caplog: pytest.LogCaptureFixture):
+def test_a_refused_command_is_logged_with_its_code(body: bytes, caplog: pytest.LogCaptureFixture):
     """The command does not decode, or is not one of this run."""
     loop_of(StandIn(ROBOT)).receive(body)
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
 
 
-def test_the_newest_command_applied_is_told_with_the_delay():
+def test_states_report_the_newest_applied_command_minus_the_delay():
     for backend, delay in ((StandIn(ROBOT), 0), (Reflexive(ROBOT), 1)):
         loop = loop_of(backend)
-        told = [tick(loop, command(k)).applied_tick for k in range(4)]
-        assert told == [max(k - delay, -1) for k in range(4)]
+        applied = [tick(loop, command(k)).applied_tick for k in range(4)]
+        assert applied == [max(k - delay, -1) for k in range(4)]
 
 
-def test_the_description_tells_the_abilities():
+def test_the_description_lists_the_abilities():
     (description,) = ask(loop_of(Reflexive(ROBOT)), topics.DESCRIPTION).replies
     assert (description.delay_ticks, description.modes, description.torques_are) == (1, ["position"], "measured")
 
@@ -171,15 +171,15 @@ class Recording(StandIn):
         super().step(setpoint)
 
 
-def test_a_setpoint_says_where_the_reference_goes():
+def test_a_setpoint_has_the_reference_at_the_end_of_the_tick():
     """The velocity is the command's or, for an older controller, follows from its accelerations."""
     ahead = m.Point(positions=[0.5] * 6, velocities=[0.25] * 6)
     loop = loop_of(backend := Recording(ROBOT))
     tick(loop, command(0, next=ahead, feedforward=[2.0] * 6))
     tick(loop)
     tick(loop, command(2, accelerations=[4.0] * 6, velocities=[1.0] * 6))
-    told, repeated, older = backend.setpoints
-    assert (told.positions.tolist(), told.velocities.tolist()) == (ahead.positions, ahead.velocities)
+    commanded, repeated, older = backend.setpoints
+    assert (commanded.positions.tolist(), commanded.velocities.tolist()) == (ahead.positions, ahead.velocities)
     assert repeated.velocities == pytest.approx(np.full(6, 0.25 + 2.0 * ROBOT.tick))
     assert repeated.positions == pytest.approx(np.full(6, 0.5 + 0.25 * ROBOT.tick + 1e-6))
     assert older.velocities == pytest.approx(np.full(6, 1.0 + 4.0 * ROBOT.tick))
