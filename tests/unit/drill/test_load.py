@@ -11,7 +11,7 @@ from protocol.bus.sessions import open_session
 from protocol.codec import encode
 from services.common.cli import free_endpoint
 from tools.drill.harness.cell import ACCEPTED
-from tools.drill.harness.flood import SILENT, Flood, code_in
+from tools.drill.harness.flood import NO_REPLY, Flood, code_in
 
 THREADS = 8
 
@@ -60,4 +60,4 @@ def test_an_owner_without_an_answer_is_silent():
         owner.declare_queryable("goal", kept.append)
         (reply,) = client.get("goal", timeout=0.2)
         assert kept
-        assert code_in(reply) == SILENT
+        assert code_in(reply) == NO_REPLY
