@@ -5,7 +5,7 @@ import pytest
 
 from protocol import messages as m
 from robot.description import load_robot
-from tools.rally.limit_watch import Findings, check
+from tools.rally.limit_monitor import LimitReport, check
 
 ROBOT = load_robot()
 JOINTS, TICK = ROBOT.joint_count, ROBOT.tick
@@ -51,21 +51,21 @@ def commanded_and_did(accelerations: np.ndarray, velocity_error: float = 0.0) ->
     return commands, states
 
 
-def found(accelerations: np.ndarray, touches: tuple[float, ...] = (), velocity_error: float = 0.0) -> Findings:
+def found(accelerations: np.ndarray, touches: tuple[float, ...] = (), velocity_error: float = 0.0) -> LimitReport:
     commands, states = commanded_and_did(accelerations, velocity_error)
     return check(commands, states, touches, ROBOT)
 
 
-def smooth(share: float) -> np.ndarray:
-    """Accelerations (n,) that begin and end at 0 and reach a share of the first joint's limit slowly."""
+def smooth(fraction: float) -> np.ndarray:
+    """Accelerations (n,) that begin and end at 0 and reach a fraction of the first joint's limit slowly."""
     rise = np.minimum(1.0, np.arange(100) * TICK * ROBOT.limits.jerks[0] / ROBOT.limits.accelerations[0] / 2)
-    return share * ROBOT.limits.accelerations[0] * np.concatenate([rise, rise[::-1]])
+    return fraction * ROBOT.limits.accelerations[0] * np.concatenate([rise, rise[::-1]])
 
 
 def test_a_motion_inside_the_limits_is_none_and_its_closest_limit_is_named():
     findings = found(smooth(0.2))
     assert (findings.ticks, findings.unseen, findings.violations) == (200, 0, 0)
-    assert 0 < findings.closest.share <= 1
+    assert 0 < findings.closest.fraction <= 1
 
 
 def test_an_acceleration_beyond_the_limit_is_counted_and_named():
@@ -76,7 +76,7 @@ def test_an_acceleration_beyond_the_limit_is_counted_and_named():
         (ROBOT.joint_names[0], "jerk"),
         (ROBOT.joint_names[0], "velocity"),
     }
-    assert findings.worst.share > 1
+    assert findings.worst.fraction > 1
 
 
 def test_a_jump_of_the_acceleration_passes_the_jerk_limit():
@@ -85,14 +85,14 @@ def test_a_jump_of_the_acceleration_passes_the_jerk_limit():
     findings = found(step)
     assert findings.violations == 1
     assert findings.worst.quantity == "jerk"
-    assert findings.worst.share == pytest.approx(2.0)
+    assert findings.worst.fraction == pytest.approx(2.0)
 
 
 def test_what_the_ball_did_to_the_arm_is_counted_apart():
     fast = 1.5 * ROBOT.limits.velocities[0]
     thrown, alone = found(np.zeros(100), (0.0,), fast), found(np.zeros(100), (), fast)
     assert (thrown.violations, alone.violations) == (0, 100)
-    assert thrown.recoil.share == pytest.approx(1.5)
+    assert thrown.recoil.fraction == pytest.approx(1.5)
 
 
 def test_ticks_that_were_not_received_are_counted_and_their_jerk_is_not_made_up():
