@@ -49,7 +49,7 @@ def test_samples_written_all_at_once_are_refused_with_the_cure(tmp_path: Path) -
 @pytest.mark.parametrize("name", [name for name in writers.FILES if name != "db3"])
 @pytest.mark.parametrize("part", [0.0, 0.1, 0.5, 0.9])
 def test_truncated(tmp_path: Path, name: str, part: float):
-    """A file that was cut off is refused, or read up to where it was cut; never with a traceback."""
+    """A truncated file is refused or read up to its end, never with a traceback."""
     file, write, _ = writers.FILES[name]
     path = tmp_path / file
     write(path)
@@ -82,10 +82,10 @@ def test_empty_random_and_absent(tmp_path: Path, name: str):
     path.write_bytes(b"")
     assert "is empty" in refusal(path)
     path.write_bytes(np.random.default_rng(1).bytes(5000))
-    assert "of no format that is read: LeRobot, ROS 2" in refusal(path)
+    assert "of an unknown format; the known ones are LeRobot, ROS 2" in refusal(path)
     path.unlink()
     path.mkdir()
-    assert "is a directory of no format" in refusal(path)
+    assert "is a directory of an unknown format" in refusal(path)
 
 
 class _Bomb:
@@ -106,10 +106,10 @@ def test_pickles_do_not_run(tmp_path: Path, monkeypatch):
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (LINES.replace("0.1,", "0.1,oops ", 1), "line 12: joint_1 is 'oops 0.03333333333333333' and no number; mend"),
+        (LINES.replace("0.1,", "0.1,oops ", 1), "line 12: joint_1 is 'oops 0.03333333333333333', not a number; correct"),
         (
             LINES.replace("0.1,", "0.1,7,", 1),
-            "line 12 has 4 columns where the first line has 3; mend the line or delete it",
+            "line 12 has 4 columns where the first line has 3; correct the line or delete it",
         ),
         (LINES.replace("t,", "count,"), "no column of times, such as time or t_ms; give --rate"),
         (LINES.replace("joint", "finger"), "no column for joint_1, joint_2; its columns are t, finger_1"),
