@@ -161,8 +161,8 @@ def test_files_without_joints(tmp_path: Path):
 
 
 def test_poses_of_the_tool(tmp_path: Path):
-    """Each format says what makes joint positions of them."""
-    cure = "examples/tool_poses.py makes joint positions of poses"
+    """The refusal of each format names the example that computes joint positions."""
+    cure = "examples/tool_poses.py computes joint positions from poses"
     np.savez(tmp_path / "demo.npz", ee_pose=np.zeros((50, 7)), t=np.arange(50))
     assert cure in refusal(tmp_path / "demo.npz")
     with h5py.File(tmp_path / "demo.hdf5", "w") as file:

@@ -67,9 +67,9 @@ def test_recordings_of_a_real_arm_are_played(tmp_path: Path, task: str, duration
 
 @pytest.mark.skipif(not DEMOS.exists(), reason="the recordings lie outside the repository")
 def test_tool_poses_are_refused_and_played_as_joint_positions(tmp_path: Path, monkeypatch):
-    """Nine recordings of a tool in one array: none is taken for joints; the example makes joint positions of one."""
+    """Nine recordings of a tool in one array: none is taken for joints; the example computes those of one."""
     path = DEMOS / "robottasks_pouring_ee.npz"
-    with pytest.raises(Unreadable, match=r"poses of the tool .* examples/tool_poses.py makes joint positions"):
+    with pytest.raises(Unreadable, match=r"poses of the tool .* examples/tool_poses.py computes joint positions"):
         load(path, arms.PANDA.joints)
     poses, config = np.load(path)["pose"][0], arms.PANDA.write(tmp_path)
     np.savez(tmp_path / "pouring.npz", times=np.linspace(0, 10, len(poses)), poses=poses)
