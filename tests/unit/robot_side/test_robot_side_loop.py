@@ -295,6 +295,6 @@ def test_an_arm_that_becomes_ready_by_itself_is_held_where_it_is():
 def test_guiding_is_published_before_it_is_answered(monkeypatch: pytest.MonkeyPatch):
     loop, order = loop_of(Stoppable(ROBOT)), []
     monkeypatch.setattr(loop, "_state", SimpleNamespace(put=lambda state: order.append(state.condition)))
-    monkeypatch.setattr(Asked, "reply", lambda _, answer: order.append(answer))
+    monkeypatch.setattr(FakeRequest, "reply", lambda _, answer: order.append(answer))
     ask(loop, topics.GUIDE)
     assert order == ["user_stopped", m.Guided(condition="user_stopped")]
