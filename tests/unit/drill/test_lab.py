@@ -1,4 +1,4 @@
-"""The place in which scenarios are carried out."""
+"""The environment of scenarios."""
 
 from pathlib import Path
 
