@@ -20,6 +20,7 @@ FOLDERS = (
     "protocol",
     "robot",
     "services",
+    "tests",
     "tools",
 )
 """Folders that are checked, with everything below them; "." stands for the files at the top."""

@@ -1,4 +1,4 @@
-"""The drill's command."""
+"""The command that runs the drill."""
 
 import json
 from pathlib import Path

@@ -1,10 +1,10 @@
-"""Ticks that the drill finds missing in a trace."""
+"""Counting missing ticks of a trace."""
 
 from tools.drill.scenarios.recorders import missing_between
 
 
-def test_ticks_missing_within_a_trace():
-    """Missing ticks between the first and the last are counted once, in whatever order ticks were written."""
+def test_missing_ticks_between_the_first_and_the_last_are_counted():
+    """Each is counted once, for any order of ticks."""
     assert missing_between([]) == 0
     assert missing_between([7]) == 0
     assert missing_between([9, 7, 8]) == 0

@@ -1,9 +1,11 @@
-"""The drill's files, and the page that is generated from them."""
+"""The drill's result file, and the page generated from it."""
 
 import json
 import re
 from dataclasses import replace
 from pathlib import Path
+
+import pytest
 
 from tools.drill.report import BEGIN, END, markdown, save, value_text, write_markdown
 from tools.drill.scenario import evaluate
@@ -14,12 +16,12 @@ PAGE = DOCS / "reliability.md"
 
 
 def measured(name: str, good: bool) -> dict[str, float | str]:
-    """Return a measurement for every bound of a scenario that just keeps it."""
+    """Return a measurement for every bound of a scenario, each exactly at the bound, or else invalid."""
     return {bound.reaction: bound.value if good else "nothing" for bound in SCENARIOS[name].bounds}
 
 
-def test_numbers():
-    """Integers stay as they are, other numbers have three digits, words stay words."""
+def test_numbers_are_formatted_with_units():
+    """Integers and words are unchanged, other numbers have three significant digits."""
     assert [value_text(20, "ms"), value_text(0.012345, "s"), value_text("busy"), value_text(None)] == [
         "20 ms",
         "0.0123 s",
@@ -28,7 +30,7 @@ def test_numbers():
     ]
 
 
-def test_later_measurements_join_the_earlier(tmp_path: Path):
+def test_later_results_are_merged_into_the_file(tmp_path: Path):
     """A repeated scenario replaces its row; the others stay."""
     file = tmp_path / "drill.json"
     one, other = SCENARIOS["push"], SCENARIOS["cancel"]
@@ -41,8 +43,7 @@ def test_later_measurements_join_the_earlier(tmp_path: Path):
     assert text.count("not measured") == len(SCENARIOS) - 2
 
 
-def test_earlier_attempts_are_shown(tmp_path: Path):
-    """File and page show earlier attempts beside the last one's measurements."""
+def test_reasons_of_earlier_attempts_are_shown(tmp_path: Path):
     before = "why the first was repeated", "why the second was"
     outcome = replace(evaluate(SCENARIOS["noise"], measured("noise", True), 1.0), earlier_attempts=before)
     text = markdown(save(tmp_path / "drill.json", [outcome]))
@@ -50,7 +51,6 @@ def test_earlier_attempts_are_shown(tmp_path: Path):
 
 
 def test_only_the_table_of_a_page_is_replaced(tmp_path: Path):
-    """The text around it stays."""
     page = tmp_path / "page.md"
     page.write_text(f"before\n{BEGIN}\noutdated\n{END}\nafter\n")
     write_markdown(page, {"machine": {"cores": "2"}, "rows": {}})
@@ -61,14 +61,12 @@ def test_only_the_table_of_a_page_is_replaced(tmp_path: Path):
     assert "cores 2" in text
 
 
-def test_the_page_is_made_from_the_measurements():
-    """Those beside it."""
+def test_the_page_is_generated_from_the_saved_measurements():
     document = json.loads(PAGE.with_suffix(".json").read_text())
     assert f"{BEGIN}\n\n{markdown(document)}\n{END}" in PAGE.read_text()
 
 
-def test_the_page_has_every_scenario_and_no_other():
-    """With the fault and bounds as they are now."""
+def test_the_page_has_every_scenario_with_its_present_fault():
     lines = PAGE.read_text().splitlines()
     rows = [line for line in lines if line.startswith("| `")]
     assert [row.split("`")[1] for row in rows] == list(SCENARIOS)
@@ -85,14 +83,9 @@ def test_the_measurements_that_operations_explains_exist():
     assert explained - {"error"} <= {bound.reaction for each in SCENARIOS.values() for bound in each.bounds}
 
 
-def test_names_choose():
-    """No name selects all scenarios; an unknown one raises an error that lists all names."""
+def test_scenarios_are_chosen_by_name():
+    """Without a name all are chosen; an unknown one raises an error that lists all names."""
     assert select([]) == [scenario for family in FAMILIES.values() for scenario in family]
     assert [scenario.name for scenario in select(["push", "cancel"])] == ["push", "cancel"]
-    try:
+    with pytest.raises(KeyError, match=r"pull.*push"):
         select(["pull"])
-    except KeyError as error:
-        assert "pull" in error.args[0]
-        assert "push" in error.args[0]
-    else:
-        raise AssertionError("pull is no scenario")

@@ -1,4 +1,4 @@
-"""The figures of thrown balls."""
+"""Statistics of thrown balls."""
 
 from protocol import messages as m
 from robot.striking.launcher import Launch
@@ -14,7 +14,7 @@ def contact(*bodies: str, ended: bool = False) -> m.Contact:
     return m.Contact(time=1.5, bodies=list(bodies), impulse=0.02, ball_velocity=None, ended=ended)
 
 
-def test_a_contact_without_the_ball_is_a_violation_of_one_arm_as_of_two():
+def test_a_contact_that_does_not_involve_the_ball_is_a_violation():
     assert forbidden_contact(contact("floor", "racket")) == "floor and racket touched at 1.500 s"
     assert (
         forbidden_contact(contact("racket", "ball")) == forbidden_contact(contact("floor", "racket", ended=True)) == ""

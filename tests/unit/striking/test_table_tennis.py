@@ -16,13 +16,13 @@ from robot.striking.contact import ContactLaw
 from robot.striking.simulated_contact import SimulatedContact
 
 
-def test_wilsons_interval():
+def test_wilson_interval_of_98_successes_in_100():
     assert wilson(98, 100) == pytest.approx((0.9300, 0.9945), abs=1e-4)
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """For the table of postures, which takes seconds."""
+    """Directory with the cached reachability table, whose computation takes seconds."""
     return tmp_path_factory.mktemp("table")
 
 
@@ -31,7 +31,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ("calm", 500_000),
         ("noise", 500_000),
-        ("noise", 70_720),  # begins with a hit that it can correct ever worse
+        ("noise", 70_720),  # corrections of the first hit get worse and worse
         ("switching", 70_005),  # all late hits are refused
     ],
 )
@@ -50,7 +50,7 @@ def test_a_ball_of_fancy_gym_is_returned(name: str, seed: int, folder: Path, tmp
     assert read(tmp_path / "balls.jsonl", name) == {seed: ball}
 
 
-def test_a_line_that_is_no_ball_is_named(tmp_path):
+def test_an_invalid_line_of_results_is_refused_with_its_number(tmp_path):
     path = tmp_path / "balls.jsonl"
     path.write_text("{}\n")
     with pytest.raises(ValueError, match="line 1 cannot be read as a ball"):
@@ -72,8 +72,8 @@ def test_a_run_continues_where_it_was_interrupted(tmp_path):
     assert list(read(path, "calm")) == [3, 4, 5, 6, 7]
 
 
-def test_the_services_scene_hits_as_the_environment(tmp_path):
-    """Their ball moves freely, the environment's on three slides: a hit must not turn it."""
+def test_a_contact_in_the_services_scene_agrees_with_the_environments(tmp_path):
+    """The services' ball has a free joint, the environment's three slides, so a hit must not rotate it."""
     try:
         own = robot(tmp_path)
     except NotInstalled as missing:
