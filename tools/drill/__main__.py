@@ -84,7 +84,7 @@ def main() -> int:
         console.print(f"interrupted after {len(outcomes)} of {len(scenarios)} scenarios")
         return 130
     failed = [outcome.scenario.name for outcome in outcomes if not outcome.held]
-    console.print(f"failed: {', '.join(failed)}" if failed else f"the bounds of all {len(outcomes)} scenarios held")
+    console.print(f"failed: {', '.join(failed)}" if failed else f"every bound held; scenarios: {len(outcomes)}")
     return 1 if failed else 0
 
 

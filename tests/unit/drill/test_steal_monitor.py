@@ -148,10 +148,10 @@ def test_a_scenario_disturbed_by_steal_time_is_repeated(lab: Lab, host: Host):
     ],
     ids=["to no end", "a moment", "stepped", "a jump", "held", "a defect", "a refusal", "a fault"],
 )
-def test_only_timed_shortfalls_under_steal_time_are_repeated(
+def test_only_timed_bounds_under_steal_time_are_repeated(
     lab: Lab, host: Host, steps: int, clock: Clock, measured: Measured | Exception, expected: int
 ):
-    """Only in real time, if no other bound fell short and much time was stolen, at most TRIES times."""
+    """Only in real time, if no other bound failed and the steal time was long, at most MAX_ATTEMPTS times."""
     tries = 0
 
     def run(_: Lab) -> Measured:

@@ -59,7 +59,7 @@ def findings_of(accelerations: np.ndarray, touches: tuple[float, ...] = (), velo
 
 
 def smooth(fraction: float, rise: int = 100) -> np.ndarray:
-    """Return accelerations (2·rise,), rad/s², that rise to `fraction` of the first joint's limit and fall likewise.
+    """Return accelerations (2·rise,), rad/s², that rise to `fraction` of the first joint's limit, and fall again.
 
     The jerk is `fraction`/2 of its limit.
     """

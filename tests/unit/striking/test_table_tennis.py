@@ -3,9 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.table_tennis.balls import append, read, wilson
+from benchmarks.table_tennis.balls import Ball, append, read, wilson
 from benchmarks.table_tennis.cell import write_robot
 from benchmarks.table_tennis.player import Player
+from benchmarks.table_tennis.resuming import ResumableRun
 from benchmarks.table_tennis.scene import BALL, RACKET, NotInstalled, environment, robot
 from benchmarks.table_tennis.variants import VARIANTS
 from robot.description import load_robot
@@ -54,6 +55,21 @@ def test_an_invalid_line_of_results_is_refused_with_its_number(tmp_path):
     path.write_text("{}\n")
     with pytest.raises(ValueError, match="line 1 cannot be read as a ball"):
         read(path, "calm")
+
+
+def test_a_run_continues_where_it_was_interrupted(tmp_path):
+    """Balls in the file are not played again; other variants and seeds in it are ignored."""
+    path = tmp_path / "balls.jsonl"
+    append(path, "noise", 4, Ball(hit=True))
+    first = ResumableRun("calm", range(3, 7), path)
+    for seed, _ in first.play(lambda seed: Ball(corrections=seed)):
+        if seed == 4:
+            break
+    later = ResumableRun("calm", range(4, 8), path)
+    assert later.remaining == [5, 6, 7]
+    assert [seed for seed, _ in later.play(lambda seed: Ball(corrections=seed))] == [5, 6, 7]
+    assert {seed: ball.corrections for seed, ball in later.balls.items()} == {4: 4, 5: 5, 6: 6, 7: 7}
+    assert list(read(path, "calm")) == [3, 4, 5, 6, 7]
 
 
 def test_a_contact_in_the_services_scene_agrees_with_the_environments(tmp_path):

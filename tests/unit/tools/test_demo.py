@@ -34,7 +34,7 @@ def report(**changes: object) -> m.Report:
 def outcome(
     result: str = "succeeded", error: float = 1e-3, ball_speed: float = 5.0, **changes: object
 ) -> StrikeOutcome:
-    """Return an outcome within all bounds, except for the changes."""
+    """Return an outcome in which every bound holds, except for the given changes."""
     errors = m.Point(positions=[error, 0.0], velocities=[0.0, -error])
     hit = m.Hit(time=1.0, position_error=[0.0, 0.0], velocity_error=[0.0, 0.0], truth_error=errors)
     reply = m.GoalReply(goal_id="g", start_time=0.0, duration=1.0, total_duration=1.1, report=report(**changes))
@@ -60,7 +60,7 @@ def test_a_failure_is_reported(changes: dict, says: str) -> None:
     assert says in sentence
 
 
-def test_a_goal_that_ended_before_the_hit_is_reported() -> None:
+def test_a_goal_that_ended_before_its_hit_is_reported() -> None:
     ended = outcome("canceled")
     ended.result.hit = None
     assert "canceled before the hit" in ended.failures()[0]

@@ -8,7 +8,7 @@ PATIENCE_S = 60.0
 
 
 class ScenarioError(Exception):
-    """A scenario could not be carried out."""
+    """A scenario could not be completed."""
 
 
 def wait_for(condition: Callable[[], object], what: str, patience: float = PATIENCE_S) -> float:

@@ -16,8 +16,8 @@ from tools.drill.scenario import Measured, Scenario, exactly, none, reported
 Send = Callable[[Cell, m.Trajectory], str]
 """Sends a request that must be refused, and returns the code of the refusal."""
 
-JERK = 100.0
-"""Jerk limit, rad/s³, below the jerk of the unlimited motion of one second."""
+JERK = 2000.0
+"""Jerk limit, rad/s³, active and feasible at every tenth; an infeasible goal may be refused without a program."""
 
 
 def refuse_at_every_tenth(cell: Cell, send: Send) -> Measured:
