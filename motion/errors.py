@@ -34,11 +34,15 @@ class LimitExceeded(MotionError):
     `of` is appended to the value in the sentence, for example " of the start"; empty for the goal.
     """
 
+    SENTENCE = (
+        "joint {joint}: the requested {quantity} {value:.6g} {unit}{of} lies outside the limits; "
+        "it must be {word} {bound:.6g} {unit}"
+    )
+
     def __init__(self, joint: int, quantity: str, value: float, bound: float, of: str = "") -> None:
-        word = "at most" if value > bound else "at least"
+        word, unit = "at most" if value > bound else "at least", UNITS[quantity]
         super().__init__(
-            f"joint {joint}: the requested {quantity} {value:.6g} {UNITS[quantity]}{of} lies outside the limits; "
-            f"it must be {word} {bound:.6g} {UNITS[quantity]}"
+            self.SENTENCE.format(joint=joint, quantity=quantity, value=value, unit=unit, of=of, word=word, bound=bound)
         )
         self.joint = joint
         self.quantity = quantity
@@ -46,15 +50,26 @@ class LimitExceeded(MotionError):
         self.bound = bound
 
 
-LOOSEN = "no longer duration was found to work; loosen that limit, or change the start or the goal"
+class PlanExceeds(LimitExceeded):
+    """A plan of a method without guaranteed limits exceeds one; `value` is the plan's."""
+
+    SENTENCE = (
+        "joint {joint}: the {quantity} of the plan reaches {value:.6g} {unit}, but it must be {word} {bound:.6g} "
+        "{unit}; method 'qp' keeps all limits, and a longer duration may work"
+    )
+
+
+LOOSEN = "loosen that limit, or change the start or the goal"
+NONE_FOUND, NONE_TRIED = f"no longer duration was found to work; {LOOSEN}", f"allow more time, {LOOSEN}"
+"""Advice for an infeasible request after a search of a longer duration that found none, and without a search."""
 
 
 class Infeasible(MotionError):
     """No motion of the requested duration keeps the limits.
 
-    `quantity` and `time` (s from the start) name the limit with the largest multipliers, and where. `min_duration` (s)
+    `quantity` and `time` (s from the start) name the limit that is hardest to keep, and where. `min_duration` (s)
     is the shortest feasible duration that was found above the request, `waypoint_times` (s) the waypoints' times in it;
-    both are None if none was found, and the sentence then gives the advice `otherwise`.
+    both are None if none was found or tried, and the sentence then gives the advice `otherwise`.
     """
 
     def __init__(
@@ -64,7 +79,7 @@ class Infeasible(MotionError):
         time: float,
         min_duration: float | None = None,
         waypoint_times: list[float] | None = None,
-        otherwise: str = LOOSEN,
+        otherwise: str = NONE_TRIED,
     ) -> None:
         remedy = works_in(min_duration, waypoint_times, otherwise)
         super().__init__(f"joint {joint}: the {quantity} limit cannot be kept near {time:.3f} s; {remedy}")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import simpson
 
+from motion.errors import PlanExceeds
 from motion.limits import QUANTITIES
 from motion.plan import Plan
 from motion.primitive import Primitive
@@ -38,10 +39,10 @@ class SampledPlan(Plan):
 
 
 def check_limits(plan: SampledPlan) -> None:
-    """Raise LimitExceeded for the first limit that the plan exceeds by more than rounding."""
+    """Raise PlanExceeds for the first limit that the plan exceeds by more than rounding."""
     reached = np.concatenate([plan.report.extremes[name] for name in QUANTITIES], axis=1).T
     if error := plan.request.limits.exceeded(np.repeat(np.arange(len(QUANTITIES)), 2), reached):
-        raise error
+        raise PlanExceeds(error.joint, error.quantity, error.value, error.bound)
 
 
 def make_plan(

@@ -4,7 +4,6 @@ from collections.abc import Container
 
 import numpy as np
 
-from motion.tracking import returning_acceleration, tracking_acceleration
 from protocol import messages as m
 from protocol.codec import bad_message, check_id
 from protocol.errors import Refusal
@@ -12,13 +11,14 @@ from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
 from services.common.ticks import ticks_ahead
 from services.controller.checks import Checked, check_continuity
+from services.controller.commands import CommandMaker
 from services.controller.conditions import ArmCondition
 from services.controller.incidents import lost_track
 from services.controller.ledger import Ledger, active_goal, error_of
 from services.controller.loop_statistics import LoopStatistics
 from services.controller.modes import Event, Mode, next_mode
 from services.controller.recoil import RecoilWatch
-from services.controller.states import States
+from services.controller.states import States, speed_of
 from services.controller.timeline import Timeline
 
 AT_REST = 0.05
@@ -49,12 +49,11 @@ class Controller:
         self._timeline = Timeline(config.home)
         self._condition = ArmCondition()
         self._recoil = RecoilWatch(config)
-        self._delay_ticks = 0
-        self._acceleration = np.zeros(config.joint_count)
+        self._commands = CommandMaker(config)
 
     def meet(self, arm: m.Description) -> None:
         """Take the clock from the arm's description."""
-        self.states.stepped, self._delay_ticks = arm.clock == "stepped", arm.delay_ticks
+        self.states.stepped, self._commands.delay_ticks = arm.clock == "stepped", arm.delay_ticks
 
     @property
     def resting(self) -> bool:
@@ -67,39 +66,20 @@ class Controller:
     def answer(self, state: m.State, now_ns: int) -> m.Command | None:
         """Return the command that answers `state`, or None for an old, duplicate or malformed state."""
         if not self.states.admits(state):
+            if self.states.repeats(state):
+                self._note_condition(state)
             return None
         if self.states.opens_run(state):
             self._begin_run(state)
         else:
-            self.statistics.note_state(state.tick, state.applied_tick + self._delay_ticks)
+            self.statistics.note_state(state.tick, state.applied_tick + self._commands.delay_ticks)
         self.states.newest = state
-        broken = self._condition.update(state, in_fault=self.fault is not None)
-        if broken:
-            self.raise_fault(broken, hold=True)
+        self._note_condition(state)
         self._timeline.forget_before(state.tick)
         positions, velocities = np.array(state.positions), np.array(state.velocities)
         self._follow_goals(state, positions, velocities, now_ns)
-        reference = self._timeline.at(state.tick)  # again, because a fault may have changed it
-        # The command is held for a tick, so its feedforward is the reference's change of velocity over that tick.
-        begin, end = (self._timeline.at(state.tick + self._delay_ticks + k) for k in (0, 1))
-        feedforward = (end[1] - begin[1]) * self.config.rate_hz
-        here = (reference[0], reference[1], feedforward), positions, velocities
-        if self._recoil.active:
-            accelerations = returning_acceleration(self.config.alpha, *here, self.config.limits, self.config.tick)
-        else:
-            accelerations = tracking_acceleration(self.config.alpha, *here, out=self._acceleration)
         goal = self.ledger.current(state.tick)
-        return m.Command(
-            run=state.run,
-            tick=state.tick,
-            source="controller",
-            accelerations=accelerations.tolist(),
-            positions=reference[0].tolist(),
-            velocities=reference[1].tolist(),
-            goal_id=goal.result.goal_id if goal else None,
-            next=m.Point(positions=end[0].tolist(), velocities=end[1].tolist()),
-            feedforward=feedforward.tolist(),
-        )
+        return self._commands.make(state, self._timeline, goal.result.goal_id if goal else None, self._recoil.active)
 
     def raise_fault(self, reason: str, hold: bool = False) -> None:
         """Latch a fault and end all goals; stop under control or, if `hold`, stay at the measured pose."""
@@ -124,7 +104,7 @@ class Controller:
         """
         trajectory, segment = checked.message, checked.segment
         goal_id = trajectory.goal_id
-        state = self.states.require()
+        self.states.require()
         if self.fault is not None:
             cure = "send `reset` once the arm is at rest" if self._condition.now in RESETTABLE else RECOVER
             sentence = f"the controller is in fault: {self.fault}; {cure}"
@@ -135,8 +115,8 @@ class Controller:
             sentence = f"goal {goal_id} was planned in epoch {trajectory.epoch}, it is {self.epoch} now; plan again"
             cause = "plan" if self._broken_epoch <= trajectory.epoch < self.epoch else "break"
             raise Refusal("superseded", sentence, goal_id=goal_id, cause=cause)
-        if segment.start <= state.tick:
-            late = (state.tick + 1 - segment.start) * self.config.tick
+        if segment.start < self._soonest:
+            late = (self._soonest - segment.start) * self.config.tick
             sentence = f"goal {goal_id} starts at {trajectory.start_time} s, {late:.3f} s too late; use a longer lead"
             raise Refusal("late", sentence, goal_id=goal_id)
         check_continuity(self._timeline.at(segment.start), segment, self.config)
@@ -196,7 +176,7 @@ class Controller:
         """
         state = self.states.require()
         self._condition.require(RECOVER, *RESETTABLE)
-        fastest = max(abs(velocity) for velocity in (state.truth or state).velocities)
+        fastest = speed_of(state)
         if state.tick < self._timeline.end or (self.fault is not None and fastest > AT_REST):
             goal = self.ledger.current(state.tick)
             sentence = f"the arm moves ({fastest:.3f} rad/s); reset is for an arm at rest: cancel first, or wait"
@@ -236,15 +216,31 @@ class Controller:
     # --- inside ---------------------------------------------------------------------------------------
 
     def _begin_run(self, state: m.State) -> None:
-        """Start a run of the arm: end all goals, and hold the present pose."""
+        """Start a run of the arm: end all goals, and hold the present pose.
+
+        An arm that moves, for example because its last controller was killed, is stopped inside its limits.
+        """
         self.ledger.close_all("aborted", "the arm began a new run")
-        self._timeline.hold(np.array(state.positions), state.tick)
+        if moves := speed_of(state) > AT_REST:
+            self._timeline.give_way(state, self.config.limits, self.config.tick)
+        else:
+            self._timeline.hold(np.array(state.positions), state.tick)
         self.statistics.begin(state.tick)
         self._break_epoch()
         self.fault = None
         self._condition = ArmCondition()
         self._recoil.clear()
         self._switch(Event.RUN)
+        if moves:
+            self._switch(Event.CANCEL)
+
+    def _note_condition(self, state: m.State) -> None:
+        """Fault if the arm stops following commands; then the reference follows the arm, which others may move."""
+        broken = self._condition.update(state, in_fault=self.fault is not None)
+        if broken:
+            self.raise_fault(broken, hold=True)
+        if self._condition.now not in RESETTABLE:
+            self._timeline.give_way(state, self.config.limits, self.config.tick)
 
     def _follow_goals(self, state: m.State, positions: np.ndarray, velocities: np.ndarray, now_ns: int) -> None:
         """Update the running goal, end finished goals, and fault if the arm is too far from its reference."""
@@ -282,7 +278,12 @@ class Controller:
 
     def _stop_soon(self) -> tuple[int, int]:
         """Splice the earliest stop; return the ticks at which it leaves the plan and from which the arm rests."""
-        return self._timeline.stop(self.states.require().tick + 1, self.config.limits, self.config.tick)
+        return self._timeline.stop(self._soonest, self.config.limits, self.config.tick)
+
+    @property
+    def _soonest(self) -> int:
+        """The first tick whose reference is in no command yet: earlier changes would be jumps."""
+        return self.states.require().tick + self._commands.delay_ticks + 1
 
     def _break_epoch(self) -> None:
         """Supersede all earlier plans, without a new plan."""

@@ -28,7 +28,7 @@ def lost_track(errors: np.ndarray, result: m.Result | None, config: RobotConfig,
     touch = result.first_contact if result else None
     unit = unit_of("position", config.slides[worst])
     return (
-        f"{config.joint_names[worst]} is {errors[worst]:.3f} {unit} from its reference, more than "
+        f"{config.joint_names[worst]} is {errors[worst]:.4g} {unit} from its reference, more than "
         f"max_tracking_error = {config.max_tracking_error} {unit}"
         + (f" and beyond the recoil of {recoil.positions:g} rad and {recoil.velocities:g} rad/s" if recoil else "")
         + (f"; {touch.body} touched {touch.other} at {touch.time:.3f} s" if touch else "")

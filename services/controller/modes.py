@@ -16,7 +16,7 @@ class Event(StrEnum):
     """Event that may change the mode."""
 
     ACCEPT = "accept"  # a trajectory was accepted
-    CANCEL = "cancel"  # a motion must end early
+    CANCEL = "cancel"  # a motion must end early, also one that another controller began
     REST = "rest"  # the reference came to rest
     FAULT = "fault"  # the arm or the motion failed
     RESET = "reset"  # a client cleared the fault
@@ -27,7 +27,7 @@ _MOVING = {Event.ACCEPT: Mode.TRACKING, Event.CANCEL: Mode.STOPPING, Event.REST:
 _ALWAYS = {Event.FAULT: Mode.FAULT, Event.RUN: Mode.HOLDING}
 
 TRANSITIONS: dict[Mode, dict[Event, Mode]] = {
-    Mode.HOLDING: {Event.ACCEPT: Mode.TRACKING, **_ALWAYS},
+    Mode.HOLDING: {Event.ACCEPT: Mode.TRACKING, Event.CANCEL: Mode.STOPPING, **_ALWAYS},
     Mode.TRACKING: {**_MOVING, **_ALWAYS},
     Mode.STOPPING: {**_MOVING, **_ALWAYS},
     Mode.FAULT: {Event.RESET: Mode.HOLDING, **_ALWAYS},

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from motion.limits import LED_BACK_BY, LED_BACK_FROM, Limits
+from motion.limits import LED_BACK_BY, LED_BACK_FROM, QUANTITIES, Limits
 from protocol.errors import Refusal
 from robot.conversions import unit_of
 from robot.description import RobotConfig
@@ -37,8 +37,12 @@ def led_back_ticks(hit_index: int) -> int:
 def limit_refusal(
     quantity: str, joint: int, value: float, bounds: tuple[float, float], where: str, config: RobotConfig
 ) -> Refusal:
-    """Return the refusal of a value beyond its bounds; `where` names the sample or time."""
-    name, bound = config.joint_names[joint], bounds[0] if value < bounds[0] else bounds[1]
+    """Return the refusal of a value beyond its bounds; `where` names the sample or time.
+
+    It names the limit of the robot, also where a motion that starts outside may keep a wider one for a while.
+    """
+    low, high = config.limits.ranges[joint, QUANTITIES.index(quantity)].tolist()
+    name, bound = config.joint_names[joint], low if value < bounds[0] else high
     unit = unit_of(quantity, config.slides[joint])
     sentence = (
         f"the {quantity} of {name} is {value:.6g} {unit} at {where}, beyond its limit of {bound:.6g} {unit}; "

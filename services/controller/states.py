@@ -22,8 +22,12 @@ class States:
         truth = state.truth or state
         if self._lengths != (len(state.positions), len(state.velocities), len(truth.positions), len(truth.velocities)):
             return False
-        again = self.stepped and state.tick == 0
+        again = self.stepped and state.tick == 0 and not self._reports_condition(state)
         return state.tick >= 0 and (again or not self.has_seen(state.run, state.tick))
+
+    def repeats(self, state: m.State) -> bool:
+        """Return whether `state` is of the newest state's tick: the arm publishes again when its condition changes."""
+        return self.newest is not None and (state.run, state.tick) == (self.newest.run, self.newest.tick)
 
     def opens_run(self, state: m.State) -> bool:
         """Return whether `state`, which must be admitted, is the first of a run."""
@@ -32,6 +36,10 @@ class States:
     def has_seen(self, run: int, tick: int) -> bool:
         """Return whether the newest state is that of `tick` in `run`, or a later one."""
         return self.newest is not None and self.newest.run == run and tick <= self.newest.tick
+
+    def _reports_condition(self, state: m.State) -> bool:
+        """Return whether `state` only reports that the arm is no longer ready; an arm that was reset is."""
+        return state.condition != "ready" and self.repeats(state)
 
     def require(self) -> m.State:
         """Return the newest state.
@@ -42,3 +50,8 @@ class States:
         if self.newest is None:
             raise Refusal("unavailable", "the arm has not published a state yet; start the sim", service="sim")
         return self.newest
+
+
+def speed_of(state: m.State) -> float:
+    """Return the speed of the fastest joint, rad/s; the true one if it is known."""
+    return max(abs(velocity) for velocity in (state.truth or state).velocities)

@@ -8,6 +8,8 @@ from protocol import messages as m
 from protocol.errors import Refusal
 
 KEPT = 1000
+LONGEST_LEAD_S = 10.0
+"""Time within which every accepted motion starts: planning never takes longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,12 +63,16 @@ class Corrections:
             self._played.popitem(last=False)
 
     def until_begin(self, goal: m.Goal, reference: m.Reference) -> float:
-        """Return the time (s) from `reference` to the start of the motion that `goal` corrects, 0 if it runs."""
+        """Return the time (s) from `reference` to the start of the motion that `goal` corrects, 0 if it runs.
+
+        A motion that starts later than any accepted one could is of an earlier run, and never starts.
+        """
         revised, current = self._played.get(goal.revises or ""), self._played.get(reference.goal_id or "")
         if revised is None or (current is not None and current.chain == revised.chain):
             return 0.0
         starts = [played.start_time for played in self._played.values() if played.chain == revised.chain]
-        return min((start - reference.time for start in starts if start > reference.time), default=0.0)
+        ahead = (start - reference.time for start in starts)
+        return min((time for time in ahead if 0 < time <= LONGEST_LEAD_S), default=0.0)
 
     def correction(self, goal: m.Goal, reference: m.Reference) -> Correction | None:
         """Return phase, hit and posture with which `goal` continues at the `reference`, or None for no correction.
@@ -89,7 +95,10 @@ class Corrections:
             current = None
         hit_time = (current or self._newest(revised.chain)).hit_time
         if hit_time <= reference.time:
-            sentence = f"the hit of goal {goal.revises!r} passes at {hit_time:.3f} s, before {reference.time:.3f} s"
+            sentence = (
+                f"the hit of goal {goal.revises!r} is at {hit_time:.3f} s, but a correction can begin at "
+                f"{reference.time:.3f} s at the earliest; send the goal without `revises`"
+            )
             raise Refusal("late", sentence, goal_id=goal.revises)
         if current is None:
             sentence = f"the motion of goal {goal.revises!r} was replaced or stopped; send the goal without `revises`"

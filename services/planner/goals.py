@@ -202,11 +202,15 @@ def limits_of(asked: m.GoalLimits | None, config: RobotConfig) -> Limits:
 def _check_limits(asked: m.GoalLimits, config: RobotConfig) -> None:
     """Refuse limits that no value is inside of, with their joint."""
     joints = list(zip(config.joint_names, config.slides, strict=True))
-    for (name, slides), pair in zip(joints, asked.positions or (), strict=False):
-        if pair and not pair[0] < pair[1]:
-            unit = unit_of("position", slides)
-            sentence = f"limits.positions of {name} are {pair[0]:g} to {pair[1]:g} {unit}; send the lower one first"
-            raise Refusal("invalid_goal", sentence, field="limits.positions")
+    for (name, slides), pair, (low, high) in zip(joints, asked.positions or (), config.limits.positions, strict=False):
+        if pair is None or max(pair[0], low) < min(pair[1], high):
+            continue
+        unit = unit_of("position", slides)
+        cure = f"the robot's own are {low:g} to {high:g} {unit}; the two must overlap"
+        if not pair[0] < pair[1]:
+            cure = "send the lower one first"
+        sentence = f"limits.positions of {name} are {pair[0]:g} to {pair[1]:g} {unit}; {cure}"
+        raise Refusal("invalid_goal", sentence, field="limits.positions")
     for quantity in ("velocities", "accelerations", "jerks"):
         for (name, slides), bound in zip(joints, getattr(asked, quantity) or (), strict=False):
             if bound is not None and bound <= 0:

@@ -9,7 +9,11 @@ from motion.listing import listed
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 from protocol.messages import ActiveDisturbance, Disturb
+from robot.conversions import in_metres
 from robot.description import RobotConfig
+
+UNITS = {"acceleration": "rad/s²", "torque": "N·m"}
+"""Unit of a push by kind, on a hinge."""
 
 MAX_PUSHES = 64
 """Largest number of active and pending pushes."""
@@ -48,7 +52,7 @@ class Disturbances:
     """Pushes and noise of one run, stored by tick so that a run is repeatable."""
 
     def __init__(self, config: RobotConfig) -> None:
-        self._joint_names = config.joint_names
+        self._joint_names, self._slides = config.joint_names, config.slides
         self._rate_hz = config.rate_hz
         limits = {"acceleration": config.limits.accelerations, "torque": config.torques}
         self._largest = {
@@ -85,7 +89,8 @@ class Disturbances:
             field = "values" if values is None else "duration"
             raise bad_message(field, f"{field} is missing; kind {request.kind!r} needs it")
         start = now if request.start_time is None else request.start_time
-        self._check(values, self._largest[request.kind], start, duration, now)
+        self._check_values(request.kind, values)
+        self._check_times(start, duration, now)
         self._pushes = [push for push in self._pushes if push.end_tick > tick]
         if len(self._pushes) >= MAX_PUSHES:
             raise Refusal("busy", f"{MAX_PUSHES} disturbances act or wait already; wait for one to end", goal_id=None)
@@ -111,14 +116,18 @@ class Disturbances:
             active.append(noise)
         return active
 
-    def _check(self, values: list[float], largest: np.ndarray, start: float, duration: float, now: float) -> None:
+    def _check_values(self, kind: str, values: list[float]) -> None:
         joints = self._joint_names
         if len(values) != len(joints):
             sentence = f"values has {len(values)} numbers; the arm has {len(joints)} joints: {listed(joints)}"
             raise bad_message("values", sentence)
-        for name, value, bound in zip(joints, values, largest, strict=True):
+        for name, slides, value, bound in zip(joints, self._slides, values, self._largest[kind], strict=True):
             if not abs(value) <= bound:
-                raise bad_message("values", f"values: {name} is {value}; it must lie within {bound:g} of 0")
+                unit = in_metres(UNITS[kind]) if slides else UNITS[kind]
+                sentence = f"values: {name} is {value:g} {unit}; it must lie between {-bound:g} and {bound:g} {unit}"
+                raise bad_message("values", sentence)
+
+    def _check_times(self, start: float, duration: float, now: float) -> None:
         if not 0 < duration <= MAX_SPAN_S:
             sentence = f"duration is {duration} s; it must be greater than 0 and at most {MAX_SPAN_S} s"
             raise bad_message("duration", sentence)

@@ -33,6 +33,7 @@ class Drive:
         self.answered_tick = NEVER
         self._fresh: m.Command | None = None
         self._silent = 0
+        self._ready = True
         still = np.zeros(self._config.joint_count)
         self._setpoint = Setpoint(still, positions, still, still)
         self._brake = Brake(self._config, positions)
@@ -72,6 +73,15 @@ class Drive:
     def lose(self) -> None:
         """Drop the command for the coming tick."""
         self._fresh = None
+
+    def note_ready(self, ready: bool, positions: np.ndarray, velocities: np.ndarray) -> None:
+        """Store whether the arm follows setpoints; when it begins to, the brake starts from its measured state.
+
+        positions, velocities: (J,), rad, rad/s. Others may have moved the arm away from where the brake held it.
+        """
+        if ready and not self._ready:
+            self._brake.engage(positions, velocities, np.zeros_like(velocities))
+        self._ready = ready
 
     @property
     def brake_reason(self) -> str:

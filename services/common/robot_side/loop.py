@@ -109,6 +109,7 @@ class RobotLoop:
     def step(self) -> None:
         """Step the robot by a tick, with the command, the last one, or the brake."""
         now = self.backend.observe()
+        self.drive.note_ready(now.condition == "ready", now.positions, now.velocities)
         setpoint = self.drive.setpoint(now.positions, now.velocities)
         self._applied.append(self.drive.applied_tick)
         self.backend.step(setpoint)
@@ -189,6 +190,7 @@ class RobotLoop:
             raise Refusal("unavailable", sentence, service="robot")
         self._refuse_while_moving("guide it")
         self.backend.guide()
+        self._state.put(self.state_message())  # the controller must refuse goals before the client gets the reply
         asking.reply(m.Guided(condition=self.backend.observe().condition))
 
     def _refuse_while_moving(self, verb: str) -> None:

@@ -145,7 +145,8 @@ def led_back(outside: float, ticks: int) -> Arrays:
 def test_a_pushed_arm_may_be_led_back():
     """A start up to 0.02 rad outside is accepted if the motion is inside after a fifth of its duration."""
     check_trajectory(message(led_back(0.99 * LED_BACK_FROM, 150), hit_index=999), ROBOT)
-    assert refusal(led_back(1.01 * LED_BACK_FROM, 150), hit_index=999).code == "limit"
+    too_far = refusal(led_back(1.01 * LED_BACK_FROM, 150), hit_index=999)
+    assert (too_far.code, too_far.detail["bound"]) == ("limit", ROBOT.limits.positions[0, 1])
     assert refusal(led_back(0.99 * LED_BACK_FROM, 800), hit_index=999).code == "limit"
 
 

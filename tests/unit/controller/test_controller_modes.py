@@ -7,7 +7,7 @@ from services.controller.modes import TRANSITIONS, Event, Mode, next_mode
 EXPECTED = {
     # what happens: holding, tracking, stopping, fault become
     Event.ACCEPT: (Mode.TRACKING, Mode.TRACKING, Mode.TRACKING, Mode.FAULT),
-    Event.CANCEL: (Mode.HOLDING, Mode.STOPPING, Mode.STOPPING, Mode.FAULT),
+    Event.CANCEL: (Mode.STOPPING, Mode.STOPPING, Mode.STOPPING, Mode.FAULT),
     Event.REST: (Mode.HOLDING, Mode.HOLDING, Mode.HOLDING, Mode.FAULT),
     Event.FAULT: (Mode.FAULT, Mode.FAULT, Mode.FAULT, Mode.FAULT),
     Event.RESET: (Mode.HOLDING, Mode.TRACKING, Mode.STOPPING, Mode.HOLDING),

@@ -14,7 +14,8 @@ from motion.limits import QUANTITIES, Limits
 from motion.plan import Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.program import constraint_generation, optimum
-from motion.program.constraint_generation import InfeasibleRows, Solution
+from motion.program.constraint_generation import Solution
+from motion.program.contradiction import InfeasibleRows
 from motion.program.terminal_set import final_accelerations
 from motion.request import Boundary, MotionRequest, Waypoint
 from tests.splines_of import TIMES, figure_strike, fitted, joint_of
@@ -583,6 +584,7 @@ def test_infeasible_names_the_shortest_duration_found(strike: Primitive, ask: As
     with pytest.raises(Infeasible) as refusal:
         plan(strike, hurried, remedy=False)
     assert refusal.value.min_duration is None
+    assert "allow more time" in str(refusal.value)
 
 
 def test_the_fastest_duration_is_within_a_tenth_of_the_minimum(

@@ -59,6 +59,7 @@ def test_a_correction_before_the_start_of_an_accepted_one_continues_the_present_
         (goal("x", "a"), reference(9.5, "ready"), 0.5),
         (goal("x", "first"), reference(10.5, "first"), 0.0),
         (goal("x", "first"), reference(11.5, None), 0.0),
+        (goal("x", "old"), reference(0.5, None), 0.0),
         (goal("x", "absent"), reference(9.5, None), 0.0),
         (goal("x"), reference(9.5, None), 0.0),
     ],
@@ -68,6 +69,7 @@ def test_a_correction_waits_for_the_start_of_its_motion(
 ):
     """A motion has a longer lead than its correction, which can be requested before the motion starts."""
     corrections.note(goal("a", "first"), "a", 11.0, 1.0, 0.5, END)
+    corrections.note(goal("old"), "old", 70.0, 1.0, 0.0, END)  # of an earlier run
     assert corrections.until_begin(asked, at) == pytest.approx(ahead)
 
 
@@ -90,6 +92,8 @@ def test_corrections_that_are_impossible_are_refused(
     with pytest.raises(Refusal) as refusal:
         corrections.correction(asked, at)
     assert refusal.value.code == code
+    if code == "late":
+        assert f"the hit of goal 'first' is at 12.000 s, but a correction can begin at {at.time:.3f} s" in str(refusal)
 
 
 def test_the_oldest_motions_are_forgotten(corrections: Corrections):

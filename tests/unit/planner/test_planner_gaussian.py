@@ -5,6 +5,7 @@ Tests of what happens during planning suspend the worker, so that they do not de
 
 import logging
 import os
+import pickle
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ from typing import Any
 import pytest
 
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
+from motion.sampled import SampledPlan
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
@@ -29,6 +31,7 @@ from services.planner.lead_time import LeadTime
 from services.planner.learning import learn_from_csv
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
+from services.planner.worker import Task
 from tests.connections import unread
 from tests.waiting import PATIENCE_S, eventually
 
@@ -251,3 +254,20 @@ def test_the_death_of_the_worker_is_reported_and_another_one_started(harness: Pl
     harness.ask(strike(goal_id="lost"))
     assert harness.controller.executed == ["lost"]
     assert harness.pid != first
+
+
+def test_an_error_of_the_link_to_the_process_is_a_refusal(
+    harness: PlannerHarness, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The goal and its repetition are refused, and the next goal is planned."""
+
+    def fail(_: Task) -> SampledPlan:
+        raise pickle.UnpicklingError("invalid load key")
+
+    monkeypatch.setattr(harness.loop.plan_worker, "plan", fail)
+    for _ in range(2):
+        refusal = harness.refusal(harness.send(strike(goal_id="garbled")))
+        assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner", "goal_id": "garbled"})
+    monkeypatch.undo()
+    harness.ask(strike(goal_id="garbled"))
+    assert harness.controller.executed == ["garbled"]

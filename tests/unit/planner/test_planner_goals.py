@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motion.demonstration import Demonstration
-from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, SolverFailed
+from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, PlanExceeds, SolverFailed
 from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
 from protocol import messages as m
@@ -155,6 +155,7 @@ def test_invalid_goals_are_refused_with_their_field(primitive: Primitive, field:
             "limits.jerks of joint_2 is -2 rad/s³; it must be greater than 0",
         ),
         (m.GoalLimits(positions=[None, (1.0, 0.5), *FREE[1:]]), "limits.positions of joint_2 are 1 to 0.5 rad; send"),
+        (m.GoalLimits(positions=[(3.0, 4.0), *FREE]), "joint_1 are 3 to 4 rad; the robot's own are -2.2 to 2.2 rad"),
     ],
 )
 def test_impossible_limits_are_refused_with_joint_and_value(primitive: Primitive, limits: m.GoalLimits, said: str):
@@ -304,6 +305,7 @@ def test_errors_of_motion_become_refusals(error: MotionError, code: str, detail:
     [
         (LimitExceeded(1, "jerk", 600.0, 500.0), "lift: the requested jerk 600 m/s³ lies outside the limits"),
         (LimitExceeded(0, "jerk", 600.0, 500.0), "turn: the requested jerk 600 rad/s³ lies outside the limits"),
+        (PlanExceeds(1, "position", 0.9, 0.4), "lift: the position of the plan reaches 0.9 m, but it must be at most"),
         (CannotStop(1, 0.5), "a final velocity of 0.5 m/s could be stopped"),
         (TorqueExceeded(1, 90.0, 80.0, 0.2), "lift: needs a torque of 90 N, first more than its 80 N at 0.200 s"),
     ],

@@ -259,3 +259,42 @@ def test_held_joints_get_the_targets_of_a_request():
 def test_a_robot_without_held_joints_refuses_hold():
     (refusal,) = ask(loop_of(StandIn(ROBOT)), topics.HOLD, m.Hold(joints={"finger": 0.5})).replies
     assert (refusal.code, refusal.message) == ("bad_message", "this robot has no joints that are held")
+
+
+class Stoppable(Recording):
+    """Is stopped by its user, or guided, while `stopped` is set."""
+
+    abilities = Abilities(modes=("torque", "teach"))
+    stopped = False
+
+    def observe(self) -> Observation:
+        """Return the arm, ready or stopped."""
+        now = super().observe()
+        return dataclasses.replace(now, condition="user_stopped") if self.stopped else now
+
+    def guide(self) -> None:
+        """Ignore setpoints from now on."""
+        self.stopped = True
+
+    def release(self, positions: np.ndarray) -> None:
+        """Become ready at `positions`, where others have moved the arm."""
+        self._positions, self.stopped = positions, False
+        self.begin_run()
+
+
+def test_an_arm_that_becomes_ready_by_itself_is_held_where_it_is():
+    """Without a controller; otherwise the brake would pull it back to where it was when it was stopped."""
+    loop = loop_of(backend := Stoppable(ROBOT))
+    backend.guide()
+    loop.step()
+    backend.release(ROBOT.home + 0.3)
+    loop.step()
+    assert backend.setpoints[-1].positions == pytest.approx(ROBOT.home + 0.3)
+
+
+def test_guiding_is_published_before_it_is_answered(monkeypatch: pytest.MonkeyPatch):
+    loop, order = loop_of(Stoppable(ROBOT)), []
+    monkeypatch.setattr(loop, "_state", SimpleNamespace(put=lambda state: order.append(state.condition)))
+    monkeypatch.setattr(Asked, "reply", lambda _, answer: order.append(answer))
+    ask(loop, topics.GUIDE)
+    assert order == ["user_stopped", m.Guided(condition="user_stopped")]

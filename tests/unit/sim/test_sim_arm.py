@@ -282,3 +282,9 @@ def test_the_number_of_pending_disturbances_is_bounded():
     with pytest.raises(Refusal, match="disturbances act or wait"):
         for _ in range(1000):
             arm.disturb(push)
+
+
+@pytest.mark.parametrize(("kind", "unit"), [("acceleration", "rad/s²"), ("torque", "N·m")])
+def test_a_push_that_is_too_strong_is_refused_with_its_unit(kind: Literal["acceleration", "torque"], unit: str):
+    with pytest.raises(Refusal, match=rf"joint_1 is 1e\+09 {unit}; it must lie between -\d+ and \d+ {unit}"):
+        SimulatedArm(ROBOT).disturb(Disturb(kind=kind, values=[1e9, 0, 0, 0, 0, 0], duration=0.1))
