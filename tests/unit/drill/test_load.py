@@ -11,7 +11,7 @@ from protocol.bus.sessions import open_session
 from protocol.codec import encode
 from services.common.cli import free_endpoint
 from tools.drill.harness.cell import ACCEPTED
-from tools.drill.harness.flood import SILENT, Flood, code_in
+from tools.drill.harness.flood import NO_REPLY, Flood, code_in
 
 THREADS = 8
 
@@ -59,4 +59,4 @@ def test_a_request_without_an_answer_counts_as_silent():
         owner.declare_queryable("goal", kept.append)
         replies = list(client.get("goal", timeout=0.2))
         assert kept
-        assert {code_in(reply) for reply in replies} == {SILENT}
+        assert {code_in(reply) for reply in replies} == {NO_REPLY}

@@ -1,16 +1,18 @@
 """The drill's result file, and the page generated from it."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tools.drill.report import BEGIN, END, markdown, number, save, write_markdown
-from tools.drill.scenario import judge
-from tools.drill.table import FAMILIES, SCENARIOS, chosen
+from tools.drill.report import BEGIN, END, markdown, save, value_text, write_markdown
+from tools.drill.scenario import evaluate
+from tools.drill.table import FAMILIES, SCENARIOS, select
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "reliability.md"
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+PAGE = DOCS / "reliability.md"
 
 
 def measured(name: str, good: bool) -> dict[str, float | str]:
@@ -20,7 +22,7 @@ def measured(name: str, good: bool) -> dict[str, float | str]:
 
 def test_numbers_are_formatted_with_units():
     """Integers and words are unchanged, other numbers have three significant digits."""
-    assert [number(20, "ms"), number(0.012345, "s"), number("busy"), number(None)] == [
+    assert [value_text(20, "ms"), value_text(0.012345, "s"), value_text("busy"), value_text(None)] == [
         "20 ms",
         "0.0123 s",
         "busy",
@@ -32,18 +34,18 @@ def test_later_results_are_merged_into_the_file(tmp_path: Path):
     """A repeated scenario replaces its row; the others stay."""
     file = tmp_path / "drill.json"
     one, other = SCENARIOS["push"], SCENARIOS["cancel"]
-    save(file, [judge(one, measured("push", True), 1.0), judge(other, measured("cancel", True), 1.0)])
-    document = save(file, [judge(one, measured("push", False), 2.0)])
+    save(file, [evaluate(one, measured("push", True), 1.0), evaluate(other, measured("cancel", True), 1.0)])
+    document = save(file, [evaluate(one, measured("push", False), 2.0)])
     assert json.loads(file.read_text()) == document
     assert {name: row["held"] for name, row in document["rows"].items()} == {"push": False, "cancel": True}
     text = markdown(document)
-    assert text.count("**fell short**") == 1
+    assert text.count("**failed**") == 1
     assert text.count("not measured") == len(SCENARIOS) - 2
 
 
 def test_reasons_of_earlier_attempts_are_shown(tmp_path: Path):
     before = "why the first was repeated", "why the second was"
-    outcome = replace(judge(SCENARIOS["noise"], measured("noise", True), 1.0), before=before)
+    outcome = replace(evaluate(SCENARIOS["noise"], measured("noise", True), 1.0), earlier_attempts=before)
     text = markdown(save(tmp_path / "drill.json", [outcome]))
     assert "<br>repeated: why the first was repeated<br>repeated: why the second was | " in text
 
@@ -72,9 +74,18 @@ def test_the_page_has_every_scenario_with_its_present_fault():
         assert scenario.fault in row
 
 
+def test_the_measurements_that_operations_explains_exist():
+    """Every name in the first column of the page's table is a measurement of a scenario, or `error`."""
+    _, _, table = (DOCS / "operations.md").read_text().partition("| failed | most likely |\n|---|---|\n")
+    rows = table.partition("\n\n")[0].splitlines()
+    explained = {name for row in rows for name in re.findall("`(.+?)`", row.split("|")[1])}
+    assert explained
+    assert explained - {"error"} <= {bound.reaction for each in SCENARIOS.values() for bound in each.bounds}
+
+
 def test_scenarios_are_chosen_by_name():
     """Without a name all are chosen; an unknown one raises an error that lists all names."""
-    assert chosen([]) == [scenario for family in FAMILIES.values() for scenario in family]
-    assert [scenario.name for scenario in chosen(["push", "cancel"])] == ["push", "cancel"]
+    assert select([]) == [scenario for family in FAMILIES.values() for scenario in family]
+    assert [scenario.name for scenario in select(["push", "cancel"])] == ["push", "cancel"]
     with pytest.raises(KeyError, match=r"pull.*push"):
-        chosen(["pull"])
+        select(["pull"])

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, exactly, judge, none, reported
+from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, evaluate, exactly, none, reported
 
 
 @pytest.mark.parametrize(
@@ -31,12 +31,12 @@ def scenario(*bounds: Bound) -> Scenario:
 def test_a_scenario_with_a_missing_measurement_has_not_held():
     """Even if the bound is only reported."""
     row = scenario(none("jumps"), reported("speed"))
-    assert judge(row, {"jumps": 0, "speed": 3.0}, 1.0).held
-    assert not judge(row, {"jumps": 1, "speed": 3.0}, 1.0).held
-    assert not judge(row, {"speed": 3.0}, 1.0).held
-    assert not judge(row, {"jumps": 0}, 1.0).held
+    assert evaluate(row, {"jumps": 0, "speed": 3.0}, 1.0).held
+    assert not evaluate(row, {"jumps": 1, "speed": 3.0}, 1.0).held
+    assert not evaluate(row, {"speed": 3.0}, 1.0).held
+    assert not evaluate(row, {"jumps": 0}, 1.0).held
 
 
 def test_a_scenario_with_an_error_has_not_held():
     """Even if all measurements hold."""
-    assert not judge(scenario(none("jumps")), {"jumps": 0}, 1.0, "the sim did not start").held
+    assert not evaluate(scenario(none("jumps")), {"jumps": 0}, 1.0, "the sim did not start").held

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol import messages as m
-from tools.drill.harness.states import silent_ticks
+from tools.drill.harness.states import ticks_without_command
 
 
 def states(applied: list[int], silence: int) -> list[m.State]:
@@ -28,4 +28,4 @@ def states(applied: list[int], silence: int) -> list[m.State]:
 @pytest.mark.parametrize("applied", [[0, 1, 2, 3], [0, 1, 1, 2]], ids=["in time", "a tick late"])
 def test_silence_is_counted_from_the_last_applied_command(applied: list[int]):
     """A late command is applied one tick later, and restarts the count like any other."""
-    assert silent_ticks(states(applied, 20)) == 20
+    assert ticks_without_command(states(applied, 20)) == 20

@@ -11,9 +11,9 @@ from protocol.messages import Clock
 from services.common.cli import Options
 from tests.waiting import eventually
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.steal_monitor import LONG, PERIOD_S, StealMonitor
+from tools.drill.harness.steal_monitor import BRAKING_STEPS, PERIOD_S, StealMonitor
 from tools.drill.harness.waiting import ScenarioError
-from tools.drill.run import TRIES, carry_out
+from tools.drill.run import MAX_ATTEMPTS, run_scenario
 from tools.drill.scenario import Bound, Measured, Scenario, none, timed
 
 JUMPS, LATE = none("jumps"), timed(none("late ticks"))
@@ -55,22 +55,22 @@ def test_steal_time_of_two_consecutive_samples_is_summed(host: Host, monitor: St
     began = host.now
     for expected in (1, 2, 2, 2):
         host.steal(core=0, steps=1)
-        assert monitor.most_stolen(began) == expected
+        assert monitor.peak_steal(began) == expected
 
 
 def test_steal_time_of_different_cores_is_not_summed(host: Host, monitor: StealMonitor):
     began = host.now
     host.steal(core=0, steps=1)
     host.steal(core=1, steps=1, after=0.0)
-    assert monitor.most_stolen(began) == 1
+    assert monitor.peak_steal(began) == 1
 
 
 def test_steal_time_before_the_given_time_does_not_count(host: Host, monitor: StealMonitor):
     host.steal(core=1, steps=10)
     monitor.sample()
     host.now += 1.0
-    assert monitor.most_stolen(host.now) == 0
-    assert monitor.most_stolen(100.0) == 10
+    assert monitor.peak_steal(host.now) == 0
+    assert monitor.peak_steal(100.0) == 10
 
 
 def test_of_two_samples_only_the_one_after_the_given_time_counts(host: Host, monitor: StealMonitor):
@@ -78,17 +78,17 @@ def test_of_two_samples_only_the_one_after_the_given_time_counts(host: Host, mon
     host.steal(core=0, steps=1)
     between = monitor.sample()
     host.steal(core=0, steps=1)
-    assert monitor.most_stolen(between) == 1
-    assert monitor.most_stolen(100.0) == 2
+    assert monitor.peak_steal(between) == 1
+    assert monitor.peak_steal(100.0) == 2
 
 
 def test_a_core_that_appears_or_disappears_adds_no_steal_time(host: Host, monitor: StealMonitor):
     """The total of a new core, counted since the system's start, is not an increase."""
     host.steal(core=2, steps=1000)
     del host.steps[0]
-    assert monitor.most_stolen(100.0) == 0
+    assert monitor.peak_steal(100.0) == 0
     host.steal(core=2, steps=1)
-    assert monitor.most_stolen(100.0) == 1
+    assert monitor.peak_steal(100.0) == 1
 
 
 def test_the_monitor_samples_periodically_as_a_context_manager(host: Host):
@@ -97,8 +97,8 @@ def test_the_monitor_samples_periodically_as_a_context_manager(host: Host):
         host.steal(core=0, steps=6)
         reads = host.reads
         assert eventually(lambda: host.reads > reads)
-        assert monitor.most_stolen(time.monotonic()) == 0
-        assert monitor.most_stolen(began) == 6
+        assert monitor.peak_steal(time.monotonic()) == 0
+        assert monitor.peak_steal(began) == 6
 
 
 @pytest.fixture
@@ -125,11 +125,11 @@ def test_a_scenario_disturbed_by_steal_time_is_repeated(lab: Lab, host: Host):
             raise measured
         return measured
 
-    outcome = carry_out(scenario(run), lab)
+    outcome = run_scenario(scenario(run), lab)
     assert outcome.held
-    assert outcome.before == (
-        "a core was stolen for 100 ms; late ticks: 7",
-        "a core was stolen for 100 ms; ScenarioError: waited too long",
+    assert outcome.earlier_attempts == (
+        "100 ms of CPU steal on one core; late ticks: 7",
+        "100 ms of CPU steal on one core; ScenarioError: waited too long",
     )
     assert next(tries, None) is None
 
@@ -137,14 +137,14 @@ def test_a_scenario_disturbed_by_steal_time_is_repeated(lab: Lab, host: Host):
 @pytest.mark.parametrize(
     ("steps", "clock", "measured", "expected"),
     [
-        (LONG, "realtime", {"late ticks": 7, "jumps": 0}, TRIES),
-        (LONG - 1, "realtime", {"late ticks": 7, "jumps": 0}, 1),
-        (LONG, "stepped", {"late ticks": 7, "jumps": 0}, 1),
-        (LONG, "realtime", {"late ticks": 7, "jumps": 1}, 1),
-        (LONG, "realtime", {"late ticks": 0, "jumps": 0}, 1),
-        (LONG, "realtime", KeyError("a defect"), 1),
-        (LONG, "realtime", Refusal("bad_message", "a defect", field=""), 1),
-        (LONG, "realtime", Refusal("fault", "the arm has braked", fault=""), TRIES),
+        (BRAKING_STEPS, "realtime", {"late ticks": 7, "jumps": 0}, MAX_ATTEMPTS),
+        (BRAKING_STEPS - 1, "realtime", {"late ticks": 7, "jumps": 0}, 1),
+        (BRAKING_STEPS, "stepped", {"late ticks": 7, "jumps": 0}, 1),
+        (BRAKING_STEPS, "realtime", {"late ticks": 7, "jumps": 1}, 1),
+        (BRAKING_STEPS, "realtime", {"late ticks": 0, "jumps": 0}, 1),
+        (BRAKING_STEPS, "realtime", KeyError("a defect"), 1),
+        (BRAKING_STEPS, "realtime", Refusal("bad_message", "a defect", field=""), 1),
+        (BRAKING_STEPS, "realtime", Refusal("fault", "the arm has braked", fault=""), MAX_ATTEMPTS),
     ],
     ids=["to no end", "a moment", "stepped", "a jump", "held", "a defect", "a refusal", "a fault"],
 )
@@ -162,9 +162,9 @@ def test_only_timed_shortfalls_under_steal_time_are_repeated(
             raise measured
         return measured
 
-    outcome = carry_out(scenario(run, clock, JUMPS), lab)
+    outcome = run_scenario(scenario(run, clock, JUMPS), lab)
     assert tries == expected
-    assert len(outcome.before) == expected - 1
+    assert len(outcome.earlier_attempts) == expected - 1
     assert outcome.held == (measured == {"late ticks": 0, "jumps": 0})
 
 
@@ -175,9 +175,9 @@ def test_a_scenario_without_a_timed_bound_is_not_repeated(lab: Lab, host: Host):
         host.steal(core=0, steps=50)
         raise ScenarioError("waited too long")
 
-    assert carry_out(Scenario("nothing", "nothing happens", "realtime", (JUMPS,), run), lab).before == ()
+    assert run_scenario(Scenario("nothing", "nothing happens", "realtime", (JUMPS,), run), lab).earlier_attempts == ()
 
 
 def test_steal_time_before_the_attempt_does_not_repeat_it(lab: Lab, host: Host):
     host.steal(core=0, steps=50)
-    assert carry_out(scenario(lambda _: {"late ticks": 7}), lab).before == ()
+    assert run_scenario(scenario(lambda _: {"late ticks": 7}), lab).earlier_attempts == ()

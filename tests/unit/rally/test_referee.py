@@ -5,10 +5,10 @@ import pytest
 
 from protocol.messages import BallState, Contact
 from robot.striking.flight import GRAVITY, Air, Ball, aim, travel
-from tools.rally.court import Rally
-from tools.rally.exchange import away, exchange, home_of, serve
+from tools.rally.exchange import exchange, parked_ball, racket_at_home, serve
 from tools.rally.partners import load_partners, summary
-from tools.rally.referee import LIES_S, Referee
+from tools.rally.rallies import Rally
+from tools.rally.referee import LYING_S, Referee
 
 ARMS = load_partners()
 NEAR, FAR = "near/racket", "far/racket"
@@ -21,8 +21,8 @@ def referee(receiver: str = "far") -> Referee:
 def touch(judge: Referee, time: float, body: str, x: float = 1.0, y: float = 0.0) -> None:
     """Report the ball at x, y and then its contact with `body`."""
     place = [x, y, 0.033]
-    judge.see(BallState(time=time - 0.005, position=place, velocity=None, truth=None))
-    judge.touch(Contact(time=time, bodies=[body, "ball"], impulse=0.1, ball_velocity=None, ended=False))
+    judge.add_sight(BallState(time=time - 0.005, position=place, velocity=None, truth=None))
+    judge.add_contact(Contact(time=time, bodies=[body, "ball"], impulse=0.1, ball_velocity=None, ended=False))
 
 
 def test_a_stroke_counts_once_the_ball_lands_in_the_other_half():
@@ -69,7 +69,7 @@ def test_contacts_before_the_serve_are_ignored():
     for time in (4.0, 4.5):
         touch(judge, time, "floor", 0.8)
     assert judge.over == ""
-    judge.see(BallState(time=5.0 + LIES_S + 0.1, position=[0.0, 0.0, 0.0], velocity=None, truth=None))
+    judge.add_sight(BallState(time=5.0 + LYING_S + 0.1, position=[0.0, 0.0, 0.0], velocity=None, truth=None))
     assert judge.over == "far did not play the ball"
 
 
@@ -79,7 +79,7 @@ def test_a_stroke_bounces_at_the_target_and_reaches_the_partners_racket(striker:
     assert config.court is not None
     assert config.ball is not None
     ball = Ball(config.ball.mass, config.ball.radius)
-    begin, end = home_of(ARMS[striker]), home_of(config)
+    begin, end = racket_at_home(ARMS[striker]), racket_at_home(config)
     assert np.sign(play.target[0]) == np.sign(end[0])
     court = config.court
     floor = play.target + np.array([0.0, 0.0, ball.radius])
@@ -89,7 +89,7 @@ def test_a_stroke_bounces_at_the_target_and_reaches_the_partners_racket(striker:
     assert there[0] == pytest.approx(end, abs=0.02)
     thrown = serve(ARMS[striker], play, np.random.default_rng(0))
     assert np.sign(thrown.position[0]) == -np.sign(play.target[0])
-    assert away(config).position[2] == pytest.approx(ball.radius, abs=0.01)
+    assert parked_ball(config).position[2] == pytest.approx(ball.radius, abs=0.01)
 
 
 def test_serves_bounce_near_the_target():

@@ -80,10 +80,10 @@ def test_empty_random_and_absent_files_are_refused(tmp_path: Path, name: str):
     path.write_bytes(b"")
     assert "is empty" in refusal(path)
     path.write_bytes(np.random.default_rng(1).bytes(5000))
-    assert "of no format that is read: LeRobot, ROS 2" in refusal(path)
+    assert "of an unknown format; the known ones are LeRobot, ROS 2" in refusal(path)
     path.unlink()
     path.mkdir()
-    assert "is a directory of no format" in refusal(path)
+    assert "is a directory of an unknown format" in refusal(path)
 
 
 class _Bomb:
@@ -104,10 +104,13 @@ def test_pickles_are_refused_without_running_their_code(tmp_path: Path, monkeypa
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (LINES.replace("0.1,", "0.1,oops ", 1), "line 12: joint_1 is 'oops 0.03333333333333333' and no number; mend"),
+        (
+            LINES.replace("0.1,", "0.1,oops ", 1),
+            "line 12: joint_1 is 'oops 0.03333333333333333', not a number; correct",
+        ),
         (
             LINES.replace("0.1,", "0.1,7,", 1),
-            "line 12 has 4 columns where the first line has 3; mend the line or delete it",
+            "line 12 has 4 columns where the first line has 3; correct the line or delete it",
         ),
         (LINES.replace("t,", "count,"), "no column of times, such as time or t_ms; give --rate"),
         (LINES.replace("joint", "finger"), "no column for joint_1, joint_2; its columns are t, finger_1"),
@@ -159,7 +162,7 @@ def test_files_without_joint_positions_are_refused(tmp_path: Path):
 
 
 def test_tool_poses_are_refused_with_a_pointer_to_the_example(tmp_path: Path):
-    remedy = "examples/tool_poses.py makes joint positions of poses"
+    remedy = "examples/tool_poses.py computes joint positions from poses"
     np.savez(tmp_path / "demo.npz", ee_pose=np.zeros((50, 7)), t=np.arange(50))
     assert remedy in refusal(tmp_path / "demo.npz")
     with h5py.File(tmp_path / "demo.hdf5", "w") as file:

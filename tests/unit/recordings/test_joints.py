@@ -48,8 +48,8 @@ def test_columns_are_reordered_and_others_left_out():
 @pytest.mark.parametrize(
     ("columns", "count", "order", "note"),
     [
-        ((), 3, (0, 1, 2), "the columns have no names; they are taken in the robot's order"),
-        ((), 4, (0, 1, 2), "column 3 is left out: beyond the robot's joints it is taken for a gripper's"),
+        ((), 3, (0, 1, 2), "the columns have no names; they are assigned in the robot's order"),
+        ((), 4, (0, 1, 2), "column 3 is left out: beyond the robot's joints it is assumed to be a gripper's"),
         (("actual_q_0", "actual_q_2", "actual_q_1"), 3, (0, 2, 1), "are numbered, not named"),
         (("field.position0", "field.position1", "field.position2", "field.velocity0"), 4, (0, 1, 2), "are numbered"),
     ],

@@ -69,7 +69,7 @@ def test_recordings_of_a_real_arm_are_played(tmp_path: Path, task: str, duration
 def test_tool_poses_are_refused_and_played_as_joint_positions(tmp_path: Path, monkeypatch):
     """The file has nine recordings of tool poses in one array; the example converts one to joint positions."""
     path = DEMOS / "robottasks_pouring_ee.npz"
-    with pytest.raises(Unreadable, match=r"poses of the tool .* examples/tool_poses.py makes joint positions"):
+    with pytest.raises(Unreadable, match=r"poses of the tool .* examples/tool_poses.py computes joint positions"):
         load(path, arms.PANDA.joints)
     poses, config = np.load(path)["pose"][0], arms.PANDA.write(tmp_path)
     np.savez(tmp_path / "pouring.npz", times=np.linspace(0, 10, len(poses)), poses=poses)

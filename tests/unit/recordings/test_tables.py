@@ -140,7 +140,7 @@ def test_units_in_column_names_are_recognised(tmp_path: Path):
 def test_an_incomplete_last_line_is_left_out(tmp_path: Path):
     recording = table(tmp_path, "t,q1,q2\n0,1,2\n0.5,3,4\n0.7,5")
     assert recording.notes == (
-        "the last line is cut off and was left out (line 4 has 2 columns where the first line has 3)",
+        "the last line is truncated and was left out (line 4 has 2 columns where the first line has 3)",
     )
 
 

@@ -1,10 +1,10 @@
-"""Promises of the demo, and the report of broken ones."""
+"""The bounds of the demo's strikes, and its report."""
 
 import msgspec
 import pytest
 
 from protocol import messages as m
-from tools.demo.play import Outcome
+from tools.demo.play import StrikeOutcome
 from tools.demo.report import closest_limit, table
 from tools.demo.strikes import STRIKES, Strike
 
@@ -31,17 +31,19 @@ def report(**changes: object) -> m.Report:
     return msgspec.structs.replace(made, **changes)
 
 
-def outcome(result: str = "succeeded", error: float = 1e-3, ball_speed: float = 5.0, **changes: object) -> Outcome:
-    """Return an outcome in which every promise is kept, except for the given changes."""
+def outcome(
+    result: str = "succeeded", error: float = 1e-3, ball_speed: float = 5.0, **changes: object
+) -> StrikeOutcome:
+    """Return an outcome within all bounds, except for the changes."""
     errors = m.Point(positions=[error, 0.0], velocities=[0.0, -error])
     hit = m.Hit(time=1.0, position_error=[0.0, 0.0], velocity_error=[0.0, 0.0], truth_error=errors)
     reply = m.GoalReply(goal_id="g", start_time=0.0, duration=1.0, total_duration=1.1, report=report(**changes))
     played = m.Result(goal_id="g", outcome=result, reason="", hit=hit)  # type: ignore[arg-type]
-    return Outcome(STRIKE, reply, played, ball_speed, robot_s=1.8, wall_s=2.0)
+    return StrikeOutcome(STRIKE, reply, played, ball_speed, robot_s=1.8, wall_s=2.0)
 
 
-def test_kept_promises_are_not_reported() -> None:
-    assert outcome().broken_promises() == []
+def test_an_outcome_within_its_bounds_has_no_failures() -> None:
+    assert outcome().failures() == []
 
 
 @pytest.mark.parametrize(
@@ -53,15 +55,15 @@ def test_kept_promises_are_not_reported() -> None:
         ({"certified": False}, "certificate"),
     ],
 )
-def test_a_broken_promise_is_reported(changes: dict, says: str) -> None:
-    (sentence,) = outcome(**changes).broken_promises()
+def test_a_failure_is_reported(changes: dict, says: str) -> None:
+    (sentence,) = outcome(**changes).failures()
     assert says in sentence
 
 
-def test_a_goal_that_ended_before_its_hit_is_reported() -> None:
+def test_a_goal_that_ended_before_the_hit_is_reported() -> None:
     ended = outcome("canceled")
     ended.result.hit = None
-    assert "canceled before the hit" in ended.broken_promises()[0]
+    assert "canceled before the hit" in ended.failures()[0]
 
 
 def test_the_closest_limit_is_the_one_used_most() -> None:

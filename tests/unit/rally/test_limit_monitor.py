@@ -5,7 +5,7 @@ import pytest
 
 from protocol import messages as m
 from robot.description import load_robot
-from tools.rally.limit_watch import Findings, check
+from tools.rally.limit_monitor import LimitReport, check
 
 ROBOT = load_robot()
 JOINTS, TICK = ROBOT.joint_count, ROBOT.tick
@@ -53,32 +53,32 @@ def commands_and_states(
     return commands, states
 
 
-def findings_of(accelerations: np.ndarray, touches: tuple[float, ...] = (), velocity_error: float = 0.0) -> Findings:
+def findings_of(accelerations: np.ndarray, touches: tuple[float, ...] = (), velocity_error: float = 0.0) -> LimitReport:
     commands, states = commands_and_states(accelerations, velocity_error)
     return check(commands, states, touches, ROBOT)
 
 
-def smooth(share: float, rise: int = 100) -> np.ndarray:
-    """Return accelerations (2·rise,), rad/s², that rise to `share` of the first joint's limit, and fall as they rose.
+def smooth(fraction: float, rise: int = 100) -> np.ndarray:
+    """Return accelerations (2·rise,), rad/s², that rise to `fraction` of the first joint's limit and fall likewise.
 
-    The jerk is `share`/2 of its limit.
+    The jerk is `fraction`/2 of its limit.
     """
     slope = TICK * ROBOT.limits.jerks[0] / ROBOT.limits.accelerations[0] / 2
     rising = np.minimum(1.0, np.arange(rise) * slope)
-    return share * ROBOT.limits.accelerations[0] * np.concatenate([rising, rising[::-1]])
+    return fraction * ROBOT.limits.accelerations[0] * np.concatenate([rising, rising[::-1]])
 
 
 def test_a_motion_inside_the_limits_has_no_violations_and_names_its_closest_limit():
     findings = findings_of(smooth(0.2))
     assert (findings.ticks, findings.unseen, findings.violations) == (200, 0, 0)
-    assert 0 < findings.closest.share <= 1
+    assert 0 < findings.closest.fraction <= 1
 
 
 def test_an_acceleration_beyond_the_limit_is_counted_and_reported():
     findings = findings_of(smooth(1.1, rise=41))
     assert findings.violations > 0
     assert (findings.worst.joint, findings.worst.quantity) == (ROBOT.joint_names[0], "acceleration")
-    assert findings.worst.share == pytest.approx(1.1)
+    assert findings.worst.fraction == pytest.approx(1.1)
 
 
 def test_a_step_of_the_acceleration_violates_the_jerk_limit():
@@ -87,14 +87,14 @@ def test_a_step_of_the_acceleration_violates_the_jerk_limit():
     findings = findings_of(step)
     assert findings.violations == 1
     assert findings.worst.quantity == "jerk"
-    assert findings.worst.share == pytest.approx(2.0)
+    assert findings.worst.fraction == pytest.approx(2.0)
 
 
 def test_recoil_is_not_counted_as_a_violation():
     fast = 1.5 * ROBOT.limits.velocities[0]
     thrown, alone = findings_of(np.zeros(100), (0.0,), fast), findings_of(np.zeros(100), (), fast)
     assert (thrown.violations, alone.violations) == (0, 100)
-    assert thrown.recoil.share == pytest.approx(1.5)
+    assert thrown.recoil.fraction == pytest.approx(1.5)
 
 
 def test_missing_ticks_are_counted_and_cause_no_jerk_violation():

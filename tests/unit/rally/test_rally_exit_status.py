@@ -8,9 +8,9 @@ from protocol.errors import NoAnswer
 from robot.striking.launcher import Launch
 from tools.rally import partners, thrown
 from tools.rally.__main__ import main
-from tools.rally.court import Rally
 from tools.rally.flags import Flags
 from tools.rally.play import Stroke
+from tools.rally.rallies import Rally
 
 ENDS = pytest.mark.parametrize(
     ("end", "status"),
