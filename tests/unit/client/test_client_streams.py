@@ -43,7 +43,7 @@ def test_the_oldest_are_dropped():
     assert asyncio.run(awaited()) == [7, 8, 9]
 
 
-def test_a_malformed_message_ends_no_stream(robot, router, arm):
+def test_a_malformed_message_does_not_end_the_stream(robot, router, arm):
     stream = arm.stream(topics.CONTACT)
     arm.state()
     router.bus.session.put(router.bus.key(topics.CONTACT.key), b"{")
@@ -53,7 +53,7 @@ def test_a_malformed_message_ends_no_stream(robot, router, arm):
     assert next(stream).time == 1.0
 
 
-def test_a_closed_stream_hears_nothing(robot, arm):
+def test_a_closed_stream_raises_stream_ended(robot, arm):
     stream = arm.stream(topics.CONTACT)
     stream.close()
     stream.close()
@@ -65,7 +65,7 @@ def test_a_closed_stream_hears_nothing(robot, arm):
 
 
 @pytest.mark.parametrize("what", ["the stream", "its connection"])
-def test_what_is_closed_ends_an_iteration_in_another_thread(robot, what: str):
+def test_closing_ends_an_iteration_in_another_thread(robot, what: str):
     """Messages that were published before are still returned."""
     arm = connect(robot.endpoint)
     stream = arm.stream(topics.CONTACT)

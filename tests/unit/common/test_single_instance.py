@@ -81,14 +81,14 @@ def test_waiting_for_a_router_can_be_given_up(router: str, caplog: pytest.LogCap
     assert not service.robot
 
 
-def test_a_service_that_would_let_anybody_in_logs_why_not(caplog: pytest.LogCaptureFixture):
+def test_an_exposed_service_logs_why_it_does_not_start(caplog: pytest.LogCaptureFixture):
     """The service fails instead of listening without certificates."""
     assert outcome_of("sim", Options(listen=("tcp/0.0.0.0:0",)), hosts=True) is Outcome.FAILED
     assert "will not listen on tcp/0.0.0.0:0" in caplog.text
 
 
 @pytest.mark.parametrize("hosts", [False, True])
-def test_a_place_that_is_taken_is_left_alone(router: str, hosts: bool, caplog: pytest.LogCaptureFixture):
+def test_a_second_instance_does_not_start(router: str, hosts: bool, caplog: pytest.LogCaptureFixture):
     """A second instance ends with a sentence, whether it connects or hosts; other services are free to start."""
     joining = Options(connect=(router,))
     with Service("sim", Options(listen=(router,)), hosts=True):

@@ -262,13 +262,13 @@ def test_a_robot_without_held_joints_refuses_hold():
 
 
 class Stoppable(Recording):
-    """Is stopped by its user, or guided, while `stopped` is set."""
+    """A robot in the condition `user_stopped` while `stopped` is set; `guide` sets it."""
 
     abilities = Abilities(modes=("torque", "teach"))
     stopped = False
 
     def observe(self) -> Observation:
-        """Return the arm, ready or stopped."""
+        """Return the observation with the condition."""
         now = super().observe()
         return dataclasses.replace(now, condition="user_stopped") if self.stopped else now
 
@@ -277,13 +277,13 @@ class Stoppable(Recording):
         self.stopped = True
 
     def release(self, positions: np.ndarray) -> None:
-        """Become ready at `positions`, where others have moved the arm."""
+        """Become ready at `positions`, to which the arm was moved by hand."""
         self._positions, self.stopped = positions, False
         self.begin_run()
 
 
-def test_an_arm_that_becomes_ready_by_itself_is_held_where_it_is():
-    """Without a controller; otherwise the brake would pull it back to where it was when it was stopped."""
+def test_an_arm_that_becomes_ready_by_itself_is_held_at_its_present_position():
+    """Otherwise the brake would pull it back to the position at which it was stopped."""
     loop = loop_of(backend := Stoppable(ROBOT))
     backend.guide()
     loop.step()
