@@ -156,6 +156,7 @@ def test_goals_that_contradict_themselves(primitive: Primitive, field: str, fiel
             "limits.jerks of joint_2 is -2 rad/s³; it must be greater than 0",
         ),
         (m.GoalLimits(positions=[None, (1.0, 0.5), *FREE[1:]]), "limits.positions of joint_2 are 1 to 0.5 rad; send"),
+        (m.GoalLimits(positions=[None, (7.0, 8.0), *FREE[1:]]), "limits.positions of joint_2 are 7 to 8, outside its"),
     ],
 )
 def test_limits_that_nothing_keeps_name_the_joint_and_its_value(primitive: Primitive, limits: m.GoalLimits, said: str):
