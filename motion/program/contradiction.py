@@ -35,17 +35,18 @@ def check_means(fixed: Fixed, duration: float, limits: Limits) -> None:
     The joint's mean that exceeds its limit most, of the lowest such derivative, is named.
     """
     places = fixed.s[::3]
-    positions, velocities, accelerations = fixed.values.reshape(-1, 3, fixed.values.shape[1]).transpose(1, 0, 2)
-    span = np.diff(places * duration)[:, None]
+    positions, velocities, accelerations = (fixed.values[k::3] for k in range(3))
+    span = duration * (places[1:] - places[:-1])[:, None]
     # Of each interval: the means over all of it, and weighted towards its begin and its end.
-    speed = np.diff(positions, axis=0) / span
-    bend = 2 * np.diff([velocities[:-1], speed, velocities[1:]], axis=0) / span
-    jerk = 3 * np.diff([accelerations[:-1], *bend, accelerations[1:]], axis=0) / span
-    # Over two and three intervals, from positions alone.
-    bend_over_two = 2 * np.diff(speed, axis=0) / (span[1:] + span[:-1])
-    jerk_over_three = 3 * np.diff(bend_over_two, axis=0) / (span[2:] + span[1:-1] + span[:-2])
-    for quantity, means in enumerate(((speed,), (*bend, bend_over_two), (*jerk, jerk_over_three)), 1):
-        values, bound = np.abs(np.concatenate(means)), limits.ranges[:, quantity, 1]
+    speed = (positions[1:] - positions[:-1]) / span
+    early, late = (speed - velocities[:-1]) * (2 / span), (velocities[1:] - speed) * (2 / span)
+    jerks = early - accelerations[:-1], late - early, accelerations[1:] - late
+    speeds, bends, jerks = [speed], [early, late], [each * (3 / span) for each in jerks]
+    if len(places) > 2:  # over two and three intervals, from positions alone
+        bends.append(2 * np.diff(speed, axis=0) / (span[1:] + span[:-1]))
+        jerks.append(3 * np.diff(bends[-1], axis=0) / (span[2:] + span[1:-1] + span[:-2]))
+    for quantity, means in enumerate((speeds, bends, jerks), 1):
+        values, bound = abs(np.concatenate(means)), limits.ranges[:, quantity, 1]
         if (values > bound + limits.slack[:, quantity]).any():
             row, joint = divmod(int(np.nan_to_num(values / bound).argmax()), len(bound))
             raise InfeasibleRows(joint, quantity, float(np.concatenate([_middles(places, len(m)) for m in means])[row]))

@@ -4,10 +4,12 @@ import logging
 import threading
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from msgspec import structs
 
 from protocol import topics
+from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
 from protocol.topics import QUEUE_LENGTH
 from services.common.stray_puts import StrayPuts
@@ -64,6 +66,18 @@ def test_a_bad_trajectory_is_refused_at_once(desk: Desk, body: object):
     assert not desk.woken.is_set()
     desk.send(staying(30, 1))
     assert desk.woken.wait(10.0)
+
+
+def test_a_value_given_by_its_index_is_followed_by_its_joint(desk: Desk):
+    motion = staying(30, 1)
+    values = np.zeros((motion.count, CONFIG.joint_count))
+    values[3, 1] = np.nan
+    motion = structs.replace(motion, velocities=matrix_bytes(values))
+    sent = desk.send(motion)
+    assert eventually(lambda: sent.answer is not None)
+    name = CONFIG.joint_names[1]
+    assert sent.answer.message.startswith(f"velocities[3][1] (joint {name}) is nan")
+    assert sent.answer.detail == {"field": "velocities"}
 
 
 def test_an_unexpected_error_is_answered_and_does_not_end_the_thread(desk: Desk, caplog: pytest.LogCaptureFixture):

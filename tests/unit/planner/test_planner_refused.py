@@ -130,6 +130,16 @@ def answered(library: Library, bus: FakeBus, lead: LeadTime | None = None) -> li
     return bus.events
 
 
+def test_a_value_given_by_its_index_is_followed_by_its_joint(library: Library):
+    """In the reply and in the publication."""
+    goal = msgspec.structs.replace(GOAL, positions=[*HOME[:-1], float("nan")])
+    refusal, refused = answered(library, FakeBus([(topics.GOAL, encode(goal))]))
+    last = ROBOT.joint_count - 1
+    assert refusal.message == f"positions[{last}] (joint {ROBOT.joint_names[-1]}) is nan; it must be finite"
+    assert refusal.detail == {"field": f"positions[{last}]"}
+    assert (refused.message, refused.detail) == (refusal.message, refusal.detail)
+
+
 @pytest.mark.parametrize(
     ("code", "changes"),
     [
