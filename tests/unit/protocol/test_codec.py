@@ -67,7 +67,7 @@ def test_a_key_that_is_not_found(body: dict[Any, Any], kind: type, sentence: str
 
 
 def test_unknown_field_lists_the_known_ones():
-    assert "a Step has version, ticks" in refusal({"ticks": 1, "tocks": 2}, m.Step).message
+    assert "; Step has version, ticks" in refusal({"ticks": 1, "tocks": 2}, m.Step).message
 
 
 @pytest.mark.parametrize("body", [123, [GOAL], "goal", None, 1.5])
