@@ -24,7 +24,7 @@ def answer(cell: Cell, key: str, body: bytes) -> str:
     Raises:
         ScenarioError: no reply within the timeout of the key, or 20 s if that is longer: the machine may be busy.
     """
-    timeout = max(TIMEOUTS_S[key], ANSWER_S)
+    timeout = max(TIMEOUTS_S.get(key, 0.0), ANSWER_S)
     for reply in cell.bus.session.get(cell.bus.key(key), payload=body, timeout=timeout):
         if (code := code_in(reply)) not in (None, SILENT):
             return str(code)
