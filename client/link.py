@@ -1,6 +1,9 @@
 """A connection to the keys of one robot."""
 
-from collections.abc import Callable, Sequence
+import threading
+import uuid
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import zenoh
@@ -24,7 +27,6 @@ class Link:
         mailbox: Makes a mailbox of a given capacity; its kind decides whether the link blocks.
         client_id: Name of the client, empty for an anonymous one.
         timeout: Timeout of replies, s; None: the topic's own.
-        leased: Whether the client holds a lease at present.
     """
 
     def __init__(self, bus: Bus, mailbox: Callable[[int], Mailbox[Any]], client_id: str, timeout: float | None) -> None:
@@ -32,8 +34,34 @@ class Link:
         self.mailbox = mailbox
         self.client_id = client_id
         self.timeout = timeout
-        self.leased = False
+        self._lease_lock = threading.Lock()
+        self._leases = 0
+        self._token: zenoh.LivelinessToken | None = None
         self._streams: set[Callable[[], object]] = set()
+
+    @property
+    def leased(self) -> bool:
+        """Whether the client holds a lease at present."""
+        return self._leases > 0
+
+    @contextmanager
+    def lease(self) -> Iterator[str]:
+        """Hold the client's liveliness token for a `with` block, and return the client's id, a new one for "".
+
+        Of several blocks at once, the last one withdraws the token.
+        """
+        with self._lease_lock:
+            self.client_id = self.client_id or f"client-{uuid.uuid4().hex[:8]}"
+            self._leases += 1
+            if self._leases == 1:
+                self._token = self.bus.announce(f"client/{self.client_id}")
+        try:
+            yield self.client_id
+        finally:
+            with self._lease_lock:
+                self._leases -= 1
+                if not self._leases and self._token is not None:
+                    self._token.undeclare()
 
     def close(self) -> None:
         """End the streams and leave the bus."""

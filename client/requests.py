@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, Unpack
@@ -137,18 +136,11 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         """Hold a lease on the arm for a `with` block, and return the client's id.
 
         While a motion sent inside the block runs, goals and trajectories of all other clients are refused as
-        `not_holder`. When the block ends, or this process dies, a running motion is stopped. Use a plain `with`, also
-        for an `AsyncArm`.
+        `not_holder`. When the block ends, or this process dies, a running motion is stopped; of blocks at once, inside
+        each other or in several threads, the last one ends the lease. Use a plain `with`, also for an `AsyncArm`.
         """
-        link = self._link
-        link.client_id = link.client_id or f"client-{uuid.uuid4().hex[:8]}"
-        token = link.bus.announce(f"client/{link.client_id}")
-        link.leased = True
-        try:
-            yield link.client_id
-        finally:
-            link.leased = False
-            token.undeclare()
+        with self._link.lease() as client_id:
+            yield client_id
 
     # --- primitives -----------------------------------------------------------------------------------
 

@@ -10,6 +10,9 @@ from motion.request import MotionRequest
 from motion.sampled import SampledPlan, make_plan
 from motion.trajectory import Trajectory
 
+LARGEST = 1e6
+"""Largest position, velocity or acceleration of a start or goal (rad, s): those of a DMP may exceed the limits."""
+
 
 def plan_dmp(primitive: Primitive, request: MotionRequest, tick: float = 0.001) -> SampledPlan:
     """Plan with eq. 6–7, learned again from the demonstration of `primitive`.
@@ -21,7 +24,7 @@ def plan_dmp(primitive: Primitive, request: MotionRequest, tick: float = 0.001) 
 
     Raises:
         InvalidMotion: the request has something that a DMP cannot do: waypoints, a rest fraction, a given final
-            acceleration, a follow-through, a place time, a phase.
+            acceleration, a follow-through, a place time, a phase, numbers beyond LARGEST.
     """
     _refuse_what_it_cannot(primitive, request)
     made = learn_dmp(primitive).rollout(request.start, request.goal, request.duration, tick, "newmark")
@@ -42,3 +45,8 @@ def _refuse_what_it_cannot(primitive: Primitive, request: MotionRequest) -> None
             raise InvalidMotion(field, f"is {value}; {remedy}")
     if not np.isnan(request.goal.accelerations).all():
         raise InvalidMotion("goal.accelerations", f"is given; {remedy}")
+    for end in ("start", "goal"):
+        for name in ("positions", "velocities", "accelerations"):
+            largest = np.abs(np.nan_to_num(getattr(getattr(request, end), name))).max()
+            if largest > LARGEST:
+                raise InvalidMotion(f"{end}.{name}", f"reaches {largest:g}; it must lie within {LARGEST:g} of 0")

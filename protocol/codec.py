@@ -212,7 +212,7 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
     if named and named[1] == "required":
         return bad_message(field, f"{field} is missing")
     if named:
-        known = "" if path else f"; a {kind.__name__} has {', '.join(kind.__struct_fields__)}"
+        known = "" if path else f"; {kind.__name__} has {', '.join(kind.__struct_fields__)}"
         return bad_message(field, f"{_short(field, MAX_FIELD)} is not a known field{known}")
     sentence = what.replace("`object", "`map").replace("`", "")
     if sentence.startswith("Invalid enum value"):

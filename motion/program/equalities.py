@@ -103,8 +103,10 @@ def fixed_inside(request: MotionRequest) -> tuple[MotionRequest, Fixed]:
         fixed = fixed_values(request)
         led_back = np.where(np.arange(len(fixed.s)) == 0, LED_BACK_FROM, 0.0)[:, None]
         waypoints = [f" of waypoints[{k}]" for k in range(len(request.waypoints)) for _ in range(3)]
-        rests = f" where the rest_fraction, here at most {_most_rest(request):.3f}, begins"
-        of = [" of the start"] * 3 + waypoints + [rests if request.rest_fraction else "", "", ""]
+        rests = ""
+        if request.rest_fraction:
+            rests = f" where the rest_fraction, here at most {_most_rest(request):.3f}, begins"
+        of = [" of the start"] * 3 + waypoints + [rests, "", ""]
         if error := request.limits.exceeded(fixed.quantity, fixed.values, led_back, of):
             raise error
     return request, fixed
@@ -116,7 +118,7 @@ def _most_rest(request: MotionRequest) -> float:
     low, high = request.limits.positions.T
     room = np.where(request.goal.velocities < 0, high - goal, goal - low)
     within = room[velocities > 0] / (request.duration * velocities[velocities > 0])
-    return max(math.floor(1e3 * within.min(initial=1.0)) / 1e3, 0.0)
+    return math.floor(1e3 * max(within.min(initial=1.0), 0.0)) / 1e3
 
 
 def equalities_of(

@@ -34,7 +34,8 @@ class State(Message, kw_only=True):
         applied_tick: tick of the state that the newest applied command answers, −1 before the first command
         truth: positions and velocities without sensor noise, null on a real arm
         condition: `ready`: the arm follows commands. Otherwise it does not: `braking` by itself, after a `reflex`,
-            stopped by the user, guided by hand, or not ready
+            stopped by the user, guided by hand, or not ready. If a request changes it between two ticks, the state of
+            the tick is published again
         reason: of the condition, a sentence
         held: positions of the held joints, rad or m by name
     """

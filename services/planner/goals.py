@@ -21,6 +21,9 @@ from services.planner.refusals import invalid
 
 ROUNDING = 1e-9
 
+SMALLEST_LIMIT = 1e-6
+"""Smallest limit of velocity, acceleration and jerk that a goal may ask for, in their units."""
+
 REPEATS_START = 0.01
 """Largest distance (rad, rad/s) from the start of a waypoint at 0 s that repeats it, which many clients send."""
 
@@ -213,10 +216,10 @@ def _check_limits(asked: m.GoalLimits, config: RobotConfig) -> None:
         raise Refusal("invalid_goal", sentence, field="limits.positions")
     for quantity in ("velocities", "accelerations", "jerks"):
         for (name, slides), bound in zip(joints, getattr(asked, quantity) or (), strict=False):
-            if bound is not None and bound <= 0:
+            if bound is not None and bound < SMALLEST_LIMIT:
                 field, unit = f"limits.{quantity}", unit_of(QUANTITY_OF[quantity], slides)
-                sentence = f"{field} of {name} is {bound:g} {unit}; it must be greater than 0, or null: the robot's own"
-                raise Refusal("invalid_goal", sentence, field=field)
+                wanted = f"it must be at least {SMALLEST_LIMIT:g} {unit}, or null: the robot's own"
+                raise Refusal("invalid_goal", f"{field} of {name} is {bound:g} {unit}; {wanted}", field=field)
 
 
 def _vector(values: list[float] | None, joints: int, field: str) -> np.ndarray:

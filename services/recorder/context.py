@@ -66,8 +66,10 @@ class Context:
     def place(self, one: Received[m.State] | Received[m.Command]) -> int:
         """Return the trace tick of a state or a command; if it begins a run, write the run's number and offset."""
         before, message = self.runs.count, one.message
-        add = self.runs.add_state if isinstance(message, m.State) else self.runs.add_command
-        tick = add(message.run, message.tick)
+        if isinstance(message, m.State):
+            tick = self.runs.add_state(message.run, message.tick, message.condition == "ready")
+        else:
+            tick = self.runs.add_command(message.run, message.tick)
         if self.runs.count > before:
             present, row = self.runs.present, self.row(tick, one.wall_ns)
             seconds = present.offset / self.rate_hz

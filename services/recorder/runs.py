@@ -54,9 +54,12 @@ class Runs:
         """The trace tick of the present run's tick 0, 0 before the first run."""
         return self.present.offset if self._last_two else 0
 
-    def add_state(self, run: int, tick: int) -> int:
-        """Return the trace tick of a state; another run, or a tick that went back, begins a run."""
-        if not self._last_two or self.present.run != run or tick <= self.present.newest:
+    def add_state(self, run: int, tick: int, ready: bool = True) -> int:
+        """Return the trace tick of a state; another run, or a tick that went back, begins a run.
+
+        `ready`: whether the arm follows commands. An arm that stops following them may publish its tick again.
+        """
+        if not self._last_two or self.present.run != run or self._goes_back(tick, ready):
             self._begin(run, tick)
         present = self.present
         self.missing_states += max(0, tick - present.newest - 1)
@@ -85,6 +88,10 @@ class Runs:
     def tick_ahead(self, time: float) -> int:
         """Return the trace tick of a future event at `time` (s) of the present run."""
         return self.offset + tick_of(time, self._rate_hz)
+
+    def _goes_back(self, tick: int, ready: bool) -> bool:
+        newest = self.present.newest
+        return tick < newest or (tick == newest == 0 and ready)
 
     def _begin(self, run: int, tick: int) -> None:
         self._last_two = [*self._last_two[-1:], Run(run, self.newest + 1, newest=tick - 1)]

@@ -72,9 +72,9 @@ class Disturbances:
 
         Raises Refusal `bad_message` for a value that is negative or too large.
         """
-        for field, value in (("position_std", position_std), ("velocity_std", velocity_std)):
+        for field, value, unit in (("position_std", position_std, "rad"), ("velocity_std", velocity_std, "rad/s")):
             if not 0 <= value <= MAX_NOISE:
-                raise bad_message(field, f"{field} is {value}; it must lie in 0 to {MAX_NOISE}")
+                raise bad_message(field, f"{field} is {value} {unit}; it must lie between 0 and {MAX_NOISE} {unit}")
         self.position_std = position_std
         self.velocity_std = velocity_std
 

@@ -84,6 +84,12 @@ class Drive:
         self._ready = ready
 
     @property
+    def accelerates(self) -> bool:
+        """Whether the reference accelerates by more than the jerk limit allows to drop in one tick."""
+        most = self._config.limits.jerks * self._config.tick
+        return bool(np.any(np.abs(self._setpoint.feedforward) > most))
+
+    @property
     def brake_reason(self) -> str:
         """The reason of braking, in words."""
         return f"no command for {self._config.silence_ticks} ticks"

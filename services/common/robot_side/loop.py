@@ -6,6 +6,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus, PendingQuery, Publisher
@@ -194,9 +196,16 @@ class RobotLoop:
         asking.reply(m.Guided(condition=self.backend.observe().condition))
 
     def _refuse_while_moving(self, verb: str) -> None:
-        fastest = max(map(abs, self.backend.observe().velocities.tolist()))
-        if fastest > AT_REST:
-            raise Refusal("busy", f"the arm moves ({fastest:.3f} rad/s); {verb} once it rests", goal_id=None)
+        """Refuse while the arm moves, or only turns back: without its setpoint the acceleration would jump.
+
+        Raises:
+            Refusal: `busy`.
+        """
+        now = self.backend.observe()
+        fastest, turns = float(np.abs(now.velocities).max()), now.condition == "ready" and self.drive.accelerates
+        if fastest > AT_REST or turns:
+            how = f"{fastest:.3f} rad/s" + (" and accelerates" if turns else "")
+            raise Refusal("busy", f"the arm moves ({how}); {verb} once it rests", goal_id=None)
 
     def _is_ready(self) -> bool:
         return self.backend.observe().condition == "ready"

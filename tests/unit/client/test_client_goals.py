@@ -119,3 +119,17 @@ def test_a_lease_is_held_for_its_block(robot, router, arm):
     arm.goal("forehand")
     sent = [(request.client_id, request.lease) for _, request in robot.asked]
     assert sent == [(name, True), (name, False), (name, True), (name, False)]
+
+
+def test_the_last_of_several_blocks_ends_the_lease(robot, router, arm):
+    """Blocks may be inside each other, or in threads that share the connection."""
+    tokens: list[bool] = []
+    router.bus.watch_alive(alive_key("client/*"), lambda _, alive: tokens.append(alive))
+    with arm.lease() as name:
+        with arm.lease() as inner:
+            assert inner == name
+        assert arm.holds_lease
+        arm.goal("forehand")
+    assert not arm.holds_lease
+    assert eventually(lambda: tokens == [True, False])
+    assert [(request.client_id, request.lease) for _, request in robot.asked] == [(name, True)]

@@ -15,12 +15,12 @@ OTHERS: tuple[m.Condition, ...] = "reflex", "user_stopped", "guiding", "not_read
 """Conditions that only `recover` ends; an arm may still become ready by itself."""
 
 
-def an_arm(delay: int = 0) -> PerfectArm:
+def an_arm(delay: int = 0, clock: m.Clock = "realtime") -> PerfectArm:
     """Return an arm that applies commands `delay` ticks late, its first ten states answered."""
     arm = PerfectArm(Controller(ROBOT))
     description = EXAMPLES["Description"]
     assert isinstance(description, m.Description)
-    arm.controller.meet(msgspec.structs.replace(description, clock="realtime", delay_ticks=delay))
+    arm.controller.meet(msgspec.structs.replace(description, clock=clock, delay_ticks=delay))
     arm.turn(10)
     return arm
 
@@ -96,10 +96,8 @@ def test_goals_are_refused_as_soon_as_the_condition_is_published(condition: m.Co
 
 def test_with_the_stepped_clock_a_condition_at_tick_0_begins_no_run():
     """Another state of tick 0 begins a run with the same number, unless the arm is no longer ready."""
-    arm = PerfectArm(Controller(ROBOT))
-    description = EXAMPLES["Description"]
-    assert isinstance(description, m.Description)
-    arm.controller.meet(msgspec.structs.replace(description, clock="stepped"))
+    arm = an_arm(clock="stepped")
+    arm.run, arm.tick = 2, 0
     arm.turn(1)
     arm.tick = 0
     assert arm.controller.answer(arm.state(condition="guiding"), 0) is None

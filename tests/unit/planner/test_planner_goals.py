@@ -152,7 +152,7 @@ def test_invalid_goals_are_refused_with_their_field(primitive: Primitive, field:
     [
         (
             m.GoalLimits(jerks=[None, -2.0, *FREE[1:]]),
-            "limits.jerks of joint_2 is -2 rad/s³; it must be greater than 0",
+            "limits.jerks of joint_2 is -2 rad/s³; it must be at least 1e-06 rad/s³, or null",
         ),
         (m.GoalLimits(positions=[None, (1.0, 0.5), *FREE[1:]]), "limits.positions of joint_2 are 1 to 0.5 rad; send"),
         (m.GoalLimits(positions=[(3.0, 4.0), *FREE]), "joint_1 are 3 to 4 rad; the robot's own are -2.2 to 2.2 rad"),

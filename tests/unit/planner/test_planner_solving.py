@@ -112,3 +112,14 @@ def test_a_goal_far_too_short_is_refused_with_a_duration_that_works(forehand: Pr
 def test_a_fastest_goal_outside_the_limits_is_refused_as_limit(forehand: Primitive, field: str, value: list[float]):
     wanted = msgspec.structs.replace(goal(fastest=True), **{field: value})
     assert code_of(Solver(ROBOT), wanted, forehand) == "limit"
+
+
+@pytest.mark.parametrize(("method", "plan_only", "code"), [("qp", False, "limit"), ("dmp", True, "invalid_goal")])
+@pytest.mark.parametrize("field", ["positions", "velocities"])
+@pytest.mark.parametrize("size", [1e200, 1e308])
+def test_numbers_that_overflow_are_refused(
+    forehand: Primitive, method: str, plan_only: bool, code: str, field: str, size: float
+):
+    """They are finite, but not everything that is computed from them is."""
+    wanted = msgspec.structs.replace(goal(), method=method, plan_only=plan_only, **{field: [size] * 6})
+    assert code_of(Solver(ROBOT), wanted, forehand) == code

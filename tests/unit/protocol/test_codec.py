@@ -67,7 +67,7 @@ def test_an_invalid_key_is_refused_without_being_named(body: dict[Any, Any], kin
 
 
 def test_an_unknown_field_is_refused_with_a_list_of_the_known_ones():
-    assert "a Step has version, ticks" in refusal({"ticks": 1, "tocks": 2}, m.Step).message
+    assert "; Step has version, ticks" in refusal({"ticks": 1, "tocks": 2}, m.Step).message
 
 
 @pytest.mark.parametrize("body", [123, [GOAL], "goal", None, 1.5])

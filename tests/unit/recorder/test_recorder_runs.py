@@ -27,6 +27,16 @@ def test_a_tick_that_goes_back_starts_another_run_with_the_same_number() -> None
     assert runs.count == 2
 
 
+def test_a_tick_that_is_published_again_begins_no_run() -> None:
+    """An arm that is guided publishes its tick again, also tick 0; an arm that was reset is ready."""
+    runs = Runs(1000.0)
+    assert [runs.add_state(0, 0), runs.add_state(0, 0, ready=False), runs.add_state(0, 1)] == [0, 0, 1]
+    assert [runs.add_state(0, 1, ready=False), runs.add_state(0, 2)] == [1, 2]
+    assert (runs.count, runs.missing_states) == (1, 0)
+    assert [runs.add_state(0, 0), runs.add_state(0, 0)] == [3, 4]
+    assert runs.count == 3
+
+
 def test_a_late_command_is_placed_in_its_own_run() -> None:
     runs = Runs(1000.0)
     for tick in range(5):

@@ -24,7 +24,7 @@ def answer(cell: Cell, key: str, body: bytes) -> str:
     Raises:
         ScenarioError: no reply within the timeout of the key, or within 20 s if that is longer.
     """
-    timeout = max(TIMEOUTS_S[key], ANSWER_S)
+    timeout = max(TIMEOUTS_S.get(key, 0.0), ANSWER_S)
     for reply in cell.bus.session.get(cell.bus.key(key), payload=body, timeout=timeout):
         if (code := code_in(reply)) not in (None, NO_REPLY):
             return str(code)
