@@ -1,5 +1,6 @@
 """Every fault is found in recordings that have it, and none in clean ones; the full run is `experiments.doctor`."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -88,7 +89,7 @@ def test_idle_ends_keep_a_short_rest() -> None:
 @pytest.mark.parametrize(
     ("values", "times", "said"),
     [
-        (swing()[:8], None, "8 samples left; at least 10 are needed"),
+        (swing()[:8], None, "8 samples to learn from; at least 10 are needed"),
         (0 * swing(), None, "shows no movement"),
         (np.tile(swing(), (2, 1)), np.tile(np.arange(201) / 100, 2), "goes back from 2 s to 0 s at sample 201"),
     ],
@@ -148,8 +149,30 @@ def test_a_first_or_last_sample_that_jumps_is_replaced(row: int) -> None:
     assert np.abs(examination.recording.values - swing()).max() < 0.001
 
 
-def test_samples_from_the_last_to_the_first_are_sorted() -> None:
+def test_samples_from_the_last_to_the_first_are_sorted_and_called_so() -> None:
+    """The stamps do not say whether the file's order or their own is the movement's."""
     clean = recording(swing() + 0.1)
     examination = examine(replace(clean, times=clean.times[::-1], values=clean.values[::-1]), ARM)
-    assert [(finding.code, finding.repaired) for finding in examination.findings] == [("backwards", True)]
+    assert [(one.code, one.repaired) for one in examination.findings] == [("backwards", True), ("backwards", False)]
     assert np.array_equal(examination.recording.values, clean.values)
+    said = examination.findings[1].sentence
+    assert "the movement begins with the last sample of the file" in said
+    assert "if the first was recorded first, give --rate" in said
+
+
+@pytest.mark.parametrize("pattern", [(0, 1), (0, 0, 1)])
+def test_samples_of_two_movements_in_turn_are_refused(pattern: tuple[int, ...]) -> None:
+    """As two arms make them that publish under the same names on one topic, at one rate or at two."""
+    values = swing()
+    values[np.resize(pattern, len(values)) == 1] += 0.3
+    refusal = examine(recording(values), ARM).refusal
+    assert refusal is not None
+    assert refusal.code == "interleaved"
+    assert "samples of two movements in turn: " in refusal.sentence
+    assert re.search(r"is at -?0.000, then at 0.300 rad from sample \d to \d", refusal.sentence)
+
+
+@pytest.mark.parametrize("size", [0.05, 0.5])
+def test_noise_is_no_second_movement(size: float) -> None:
+    noisy = recording(swing() + size * np.random.default_rng(4).normal(size=swing().shape))
+    assert "in turn" not in sentences(examine(noisy, ARM))

@@ -38,6 +38,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("short", "too few samples", "refused", stamps.too_short),
     Fault("degrees", "degrees", "converted, but for rad and LeRobot", angles.degrees, angles.to_radians, always=True),
     Fault("wraps", "wraps at ±π or ±360°", "made continuous", angles.wraps, angles.unwrap),
+    Fault("interleaved", "samples of two movements in turn", "refused", samples.interleaved),
     Fault("spikes", "spikes", "interpolated", samples.spikes, samples.interpolated),
     Fault("still", "no movement", "refused", movement.still),
     Fault("duplicates", "samples that repeat the one before", "left out", frames.repeated, stamps.drop_rows),

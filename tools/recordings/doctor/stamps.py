@@ -20,6 +20,14 @@ COARSE = 0.5
 IRREGULAR = 0.02
 """Stamps jitter where half of them are off by more than this part of a step …"""
 
+REVERSED = 0.5
+"""Part of the stamps: where more go back, the file begins with the last stamp."""
+
+REVERSED_ORDER = (
+    "its stamps fall: the movement begins with the last sample of the file; if the first was recorded first, give "
+    "--rate, in samples a second"
+)
+
 ROUNDING = 1e-9
 """Rounding, in parts of it, of a sum of steps, which is the same where samples were written backwards."""
 
@@ -53,6 +61,8 @@ def backwards(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     if sorted_steps <= steps * (1 + ROUNDING) and len(np.unique(recording.times)) == len(order):
         sentence = f"{counted(len(rows), 'stamp')} went back: the samples are sorted by their stamps"
         yield Finding(sentence, True, rows=rows)
+        if len(rows) > REVERSED * len(order):
+            yield Finding(REVERSED_ORDER, rows=rows)
         return
     before, after = recording.times[rows[0] - 1], recording.times[rows[0]]
     sentence = (
@@ -66,7 +76,7 @@ def too_short(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     """Too few samples to learn from, or none of them apart."""
     count = len(recording.times)
     if count < MIN_SAMPLES:
-        sentence = f"{counted(count, 'sample')} left; at least {MIN_SAMPLES} are needed"
+        sentence = f"it has {counted(count, 'sample')} to learn from; at least {MIN_SAMPLES} are needed"
         yield Finding(sentence, fatal=True)
 
 

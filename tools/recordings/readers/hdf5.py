@@ -36,6 +36,8 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
         matrix = _matrix(file, place)
         values = np.asarray(matrix[()], dtype=float)
         times = _times(file, place, len(values), rate)
+        if times is None and (said := _transposed(place, matrix)):
+            raise Unreadable(f"{path}: {said}")
         if times is None:
             raise Unreadable(f"{path} has no times for {place}; give --rate, in samples a second")
         stamps, stamped, notes = times
@@ -45,16 +47,19 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
 
 def _places(file: h5py.File) -> list[str]:
     """Return the paths of the matrices of joint positions. Links to other files are not followed."""
-    found: dict[str, object] = {}
+    found: dict[str, h5py.Dataset] = {}
 
     def visit(name: str, thing: object) -> None:
-        if isinstance(thing, h5py.Dataset) and thing.ndim == 2 and len(thing) > 1 and thing.dtype.kind in "fiu":
+        if isinstance(thing, h5py.Dataset) and thing.ndim == 2 and thing.dtype.kind in "fiu":
             found[name] = thing
 
     file.visititems(visit)
     measured = {name: thing for name, thing in found.items() if not set(name.split("/")) & {"action", "actions"}}
     inside = {name: thing for name, thing in measured.items() if not {"next_obs"} & set(name.split("/"))}
-    chosen = arrays.most_likely(inside)
+    long = {name: thing for name, thing in inside.items() if len(thing) > 1}
+    chosen = arrays.most_likely(long)
+    if not chosen and (said := arrays.too_short({name: inside[name] for name in arrays.most_likely(inside)})):
+        raise Unreadable(f"{file.filename}: {said}")
     if not chosen and (poses := [name for name in inside if is_pose(name)]):
         raise Unreadable(f"{file.filename} {ONLY_POSES.format(', '.join(poses[:3]))}")
     return sorted(chosen, key=_natural)
@@ -99,6 +104,14 @@ def _times(
             stamps, notes = arrays.scaled(name, beside[name][()])
             return stamps, True, notes
     return _from_rate(file, place, samples)
+
+
+def _transposed(place: str, matrix: h5py.Dataset) -> str | None:
+    """Return a sentence about a matrix with one column a sample, by the times beside it; otherwise None."""
+    group = matrix.parent
+    assert isinstance(group, h5py.Group)
+    beside = {name: thing for name, thing in group.items() if isinstance(thing, h5py.Dataset)}
+    return arrays.transposed(beside, place, matrix.shape)
 
 
 def _from_rate(file: h5py.File, place: str, samples: int) -> tuple[np.ndarray, bool, tuple[str, ...]] | None:
