@@ -46,7 +46,11 @@ def write(recording: Recording, output: Path) -> None:
     if not len(recording.times):
         raise Unreadable(f"{recording.source}: {recording.episode} has no samples; choose another motion")
     try:
-        writer(recording, output)
+        # In a directory beside the output, so that no part of a file is left where the writer is interrupted.
+        with tempfile.TemporaryDirectory(dir=output.parent, prefix=".volley-") as folder:
+            written = Path(folder) / output.name
+            writer(recording, written)
+            written.rename(output)
     except OSError as error:
         raise Unreadable(f"{output} cannot be written: {error.strerror or error}") from None
 
