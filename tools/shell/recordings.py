@@ -60,7 +60,7 @@ def learn(
         episode: Name or number of the movement, as `volley episodes` lists them.
         map: Column and joint, THEIRS=OURS, for a column that is not named like its joint; `*` matches any text.
         unit: Unit of the angles, if the file does not give it.
-        rate: Samples per second, for a file without times.
+        rate: Samples per second, for a file without times or with wrong ones.
         duration: Scale the times to this total, s; for recordings over a phase from 0 to 1.
         calibration: LeRobot calibration (.json) of the arm that recorded positions of -100 to 100.
         smoothing: auto (default) fits a penalised spline, smoothed for each joint; none follows every sample.
@@ -111,7 +111,7 @@ def episodes(file: Source, *, rate: Number = None) -> None:
 
     Args:
         file: The recording, or the directory of a data set or bag.
-        rate: Samples per second, for a file without times.
+        rate: Samples per second, for a file without times or with wrong ones.
     """
     check_times(rate)
     try:
@@ -258,7 +258,8 @@ def learnable(
     from tools.recordings.several import combine
 
     together = combine([examination.recording for examination in examinations])
-    print_findings((together.sentence(),), ())
+    doubt = together.doubt()
+    print_findings((together.sentence(),), [Finding(doubt)] if doubt else ())
     return Lesson(together.mean, together.weighting())
 
 

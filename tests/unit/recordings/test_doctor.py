@@ -176,3 +176,10 @@ def test_samples_of_two_movements_in_turn_are_refused(pattern: tuple[int, ...]) 
 def test_noise_is_no_second_movement(size: float) -> None:
     noisy = recording(swing() + size * np.random.default_rng(4).normal(size=swing().shape))
     assert "in turn" not in sentences(examine(noisy, ARM))
+
+
+def test_a_short_rest_before_a_fast_start_is_a_rest() -> None:
+    """As in guiding: 0.08 s of 3 s at 1 kHz, too short for the few functions of the examination."""
+    since = np.clip(np.linspace(0, 3, 3001) - 0.08, 0, None)[:, None] / 0.3
+    values = np.array([1.9, -1.2]) * (1 - np.exp(-since) * (1 + since))
+    assert "begins moving" not in sentences(examine(recording(values, 1000.0), ARM))

@@ -224,10 +224,15 @@ def test_several_recordings_are_learned_with_their_spread_where_asked(robot, tmp
         np.savetxt(file, table, delimiter=",", header=",".join(["time", *JOINTS]), comments="")
     assert volley(robot, "learn", *map(str, files)) == 0
     assert volley(robot, "learn", *map(str, files), "--follow-spread") == 0
-    (_, plain), (_, weighted) = robot.asked
+    (_, plain), (_, weighted) = robot.asked[:2]
     assert plain.spread is None
     assert np.shape(weighted.spread) == (100, 6)
     assert 0.009 < weighted.spread[-1][0] < 0.012
+    assert "differs most" not in capsys.readouterr().err
+    table[:, 1:] = -table[:, 1:]
+    np.savetxt(files[2], table, delimiter=",", header=",".join(["time", *JOINTS]), comments="")
+    assert volley(robot, "learn", *map(str, files)) == 0
+    assert f"{files[2]} differs most: leave it out if it shows another movement" in capsys.readouterr().err
     assert volley(robot, "learn", str(files[0]), "--follow-spread") == 2
     assert "--follow-spread needs several recordings" in capsys.readouterr().err
 

@@ -32,8 +32,10 @@ class Fault:
     always: bool = False
 
 
+BACKWARDS_CURE = "sorted, with a warning if all do; two recordings are refused"
+
 FAULTS: tuple[Fault, ...] = (
-    Fault("backwards", "stamps that go back", "sorted; two recordings are refused", stamps.backwards, stamps.sort_rows),
+    Fault("backwards", "stamps that go back", BACKWARDS_CURE, stamps.backwards, stamps.sort_rows),
     Fault("duplicates", "samples with one stamp", "left out", stamps.duplicates, stamps.drop_rows),
     Fault("short", "too few samples", "refused", stamps.too_short),
     Fault("degrees", "degrees", "converted, but for rad and LeRobot", angles.degrees, angles.to_radians, always=True),
