@@ -126,6 +126,8 @@ class OutOfTime(SolverFailed):
     def __init__(
         self, joint: int, min_duration: float | None = None, waypoint_times: list[float] | None = None
     ) -> None:
-        super().__init__(joint, "time", works_in(min_duration, waypoint_times, "allow a longer duration or a later arrival"))
+        super().__init__(
+            joint, "time", works_in(min_duration, waypoint_times, "allow a longer duration or a later arrival")
+        )
         self.min_duration = min_duration
         self.waypoint_times = waypoint_times

@@ -24,6 +24,9 @@ UNSURE = 10.0
 END_SHARE, END_SAMPLES, CHANCE = 0.05, 10, 1e-5
 """Fraction and least number of samples that decide whether a joint moves at an end, and the error probability."""
 
+RESTS = 0.5
+"""Fraction of the distance expected by its velocity below which a joint rests at an end."""
+
 GAP = 5.0
 """Length of a gap, in units of the usual distance between two samples."""
 
@@ -57,6 +60,7 @@ def moving_ends(demonstration: Demonstration, primitive: Primitive, names: Seque
         moves = _moves(times[::order], positions[::order])
         shift = np.where(moves, SPREAD * primitive.duration * np.abs(boundary.velocities), 0.0)
         shift[shift <= tolerance] = 0.0
+        shift[_rests(times[::order], positions[::order], boundary.velocities)] = 0.0
         joint = int(np.argmax(shift))
         if shift[joint] > 0:
             yield (
@@ -78,6 +82,21 @@ def _moves(times: np.ndarray, positions: np.ndarray) -> np.ndarray:
     variance = correlation * np.mean((positions[:count] - powers @ fitted) ** 2, axis=0) * (1 + 4 / free)
     error = np.sqrt(variance * np.linalg.inv(powers.T @ powers)[1, 1])
     return np.abs(fitted[1]) > stdtrit(free, 1 - CHANCE) * error
+
+
+def _rests(times: np.ndarray, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
+    """Return whether each joint (J,) moves so little in the first samples that it cannot have such a velocity.
+
+    The spline of an examination has few functions, and its velocity at an end is that of a long part of the movement.
+    """
+    moved = np.abs(positions[END_SAMPLES - 1] - positions[0])
+    expected = np.abs(velocities * (times[END_SAMPLES - 1] - times[0]))
+    return moved + UNSURE * _sample_noise(positions) < RESTS * expected
+
+
+def _sample_noise(positions: np.ndarray) -> np.ndarray:
+    """Return the standard deviation (J,) of the samples' noise, by the median of the second differences."""
+    return np.median(np.abs(np.diff(positions, n=2, axis=0)), axis=0) / 0.6745 / np.sqrt(6)
 
 
 def gaps(demonstration: Demonstration, primitive: Primitive) -> Iterator[str]:
@@ -106,9 +125,7 @@ def not_followed(demonstration: Demonstration, primitive: Primitive, names: Sequ
     width = max(1, len(s) // (2 * (primitive.basis_count - 3)))
     sums = np.cumsum(np.pad(deviations, ((1, 0), (0, 0))), axis=0)
     deviations = np.abs(sums[width:] - sums[:-width]).max(axis=0) / width
-    # Estimate the noise's standard deviation by the median of the second differences.
-    noise = np.median(np.abs(np.diff(demonstration.positions, n=2, axis=0)), axis=0) / 0.6745 / np.sqrt(6)
-    tolerance = np.maximum(_tolerance(primitive), 2 * noise)
+    tolerance = np.maximum(_tolerance(primitive), 2 * _sample_noise(demonstration.positions))
     for joint in np.flatnonzero(deviations > tolerance).tolist():
         yield (
             f"{names[joint]} cannot be followed: the spline passes {primitive.position_max[joint]:.2g} rad beside its "

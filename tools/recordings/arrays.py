@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from motion.demonstration import MIN_SAMPLES
 from tools.recordings.clock import TIMES, UNITS, unit_of_steps
 from tools.recordings.names import is_pose, words
 
@@ -49,6 +50,25 @@ def times_name(found: Mapping[str, Matrix], samples: int) -> str | None:
             if word in words(name) and array.shape in ((samples,), (samples, 1)) and array.dtype.kind in "fiumM":
                 return name
     return None
+
+
+def too_short(found: Mapping[str, Matrix]) -> str | None:
+    """Return a sentence about matrices that are joint positions by name or form, and have no movement; or None."""
+    flat = {name: array for name, array in found.items() if array.dtype.kind in "fiu" and len(array.shape) in (2, 3)}
+    short = {name: array for name, array in flat.items() if array.shape[-2] <= 1}
+    if not (names := most_likely(short) or list(short)):
+        return None
+    shape = short[names[0]].shape
+    samples = "1 sample" if shape[-2] else "0 samples"
+    return f"{names[0]} has {samples}, {shape}; a movement needs at least {MIN_SAMPLES}"
+
+
+def transposed(found: Mapping[str, Matrix], name: str, shape: tuple[int, ...]) -> str | None:
+    """Return a sentence about a matrix with one column a sample, by an array of as many times; otherwise None."""
+    rows, columns = shape[-2:]
+    if (times := times_name(found, columns)) is None:
+        return None
+    return f"{name} is {rows} × {columns}, and {times} has {columns} times: save its transpose, one row a sample"
 
 
 def scaled(name: str, times: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:

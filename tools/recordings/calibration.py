@@ -26,8 +26,13 @@ def in_degrees(recording: Recording, file: Path) -> Recording:
     `recording` has a column for each joint of the robot; the calibration's names are matched to these.
 
     Raises:
-        Unreadable: the file is not such a calibration, lacks a joint, or the positions exceed the range.
+        Unreadable: the file is not such a calibration, lacks a joint, or the positions exceed the range or have a unit.
     """
+    if recording.unit is not None:
+        raise Unreadable(
+            f"{recording.source} says that its angles are in {recording.unit}; a calibration converts -100 to 100: "
+            "leave out --calibration"
+        )
     try:
         known = json.loads(file.read_text(encoding="utf-8"))
         ranges = {name: [int(one[field]) for field in FIELDS] for name, one in known.items()}

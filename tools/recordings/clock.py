@@ -49,7 +49,7 @@ def clock_of(names: Sequence[str], values: np.ndarray) -> Clock:
     if not names:
         if values.shape[1] < 2 or not _rises_like_time(values[:, 0]):
             return Clock(())
-        return _guessed(0, "the first column", values[:, 0])
+        return _first_column(values[:, 0])
     ranked = [(rank, index) for index, name in enumerate(names) if (rank := _rank(name)) is not None]
     if not ranked:
         return Clock(())
@@ -102,6 +102,16 @@ def _guessed(column: int, name: str, times: np.ndarray) -> Clock:
     unit = unit_of_steps(times)
     note = () if unit == 1.0 else (f"{name} is taken as {SPOKEN[unit]}, for in s its samples would lie too far apart",)
     return Clock((column,), (unit,), note)
+
+
+def _first_column(times: np.ndarray) -> Clock:
+    """Return the clock of a first column without a name, and a note: a joint of constant speed rises like a time."""
+    known, unit = times[np.isfinite(times)], unit_of_steps(times)
+    note = (
+        f"the first column has no name and rises evenly from {known[0]:.6g} to {known[-1]:.6g}, so it is taken as the "
+        f"time in {SPOKEN[unit]}; if it is a joint, give --rate"
+    )
+    return Clock((0,), (unit,), (note,))
 
 
 def _fraction(names: Sequence[str], column: int) -> tuple[int, float] | None:

@@ -81,7 +81,11 @@ def _mapped(columns: Sequence[str], joints: Sequence[str], mapping: Mapping[str,
                 )
             found[joint], patterns[joint], named = index, theirs, True
         if not named:
-            raise Mismatch(f"--map {theirs}={ours}: the robot has no joint {ours!r}; it has {listed(joints, NAMED)}")
+            first = columns[fitting[0]]
+            raise Mismatch(
+                f"--map {theirs}={ours}: the robot has no joint {_renamed(first, theirs, ours)!r} for {first}; it has "
+                f"{listed(joints, NAMED)}"
+            )
     return found
 
 

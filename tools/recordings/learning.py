@@ -55,14 +55,20 @@ def load(
     Raises:
         Unreadable: the file cannot be used; the sentence names the fault and the cure.
     """
-    chosen = arranged(readers.read(path, episode, rate), joints, mapping or {})
+    if calibration is not None and unit is not None:
+        raise Unreadable(f"{path}: --calibration converts to degrees; leave out --unit {unit}")
+    chosen = arranged(readers.read(path, episode, rate), joints, mapping or {}, unit)
     chosen = chosen if calibration is None else in_degrees(chosen, calibration)
     times = chosen.times if duration is None else _stretched(chosen, duration)
-    return replace(chosen, unit=unit or chosen.unit, times=times)
+    return replace(chosen, times=times)
 
 
-def arranged(recording: Recording, joints: Sequence[str], mapping: Mapping[str, str]) -> Recording:
+def arranged(
+    recording: Recording, joints: Sequence[str], mapping: Mapping[str, str], unit: Unit | None = None
+) -> Recording:
     """Return the recording with one column a joint, for () the file's, and finite numbers.
+
+    `unit` overrides the file's own.
 
     Raises:
         Unreadable: a joint has no column, or no numbers.
@@ -74,9 +80,9 @@ def arranged(recording: Recording, joints: Sequence[str], mapping: Mapping[str, 
     try:
         matching = match(recording.columns, recording.values.shape[1], ours, mapping)
     except Mismatch as mismatch:
-        raise Unreadable(f"{recording.source}: {mismatch}") from None
+        raise Unreadable("; ".join([f"{recording.source}: {mismatch}", *recording.notes])) from None
     normalised = recording.normalised or any(column.endswith(LEROBOT) for column in recording.columns)
-    return together(replace(_selected(recording, ours, matching), normalised=normalised))
+    return together(replace(_selected(recording, ours, matching, unit), normalised=normalised))
 
 
 def in_radians(recording: Recording) -> Recording:
@@ -140,9 +146,9 @@ def _rises_evenly(column: np.ndarray) -> bool:
     return bool(len(steps) > 1 and np.all(steps > 0) and np.ptp(steps) < EVEN * steps.mean())
 
 
-def _selected(recording: Recording, joints: Sequence[str], matching: Matching) -> Recording:
+def _selected(recording: Recording, joints: Sequence[str], matching: Matching, unit: Unit | None) -> Recording:
     chosen = list(matching.columns)
-    values, unit = recording.values[:, chosen], recording.unit
+    values, unit = recording.values[:, chosen], unit or recording.unit
     named = [recording.columns[column] for column in chosen] if recording.columns else []
     if wrong := next(filter(names.is_no_angle, named), None):
         raise Unreadable(f"{recording.source}: {wrong} is not an angle by its name; convert it to rad or degrees")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motion.demonstration import Demonstration
+from motion.demonstration import Demonstration, Smoothing
 from motion.errors import MotionError
 from motion.limits import Limits
 from motion.plan import plan
@@ -40,14 +40,14 @@ class Preview:
     refusal: str
 
 
-def preview(raw: Recording, examination: Examination, robot: Robot | None) -> Preview:
+def preview(raw: Recording, examination: Examination, robot: Robot | None, smoothing: Smoothing = "auto") -> Preview:
     """Fit and imitate an examined recording.
 
     Raises:
         InvalidMotion: the recording cannot be learned.
     """
     recording = examination.recording
-    primitive = learn(Demonstration(recording.times, recording.values))
+    primitive = learn(Demonstration(recording.times, recording.values), smoothing)
     since = np.linspace(0, primitive.duration, SAMPLES)
     imitated, refusal = None, ""
     try:

@@ -32,6 +32,10 @@ STILL = 0.2
 FLOOR = 0.01
 """Smallest spread, as a fraction of a joint's range."""
 
+ALIKE = 0.2
+"""Largest standard deviation of the recordings around their mean, as a fraction of its largest range, without a
+warning: recordings of one movement differ by less, other movements by more."""
+
 SAMPLES = 2000
 """Largest number of samples of the mean."""
 
@@ -44,11 +48,13 @@ class Several:
         mean: The mean movement, in the mean duration.
         spread: (n, J) rad, standard deviation of the recordings around each sample of the mean.
         warps: (K, GRID) phase of each recording at even phases of the mean.
+        farthest: The recording that differs most from the mean.
     """
 
     mean: Recording
     spread: np.ndarray
     warps: np.ndarray
+    farthest: Recording
 
     def weighting(self) -> np.ndarray:
         """Return the spread (GRID, J), rad, at even phases, as `learn` takes it.
@@ -64,18 +70,31 @@ class Several:
         """Describe the spread of the recordings, and its largest value."""
         row, joint = np.unravel_index(int(self.spread.argmax()), self.spread.shape)
         at = self.mean.times[row] - self.mean.times[0]
-        typical = float(np.sqrt(np.mean(self.spread**2)))
+        typical = self._typical()
         return (
             f"{len(self.warps)} recordings are learned together: they spread by {typical:.2g} rad (standard deviation) "
             f"around their mean, most at {at:.3g} s: {self.mean.columns[joint]} by {self.spread[row, joint]:.2g} rad"
         )
+
+    def doubt(self) -> str | None:
+        """Return a warning if the recordings differ so much that they may show several movements, or None."""
+        typical, largest = self._typical(), float(np.ptp(self.mean.values, axis=0).max())
+        if typical <= ALIKE * largest:
+            return None
+        return (
+            f"the recordings spread by {typical:.2g} rad, and no joint of their mean moves farther than {largest:.2g} "
+            f"rad; {self.farthest.source} differs most: leave it out if it shows another movement"
+        )
+
+    def _typical(self) -> float:
+        return float(np.sqrt(np.mean(self.spread**2)))
 
 
 def combine(recordings: Sequence[Recording]) -> Several:
     """Align examined recordings of one movement in phase, and return their mean.
 
     Raises:
-        Unreadable: they are not of the same joints, or do not show one movement.
+        Unreadable: they are not of the same joints.
     """
     first = recordings[0]
     for other in recordings[1:]:
@@ -91,7 +110,8 @@ def combine(recordings: Sequence[Recording]) -> Several:
         curve(np.interp(s, np.linspace(0, 1, GRID), warp)) for curve, warp in zip(curves, warps, strict=True)
     ])  # fmt: skip
     mean = replace(first, times=duration * s, values=shown.mean(axis=0))
-    return Several(mean, shown.std(axis=0, ddof=1), warps)
+    farthest = int(np.argmax(np.mean((shown - mean.values) ** 2, axis=(1, 2))))
+    return Several(mean, shown.std(axis=0, ddof=1), warps, recordings[farthest])
 
 
 def align(curves: Sequence[Curve]) -> np.ndarray:

@@ -23,6 +23,12 @@ GAP = 4.0
 LEAST = 10
 """Least number of samples of a joint for interpolation."""
 
+MOST_LOST = 0.5
+"""Part of the recording's length in which a joint may lack numbers, at the ends; where more is lost, it is refused."""
+
+LITTLE = 0.02
+"""Part of the recording's length whose loss is not mentioned."""
+
 
 def together(recording: Recording) -> Recording:
     """Return a recording with a number for every joint in each sample.
@@ -31,16 +37,16 @@ def together(recording: Recording) -> Recording:
     cubics, to the times of the joint with the fewest samples.
 
     Raises:
-        Unreadable: a joint has too few numbers, or moves too much between them.
+        Unreadable: a joint has too few numbers, for too short a part of the recording, or moves too much between them.
     """
     finite = np.isfinite(recording.values) & np.isfinite(recording.times)[:, None]
     whole = finite.all(axis=1)
     if whole.all():
         return recording
+    _refuse_absent(recording)
     counts = finite.sum(axis=0)
     if np.count_nonzero(whole) >= max(WHOLE * counts.min(), 1):
-        note = f"{np.count_nonzero(~whole)} of {len(recording.times)} samples lack a joint and were left out"
-        return _at(recording, recording.times[whole], recording.values[whole], note)
+        return _only(recording, finite)
     if not recording.stamped:
         return _numbered(recording, finite)
     few = [f"{name} {count}" for name, count in zip(recording.columns, counts, strict=True) if count < LEAST]
@@ -50,6 +56,53 @@ def together(recording: Recording) -> Recording:
             f"interpolate, at least {LEAST}, have {', '.join(few)}; record all joints together"
         )
     return _interpolated(recording, finite)
+
+
+def _refuse_absent(recording: Recording) -> None:
+    """Raise Unreadable if no sample has a time, or none has a number for a joint."""
+    sample = f"no sample of {recording.episode} has"
+    if not np.isfinite(recording.times).any():
+        raise Unreadable(f"{recording.source}: {sample} a time; give --rate, in samples a second")
+    empty = ~np.isfinite(recording.values).any(axis=0)
+    if empty.any():
+        names = ", ".join(name for name, absent in zip(recording.columns, empty, strict=True) if absent)
+        raise Unreadable(
+            f"{recording.source}: {sample} a number for {names}; record it, or choose another column for it with --map"
+        )
+
+
+def _only(recording: Recording, finite: np.ndarray) -> Recording:
+    """Return the samples that have every joint. finite: (n, C), which numbers there are."""
+    whole = finite.all(axis=1)
+    lack = f"{np.count_nonzero(~whole)} of {len(whole)} samples lack a time or a joint"
+    counts = finite.sum(axis=0)
+    if np.ptp(counts):
+        lack += f", most of them {recording.columns[int(counts.argmin())]},"
+    part = _part(recording, finite, recording.times[whole])
+    return _at(recording, recording.times[whole], recording.values[whole], f"{lack} and were left out{part}")
+
+
+def _part(recording: Recording, finite: np.ndarray, kept: np.ndarray) -> str:
+    """Return which part of the recording is kept, for a note; empty if it is all. kept: times, s.
+
+    Raises:
+        Unreadable: too small a part is kept, because a joint has numbers only there.
+    """
+    times = recording.times[finite.any(axis=1)]
+    begin, length = float(times.min()), float(np.ptp(times))
+    first, last = float(kept.min()) - begin, float(kept.max()) - begin
+    if last - first < (1 - MOST_LOST) * length:
+        ends = [recording.times[given] - begin for given in finite.T]
+        joint = min(range(len(ends)), key=lambda number: float(np.ptp(ends[number])))
+        raise Unreadable(
+            f"{recording.source}: {recording.columns[joint]} has numbers only from {ends[joint].min():.3g} to "
+            f"{ends[joint].max():.3g} s, and the recording lasts {length:.3g} s; record it again, or cut the file there"
+        )
+    return (
+        ""
+        if last - first > (1 - LITTLE) * length
+        else f"; the movement is learned from {first:.3g} to {last:.3g} s of {length:.3g} s"
+    )
 
 
 def _numbered(recording: Recording, finite: np.ndarray) -> Recording:
@@ -84,11 +137,11 @@ def _interpolated(recording: Recording, finite: np.ndarray) -> Recording:
     common = common[known]
     if not len(common):
         raise Unreadable(f"{recording.source}: its joints have no time in common; record all joints together")
+    part = _part(recording, finite, common)
     values = np.column_stack([_at_times(times, numbers, common) for times, numbers in series])
     offset = max(float(np.median(_distance(common, times))) for times, _ in series)
-    note = (
-        f"the joints were logged up to {1000 * offset:.3g} ms apart, and are interpolated to {len(common)} common times"
-    )
+    apart = f"the joints were logged up to {1000 * offset:.3g} ms apart"
+    note = f"{apart}, and are interpolated to {len(common)} common times{part}"
     return _at(recording, common, values, note)
 
 

@@ -15,6 +15,9 @@ from tools.recordings.recording import Recording, Unreadable
 NS = 1_000_000_000
 TOPIC, JOINT_STATE = "/joint_states", "sensor_msgs/msg/JointState"
 
+ROBOT_TYPE = "volley"
+"""Names the writer of a data set of LeRobot, which has no field for its unit: positions are in rad."""
+
 TASKS: dict[str, Any] = {
     "index_columns": ["__index_level_0__"],
     "column_indexes": [],
@@ -43,7 +46,11 @@ def write(recording: Recording, output: Path) -> None:
     if not len(recording.times):
         raise Unreadable(f"{recording.source}: {recording.episode} has no samples; choose another motion")
     try:
-        writer(recording, output)
+        # In a directory beside the output, so that no part of a file is left where the writer is interrupted.
+        with tempfile.TemporaryDirectory(dir=output.parent, prefix=".volley-") as folder:
+            written = Path(folder) / output.name
+            writer(recording, written)
+            written.rename(output)
     except OSError as error:
         raise Unreadable(f"{output} cannot be written: {error.strerror or error}") from None
 
@@ -146,7 +153,7 @@ def _info(names: tuple[str, ...], count: int, fps: int) -> dict[str, Any]:
     numbers = {name: {"dtype": "int64", "shape": [1], "names": None} for name in _COUNTERS}
     return {
         "codebase_version": "v3.0",
-        "robot_type": "volley",
+        "robot_type": ROBOT_TYPE,
         "total_episodes": 1,
         "total_frames": count,
         "total_tasks": 1,

@@ -82,6 +82,8 @@ def main(words: Sequence[str] | None = None) -> int:
             return dispatch(words)
         finally:
             sys.stdout.flush()
+    except KeyboardInterrupt:
+        return INTERRUPTED
     except BrokenPipeError:  # as in `volley goal --help | head`; at exit Python flushes and would report it again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return PIPE_CLOSED
@@ -122,8 +124,6 @@ def run(name: str, function: Callable[..., int | None], words: Sequence[str]) ->
     except (NoAnswer, NoRouter, TimeoutError) as error:
         print(error, file=sys.stderr)
         return SILENT
-    except KeyboardInterrupt:
-        return INTERRUPTED
 
 
 def usage() -> str:

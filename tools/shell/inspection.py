@@ -37,7 +37,7 @@ def inspect(
         episode: Name or number of the movement, as `volley episodes` lists them.
         map: Column and joint, THEIRS=OURS, for a column that is not named like its joint; `*` matches any text.
         unit: Unit of the angles, if the file does not give it.
-        rate: Samples per second, for a file without times.
+        rate: Samples per second, for a file without times or with wrong ones.
         duration: Scale the times to this total, s; for recordings over a phase from 0 to 1.
         calibration: LeRobot calibration (.json) of the arm that recorded positions of -100 to 100.
         robot_config: TOML file of the arm that will play it; by default the shipped one.

@@ -8,16 +8,18 @@ from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from rich.console import Console
 from rich.text import Text
 from tyro.conf import Positional, UseAppendAction, arg
 
+from motion.demonstration import SavitzkyGolay
+from motion.errors import InvalidMotion
 from protocol import messages as m
 from robot.conversions import limits_of
 from tools.recordings import readers, writers
 from tools.recordings.doctor import Arm, Finding, examine
 from tools.recordings.learning import in_radians, load
 from tools.recordings.recording import Recording, Unit, Unreadable
+from tools.shell.console import ShellConsole
 from tools.shell.flags import File, Number, Seconds, Source, Switch
 from tools.shell.shell import Flags, Shared, UsageError, reach
 from tools.shell.tables import cell, table
@@ -58,7 +60,7 @@ def learn(
         episode: Name or number of the movement, as `volley episodes` lists them.
         map: Column and joint, THEIRS=OURS, for a column that is not named like its joint; `*` matches any text.
         unit: Unit of the angles, if the file does not give it.
-        rate: Samples per second, for a file without times.
+        rate: Samples per second, for a file without times or with wrong ones.
         duration: Scale the times to this total, s; for recordings over a phase from 0 to 1.
         calibration: LeRobot calibration (.json) of the arm that recorded positions of -100 to 100.
         smoothing: auto (default) fits a penalised spline, smoothed for each joint; none follows every sample.
@@ -73,6 +75,10 @@ def learn(
     check_plot(plot, files)
     if not files:
         raise UsageError("learn needs a FILE, or several of one movement; see volley learn --help")
+    if plot is not None and len(files) > 1:
+        raise UsageError(
+            f"--plot draws one recording; learn has {len(files)} files: volley inspect FILE --plot {plot} draws each"
+        )
     if follow_spread and len(files) < 2:
         raise UsageError("--follow-spread needs several recordings of one movement; name more files")
     filtered = _filter(smoothing, window, order)
@@ -82,9 +88,9 @@ def learn(
         joints = link.joint_names()
         try:
             raws = [load(file, joints, **how) for file in files]
-            lesson = learnable(raws, link.description(), plot)
+            lesson = learnable(raws, link.description(), plot, filtered)
             recording = in_radians(lesson.recording)
-        except Unreadable as problem:
+        except (Unreadable, InvalidMotion) as problem:
             raise UsageError(str(problem)) from None
         learned = link.arm.learn(
             name or primitive_name(files[0]),
@@ -105,7 +111,7 @@ def episodes(file: Source, *, rate: Number = None) -> None:
 
     Args:
         file: The recording, or the directory of a data set or bag.
-        rate: Samples per second, for a file without times.
+        rate: Samples per second, for a file without times or with wrong ones.
     """
     check_times(rate)
     try:
@@ -115,7 +121,7 @@ def episodes(file: Source, *, rate: Number = None) -> None:
     listed = table(("episode", "samples", "duration [s]"), str(file))
     for one in found:
         listed.add_row(one.name, cell(one.samples), cell(one.duration))
-    Console().print(listed)
+    ShellConsole().print(listed)
 
 
 def export(
@@ -131,13 +137,16 @@ def export(
         trace: Trace (.rrd) of the recorder.
         output: A .csv, .npz or .mcap file, or a new directory for a LeRobot data set.
     """
+    from tools.recordings.readers.rrd import check_trace  # slow to import
+
     try:
+        check_trace(trace)
         chosen = readers.episodes(trace)[-1].name if goal == "last" else goal
         recording = readers.read(trace, chosen)
         writers.write(recording, output)
     except Unreadable as problem:
         raise UsageError(str(problem)) from None
-    Console().print(f"wrote {output}: {chosen}, {len(recording.times)} samples, {recording.times[-1]:.3f} s")
+    ShellConsole().print(f"wrote {output}: {chosen}, {len(recording.times)} samples, {recording.times[-1]:.3f} s")
 
 
 def way_to_begin(name: str, positions: Sequence[float], flags: Flags) -> str:
@@ -216,11 +225,17 @@ class Lesson(NamedTuple):
     spread: np.ndarray | None = None
 
 
-def learnable(raws: Sequence[Recording], description: m.Description | None, plot: Path | None) -> Lesson:
-    """Return the repaired recording, or the mean of several repaired recordings.
+def learnable(
+    raws: Sequence[Recording],
+    description: m.Description | None,
+    plot: Path | None,
+    smoothing: Literal["auto", "none"] | m.SavitzkyGolay = "auto",
+) -> Lesson:
+    """Return the repaired recording, or the mean of several repaired recordings. `smoothing` is that of the plot.
 
     Raises:
         Unreadable: a recording cannot be learned.
+        InvalidMotion: the smoothing does not fit the recording.
     """
     arm = _arm(description)
     examinations = [examine(raw, arm) for raw in raws]
@@ -234,13 +249,17 @@ def learnable(raws: Sequence[Recording], description: m.Description | None, plot
         from tools.recordings.pictures import picture
         from tools.recordings.preview import preview
 
-        picture(preview(raws[0], examinations[0], arm), plot)
+        fit = (
+            SavitzkyGolay(smoothing.window_s, smoothing.order) if isinstance(smoothing, m.SavitzkyGolay) else smoothing
+        )
+        picture(preview(raws[0], examinations[0], arm, fit), plot)
     if len(examinations) == 1:
         return Lesson(examinations[0].recording)
     from tools.recordings.several import combine
 
     together = combine([examination.recording for examination in examinations])
-    print_findings((together.sentence(),), ())
+    doubt = together.doubt()
+    print_findings((together.sentence(),), [Finding(doubt)] if doubt else ())
     return Lesson(together.mean, together.weighting())
 
 
@@ -253,7 +272,7 @@ def _arm(description: m.Description | None) -> Arm | None:
 
 def print_findings(notes: Sequence[str], findings: Sequence[Finding], stderr: bool = True) -> None:
     """Print a line for each assumption, repair and remaining fault; to stderr beside a reply, which may be JSON."""
-    console = Console(stderr=stderr, soft_wrap=True)
+    console = ShellConsole(stderr=stderr, soft_wrap=True)
     for note in notes:
         console.print(Text.assemble(("note: ", "dim"), note))
     for finding in findings:

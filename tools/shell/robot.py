@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from rich.console import Console, RenderableType
+from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 from tyro.conf import OmitSubcommandPrefixes, Positional, arg, subcommand
@@ -19,8 +19,9 @@ from robot.description import RobotConfig, load_robot
 from robot.importing.arm import import_robot
 from robot.importing.document import DECIDE, open_values
 from robot.schema import RobotError
+from tools.shell.console import ShellConsole
 from tools.shell.flags import Identifier, Source
-from tools.shell.shell import PIPE_WIDTH, UsageError
+from tools.shell.shell import UsageError
 from tools.shell.tables import joint_table
 
 STYLES = {"unusable": "bold red", "warning": "yellow", "note": "dim"}
@@ -81,7 +82,7 @@ def _import(command: Import) -> int:
     if out is not None and out.exists():
         raise UsageError(f"{out} exists already; remove it, or name another file with -o")
     imported = import_robot(command.model, out, command.tool, command.home, command.name)
-    notes = Console(stderr=True, soft_wrap=True, highlight=False)
+    notes = ShellConsole(stderr=True, soft_wrap=True, highlight=False)
     for note in imported.notes:
         notes.print(Text(note, "yellow"))
     if out is None:
@@ -100,9 +101,7 @@ def _check(path: Path) -> int:
     model = config.load_model()
     pairs = Finding("note", str(Clearance(config, model)))
     findings = [*check_robot(config, model), pairs, cost_finding(config, measure_cost(config, model))]
-    console = Console(soft_wrap=True, highlight=False)
-    if not console.is_terminal:
-        console.width = PIPE_WIDTH
+    console = ShellConsole(soft_wrap=True, highlight=False)
     console.print(_values(config), _origins(path.read_text()), *map(_sentence, findings), sep="\n")
     if undecided := open_values(path.read_text()):
         console.print(f"to decide, marked {DECIDE}: {', '.join(undecided)}")

@@ -9,16 +9,14 @@ from typing import Annotated
 
 import msgspec
 import tyro
-from rich.console import Console
 from rich.text import Text
 
 from client import ROBOT, Arm, NoAnswer, Refusal, connect
 from client.link import unknown_robot
 from protocol import messages as m
+from tools.shell.console import ShellConsole
 from tools.shell.flags import Endpoints, File, Seconds, Switch
 from tools.shell.show import show
-
-PIPE_WIDTH = 140
 
 
 class UsageError(Exception):
@@ -72,9 +70,7 @@ class Shell:
     def __init__(self, arm: Arm, flags: Flags) -> None:
         self.arm = arm
         self.flags = flags
-        self.console = Console()
-        if not self.console.is_terminal:
-            self.console.width = PIPE_WIDTH
+        self.console = ShellConsole()
         self._described: list[m.Description | None] = []
 
     def description(self) -> m.Description | None:

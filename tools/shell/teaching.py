@@ -9,7 +9,7 @@ from protocol.topics import PRIMITIVE_NAME
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from tools.recordings.learning import arranged, in_radians
 from tools.recordings.recording import Recording, Unreadable
-from tools.shell.flags import File, Name, RobotConfigFile, Seconds, Switch
+from tools.shell.flags import File, Name, Seconds, Switch
 from tools.shell.following import follow
 from tools.shell.guiding import guided
 from tools.shell.recordings import check_plot, learnable
@@ -21,7 +21,7 @@ def teach(
     *,
     seconds: Seconds = None,
     drag: Switch = False,
-    robot_config: RobotConfigFile = DEFAULT_ROBOT_CONFIG,
+    robot_config: File = None,
     trace: File = None,
     begin: Seconds = None,
     end: Seconds = None,
@@ -52,6 +52,10 @@ def teach(
         raise UsageError("--begin and --end say which part of --trace FILE is taught")
     if trace is not None and (drag or seconds is not None):
         raise UsageError("--trace FILE is cut by --begin and --end; --drag and --seconds are for an arm that is guided")
+    if robot_config is not None and not drag:
+        raise UsageError(
+            f"--robot-config {robot_config} is the arm that --drag shows; give --drag too, or leave it out"
+        )
     if seconds is not None and not 0 < seconds < np.inf:
         raise UsageError(f"--seconds is {seconds:g}; it must be a number greater than 0")
     if begin is not None and end is not None and not begin < end:
@@ -61,7 +65,7 @@ def teach(
         _check_name(link, name, replace)
         try:
             if trace is None:
-                raw = guided(link, name, seconds, robot_config if drag else None)
+                raw = guided(link, name, seconds, (robot_config or DEFAULT_ROBOT_CONFIG) if drag else None)
             else:
                 raw = _cut(trace, begin, end, link.joint_names())
             recording = in_radians(learnable([raw], link.description(), plot).recording)

@@ -1,5 +1,6 @@
 """The doctor finds each fault in faulty recordings and none in clean ones; `experiments.doctor` measures the rates."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -88,7 +89,7 @@ def test_rests_at_both_ends_are_trimmed_to_a_short_one() -> None:
 @pytest.mark.parametrize(
     ("values", "times", "said"),
     [
-        (swing()[:8], None, "8 samples left; at least 10 are needed"),
+        (swing()[:8], None, "8 samples to learn from; at least 10 are needed"),
         (0 * swing(), None, "shows no movement"),
         (np.tile(swing(), (2, 1)), np.tile(np.arange(201) / 100, 2), "goes back from 2 s to 0 s at sample 201"),
     ],
@@ -148,8 +149,37 @@ def test_an_outlier_in_the_first_or_last_sample_is_replaced(row: int) -> None:
     assert np.abs(examination.recording.values - swing()).max() < 0.001
 
 
-def test_samples_in_reverse_order_are_sorted() -> None:
+def test_samples_in_reverse_order_are_sorted_and_reported() -> None:
+    """The stamps do not show whether the file's order or their own is the movement's."""
     clean = recording(swing() + 0.1)
     examination = examine(replace(clean, times=clean.times[::-1], values=clean.values[::-1]), ARM)
-    assert [(finding.code, finding.repaired) for finding in examination.findings] == [("backwards", True)]
+    assert [(one.code, one.repaired) for one in examination.findings] == [("backwards", True), ("backwards", False)]
     assert np.array_equal(examination.recording.values, clean.values)
+    said = examination.findings[1].sentence
+    assert "the movement begins with the last sample of the file" in said
+    assert "if the first was recorded first, give --rate" in said
+
+
+@pytest.mark.parametrize("pattern", [(0, 1), (0, 0, 1)])
+def test_samples_of_two_movements_in_turn_are_refused(pattern: tuple[int, ...]) -> None:
+    """As two arms make them that publish under the same names on one topic, at one rate or at two."""
+    values = swing()
+    values[np.resize(pattern, len(values)) == 1] += 0.3
+    refusal = examine(recording(values), ARM).refusal
+    assert refusal is not None
+    assert refusal.code == "interleaved"
+    assert "samples of two movements in turn: " in refusal.sentence
+    assert re.search(r"is at -?0.000, then at 0.300 rad from sample \d to \d", refusal.sentence)
+
+
+@pytest.mark.parametrize("size", [0.05, 0.5])
+def test_noise_is_no_second_movement(size: float) -> None:
+    noisy = recording(swing() + size * np.random.default_rng(4).normal(size=swing().shape))
+    assert "in turn" not in sentences(examine(noisy, ARM))
+
+
+def test_a_short_rest_before_a_fast_start_is_a_rest() -> None:
+    """As in guiding: 0.08 s of 3 s at 1 kHz, too short for the few functions of the examination."""
+    since = np.clip(np.linspace(0, 3, 3001) - 0.08, 0, None)[:, None] / 0.3
+    values = np.array([1.9, -1.2]) * (1 - np.exp(-since) * (1 + since))
+    assert "begins moving" not in sentences(examine(recording(values, 1000.0), ARM))

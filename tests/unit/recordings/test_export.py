@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from tests.unit.recordings import writers as others
+from tools.recordings import writers
 from tools.recordings.learning import load
 from tools.recordings.recording import Recording, Unreadable
 from tools.recordings.writers import WRITERS, write
+from tools.shell.__main__ import main
 
 
 def played(times: np.ndarray) -> Recording:
@@ -49,3 +51,29 @@ def test_missing_ticks_are_interpolated_for_lerobot(tmp_path: Path):
 def test_an_unknown_ending_or_absent_directory_is_refused(tmp_path: Path, output: str, sentence: str):
     with pytest.raises(Unreadable, match=sentence):
         write(played(np.arange(11) / 10), tmp_path / output)
+
+
+def test_an_interrupted_export_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def interrupted(recording: Recording, output: Path) -> None:
+        output.write_text("half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(writers.WRITERS, ".csv", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write(played(np.arange(11) / 10), tmp_path / "swing.csv")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "writer", "said"),
+    [
+        ("log.rrd", others.write_rrd, "log.rrd is not a trace of Volley's recorder; learn it with volley learn"),
+        ("driver.csv", others.write_csv, "driver.csv is no .rrd file; name a trace that the recorder wrote"),
+    ],
+)
+def test_what_was_not_played_is_not_exported(tmp_path: Path, capsys, name: str, writer, said: str):
+    """Its columns and its unit are not the arm's."""
+    writer(tmp_path / name)
+    assert main(["export", "last", "--trace", str(tmp_path / name), "-o", str(tmp_path / "out.npz")]) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out.npz").exists()

@@ -78,7 +78,7 @@ def test_a_mapping_overrides_names():
         (("x_joint_1", "y_joint_1", "joint_2", "joint_3"), {}, "2 columns can be joint_1: x_joint_1 and y_joint_1"),
         (("joint_1", "joint_1", "joint_2", "joint_3"), {}, "2 columns are named joint_1; rename or delete one"),
         (("a", "b", "c"), {"d": "joint_1"}, "--map d=joint_1: there is no column 'd'; there are a, b, c"),
-        (("a", "b", "c"), {"a": "elbow"}, "--map a=elbow: the robot has no joint 'elbow'; it has joint_1"),
+        (("a", "b", "c"), {"a": "elbow"}, "--map a=elbow: the robot has no joint 'elbow' for a; it has joint_1"),
         (("vel_1", "vel_2", "vel_3"), {}, "no column for joint_1"),
         (
             ("x", "y", "z", "qw", "qx", "qy", "qz"),

@@ -89,3 +89,26 @@ def test_values_in_neither_rad_nor_degrees_are_refused(tmp_path: Path, size: flo
     """Encoder ticks and thousandths of a degree."""
     refusal = examine(recorded(tmp_path, np.array([size, -size]), ""), ARM).refusal
     assert refusal and "more than a turn beyond the arm's ranges" in refusal.sentence
+
+
+def test_small_positions_of_a_lerobot_arm_may_be_degrees(tmp_path: Path):
+    """A small movement in degrees lies within the ranges in rad; only the user knows the unit."""
+    findings = examine(recorded(tmp_path, np.array([1.5, -1.0])), ARM).findings
+    assert [finding.code for finding in findings] == ["degrees"]
+    assert "positions reach 1.5 and are taken as rad" in findings[0].sentence
+    assert "--unit deg" in findings[0].sentence and "--unit rad" in findings[0].sentence
+    assert not examine(recorded(tmp_path, np.array([1.5, -1.0]), unit="rad"), ARM).findings
+    assert not examine(recorded(tmp_path, np.array([1.5, -1.0]), ""), ARM).findings
+
+
+def test_a_calibration_and_a_unit_contradict_each_other(tmp_path: Path):
+    values, file = np.array([60.0, -80.0]), calibration(tmp_path)
+    with pytest.raises(Unreadable, match=r"--calibration converts to degrees; leave out --unit"):
+        recorded(tmp_path, values, calibration=file, unit="rad")
+    with pytest.raises(Unreadable, match=r"says that its angles are in deg.*leave out --calibration"):
+        recorded(tmp_path, values, " [deg]", calibration=file)
+
+
+def test_a_unit_overrides_the_one_in_a_name(tmp_path: Path):
+    raw = recorded(tmp_path, np.array([30.0, -20.0]), " [mrad]", unit="deg")
+    assert raw.values[-1].tolist() == [30.0, -20.0]

@@ -73,7 +73,8 @@ def write_robomimic(path: Path) -> None:
             obs.create_dataset("robot0_gripper_qpos", data=np.zeros((len(positions), 2)))
 
 
-def _joint_state(store, names, position, stamp_ns, ros1=False):
+def joint_state(store, names, position, stamp_ns, ros1=False):
+    """A message of sensor_msgs/JointState."""
     types = store.types
     time = types["builtin_interfaces/msg/Time"](sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
     sequence = {"seq": 0} if ros1 else {}
@@ -89,7 +90,7 @@ def write_bag(path: Path) -> None:
         connection = bag.add_connection("/joint_states", JOINT_STATE, typestore=store)
         for time, row in zip(TIMES, movement(), strict=True):
             stamp = START_NS + round(1e9 * time)
-            message = _joint_state(store, JOINTS, row, stamp, ros1=True)
+            message = joint_state(store, JOINTS, row, stamp, ros1=True)
             bag.write(connection, stamp + 400_000, store.serialize_ros1(message, JOINT_STATE))
 
 
@@ -102,7 +103,7 @@ def write_bag2(path: Path, storage: StoragePlugin = StoragePlugin.SQLITE3) -> No
         for time, row in zip(TIMES, movement(), strict=True):
             stamp = START_NS + round(1e9 * time)
             for names, positions in ((JOINTS[::-1], row[::-1].copy()), (("finger_joint",), np.zeros(1))):
-                message = _joint_state(store, names, positions, stamp)
+                message = joint_state(store, names, positions, stamp)
                 bag.write(states, stamp + 400_000, store.serialize_cdr(message, JOINT_STATE))
         word = store.types["std_msgs/msg/String"](data="done")
         bag.write(text, START_NS, store.serialize_cdr(word, "std_msgs/msg/String"))

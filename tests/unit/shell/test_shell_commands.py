@@ -18,7 +18,8 @@ from protocol.topics import ENDED, QUERIES, STATUS, alive_key
 from tests.golden.examples import EXAMPLES, HIT, JOINTS, PIECES, RESULT
 from tests.stub import Stub
 from tests.waiting import PATIENCE_S, eventually
-from tools.shell.__main__ import COMMANDS, main
+from tools.shell.__main__ import COMMANDS, Command, main
+from tools.trace_reader import read_trace
 
 WORDS = [f"{value}" for value in HIT]
 
@@ -183,9 +184,10 @@ def test_json_prints_the_reply(robot, capsys):
         (("--smoothing", "none", "--window", ".2"), "--smoothing none and --window 0.2 both set the smoothing"),
         (("--smoothing", "auto", "--window", ".2"), "--smoothing auto and --window 0.2 both set the smoothing"),
         (("--order", "3"), "--order 3 is that of the filter of --window"),
+        (("other.csv", "--plot", "out.png"), "--plot draws one recording; learn has 2 files"),
     ],
 )
-def test_contradictory_flags_of_smoothing_are_refused(robot, capsys, flags, sentence):
+def test_a_flag_of_learn_without_effect_is_refused(robot, capsys, flags, sentence):
     assert volley(robot, "learn", "swing.csv", *flags) == 2
     assert sentence in " ".join(capsys.readouterr().err.replace("│", " ").split())
 
@@ -222,10 +224,15 @@ def test_follow_spread_sends_the_spread_of_several_recordings(robot, tmp_path, c
         np.savetxt(file, table, delimiter=",", header=",".join(["time", *JOINTS]), comments="")
     assert volley(robot, "learn", *map(str, files)) == 0
     assert volley(robot, "learn", *map(str, files), "--follow-spread") == 0
-    (_, plain), (_, weighted) = robot.asked
+    (_, plain), (_, weighted) = robot.asked[:2]
     assert plain.spread is None
     assert np.shape(weighted.spread) == (100, 6)
     assert 0.009 < weighted.spread[-1][0] < 0.012
+    assert "differs most" not in capsys.readouterr().err
+    table[:, 1:] = -table[:, 1:]
+    np.savetxt(files[2], table, delimiter=",", header=",".join(["time", *JOINTS]), comments="")
+    assert volley(robot, "learn", *map(str, files)) == 0
+    assert f"{files[2]} differs most: leave it out if it shows another movement" in capsys.readouterr().err
     assert volley(robot, "learn", str(files[0]), "--follow-spread") == 2
     assert "--follow-spread needs several recordings" in capsys.readouterr().err
 
@@ -333,6 +340,7 @@ def test_a_refusal_is_printed_and_exits_with_1(robot, capsys):
         (["learn", "absent.csv", "--map", "elbow"], "--map elbow: write THEIRS=OURS"),
         (["learn", "absent.csv", "--rate", "50", "--duration", "2"], "both set the times"),
         (["teach", "wave", "--seconds", "nan"], "--seconds is nan; it must be a number greater than 0"),
+        (["teach", "wave", "--robot-config", "my.toml"], "--robot-config my.toml is the arm that --drag shows"),
         (["teach", "my wave"], "NAME 'my wave' must be 1 to 64 letters"),
         (["teach", "wave", "--plot", "absent/x.png"], "--plot absent/x.png: there is no directory absent"),
         (["teach", "wave", "--trace", "x.rrd", "--begin", "3", "--end", "2"], "--begin 3 is not before --end 2"),
@@ -407,7 +415,10 @@ def test_watch_ends_cleanly_on_a_signal(robot, router, words, terminal, shown, n
     assert shown in printed + rest
 
 
-@pytest.mark.parametrize("words", [["--help"], ["goal", "--help"]])
+RECORDING = "deploy/demonstrations/forehand.csv"
+
+
+@pytest.mark.parametrize("words", [["--help"], ["goal", "--help"], ["episodes", RECORDING]])
 def test_a_closed_pipe_prints_no_error(words):
     """For example in `volley goal --help | head -1`."""
     reading, writing = os.pipe()
@@ -416,6 +427,32 @@ def test_a_closed_pipe_prints_no_error(words):
     done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, check=False)
     os.close(writing)
     assert (done.returncode, done.stderr) == (141, b"")
+
+
+def test_ctrl_c_while_a_command_is_loaded_is_no_error(monkeypatch, capsys):
+    """Imports take seconds on a busy machine."""
+
+    def interrupt(command):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Command, "load", interrupt)
+    try:
+        status = main(["inspect", RECORDING])
+    except KeyboardInterrupt:  # would end pytest
+        status = None
+    assert (status, *capsys.readouterr()) == (130, "", "")
+
+
+def test_a_plot_shows_the_smoothing_that_is_learned(robot, tmp_path, capsys):
+    recording, picture = tmp_path / "swing.csv", tmp_path / "swing.rrd"
+    values = swing(201) * np.arange(1.0, 7.0) / 10 + 0.002 * np.random.default_rng(1).normal(size=(201, 6))
+    table = np.column_stack([0.01 * np.arange(201), values])
+    np.savetxt(recording, table, delimiter=",", header=",".join(["time", *JOINTS]), comments="")
+    curves = {}
+    for smoothing in ("auto", "none"):
+        assert volley(robot, "learn", str(recording), "--smoothing", smoothing, "--plot", str(picture)) == 0
+        curves[smoothing] = read_trace(picture).scalars(f"/preview/{JOINTS[0]}/fitted")
+    assert np.abs(curves["none"] - curves["auto"]).max() > 0.001
 
 
 def test_the_shell_imports_neither_motion_nor_mujoco():

@@ -18,6 +18,11 @@ NORMALISED = (
     "--unit deg, or the arm's calibration by --calibration FILE.json"
 )
 
+SMALL = (
+    "arms of LeRobot record degrees, or -100 to 100, and a small movement does not show which: give --unit deg, or the "
+    "arm's calibration by --calibration FILE.json, or --unit rad if they are in rad"
+)
+
 FEW = 0.01
 """Largest fraction of samples that may be outliers."""
 
@@ -34,6 +39,8 @@ def degrees(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
         strange = (converted if recording.unit == "deg" else plain) > TURN + OUTSIDE
     if recording.unit is None and recording.normalised and (fits or strange):
         yield Finding(f"positions reach {largest:.4g}: {NORMALISED}", fatal=True)
+    elif recording.unit is None and recording.normalised:
+        yield Finding(f"positions reach {largest:.4g} and are taken as rad; {SMALL}")
     elif fits and recording.unit is None:
         yield Finding(f"positions reach {largest:.4g}, so they are in degrees: converted to rad", True)
     elif (fits and recording.unit == "rad") or strange:
@@ -45,7 +52,7 @@ def degrees(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 def to_radians(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
     """Return the recording in rad; it is in degrees by its own unit or by the findings."""
-    in_degrees = recording.unit == "deg" or findings
+    in_degrees = recording.unit == "deg" or any(finding.repaired for finding in findings)
     return replace(recording, values=np.radians(recording.values) if in_degrees else recording.values, unit="rad")
 
 

@@ -32,14 +32,17 @@ class Fault:
     always: bool = False
 
 
+BACKWARDS_CURE = "sorted, with a warning if all do; two recordings are refused"
+
 FAULTS: tuple[Fault, ...] = (
-    Fault("backwards", "stamps that go back", "sorted; two recordings are refused", stamps.backwards, stamps.sort_rows),
+    Fault("backwards", "stamps that go back", BACKWARDS_CURE, stamps.backwards, stamps.sort_rows),
     Fault("duplicates", "samples with one stamp", "left out", stamps.duplicates, stamps.drop_rows),
     Fault("short", "too few samples", "refused", stamps.too_short),
     Fault(
         "degrees", "degrees", "converted, except from rad or LeRobot", angles.degrees, angles.to_radians, always=True
     ),
     Fault("wraps", "wraps at ±π or ±360°", "made continuous", angles.wraps, angles.unwrap),
+    Fault("interleaved", "samples of two movements in turn", "refused", samples.interleaved),
     Fault("spikes", "spikes", "interpolated", samples.spikes, samples.interpolated),
     Fault("still", "no movement", "refused", movement.still),
     Fault("duplicates", "samples that repeat the one before", "left out", frames.repeated, stamps.drop_rows),

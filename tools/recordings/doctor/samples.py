@@ -39,9 +39,38 @@ FROZEN, FROZEN_SAMPLES = 0.1, 6
 FLICKER = 4.0
 """A column whose noise exceeds this multiple of its resolution does not keep its value by chance."""
 
+TURNS, TOGETHER, APART = (2, 3, 4), 0.2, 0.02
+"""Two movements alternate where samples so many places apart are nearer than this part of those that are adjacent, and
+these differ by more than this, rad."""
+
 SUDDEN, STEPS = 0.3, 3
 """A column stops or starts suddenly if its last step exceeds this fraction of the steps before and this multiple of its
 resolution."""
+
+
+def interleaved(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
+    """Samples of two movements in turn, as two arms make them that publish on one topic under the same names."""
+    values = recording.values
+    if len(values) <= AROUND:
+        return
+    adjacent = _usual_steps(values, 1)
+    nearest = np.min([_usual_steps(values, places) for places in TURNS], axis=0)
+    alternate = (adjacent > APART) & (nearest < TOGETHER * adjacent)
+    if not alternate.any():
+        return
+    number = int(np.argmax(np.where(alternate, adjacent, 0.0)))
+    row = int(np.argmax(np.abs(np.diff(values[:, number])) > APART))
+    pair = ", then at ".join(f"{value:.3f}" for value in values[row : row + 2, number])
+    sentence = (
+        f"it has samples of two movements in turn: {recording.columns[number]} is at {pair} rad from sample {row} to "
+        f"{row + 1}, and so on; if two arms publish under the same names, record each on a topic of its own"
+    )
+    yield Finding(sentence, fatal=True, column=recording.columns[number], rows=np.array([row, row + 1]))
+
+
+def _usual_steps(values: np.ndarray, places: int) -> np.ndarray:
+    """Return the median distance (C,) of samples so many places apart."""
+    return np.median(np.abs(values[places:] - values[:-places]), axis=0)
 
 
 def spikes(recording: Recording, robot: Robot | None) -> Iterator[Finding]:

@@ -21,6 +21,14 @@ duplicate."""
 IRREGULAR = 0.02
 """Stamps jitter if half of them deviate from even ones by more than this fraction of a step …"""
 
+REVERSED = 0.5
+"""Fraction of the stamps that go back above which the file begins with the last stamp."""
+
+REVERSED_ORDER = (
+    "its stamps fall: the movement begins with the last sample of the file; if the first was recorded first, give "
+    "--rate, in samples a second"
+)
+
 SMOOTHER = 0.6
 """… and even stamps reduce the roughness of the movement at least to this fraction."""
 
@@ -54,6 +62,8 @@ def backwards(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     if sorted_steps <= steps * (1 + ROUNDING) and len(np.unique(recording.times)) == len(order):
         sentence = f"{counted(len(rows), 'stamp')} went back: the samples are sorted by their stamps"
         yield Finding(sentence, True, rows=rows)
+        if len(rows) > REVERSED * len(order):
+            yield Finding(REVERSED_ORDER, rows=rows)
         return
     before, after = recording.times[rows[0] - 1], recording.times[rows[0]]
     sentence = (
@@ -67,7 +77,7 @@ def too_short(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     """Find recordings with too few samples to learn from."""
     count = len(recording.times)
     if count < MIN_SAMPLES:
-        sentence = f"{counted(count, 'sample')} left; at least {MIN_SAMPLES} are needed"
+        sentence = f"it has {counted(count, 'sample')} to learn from; at least {MIN_SAMPLES} are needed"
         yield Finding(sentence, fatal=True)
 
 

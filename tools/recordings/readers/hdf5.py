@@ -39,6 +39,8 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
         matrix = _matrix(file, member)
         values = np.asarray(matrix[()], dtype=float)
         times = _times(file, member, len(values), rate)
+        if times is None and (fault := _transposed(member, matrix)):
+            raise Unreadable(f"{path}: {fault}")
         if times is None:
             raise Unreadable(f"{path} has no times for {member}; give --rate, in samples a second")
         stamps, stamped, notes = times
@@ -48,15 +50,17 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
 
 def _position_paths(file: h5py.File) -> list[str]:
     """Return the paths of the matrices of joint positions. Links to other files are not followed."""
-    found: dict[str, object] = {}
+    found: dict[str, h5py.Dataset] = {}
 
     def visit(name: str, item: object) -> None:
-        if isinstance(item, h5py.Dataset) and item.ndim == 2 and len(item) > 1 and item.dtype.kind in "fiu":
+        if isinstance(item, h5py.Dataset) and item.ndim == 2 and item.dtype.kind in "fiu":
             found[name] = item
 
     file.visititems(visit)
     measured = {name: item for name, item in found.items() if not set(name.split("/")) & NOT_MEASURED}
-    chosen = arrays.most_likely(measured)
+    chosen = arrays.most_likely({name: item for name, item in measured.items() if len(item) > 1})
+    if not chosen and (fault := arrays.too_short({name: measured[name] for name in arrays.most_likely(measured)})):
+        raise Unreadable(f"{file.filename}: {fault}")
     if not chosen and (poses := [name for name in measured if is_pose(name)]):
         raise Unreadable(f"{file.filename} {ONLY_POSES.format(', '.join(poses[:3]))}")
     return sorted(chosen, key=_natural)
@@ -102,6 +106,14 @@ def _times(
             stamps, notes = arrays.scaled(name, datasets[name][()])
             return stamps, True, notes
     return _from_rate(file, member, samples)
+
+
+def _transposed(member: str, matrix: h5py.Dataset) -> str | None:
+    """Return a sentence about a matrix with one column for each sample, found by the times in its group, or None."""
+    group = matrix.parent
+    assert isinstance(group, h5py.Group)
+    datasets = {name: item for name, item in group.items() if isinstance(item, h5py.Dataset)}
+    return arrays.transposed(datasets, member, matrix.shape)
 
 
 def _from_rate(file: h5py.File, member: str, samples: int) -> tuple[np.ndarray, bool, tuple[str, ...]] | None:

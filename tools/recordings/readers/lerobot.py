@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tools.recordings.recording import Episode, Recording, Unreadable, check_size
+from tools.recordings.writers import ROBOT_TYPE
 
 STATE = "observation.state"
 COLUMNS = [STATE, "timestamp", "episode_index"]
@@ -38,7 +39,8 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
     stamps = table.column("timestamp").to_numpy().astype(float)
     stamped = rate is None and bool(np.abs(stamps - stamps[0] - times).max() * hertz > SYNTHETIC)
     chosen, columns = stamps - stamps[0] if stamped else times, _columns(info, values.shape[1])
-    return Recording(chosen, columns, values, None, path, episode, stamped, normalised=True)
+    unit = "rad" if info.get("robot_type") == ROBOT_TYPE else None
+    return Recording(chosen, columns, values, unit, path, episode, stamped, normalised=True)
 
 
 def _fps(path: Path, info: dict[str, Any]) -> float:

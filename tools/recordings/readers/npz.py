@@ -51,6 +51,8 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
             f"{path} has no names, and its first column does not rise like a time; give --rate, in samples a second, "
             "or save an .npz file with the arrays t and positions"
         )
+    if times is None and (said := arrays.transposed(_headers(path), array, values.shape)):
+        raise Unreadable(f"{path}: {said}")
     if times is None:
         raise Unreadable(f"{path} has no array of times with {len(values)} numbers; give --rate, in samples a second")
     return Recording(times, columns, values, unit_of(array) or _unit_array(path), path, episode, rate is None, notes)
@@ -87,7 +89,12 @@ def _without_joints(path: Path, headers: dict[str, Header]) -> str:
         return f"{path} {ONLY_POSES.format(', '.join(poses))}"
     if any(header.dtype.hasobject for header in headers.values()):
         return f"{path} has Python objects, which could run code and are not read; save arrays of numbers"
-    return f"{path} has no matrix samples × joints; it has {listed}"
+    if said := arrays.too_short(headers):
+        return f"{path}: {said}"
+    return (
+        f"{path} has no matrix samples × joints; it has {listed}; save joint positions with one row a sample and one "
+        "column a joint"
+    )
 
 
 def _times(path: Path, array: str, samples: int, rate: float | None) -> np.ndarray | None:

@@ -50,6 +50,7 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
     with _opened(path) as (bag, decode):
         rows: list[dict[str, float]] = []
         stamps: list[tuple[int, int]] = []
+        unlike = ""
         for connection, received, raw in bag.messages(_connections(bag, episode)):
             message = decode(raw, connection.msgtype)
             if connection.msgtype in NUMBERS:
@@ -58,8 +59,11 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
             elif len(message.position) and len(message.position) == len(message.name):
                 rows.append(dict(zip(message.name, message.position.tolist(), strict=True)))
                 stamps.append((message.header.stamp.sec * NS + message.header.stamp.nanosec, received))
+            else:
+                unlike = f"{len(message.name)} names and {len(message.position)} positions"
     if not rows:
-        raise Unreadable(f"{path}: no message of {episode} has positions of named joints; choose another topic")
+        said = f"; a message of {episode} has {unlike}" if unlike else ""
+        raise Unreadable(f"{path}: no message of {episode} has a position for each of its names{said}")
     columns = tuple(dict.fromkeys(name for row in rows for name in row))
     values = np.array([[row.get(name, np.nan) for name in columns] for row in rows])
     times, notes = _times(np.array(stamps))

@@ -107,6 +107,22 @@ def cut(path: Path, begin: float, end: float) -> Recording:
     Raises:
         Unreadable: the file is not a trace of Volley's recorder, or has no samples between these times.
     """
+    scan = _trace(path)
+    taken = _between(scan, begin, end, path, "part", None)
+    if not len(taken.times):
+        times, _ = scan.table()
+        raise Unreadable(f"{path} has no samples there: it lasts from {times[0]:.3f} to {times[-1]:.3f} s")
+    return taken
+
+
+def check_trace(path: Path) -> None:
+    """Raise Unreadable if a file is not a trace of Volley's recorder, or no motion was played in it."""
+    if not _trace(path).goals():
+        raise Unreadable(f"{path} has no motion that was played; volley teach NAME --trace {path} learns from a part")
+
+
+def _trace(path: Path) -> Scan:
+    """Return what a trace of Volley's recorder has. Raises Unreadable for any other file."""
     try:
         is_rerun = head(path).startswith(b"RRF")
     except OSError as error:
@@ -116,11 +132,7 @@ def cut(path: Path, begin: float, end: float) -> Recording:
     scan = scan_of(path)
     if not scan.is_trace:
         raise Unreadable(f"{path} is not a trace of Volley's recorder; learn it with volley learn {path}")
-    taken = _between(scan, begin, end, path, "part", None)
-    if not len(taken.times):
-        times, _ = scan.table()
-        raise Unreadable(f"{path} has no samples there: it lasts from {times[0]:.3f} to {times[-1]:.3f} s")
-    return taken
+    return scan
 
 
 def _between(scan: Scan, begin: float, end: float, path: Path, episode: str, rate: float | None) -> Recording:
