@@ -63,9 +63,9 @@ def _refuse_absent(recording: Recording) -> None:
     sample = f"no sample of {recording.episode} has"
     if not np.isfinite(recording.times).any():
         raise Unreadable(f"{recording.source}: {sample} a time; give --rate, in samples a second")
-    empty = ~np.isfinite(recording.values).any(axis=0)
-    if empty.any():
-        names = ", ".join(name for name, absent in zip(recording.columns, empty, strict=True) if absent)
+    empty = np.flatnonzero(~np.isfinite(recording.values).any(axis=0)).tolist()
+    if empty:
+        names = ", ".join(recording.columns[number] for number in empty)
         raise Unreadable(
             f"{recording.source}: {sample} a number for {names}; record it, or choose another column for it with --map"
         )
@@ -73,8 +73,8 @@ def _refuse_absent(recording: Recording) -> None:
 
 def _only(recording: Recording, finite: np.ndarray) -> Recording:
     """Return the samples that have every joint. finite: (n, C), which numbers there are."""
-    whole = finite.all(axis=1)
-    lack = f"{np.count_nonzero(~whole)} of {len(whole)} samples lack a time or a joint"
+    whole = np.flatnonzero(finite.all(axis=1))
+    lack = f"{len(finite) - len(whole)} of {len(finite)} samples lack a time or a joint"
     counts = finite.sum(axis=0)
     if np.ptp(counts):
         lack += f", most of them {recording.columns[int(counts.argmin())]},"

@@ -75,11 +75,12 @@ def learn(
     check_plot(plot, files)
     if not files:
         raise UsageError("learn needs a FILE, or several of one movement; see volley learn --help")
-    if plot is not None and len(files) > 1:
+    several = len(files) > 1
+    if plot is not None and several:
         raise UsageError(
             f"--plot draws one recording; learn has {len(files)} files: volley inspect FILE --plot {plot} draws each"
         )
-    if follow_spread and len(files) < 2:
+    if follow_spread and not several:
         raise UsageError("--follow-spread needs several recordings of one movement; name more files")
     filtered = _filter(smoothing, window, order)
     how = {"episode": episode, "mapping": mapping(map), "unit": unit, "rate": rate, "duration": duration}

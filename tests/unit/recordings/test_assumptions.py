@@ -20,7 +20,7 @@ TWO = "joint_1", "joint_2"
 
 def array(tmp_path: Path, times: np.ndarray = TIMES, **arrays: np.ndarray) -> Path:
     path = tmp_path / "demo.npz"
-    np.savez(path, t=times, joint_names=np.array(JOINTS), **arrays)
+    np.savez(path, allow_pickle=False, t=times, joint_names=np.array(JOINTS), **arrays)
     return path
 
 

@@ -229,8 +229,8 @@ def test_follow_spread_sends_the_spread_of_several_recordings(robot, tmp_path, c
     assert np.shape(weighted.spread) == (100, 6)
     assert 0.009 < weighted.spread[-1][0] < 0.012
     assert "differs most" not in capsys.readouterr().err
-    table[:, 1:] = -table[:, 1:]
-    np.savetxt(files[2], table, delimiter=",", header=",".join(["time", *JOINTS]), comments="")
+    other = np.column_stack([0.01 * np.arange(81), -swing(81) * np.arange(1.0, 7.0) / 10])
+    np.savetxt(files[2], other, delimiter=",", header=",".join(["time", *JOINTS]), comments="")
     assert volley(robot, "learn", *map(str, files)) == 0
     assert f"{files[2]} differs most: leave it out if it shows another movement" in capsys.readouterr().err
     assert volley(robot, "learn", str(files[0]), "--follow-spread") == 2
