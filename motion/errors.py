@@ -59,17 +59,17 @@ class PlanExceeds(LimitExceeded):
     )
 
 
-LOOSEN = "no longer duration was found to work; loosen that limit, or change the start or the goal"
-FIXED_TIME = "a later arrival may work, or a looser limit, or another goal"
-"""Advice if longer durations are not tried, because the time of arrival is given."""
+LOOSEN = "loosen that limit, or change the start or the goal"
+NONE_FOUND, NONE_TRIED = f"no longer duration was found to work; {LOOSEN}", f"allow more time, {LOOSEN}"
+"""Advice for an infeasible request after a search of a longer duration that found none, and without a search."""
 
 
 class Infeasible(MotionError):
     """No motion of the requested duration keeps the limits.
 
-    `quantity` and `time` (s from the start) name the limit with the largest multipliers, and where. `min_duration` (s)
+    `quantity` and `time` (s from the start) name the limit that is hardest to keep, and where. `min_duration` (s)
     is the shortest feasible duration that was found above the request, `waypoint_times` (s) the waypoints' times in it;
-    both are None if none was found, and the sentence then gives the advice `otherwise`.
+    both are None if none was found or tried, and the sentence then gives the advice `otherwise`.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Infeasible(MotionError):
         time: float,
         min_duration: float | None = None,
         waypoint_times: list[float] | None = None,
-        otherwise: str = LOOSEN,
+        otherwise: str = NONE_TRIED,
     ) -> None:
         remedy = works_in(min_duration, waypoint_times, otherwise)
         super().__init__(f"joint {joint}: the {quantity} limit cannot be kept near {time:.3f} s; {remedy}")
@@ -126,6 +126,8 @@ class OutOfTime(SolverFailed):
     def __init__(
         self, joint: int, min_duration: float | None = None, waypoint_times: list[float] | None = None
     ) -> None:
-        super().__init__(joint, "time", works_in(min_duration, waypoint_times, "allow a longer duration or a later arrival"))
+        super().__init__(
+            joint, "time", works_in(min_duration, waypoint_times, "allow a longer duration or a later arrival")
+        )
         self.min_duration = min_duration
         self.waypoint_times = waypoint_times

@@ -2,6 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,11 +12,13 @@ import numpy as np
 from motion.errors import InvalidMotion, OutOfTime, SolverFailed
 from motion.limits import Limits
 from motion.primitive import Primitive
-from motion.program.constraint_generation import InfeasibleRows, Solution
+from motion.program.constraint_generation import Solution
+from motion.program.contradiction import InfeasibleRows
 from motion.program.curves import curves_of, trajectory_of
 from motion.program.effort import STOP, Effort
 from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
+from motion.program.judge import Judge
 from motion.program.min_duration import min_duration, stretched
 from motion.program.optimum import Warm, optimum
 from motion.program.problem import (
@@ -30,7 +33,7 @@ from motion.program.problem import (
     build,
     thinned,
 )
-from motion.program.remedy import judge_of, refusal
+from motion.program.remedy import refusal
 from motion.program.report import Active, Report, make_report
 from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import Boundary, MotionRequest
@@ -45,6 +48,12 @@ EFFORT, MAX_EFFORT = 13_000.0, 45_000.0
 SHARE, UNIMITATING_SHARE = 0.5, 0.9
 """Parts of the remaining effort: for the usual precision and each thinned one, and for a motion that does not imitate.
 The remainder is for the finest precision and for the search of another duration."""
+
+HASTY = (USUAL, SHARE), (UNIMITATING, UNIMITATING_SHARE)
+"""Precisions for a duration in which a motion can hardly imitate."""
+
+FASTEST = (USUAL, 0.35), (UNIMITATING, 0.95)
+"""Precisions for the shortest duration, in which many limits are active but no search follows."""
 
 MIN_IMITATED = 0.25
 """A duration below this part of the demonstration's is planned without imitation if the usual precision fails; so short
@@ -127,13 +136,14 @@ def plan(
     remedy: bool = True,
     thorough: bool = True,
     effort: Effort | None = None,
+    precisions: Sequence[tuple[Precision, float]] | None = None,
 ) -> SplinePlan:
     """Plan the motion that imitates `primitive` best as `request` demands (eq. 10–17).
 
     tick: grid of the total duration, s. warm: active rows of an earlier plan of the same joints. remedy: search a
     feasible duration for the error of an infeasible request. thorough: try the finest hull before the request is
-    refused. effort: the effort that may be spent. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or
-    SolverFailed.
+    refused. effort: the effort that may be spent. precisions: to try in order, each with its part of the effort that is
+    left. Raises InvalidMotion, LimitExceeded, CannotStop, Infeasible or SolverFailed.
     """
     primitive.check_joints(request.joint_count)
     if warm is not None and len(warm.rows) != request.joint_count:
@@ -141,7 +151,7 @@ def plan(
     request, fixed = fixed_inside(request)
     effort, precision = effort or effort_for(primitive), USUAL
     failed: InfeasibleRows | SolverFailed = OutOfTime(0)
-    for precision, most in _precisions(primitive, request):
+    for precision, most in precisions or _precisions(primitive, request):
         with effort.share(most * effort.left) as share:
             try:
                 return _planned(primitive, request, fixed, tick, warm, share, precision, remedy)
@@ -192,12 +202,12 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     goal = np.array([request.goal.positions, request.goal.velocities])
     if error := request.limits.exceeded(np.arange(2), goal):
         raise error
-    judge, shown = judge_of(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
+    judge, shown = Judge(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
     # With a straight part only short durations may be feasible.
-    found = min_duration(request, judge, effort, 0, shown, shown, tick) or min_duration(
-        request, judge, effort, 0, 1, 1, tick
-    )
-    return plan(primitive, found or stretched(request, primitive.duration), tick)
+    found = min_duration(request, judge, 0, shown, shown, tick) or min_duration(request, judge, 0, 1, 1, tick)
+    if found is None:
+        return plan(primitive, stretched(request, primitive.duration), tick)
+    return plan(primitive, found, tick, remedy=False, precisions=FASTEST)
 
 
 def _planned(
@@ -243,5 +253,5 @@ def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Prec
     """Precisions in the order in which they are tried, each with its part of the effort that is left."""
     count = primitive.basis_count
     if count <= MANY_FUNCTIONS and request.duration < MIN_IMITATED * (1 - request.phase) * primitive.duration:
-        return [(USUAL, SHARE), (UNIMITATING, UNIMITATING_SHARE)]
+        return list(HASTY)
     return [(USUAL, SHARE), *((each, SHARE) for each in THINNED if thinned(count, each.thinning) >= MIN_FUNCTIONS)]

@@ -74,10 +74,10 @@ class MotionRequest:
 
     def __post_init__(self) -> None:
         joints = len(self.limits.velocities)
-        for name, boundary in (("start", self.start), ("goal", self.goal)):
-            _check_vector(f"{name}.positions", boundary.positions, joints)
-            _check_vector(f"{name}.velocities", boundary.velocities, joints)
-            _check_vector(f"{name}.accelerations", boundary.accelerations, joints, nan="free")
+        ends = (("start", self.start), ("goal", self.goal))
+        given = {f"{end}.{name}": getattr(state, name) for end, state in ends for name in ("positions", "velocities")}
+        _check_vectors(given, joints)
+        _check_vectors({f"{end}.accelerations": state.accelerations for end, state in ends}, joints, free=True)
         place_time = MIN_PLACE_TIME if self.place_time is None else self.place_time
         for name, fits, wanted in (
             ("duration", 0 < self.duration < np.inf, "be finite and greater than 0 s"),
@@ -140,27 +140,35 @@ class MotionRequest:
         return replace(self, goal=goal, waypoints=waypoints)
 
     def _check_waypoints(self, joints: int) -> None:
-        apart = MIN_SEPARATION * self.duration * (1 - 1e-9)
-        times = self.waypoint_times
-        for k, waypoint in enumerate(self.waypoints):
-            field = f"waypoints[{k}]"
-            _check_vector(f"{field}.positions", waypoint.positions, joints, nan="free")
-            _check_vector(f"{field}.velocities", waypoint.velocities, joints, nan="free")
-            time, end = times[k], self.moving_duration
-            where, said = f"{field}.time_from_start", f"is {time:.6g} s"
-            if not 0 < time < end:
-                raise InvalidMotion(
-                    where, f"{said}; it must lie after 0 and before {end:.6g} s, where the motion is shaped"
-                )
-            others = [0.0, end, *times[:k], *times[k + 1 :]]
-            if min(abs(time - other) for other in others) < apart:
-                near = f"{said}, closer than {apart:.6g} s (0.01 of the duration) to another waypoint or to an end"
-                raise InvalidMotion(where, near)
+        if not self.waypoints:
+            return
+        each = list(enumerate(self.waypoints))
+        given = {f"waypoints[{k}].{name}": getattr(w, name) for k, w in each for name in ("positions", "velocities")}
+        _check_vectors(given, joints, free=True)
+        times, end = np.array(self.waypoint_times), self.moving_duration
+        if (outside := ~((times > 0) & (times < end))).any():
+            wanted = f"it must lie after 0 and before {end:.6g} s, where the motion is shaped"
+            raise _invalid_time(times, outside, f"; {wanted}")
+        order, apart = np.argsort(times), MIN_SEPARATION * self.duration
+        close = np.diff(times[order], prepend=0.0, append=end) < apart * (1 - 1e-9)
+        if close.any():
+            near = f"closer than {apart:.6g} s (0.01 of the duration) to another waypoint or to an end"
+            raise _invalid_time(times, (close[1:] | close[:-1])[np.argsort(order)], f", {near}")
 
 
-def _check_vector(field: str, values: np.ndarray, joints: int, nan: str = "refused") -> None:
-    if values.shape != (joints,):
-        raise InvalidMotion(field, f"needs {joints} numbers, one a joint; it has shape {values.shape}")
-    wrong = np.flatnonzero(~(np.isfinite(values) | (np.isnan(values) if nan == "free" else False)))
-    if wrong.size:
-        raise InvalidMotion(field, f"is {values[wrong[0]]} for joint {wrong[0]}; it must be finite")
+def _invalid_time(times: np.ndarray, wrong: np.ndarray, why: str) -> InvalidMotion:
+    """The error of the first waypoint whose time is `wrong` (n,)."""
+    k = int(wrong.argmax())
+    return InvalidMotion(f"waypoints[{k}].time_from_start", f"is {times[k]:.6g} s{why}")
+
+
+def _check_vectors(given: dict[str, np.ndarray], joints: int, free: bool = False) -> None:
+    """Raise InvalidMotion for the first field that is not (J,) finite numbers. free: NaN is allowed."""
+    for name, values in given.items():
+        if values.shape != (joints,):
+            raise InvalidMotion(name, f"needs {joints} numbers, one a joint; it has shape {values.shape}")
+    vectors = np.array(list(given.values()))
+    wrong = np.isinf(vectors) if free else ~np.isfinite(vectors)
+    if wrong.any():
+        row, joint = np.argwhere(wrong)[0].tolist()
+        raise InvalidMotion([*given][row], f"is {vectors[row, joint]} for joint {joint}; it must be finite")

@@ -22,7 +22,7 @@ MET, AIMED_AT, AIMED_AT_BY_PULLS = 1e-7, 1e-10, 1e-8
 space. A stretched-out arm converges to them only slowly."""
 STEPS, PULLS, STEPS_A_PULL = 30, 6, 6
 """Limits on the steps of a descent, on the moves in the null space, and on the correcting steps after each move."""
-STUCK, STUCK_STEPS = 0.9, 5
+STALL_RATIO, STALL_STEPS = 0.9, 5
 """A descent ends if more than this fraction of the error remains after each of this many steps."""
 PULL_GAIN, LEAST_PULL = 0.9, 0.005
 """Null-space motion ends if a move leaves more than this fraction of the distance, or is shorter than this (rad)."""
@@ -67,15 +67,15 @@ class ToolDescent:
         self._aim(target)
         low, high = np.ascontiguousarray(ranges.T)
         error, rows = self._error(target, positions)
-        damping, size, stuck = FIRST_DAMPING, sqrt(error @ error), 0
+        damping, size, stalled = FIRST_DAMPING, sqrt(error @ error), 0
         for _ in range(steps):
-            if size <= aimed_at or stuck >= STUCK_STEPS:
+            if size <= aimed_at or stalled >= STALL_STEPS:
                 break
             step = _step(rows, error, damping, positions <= low, positions >= high)
             tried = np.minimum(np.maximum(positions + step, low), high)
             next_error, next_rows = self._error(target, tried)
             next_size = sqrt(next_error @ next_error)
-            stuck = stuck + 1 if next_size > STUCK * size else 0
+            stalled = stalled + 1 if next_size > STALL_RATIO * size else 0
             if next_size < size:
                 positions, error, rows, size = tried, next_error, next_rows, next_size
                 damping = max(damping / 8, LEAST_DAMPING)

@@ -1,4 +1,4 @@
-"""Programs for people, beside the services."""
+"""Programs for users: the shell command, recordings, the demo, the drill, and generated pages."""
 
 import os
 

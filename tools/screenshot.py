@@ -1,7 +1,7 @@
-"""`python -m tools.screenshot TRACE.rrd OUT.png`: a screenshot of a trace in the viewer, without a screen.
+"""`python -m tools.screenshot TRACE.rrd OUT.png`: a screenshot of a trace in the viewer, without a display.
 
-It needs a graphics driver; Mesa's software rasterizer is one (Debian: mesa-vulkan-drivers). The viewer is that of the
-Rerun package. It runs with a temporary home directory, in which its analytics are off.
+It needs a graphics driver, for example Mesa's software rasterizer (Debian: mesa-vulkan-drivers). The viewer of the
+Rerun package runs with a temporary home directory, in which its analytics are turned off.
 """
 
 import os
@@ -19,9 +19,10 @@ from rerun.experimental import ViewerClient
 
 from services.common.cli import free_endpoint
 
-PATIENCE_S = 60.0
+LOAD_TIMEOUT_S = 60.0
+"""Timeout of the viewer's start and its loading of the trace."""
 SETTLE_S = 2.0
-"""Time for the viewer to lay out and fill the views once everything is loaded."""
+"""Time from the end of loading until the viewer has drawn all views."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,8 @@ def take_screenshot(flags: Flags) -> None:
     """Start a viewer, wait until it has loaded the trace, and save a screenshot.
 
     Raises:
-        RuntimeError: the viewer did not start or did not load the trace; the sentence ends with its last output.
+        RuntimeError: the viewer did not start or did not load the trace; the sentence ends with the viewer's last
+            output.
     """
     viewer = Path(rerun_cli.__file__).parent / "rerun"
     port = free_endpoint().rpartition(":")[2]
@@ -62,27 +64,27 @@ def take_screenshot(flags: Flags) -> None:
                     client.set_time("sim_time", duration=flags.at, play_state="paused")
                 time.sleep(SETTLE_S)
                 client.save_screenshot(str(flags.image.resolve()))
-            except TimeoutError as late:
+            except TimeoutError as error:
                 output.seek(0)
-                raise RuntimeError(f"{late}; its last output: {output.read()[-400:]}") from None
+                raise RuntimeError(f"{error}; its last output: {output.read()[-400:]}") from None
             finally:
-                process.kill()  # it has nothing to save, and takes its time to end on a busy machine
+                process.kill()  # it has nothing to save, and an orderly exit is slow on a busy machine
                 process.wait()
 
 
 def _wait_for_trace(process: subprocess.Popen, url: str) -> ViewerClient:
     """Connect to the viewer and wait until it has loaded a recording."""
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + LOAD_TIMEOUT_S
     while process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.5)
         try:
             client = ViewerClient.connect(url)
             state = client.get_state()
         except (RuntimeError, ConnectionError):
-            continue  # not up yet
+            continue  # the viewer is still starting
         if state.recordings and state.recordings[0].timelines and not state.loading:
             return client
-    raise TimeoutError(f"the viewer did not show the trace within {PATIENCE_S:g} s")
+    raise TimeoutError(f"the viewer did not show the trace within {LOAD_TIMEOUT_S:g} s")
 
 
 if __name__ == "__main__":

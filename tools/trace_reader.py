@@ -1,4 +1,4 @@
-"""Read a trace into arrays, entity by entity; docs/trace.md lists the entities."""
+"""Read a trace into arrays, one for each entity; docs/trace.md lists the entities."""
 
 import shutil
 import struct
@@ -17,27 +17,29 @@ SCALARS = "Scalars:scalars"
 TIMELINES = ("sim_time", "tick", "wall")
 FILE_HEADER_BYTES = 12
 MESSAGE_HEADER = struct.Struct("<QQ")
-"""Kind of a message of the file, and its length in bytes."""
+"""Kind and length, bytes, of a message in the file."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Column:
     """One component of one entity: N rows, in the order of writing.
 
-    times: by timeline (N,) int64: ns, ticks of the trace, Unix ns. values: N lists.
+    Attributes:
+        times: Times (N,), int64, by timeline: `sim_time` in ns, `tick` in ticks of the trace, `wall` in Unix ns.
+        values: Values of the N rows; an empty list for a row without values.
     """
 
     times: dict[str, np.ndarray]
     values: list[list[Any]]
 
     def array(self) -> np.ndarray:
-        """Return the rows that have values as float64: (N,) for single values, (N, K) for K of them."""
+        """Return the n rows with values as float64: (n,) for single values, (n, K) for K values a row."""
         rows = [row for row in self.values if row]
         array = np.array(rows, dtype=np.float64)
         return array[:, 0] if array.ndim == 2 and array.shape[1] == 1 else array
 
     def ticks(self) -> np.ndarray:
-        """Return the ticks of the rows that `array` returns."""
+        """Return the ticks (n,) of the rows that `array` returns."""
         return np.array([t for t, row in zip(self.times["tick"].tolist(), self.values, strict=True) if row])
 
 
@@ -54,27 +56,35 @@ class Trace:
 
     def components(self, entity: str) -> list[str]:
         """Return the names of an entity's components, sorted."""
-        return sorted(component for known, component in self._columns if known == entity)
+        return sorted(component for name, component in self._columns if name == entity)
 
     def column(self, entity: str, component: str = SCALARS) -> Column:
-        """Return one component of an entity. Raises KeyError, which lists those that there are."""
+        """Return one component of an entity.
+
+        Raises:
+            KeyError: the trace does not contain it; the sentence lists the entity's components, or all entities.
+        """
         try:
             return self._columns[entity, component]
         except KeyError:
             known = self.components(entity) or self.entities
-            raise KeyError(f"{entity} {component} is not in the trace; there are {', '.join(known)}") from None
+            raise KeyError(f"{entity} {component} is not in the trace, which has {', '.join(known)}") from None
 
     def scalars(self, entity: str) -> np.ndarray:
-        """Return the scalars of an entity, (N,) or (N, K), exactly as written."""
+        """Return the scalars of an entity, (n,) or (n, K), as written."""
         return self.column(entity).array()
 
     def texts(self, entity: str) -> list[str]:
-        """Return the sentences of an entity of events."""
+        """Return the texts of an entity of events."""
         return [text for row in self.column(entity, "TextLog:text").values for text in row]
 
 
 def read_trace(path: Path) -> Trace:
-    """Read a .rrd file; static data is left out."""
+    """Read the data on timelines of a .rrd file.
+
+    Raises:
+        RuntimeError, ValueError: Rerun cannot read the file.
+    """
     pieces: dict[tuple[str, str], list[tuple[dict[str, np.ndarray], list[list[Any]]]]] = {}
     for chunk in read_chunks(path):
         batch = chunk.to_record_batch()
@@ -89,11 +99,11 @@ def read_trace(path: Path) -> Trace:
 def read_chunks(path: Path, *, static: bool = False) -> Iterator[Chunk]:
     """Yield the chunks of a .rrd file up to its last complete message.
 
-    Static data, which has no times, is left out unless `static` asks for it. The last message is incomplete while a
-    recorder writes it, and where a recorder was killed.
+    `static` includes static data, which has no times. The last message is incomplete while a recorder writes it, and
+    after a recorder was killed.
 
     Raises:
-        RuntimeError, ValueError: Rerun cannot read what is before that.
+        RuntimeError, ValueError: Rerun cannot read the complete messages.
     """
     with TemporaryDirectory() as directory:
         try:
@@ -104,9 +114,9 @@ def read_chunks(path: Path, *, static: bool = False) -> Iterator[Chunk]:
 
 
 def count_recordings(path: Path) -> int:
-    """Return how many recordings a .rrd file has, 1 where it has no index; `read_chunks` reads the first."""
+    """Return the number of recordings in a .rrd file, 1 for a file without an index; `read_chunks` reads the first."""
     with warnings.catch_warnings():
-        warnings.filterwarnings("error", "RRD file has no footer")  # or all of it would be read to count them
+        warnings.filterwarnings("error", "RRD file has no footer")  # without an index the whole file would be read
         try:
             return len(RrdReader(path).recordings())
         except (RuntimeError, Warning):
@@ -114,13 +124,13 @@ def count_recordings(path: Path) -> int:
 
 
 def _open(path: Path) -> LazyChunkStream:
-    with warnings.catch_warnings():  # a trace without an index, which `volley up` writes, is complete
-        warnings.filterwarnings("ignore", "RRD file has no footer|RRD contains")  # `count_recordings` says the latter
+    with warnings.catch_warnings():  # `volley up` writes traces without an index
+        warnings.filterwarnings("ignore", "RRD file has no footer|RRD contains")  # `count_recordings` reports several
         return RrdReader(path).stream()
 
 
 def _without_incomplete_message(path: Path, directory: Path) -> Path:
-    """Copy a file into a directory, up to the end of its last complete message."""
+    """Copy a file into a directory, up to the end of its last complete message, and return the copy."""
     copy = directory / path.name
     shutil.copyfile(path, copy)
     size, end, following = copy.stat().st_size, 0, FILE_HEADER_BYTES

@@ -1,19 +1,16 @@
 """`python -m benchmarks.table_tennis`: return balls of fancy_gym's table tennis with the planner, without training."""
 
-import os
 import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import gettempdir
 
 import tyro
-from rich.console import Console
-from rich.progress import track
 
-from benchmarks.table_tennis.balls import HEADING, Ball, append, read, rows
-from benchmarks.table_tennis.ending import status
+from benchmarks.table_tennis.balls import HEADING, Ball, rows
+from benchmarks.table_tennis.exit_status import exit_status_of
 from benchmarks.table_tennis.player import Player
+from benchmarks.table_tennis.resuming import ResumableRun, scratch_folder
 from benchmarks.table_tennis.variants import VARIANTS, Variant
 
 SIDE_BY_SIDE = ("calm", "calm-dmp", "calm-quintic", "noise", "noise-once", "noise-dmp", "noise-quintic")
@@ -42,25 +39,18 @@ class Arguments:
 
 def run(variant: Variant, arguments: Arguments, deadline: float) -> dict[int, Ball]:
     """Play the remaining balls of a variant; return all balls by their seeds."""
-    folder = Path(gettempdir()) / f"volley-table-tennis-{os.getuid()}" / variant.name
-    folder.mkdir(parents=True, exist_ok=True)
-    wanted = range(arguments.seed, arguments.seed + arguments.balls)
     name = variant.name + ("-recorded" if arguments.demonstration else "")
-    known = read(arguments.json, name) if arguments.json else {}
-    balls = {seed: ball for seed, ball in known.items() if seed in wanted}
-    left = [seed for seed in wanted if seed not in balls]
-    player = Player(variant, folder, arguments.demonstration) if left else None
-    for seed in track(left, f"{name:16}", console=Console(stderr=True)):
-        if player is None or time.monotonic() > deadline:
-            break
-        ball = balls[seed] = player.play(seed)
-        if arguments.json:
-            append(arguments.json, name, seed, ball)
-        if arguments.verbose and not ball.success:
-            print(f"  {seed}: {ball}", file=sys.stderr)
-    if balls:
-        print("\n".join(rows(name, balls, variant.learns)), flush=True)
-    return balls
+    resumed = ResumableRun(name, range(arguments.seed, arguments.seed + arguments.balls), arguments.json)
+    if resumed.remaining and time.monotonic() <= deadline:
+        player = Player(variant, scratch_folder(variant.name), arguments.demonstration)
+        for seed, ball in resumed.play(player.play):
+            if arguments.verbose and not ball.success:
+                print(f"  {seed}: {ball}", file=sys.stderr)
+            if time.monotonic() > deadline:
+                break
+    if resumed.balls:
+        print("\n".join(rows(name, resumed.balls, variant.learns)), flush=True)
+    return resumed.balls
 
 
 def play(arguments: Arguments) -> None:
@@ -80,4 +70,4 @@ def play(arguments: Arguments) -> None:
 
 if __name__ == "__main__":
     flags = tyro.cli(Arguments)
-    sys.exit(status(lambda: play(flags)))
+    sys.exit(exit_status_of(lambda: play(flags)))

@@ -2,25 +2,22 @@
 
 import contextlib
 import logging
-import os
 import sys
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from tempfile import gettempdir
 
 import numpy as np
 import tyro
-from rich.console import Console
-from rich.progress import track
 
-from benchmarks.table_tennis.balls import HEADING, Ball, append, read, row
+from benchmarks.table_tennis.balls import HEADING, Ball, row
 from benchmarks.table_tennis.cell import EnvironmentArm, TableLoop, write_robot
 from benchmarks.table_tennis.checks import ArmCheck, command_violations, largest
 from benchmarks.table_tennis.demonstrations import learned, quintic_of, still
-from benchmarks.table_tennis.ending import status
+from benchmarks.table_tennis.exit_status import exit_status_of
+from benchmarks.table_tennis.resuming import ResumableRun, scratch_folder
 from benchmarks.table_tennis.scene import CONTROL_S, TABLE, robot
 from protocol import messages as m
 from protocol import topics
@@ -184,25 +181,19 @@ def _drain(queue: SimpleQueue[bytes]) -> list[bytes]:
 
 
 def play(arguments: Arguments) -> None:
-    """Play the remaining balls, and print the row of all."""
-    folder = Path(gettempdir()) / f"volley-table-tennis-{os.getuid()}" / "services"
-    folder.mkdir(parents=True, exist_ok=True)
-    wanted = range(arguments.seed, arguments.seed + arguments.balls)
-    known = read(arguments.json, arguments.name) if arguments.json else {}
-    balls = {seed: ball for seed, ball in known.items() if seed in wanted}
-    left = [seed for seed in wanted if seed not in balls]
-    if left:
+    """Play the remaining balls, and print the row of all balls."""
+    folder = scratch_folder("services")
+    resumed = ResumableRun(arguments.name, range(arguments.seed, arguments.seed + arguments.balls), arguments.json)
+    if resumed.remaining:
         path = prepare(folder, arguments)
         with running(path, folder, load_robot(path), arguments) as table:
-            for seed in track(left, arguments.name, console=Console(stderr=True)):
-                ball = balls[seed] = table.play(seed)
-                if arguments.json:
-                    append(arguments.json, arguments.name, seed, ball)
-            print(f"ticks late by {table.loop.behind_s:.2f} s of wall time in all", file=sys.stderr)
+            for _ in resumed.play(table.play):
+                pass
+            print(f"ticks late by {table.loop.behind_s:.2f} s of wall time in total", file=sys.stderr)
     print(HEADING)
-    print(row(arguments.name, list(balls.values())))
+    print(row(arguments.name, list(resumed.balls.values())))
 
 
 if __name__ == "__main__":
     flags = tyro.cli(Arguments)
-    sys.exit(status(lambda: play(flags)))
+    sys.exit(exit_status_of(lambda: play(flags)))

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from motion.errors import SolverFailed
+from motion.program.contradiction import InfeasibleRows
 from motion.program.effort import CUBE, FULL_SOLVE, PROGRAM, Effort
 from motion.program.least_distance import INFEASIBLE, UNCLEAR, least_distance, least_distance_in_doubt
 from motion.program.limit_rows import KINDS
@@ -31,8 +32,8 @@ STRIDE, MANY_VIOLATED = 3, 24
 """In the first round every third violated control point also becomes a row; with more than about `MANY_VIOLATED` of
 them, fewer."""
 
-NEIGHBOURS = np.array([-1, 0, 1])
-"""Offsets of the rows that a warm-started row adds."""
+NEIGHBOURS, ALONE = np.array([-1, 0, 1]), np.array([0])
+"""Offsets of the rows that a warm-started row adds, in a plan and in a probe."""
 
 TINY = 1e-12
 """Scale of a program without violated rows."""
@@ -40,17 +41,10 @@ TINY = 1e-12
 INACTIVE = 1e-8
 """Multipliers below this part of the largest count as zero."""
 
+LARGEST_STEP = 1e3
+"""A contradiction excludes steps up to this many times the largest violation."""
+
 NO_ROWS, NO_MULTIPLIERS = np.zeros(0, dtype=int), np.zeros(0)
-
-
-class InfeasibleRows(Exception):
-    """The rows of one joint are infeasible; `quantity` (0 to 3) and `s` are those of its largest multipliers."""
-
-    def __init__(self, joint: int, quantity: int, s: float) -> None:
-        super().__init__(f"joint {joint}: limits contradict each other")
-        self.joint = joint
-        self.quantity = quantity
-        self.s = s
 
 
 @dataclass(slots=True, eq=False)
@@ -99,7 +93,8 @@ def solve(
     if warm is None:
         groups = _hard_ones_first(first, problem.over[0].size)
     else:
-        groups = [np.concatenate([first, _beside(problem, first, warm)])] if first.size else []
+        beside = _beside(problem, first, warm, ALONE if probe else NEIGHBOURS) if first.size else NO_ROWS
+        groups = [np.concatenate([first, beside])]
     for new in groups:
         rounds = 0
         while new.size:
@@ -118,7 +113,8 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
     if (beyond > 0).any():
         row = int(each[beyond.argmax()])
         point = row % len(hull.s)
-        raise InfeasibleRows(row // (2 * len(hull.s)), int(hull.quantity[point]), float(hull.s[point]))
+        where = row // (2 * len(hull.s)), int(hull.quantity[point]), float(hull.s[point])
+        raise InfeasibleRows(*where, np.array([row]), np.ones(1))
 
 
 def _hard_ones_first(first: np.ndarray, size: int) -> list[np.ndarray]:
@@ -143,8 +139,7 @@ def _with_rows(
     begins = rows.searchsorted(size * joints)
     spans = list(pairwise([*begins.tolist(), len(rows)]))
     sizes = [end - begin for begin, end in spans]
-    matrix, excess = limit_rows.at(rows), problem.over.take(rows)
-    excess += problem.inside.take(limit_rows.bound.take(rows))
+    matrix, excess = _program(problem, rows)
     # Scaled so that the largest violation of each joint is 1.
     scales = np.maximum(np.maximum.reduceat(excess, begins), TINY)
     excess /= scales.repeat(sizes)
@@ -178,11 +173,11 @@ def _with_rows(
     return _violated(over, joints)
 
 
-def _beside(problem: Problem, violated: np.ndarray, warm: list[np.ndarray]) -> np.ndarray:
-    """The `warm` rows of joints that violate some row, and their neighbours: the active rows may have moved there."""
+def _beside(problem: Problem, violated: np.ndarray, warm: list[np.ndarray], offsets: np.ndarray) -> np.ndarray:
+    """The `warm` rows of joints that violate some row, with `offsets` because the active rows may have moved there."""
     bound, size = problem.limit_rows.bound, problem.over[0].size
     each = [warm[joint] + joint * size for joint in np.unique(violated // size).tolist()]
-    rows = (np.concatenate(each)[:, None] + NEIGHBOURS).ravel() % bound.size
+    rows = (np.concatenate(each)[:, None] + offsets).ravel() % bound.size
     return rows[bound.take(rows) % KINDS <= QUANTITIES]
 
 
@@ -213,4 +208,20 @@ def _contradiction(problem: Problem, joint: int, rows: np.ndarray, multipliers: 
     quantity = problem.hull.quantity[point]
     hardest = np.bincount(quantity, weights=multipliers, minlength=4).argmax()
     worst = np.where(quantity == hardest, multipliers, -1.0).argmax()
-    return InfeasibleRows(joint, int(hardest), float(problem.hull.s[point[worst]]))
+    return InfeasibleRows(joint, int(hardest), float(problem.hull.s[point[worst]]), rows, multipliers)
+
+
+def refutes(problem: Problem, rows: np.ndarray, multipliers: np.ndarray) -> bool:
+    """Whether rows (n,) that contradicted each other in another duration do so in this one too, by their multipliers.
+
+    With M·u ≤ −e and λ ≥ 0, −|Mᵀλ||u| ≤ λᵀMu ≤ −λᵀe, so a small |Mᵀλ| excludes all steps u that are not too large.
+    """
+    matrix, excess = _program(problem, rows)
+    return bool(multipliers @ excess > LARGEST_STEP * excess.max() * np.linalg.norm(multipliers @ matrix))
+
+
+def _program(problem: Problem, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Matrix (n, N) and violations (n,) of some rows, tightened."""
+    matrix, excess = problem.limit_rows.at(rows), problem.over.take(rows)
+    excess += problem.inside.take(problem.limit_rows.bound.take(rows))
+    return matrix, excess

@@ -72,21 +72,24 @@ def fixed_values(request: MotionRequest) -> Fixed:
 
     A waypoint on a limit also prescribes the derivative: the quantity can only have an extremum there.
     """
-    start, goal, ranges = request.start, request.goal, request.limits.ranges
-    fixed = [(0, 0.0, start.positions), (1, 0.0, start.velocities), (2, 0.0, start.accelerations)]
-    touched = []
-    for waypoint in request.waypoints:
-        s = round(waypoint.time_from_start / request.moving_duration, DIGITS)
-        turning = _touches(waypoint.positions, ranges[:, 0])
-        velocities = np.where(turning & np.isnan(waypoint.velocities), 0.0, waypoint.velocities)
-        fastest = _touches(velocities, ranges[:, 1])
-        fixed += [(0, s, waypoint.positions), (1, s, velocities), (2, s, np.where(fastest, 0.0, np.nan))]
-        if (turning | fastest).any():
-            touched.append(s)
+    start, goal = request.start, request.goal
+    s, passed, touched = _passed(request) if request.waypoints else ([], np.empty((0, request.joint_count)), ())
     end = goal.positions - request.rest_fraction * request.duration * goal.velocities
-    fixed += [(0, 1.0, end), (1, 1.0, goal.velocities), (2, 1.0, request.final_accelerations)]
-    quantity, s, values = zip(*fixed, strict=True)
-    return Fixed(np.array(quantity), np.array(s), np.array(values), tuple(touched))
+    values = np.concatenate([start.state, passed, (end, goal.velocities, request.final_accelerations)])
+    return Fixed(np.arange(len(values)) % 3, np.array([0.0, *s, 1.0]).repeat(3), values, touched)
+
+
+def _passed(request: MotionRequest) -> tuple[list[float], np.ndarray, tuple[float, ...]]:
+    """Places s of n waypoints, the three values (3n, J) of each, and the places at which a value touches its limit."""
+    ranges = request.limits.ranges
+    s = [round(time / request.moving_duration, DIGITS) for time in request.waypoint_times]
+    positions, given = (np.array([getattr(w, name) for w in request.waypoints]) for name in ("positions", "velocities"))
+    turning = _touches(positions, ranges[:, 0])
+    velocities = np.where(turning & np.isnan(given), 0.0, given)
+    fastest = _touches(velocities, ranges[:, 1])
+    values = np.stack([positions, velocities, np.where(fastest, 0.0, np.nan)], axis=1)
+    touched = np.flatnonzero((turning | fastest).any(axis=1)).tolist()
+    return s, values.reshape(-1, request.joint_count), tuple(s[k] for k in touched)
 
 
 def fixed_inside(request: MotionRequest) -> tuple[MotionRequest, Fixed]:
@@ -187,7 +190,7 @@ def _factored(
 
 
 def _touches(values: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """Whether values (J,) lie on one of their limits (J, 2), up to rounding."""
+    """Whether values (n, J) lie on one of their limits (J, 2), up to rounding."""
     width = ranges[:, 1] - ranges[:, 0]
     near = 1e-3 * ROUNDING * np.where(np.isfinite(width), width, 1.0)
-    return np.abs(values[:, None] - ranges).min(axis=1) <= near
+    return np.abs(values[..., None] - ranges).min(axis=2) <= near

@@ -74,8 +74,10 @@ def _projected(
     hull: Hull, span: np.ndarray, turn: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Matrix, scales, least and decided of one kind of equalities."""
-    full = hull.rows[:, :-2] if turn is None else hull.rows[:, :-2] @ turn
-    matrix = full - (full @ span) @ span.T
+    points = hull.points[:, :-2] if turn is None else hull.points[:, :-2] @ turn
+    full = hull.rows[:, :-2] if turn is None else hull.insertion @ points
+    # Projected before the insertion, because the space has fewer control points than the hull.
+    matrix = hull.insertion @ (points - (points @ span) @ span.T)
     left = np.einsum("ij,ij->i", matrix, matrix)
     decided = left <= DETERMINED**2 * np.einsum("ij,ij->i", full, full)
     scales = 1 / np.sqrt(np.where(decided, 1.0, left))

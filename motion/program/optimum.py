@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from motion.errors import SolverFailed
-from motion.program.constraint_generation import InfeasibleRows, Solution, solve
-from motion.program.effort import CHECK, Effort
+from motion.program.constraint_generation import Solution, solve
+from motion.program.contradiction import InfeasibleRows
+from motion.program.effort import Effort
 from motion.program.problem import Problem
 
 WARM_SHARE = 0.25
@@ -66,17 +67,11 @@ def _verified(problem: Problem, found: Solution) -> Solution:
     return found
 
 
-def works(problem: Problem, joint: int, effort: Effort, most: float) -> bool | None:
-    """Return whether a joint can be planned; None if that is unknown after `most` effort.
+def feasible(problem: Problem, joints: list[int], effort: Effort, rows: list[np.ndarray]) -> list[np.ndarray]:
+    """Return the active rows of some joints' optima. Raises InfeasibleRows or SolverFailed, also for unclear results.
 
-    Raises OutOfTime if no effort is left.
+    rows: to begin with, an array for each of the J joints, from the same joints in another duration.
     """
-    effort.spend(joint, CHECK)
-    with effort.share(most) as share:
-        try:
-            _verified(problem, solve(problem, share, None, np.array([joint]), probe=True))
-        except InfeasibleRows:
-            return False
-        except SolverFailed:
-            return None
-    return True
+    warm = rows if any(rows[joint].size for joint in joints) else None
+    found = _verified(problem, solve(problem, effort, warm, np.array(joints), probe=True))
+    return Warm.of(problem, found).rows

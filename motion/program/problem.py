@@ -10,6 +10,7 @@ import numpy as np
 
 from motion.limits import LED_BACK_BY, ROUNDING, SIGNS
 from motion.primitive import Primitive
+from motion.program.contradiction import check_means
 from motion.program.equalities import Equalities, Fixed, equalities_of
 from motion.program.imitation import Imitated, imitated, place_weights
 from motion.program.limit_rows import KINDS, LimitRows, limit_rows
@@ -85,8 +86,10 @@ def build(
     """Return the problem of all joints.
 
     final (J, 2): intervals of the free final accelerations, rad/s². The prescribed values must lie inside their limits.
-    Raises InvalidMotion for too many prescribed values, SolverFailed for linearly dependent ones.
+    Raises InfeasibleRows if the limits contradict the prescribed values, InvalidMotion for too many of these,
+    SolverFailed for linearly dependent ones.
     """
+    check_means(fixed, request.moving_duration, request.limits)
     count = _count(primitive, request, precision.thinning)
     part = imitated(primitive, *request.imitates, count)
     stiffness = _stiffness(primitive, part, request.place_time or PLACE_TIME)

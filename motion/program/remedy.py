@@ -4,26 +4,14 @@ import math
 from contextlib import suppress
 from dataclasses import replace
 
-import numpy as np
-
-from motion.errors import (
-    FIXED_TIME,
-    LOOSEN,
-    CannotStop,
-    Infeasible,
-    InvalidMotion,
-    LimitExceeded,
-    OutOfTime,
-    SolverFailed,
-)
+from motion.errors import NONE_FOUND, NONE_TRIED, CannotStop, Infeasible, OutOfTime, SolverFailed
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.program.constraint_generation import InfeasibleRows
+from motion.program.contradiction import InfeasibleRows
 from motion.program.effort import Effort
-from motion.program.equalities import fixed_inside
-from motion.program.min_duration import FACTOR, SEARCH_EFFORT, Judge, Verdict, min_duration
-from motion.program.optimum import works
-from motion.program.problem import MANY_FUNCTIONS, UNIMITATING, USUAL, Precision, build
+from motion.program.judge import Judge
+from motion.program.min_duration import FACTOR, SEARCH_EFFORT, min_duration
+from motion.program.problem import Precision
 from motion.program.terminal_set import final_accelerations
 from motion.request import MotionRequest
 
@@ -46,23 +34,24 @@ def refusal(
     """
     found = None
     if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
-        judge = judge_of(primitive, final_accelerations(request), effort, precision)
+        judge = Judge(primitive, final_accelerations(request), effort, precision)
         low = math.ceil(request.duration / tick - 1e-9)
         guess = math.ceil(low * FACTOR)
         # At the demonstrated speed the motion may be feasible.
         shown = math.ceil((1 - request.phase) * primitive.duration / (1 - request.rest_fraction) / tick)
         if isinstance(failed, OutOfTime):
             guess = max(guess, shown)
-        found = min_duration(request, judge, effort, low, guess, shown, tick)
+        found = min_duration(request, judge, low, guess, shown, tick)
     works = (found.duration, found.waypoint_times) if found else (None, None)
     if isinstance(failed, OutOfTime):
         return OutOfTime(failed.joint, *works)
     if isinstance(failed, SolverFailed):
         return failed
-    advice = LOOSEN if remedy else FIXED_TIME
+    advice = NONE_FOUND if remedy else NONE_TRIED
     if remedy and found is None and request.rest_fraction:
         less = _less_rest(primitive, request, precision)
-        advice = LOOSEN if less is None else f"a rest_fraction of {less:.6g} works"
+        if less is not None:
+            advice = f"a rest_fraction of {less:.6g} works"
     return Infeasible(failed.joint, QUANTITIES[failed.quantity], failed.s * request.moving_duration, *works, advice)
 
 
@@ -73,27 +62,7 @@ def _less_rest(primitive: Primitive, request: MotionRequest, precision: Precisio
         while moving < 1:
             moving = min(4 * moving, 1.0)
             less = replace(request, rest_fraction=round(1 - moving, 6))
-            judge = judge_of(primitive, final_accelerations(less, remedy=False), effort, precision)
-            if judge(less, list(range(request.joint_count)), SEARCH_EFFORT).joint is None:
+            judge = Judge(primitive, final_accelerations(less, remedy=False), effort, precision)
+            if judge.failing(less, list(range(request.joint_count)), SEARCH_EFFORT) is None:
                 return less.rest_fraction
     return None
-
-
-def judge_of(primitive: Primitive, final: np.ndarray, effort: Effort, precision: Precision = USUAL) -> Judge:
-    """Return a function that decides whether joints can be planned in a duration. final: as returned by `arriving`."""
-    if primitive.basis_count <= MANY_FUNCTIONS:
-        precision = UNIMITATING
-
-    def judge(request: MotionRequest, joints: list[int], most: float) -> Verdict:
-        try:
-            request, fixed = fixed_inside(request)
-            problem = build(primitive, request, fixed, final, precision)
-        except (LimitExceeded, InvalidMotion):
-            return Verdict(joints[0])
-        for joint in joints:
-            answer = works(problem, joint, effort, most)
-            if not answer:
-                return Verdict(joint, certain=answer is not None)
-        return Verdict()
-
-    return judge

@@ -71,10 +71,13 @@ class Space:
 class Hull:
     """Control points of the four quantities on finer knots, R in all, for a tighter convex hull.
 
-    rows (R, N + 2): on x. quantity (R,): 0 to 3, increasing. s (R,): where each control point acts most. ceases (R,):
-    the s at which its support ends. last_acceleration: index of the acceleration at s = 1.
+    points (4N + 2, N + 2), insertion (R, 4N + 2): the space's control points, and the sparse matrix from them to the
+    hull's. rows (R, N + 2): on x, their product. quantity (R,): 0 to 3, increasing. s (R,): where each control point
+    acts most. ceases (R,): the s at which its support ends. last_acceleration: index of the acceleration at s = 1.
     """
 
+    points: np.ndarray
+    insertion: csr_array
     rows: np.ndarray
     quantity: np.ndarray
     s: np.ndarray
@@ -88,9 +91,10 @@ def make_space(count: int, stiffness: float, weights: tuple[float, ...] = (1.0, 
     velocity = splines.integration(count, 3)
     position = splines.integration(count + 1, 4) @ velocity
     at, step = splines.quadrature(count - 3)
-    strength = stiffness**2 * np.sqrt(np.interp(at, np.linspace(0, 1, len(weights)), weights))
-    on_positions = strength[:, None] * (splines.rows(count + 2, 5, at) @ position)
-    gram = splines.gram(count, splines.ACCELERATION_DEGREE) + (on_positions.T * step) @ on_positions
+    weight = stiffness**4 * step * np.interp(at, np.linspace(0, 1, len(weights)), weights)
+    values = splines.design(count + 2, splines.POSITION_DEGREE, at)
+    on_positions = values.T @ values.multiply(weight[:, None])  # sparse, as the next products are large without it
+    gram = splines.gram(count, splines.ACCELERATION_DEGREE) + position.T @ (on_positions @ position)
     factor = cholesky(gram, lower=True)
     whitening = solve_triangular(factor, np.eye(count), lower=True)
     on_weights = np.concatenate([position, velocity, np.eye(count), splines.differentiation(count, 3)])
@@ -98,7 +102,7 @@ def make_space(count: int, stiffness: float, weights: tuple[float, ...] = (1.0, 
     on_start[: count + 2, 0], on_start[: count + 2, 1] = 1, splines.greville(count + 2, 5)
     on_start[count + 2 : 2 * count + 3, 1] = 1
     rows = np.concatenate([on_weights @ whitening.T, on_start], axis=1)
-    drift = -(np.stack([step, step * at]) * strength @ on_positions) @ whitening.T
+    drift = -((np.stack([weight, weight * at]) @ values) @ position) @ whitening.T
     return Space(count, stiffness, factor, whitening, rows, drift)
 
 
@@ -110,7 +114,7 @@ def make_hull(space: Space, refinement: int, touched: tuple[float, ...] = ()) ->
     """
     insertion, quantity, s, ceases = _insertion(space.count, refinement, touched)
     rows = np.asfortranarray(insertion @ space.control_points)  # makes products with few motions twice as fast
-    return Hull(rows, quantity, s, ceases, int(np.searchsorted(quantity, 3)) - 1)
+    return Hull(space.control_points, insertion, rows, quantity, s, ceases, int(np.searchsorted(quantity, 3)) - 1)
 
 
 @lru_cache(maxsize=32)

@@ -126,6 +126,8 @@ def _largest(
     """
     left, right = low, high
     everywhere = holds(high[None])[0]
+    if everywhere.all():
+        return high
     somewhere = np.zeros(len(low), dtype=bool)
     joints = np.arange(len(low))
     for count in (tried,) + (_TRIED,) * _ROUNDS:

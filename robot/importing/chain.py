@@ -55,7 +55,7 @@ def find_arm(model: mujoco.MjModel, tool: str | None) -> Arm:
         moves = "only a gripper's joints move" if notes else "no joint moves"
         raise RobotError(f"{moves} {tool or frame.body or frame.site!r}; name the last body of an arm with --tool")
     _check_mimics(model, chain, names)
-    return Arm(frame, origin, chain, _beside(model, chain), notes)
+    return Arm(frame, origin, chain, _held_joints(model, chain), notes)
 
 
 def _named(model: mujoco.MjModel, name: str) -> tuple[Tool, str, list[str]]:
@@ -141,8 +141,8 @@ def _check_mimics(model: mujoco.MjModel, chain: list[int], names: list[str]) -> 
             )
 
 
-def _beside(model: mujoco.MjModel, chain: list[int]) -> list[int]:
+def _held_joints(model: mujoco.MjModel, chain: list[int]) -> list[int]:
     """Return the joints that would fall: those in the arm's tree or with an actuator that no equality moves."""
     own = same_tree(model, chain) | actuated(model).intersection(single_axis(model))
-    beside = own - set(chain) - followers(model)
-    return [joint for joint in sorted(beside) if model.joint(joint).name]
+    held = own - set(chain) - followers(model)
+    return [joint for joint in sorted(held) if model.joint(joint).name]

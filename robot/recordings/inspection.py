@@ -101,15 +101,15 @@ def filled_gaps(times: np.ndarray, rows: np.ndarray) -> str:
 def not_followed(demonstration: Demonstration, primitive: Primitive, names: Sequence[str]) -> Iterator[str]:
     """Yield warnings about joints whose spline is farther from the samples than their noise explains."""
     s = demonstration.phases
-    beside = primitive.positions(s) - demonstration.positions
+    deviations = primitive.positions(s) - demonstration.positions
     # Noise averages out over half a knot interval; a misfit of the spline does not.
     width = max(1, len(s) // (2 * (primitive.basis_count - 3)))
-    sums = np.cumsum(np.pad(beside, ((1, 0), (0, 0))), axis=0)
-    beside = np.abs(sums[width:] - sums[:-width]).max(axis=0) / width
+    sums = np.cumsum(np.pad(deviations, ((1, 0), (0, 0))), axis=0)
+    deviations = np.abs(sums[width:] - sums[:-width]).max(axis=0) / width
     # Estimate the noise's standard deviation by the median of the second differences.
     noise = np.median(np.abs(np.diff(demonstration.positions, n=2, axis=0)), axis=0) / 0.6745 / np.sqrt(6)
     tolerance = np.maximum(_tolerance(primitive), 2 * noise)
-    for joint in np.flatnonzero(beside > tolerance).tolist():
+    for joint in np.flatnonzero(deviations > tolerance).tolist():
         yield (
             f"{names[joint]} cannot be followed: the spline passes {primitive.position_max[joint]:.2g} rad beside its "
             "samples; record the movement in parts, or look for jumps in it"

@@ -92,9 +92,9 @@ def beyond_limits(primitive: Primitive, limits: Limits, names: Sequence[str]) ->
 def jumps(demonstration: Demonstration, names: Sequence[str]) -> Iterator[str]:
     """Yield a warning for each joint that jumps by 2π from one sample to the next."""
     steps = np.diff(demonstration.positions, axis=0)
-    beside = np.abs(np.abs(steps) - 2 * np.pi)
-    for joint in np.flatnonzero(np.any(beside < TURN_TOLERANCE, axis=0)).tolist():
-        row = int(beside[:, joint].argmin())
+    distances = np.abs(np.abs(steps) - 2 * np.pi)
+    for joint in np.flatnonzero(np.any(distances < TURN_TOLERANCE, axis=0)).tolist():
+        row = int(distances[:, joint].argmin())
         yield (
             f"{names[joint]} jumps by {steps[row, joint]:.3g} rad from sample {row} to {row + 1}; "
             "is the angle wrapped at ±π? Unwrap it, for the arm would turn once around"

@@ -1,7 +1,8 @@
 """Turn exceptions during a request into refusals."""
 
 import logging
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,13 @@ if TYPE_CHECKING:
 
 OWN_ERROR = "the {service} met an error of its own; please report what its log says"
 
+_ENTRY = re.compile(
+    r"(?:(?:start|(?P<limits>limits)|(?:waypoints|alternatives)\[\d+\])\.)?"
+    r"(?:positions|velocities|accelerations|jerks)\[(?P<first>\d+)\](?:\[(?P<second>\d+)\])?(?=: | is )"
+)
+"""Path of a joint's value at the begin of a sentence: the joint is the index, of a range of positions the first of two
+indices, and of a sample the second."""
+
 
 @contextmanager
 def refusing(
@@ -20,16 +28,18 @@ def refusing(
     log: logging.Logger,
     goal_id: str | None = None,
     then: Callable[[Refusal], object] = lambda _: None,
+    joints: Sequence[str] = (),
 ) -> Iterator[None]:
     """Reply to `asking` with the refusal that the block raises, log it, and call `then` with it.
 
-    An unexpected error becomes the refusal `unavailable`, so that the service continues with other requests.
+    An unexpected error becomes the refusal `unavailable`, so that the service continues with other requests. joints:
+    names for the values of joints that a refusal gives by their index.
     """
     try:
         yield
         return
     except Refusal as reason:
-        refusal = reason
+        refusal = with_joint(reason, joints)
     except Exception:
         log.exception("%s met an error of the %s", asking.topic.key, service, extra={"goal_id": goal_id})
         detail = {"service": service} | ({"goal_id": goal_id} if goal_id else {})
@@ -38,3 +48,18 @@ def refusing(
     fields = {"goal_id": goal_id, "code": refusal.code}
     log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
     then(refusal)
+
+
+def with_joint(refusal: Refusal, names: Sequence[str]) -> Refusal:
+    """Return a refusal whose sentence begins with the path of a joint's value with the name of the joint after it.
+
+    For example `positions[0] (joint shoulder) is nan`. The detail stays the same.
+    """
+    path = _ENTRY.match(refusal.message)
+    if path is None:
+        return refusal
+    joint = int(path["second"] if path["second"] and not path["limits"] else path["first"])
+    if joint >= len(names):
+        return refusal
+    sentence = f"{path[0]} (joint {names[joint]}){refusal.message[path.end() :]}"
+    return Refusal(refusal.code, sentence, **refusal.detail)

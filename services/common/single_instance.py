@@ -43,7 +43,7 @@ class SingleInstance:
         robot: Name of the robot, if the options have none.
         log: Receives the reason of an early end.
         hosts: Whether it hosts the router if the options name no endpoint to join.
-        beside: Names of further robots for which it claims the same service.
+        other_robots: Names of other robots for which it claims the same service.
         timeouts: Timeouts after which the peer of its session considers it lost.
     """
 
@@ -52,7 +52,7 @@ class SingleInstance:
     robot: str
     log: logging.Logger
     hosts: bool = field(default=False, kw_only=True)
-    beside: Sequence[str] = field(default=(), kw_only=True)
+    other_robots: Sequence[str] = field(default=(), kw_only=True)
     timeouts: SessionTimeouts = field(default=SERVICE, kw_only=True)
 
     def run(self, serve: Callable[[Bus], object], stopping: threading.Event) -> Outcome:
@@ -72,7 +72,7 @@ class SingleInstance:
 
     def _serve(self, bus: Bus, serve: Callable[[Bus], object], stopping: threading.Event) -> Outcome:
         displaced = threading.Event()
-        places = [bus, *(Bus(bus.session, robot) for robot in self.beside)]
+        places = [bus, *(Bus(bus.session, robot) for robot in self.other_robots)]
 
         def look_for_rival() -> None:
             if any(self._is_displaced(place, stopping) for place in places):

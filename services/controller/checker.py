@@ -54,7 +54,7 @@ class TrajectoryChecker:
             query = self.requests.take(POLL_S)
             self._stray_puts.warn()
             if query is not None:
-                with refusing(query, "controller", self._log):
+                with refusing(query, "controller", self._log, joints=self._config.joint_names):
                     self._check(query)
 
     def _check(self, query: PendingQuery) -> None:

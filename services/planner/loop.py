@@ -63,6 +63,7 @@ class Loop:
         self._library = library
         self._lead = lead
         self._log = log
+        self._joints = config.joint_names
         self.inbox: Inbox[Any] = Inbox()  # requests, and calls of the worker threads
         worker = Worker("learn", config.limits, config.joint_names, log)
         self._learner = Learner(library, worker, planner.keep, self.inbox, log)
@@ -134,7 +135,8 @@ class Loop:
             if asking.topic is topics.GOAL:
                 self._planner.publish_refused(goal, goal_id, refusal, asking.arrival_ns)
 
-        return refusing(asking, "planner", self._log, goal_id, publish)
+        joints = self._joints if asking.topic is topics.GOAL else ()  # in `learn`, a first index is a sample
+        return refusing(asking, "planner", self._log, goal_id, publish, joints)
 
     def _begin(self, asking: PendingQuery, goal: m.Goal) -> None:
         """Answer a goal at once, or start planning it in the worker process."""
@@ -169,8 +171,8 @@ class Loop:
             assert going.task is not None
             try:
                 step = partial(going.steps.send, self.plan_worker.plan(going.task))
-            except Refusal as refusal:
-                step = partial(going.steps.throw, refusal)
+            except Exception as error:
+                step = partial(going.steps.throw, error)
 
     def _learn(self, asking: PendingQuery, body: memoryview) -> None:
         """Refuse faults outside the demonstration at once; pass the rest to the learner."""

@@ -37,14 +37,14 @@ def main() -> None:
     """
     flags = tyro.cli(Flags)
     clock, seed = flags.own.clock, flags.own.seed
-    beside = load_beside(flags.own.also)
+    others = load_others(flags.own.also)
     if not 0 < flags.own.pace <= 1:
         print(f"sim: --pace is {flags.own.pace:g}; it must be more than 0 and at most 1", file=sys.stderr)
         raise SystemExit(MISUSED)
 
     def build(bus: Bus, config: RobotConfig, log: logging.Logger) -> list[SimLoop]:
-        configs = [config, *beside]
-        buses = [bus, *(Bus(bus.session, other.name) for other in beside)]
+        configs = [config, *others]
+        buses = [bus, *(Bus(bus.session, other.name) for other in others)]
         try:
             world = World(configs)
         except RobotError as error:
@@ -53,12 +53,12 @@ def main() -> None:
         return [SimLoop(own, arm, clock, seed, log, world) for own, arm in zip(buses, configs, strict=True)]
 
     keep = run_stepped if clock == "stepped" else partial(keep_time, pace=flags.own.pace)
-    names = [config.name for config in beside]
+    names = [config.name for config in others]
     raise SystemExit(run_robot("sim", flags.common, clock, build, keep, names))
 
 
-def load_beside(paths: Sequence[Path]) -> list[RobotConfig]:
-    """Return the further robots of a simulation.
+def load_others(paths: Sequence[Path]) -> list[RobotConfig]:
+    """Return the other robots of a simulation.
 
     Raises:
         SystemExit: a file cannot be read.

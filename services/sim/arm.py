@@ -22,7 +22,7 @@ from services.sim.guiding import Guidance
 from services.sim.held import HeldJoints
 from services.sim.inverse_dynamics import InverseDynamics
 from services.sim.led import LedJoints
-from services.sim.model import Scene, arm_in
+from services.sim.model import Scene, scene_of
 from services.sim.world import World
 
 
@@ -42,7 +42,7 @@ class SimulatedArm(Backend):
         """`world`: world that the arm shares with others; by default a new one."""
         self.config = config
         self._world = world = world or World([config])
-        self.scene: Scene = arm_in(world.scene, config)
+        self.scene: Scene = scene_of(world.scene, config)
         self._held = HeldJoints(config, self.scene, {k: v for k, v in config.held.items() if k not in world.joints})
         self._controlled = np.concatenate([self.scene.dofs, self._held.dofs])
         self._dynamics = InverseDynamics(self.scene, self._controlled)

@@ -1,4 +1,4 @@
-"""The MuJoCo model the simulation runs: where the arm, the ball and the tee lie in its arrays."""
+"""The simulation's MuJoCo model, with the addresses of the arm, the ball and the tee in its arrays."""
 
 import math
 from dataclasses import dataclass, replace
@@ -13,7 +13,14 @@ from robot.model import joint_ids
 
 @dataclass(frozen=True, slots=True)
 class FreeBall:
-    """Where the ball lies in `qpos` and `qvel`: position (3) then quaternion, linear (3) then angular."""
+    """The ball, a free body.
+
+    Attributes:
+        body: Index of the body.
+        qpos: Address in `qpos` of its position (3,), followed by its quaternion (4,).
+        dof: Address in `qvel` of its velocity (3,), followed by its angular velocity (3,).
+        radius: Radius, m.
+    """
 
     body: int
     qpos: int
@@ -23,9 +30,16 @@ class FreeBall:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A model prepared for one tick of 1/rate_hz at a time, with its data.
+    """A model and its data, simulated tick by tick.
 
-    qpos, dofs: addresses (J,) of the arm's joints. substeps: physics steps a tick. tee: mocap index.
+    Attributes:
+        model: The model; its time step is a tick divided by `substeps`.
+        data: The state of the simulation.
+        qpos: Addresses (J,) of the arm's joints in `qpos`.
+        dofs: Addresses (J,) of the arm's joints in `qvel`.
+        substeps: Number of physics steps in a tick.
+        ball: The ball; None without one.
+        tee: Mocap index of the tee; None without one.
     """
 
     model: mujoco.MjModel
@@ -38,11 +52,11 @@ class Scene:
 
 
 def build_scene(config: RobotConfig) -> Scene:
-    """The robot's scene.
+    """Load a robot's model and prepare it for simulation.
 
-    The arm is moved by generalised forces and the model's own actuators are off, so that a model whose
-    actuators are position servos serves as well. Damping is explicit, so that inverse dynamics, which
-    compensates it, does so exactly. A state that diverges is not silently reset.
+    Generalised forces move the arm and the model's actuators are disabled, so that models with position servos can be
+    used. Damping is integrated explicitly, so that inverse dynamics compensates it exactly. MuJoCo's automatic reset of
+    a diverged state is disabled.
     """
     model = config.load_model()
     substeps = max(1, math.ceil(config.tick / model.opt.timestep - 1e-9))
@@ -60,14 +74,14 @@ def build_scene(config: RobotConfig) -> Scene:
     )
 
 
-def arm_in(scene: Scene, config: RobotConfig) -> Scene:
-    """The same scene, as another robot that stands in it has it: with the addresses of that robot's joints."""
+def scene_of(scene: Scene, config: RobotConfig) -> Scene:
+    """Return a scene, which shares model and data, with the addresses of another robot's joints."""
     return replace(scene, **_addresses(scene.model, config))
 
 
 def _addresses(model: mujoco.MjModel, config: RobotConfig) -> dict[str, np.ndarray]:
     ids = joint_ids(model, config.joint_names)
-    # numpy picks by intp several times as fast as by MuJoCo's int32.
+    # Indexing by intp is several times as fast as by MuJoCo's int32.
     return {"qpos": model.jnt_qposadr[ids].astype(np.intp), "dofs": model.jnt_dofadr[ids].astype(np.intp)}
 
 

@@ -406,7 +406,7 @@ ARM: dict[str, Struct] = {
     ),
     "ErrorBody": m.ErrorBody(
         code="limit",
-        message="joint_1 shall end at 2.5 rad, but its largest position is 2 rad; choose a goal inside its range",
+        message="joint_1 would end at 2.5 rad, but its largest position is 2 rad; choose a goal inside its range",
         detail={"joint": "joint_1", "quantity": "positions", "value": 2.5, "bound": 2.0},
     ),
 }

@@ -25,7 +25,7 @@ from tests.cores import LOOP_CORE
 from tools.drill.harness import commanded
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.start import ARM as SERVICES
-from tools.drill.harness.start import CellConfig, started
+from tools.drill.harness.start import CellConfig, start_cell
 from tools.drill.harness.waiting import PATIENCE_S, wait_for
 
 ROBOT = load_robot()
@@ -76,9 +76,9 @@ def running(
     **flags: object,
 ) -> Iterator[Stack]:
     """Run the named services until the block ends, then check that each ended with status 0."""
-    config = CellConfig(clock=clock, names=names, flags=flags)
+    config = CellConfig(clock=clock, services=names, flags=flags)
     try:
-        with started(config, Options(log=log, loop_core=LOOP_CORE), tmp_path, Stack) as stack:
+        with start_cell(config, Options(log=log, loop_core=LOOP_CORE), tmp_path, Stack) as stack:
             yield stack
             processes = dict(stack.services.running)
     finally:

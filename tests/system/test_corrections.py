@@ -141,9 +141,9 @@ def test_the_plan_that_is_published_says_what_it_corrects(stack: Stack):
     first = stack.strike()
     begin_at(stack, first, 0.5)
     second = corrected(stack, first.goal_id)
-    told = stack.plan_of(second)
-    assert (told.revises, told.phase) == (first.goal_id, pytest.approx(0.5, abs=1e-9))
-    shown = np.frombuffer(told.demonstration).reshape(told.hit_index + 1, -1)
+    published = stack.plan_of(second)
+    assert (published.revises, published.phase) == (first.goal_id, pytest.approx(0.5, abs=1e-9))
+    shown = np.frombuffer(published.demonstration).reshape(published.hit_index + 1, -1)
     wanted = taught().positions(np.linspace(0.5, 1.0, len(shown)))
     assert np.abs(shown - wanted).max() < 1e-6
 

@@ -8,8 +8,8 @@ import pytest
 from services.common.cli import Options
 from tests.cores import LOOP_CORE
 from tools.drill.harness.lab import Lab
-from tools.drill.report import shortfall
-from tools.drill.run import carry_out
+from tools.drill.report import failures
+from tools.drill.run import run_scenario
 from tools.drill.scenario import Scenario
 from tools.drill.table import SCENARIOS
 
@@ -21,27 +21,27 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
         yield lab
 
 
-def chosen(kind: str) -> list[Scenario]:
+def of_kind(kind: str) -> list[Scenario]:
     """Return the scenarios of a kind; the fuzzer has a module of its own."""
     return [scenario for name, scenario in SCENARIOS.items() if scenario.kind == kind and name != "fuzz"]
 
 
-@pytest.mark.parametrize("scenario", chosen("exact"), ids=lambda scenario: scenario.name)
+@pytest.mark.parametrize("scenario", of_kind("exact"), ids=lambda scenario: scenario.name)
 def test_exact(lab: Lab, scenario: Scenario):
     """Every bound of the scenario holds."""
-    outcome = carry_out(scenario, lab)
-    assert outcome.held, shortfall(outcome)
+    outcome = run_scenario(scenario, lab)
+    assert outcome.held, failures(outcome)
 
 
 @pytest.mark.realtime
 @pytest.mark.filterwarnings("default::pytest.PytestWarning")
-@pytest.mark.parametrize("scenario", chosen("short"), ids=lambda scenario: scenario.name)
+@pytest.mark.parametrize("scenario", of_kind("short"), ids=lambda scenario: scenario.name)
 def test_in_real_time(lab: Lab, scenario: Scenario):
     """Every bound of the scenario holds.
 
     If a core was stolen and the scenario was repeated, a warning shows the earlier attempts.
     """
-    outcome = carry_out(scenario, lab)
-    for attempt in outcome.before:
+    outcome = run_scenario(scenario, lab)
+    for attempt in outcome.earlier_attempts:
         warnings.warn(pytest.PytestWarning(f"repeated: {attempt}"), stacklevel=1)
-    assert outcome.held, shortfall(outcome)
+    assert outcome.held, failures(outcome)

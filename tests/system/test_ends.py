@@ -210,9 +210,9 @@ def test_a_place_time_keeps_the_places_in_the_middle(stack: Stack):
     shown = taught().positions(np.linspace(0, 0.7, 2101))
     apart = []
     for seconds in (None, 0.1):  # in seconds of the demonstration; this motion is three times slower
-        told = stack.goal(**fields, place_time=seconds, plan_only=True, include_trajectory=True).trajectory
-        assert told is not None
-        apart.append(np.abs(samples_of(told).positions[:2101] - shown).max())
+        trajectory = stack.goal(**fields, place_time=seconds, plan_only=True, include_trajectory=True).trajectory
+        assert trajectory is not None
+        apart.append(np.abs(samples_of(trajectory).positions[:2101] - shown).max())
     assert apart[1] < apart[0] / 3
     check_end(stack, stack.goal(**fields, place_time=0.1))
 
@@ -259,18 +259,18 @@ def test_a_motion_of_a_minute_is_accepted(stack: Stack):
     """
     reply = stack.goal(duration=59.0, include_trajectory=True)
     assert reply.duration == 59.0
-    told = reply.trajectory
-    assert told is not None
-    assert told.dt == pytest.approx(3 * ROBOT.tick)
-    assert told.count == -(-round(reply.total_duration * ROBOT.rate_hz) // 3) + 1
-    assert told.hit_index == round(59_000 / 3)
-    assert told.pieces is not None
-    assert stack.plan_of(reply).count == told.count
+    trajectory = reply.trajectory
+    assert trajectory is not None
+    assert trajectory.dt == pytest.approx(3 * ROBOT.tick)
+    assert trajectory.count == -(-round(reply.total_duration * ROBOT.rate_hz) // 3) + 1
+    assert trajectory.hit_index == round(59_000 / 3)
+    assert trajectory.pieces is not None
+    assert stack.plan_of(reply).count == trajectory.count
     stack.step(500)
     canceled = stack.cancel(reply.goal_id)
     stack.step_to(stack.ticks(canceled.stop_time) + 1)
     assert stack.result(reply.goal_id).outcome == "canceled"
-    samples, first = samples_of(told), stack.ticks(reply.start_time)
+    samples, first = samples_of(trajectory), stack.ticks(reply.start_time)
     played = Reference(stack.commands()).positions[first : first + 300 : 3]
     assert np.abs(played - samples.positions[:100]).max() < 1e-9
     assert stack.refused_goal(duration=60.0, velocities=list(HIT_VELOCITIES)).code == "invalid_goal"

@@ -7,7 +7,7 @@ from services.common.cli import Options
 from tests.cores import LOOP_CORE
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.mutations import MUTATIONS, mutate
-from tools.drill.run import carry_out
+from tools.drill.run import run_scenario
 from tools.drill.table import SCENARIOS
 
 
@@ -23,5 +23,5 @@ def test_mutations_are_the_same_for_the_same_seed():
 def test_five_thousand_mutated_messages(tmp_path: Path):
     """Every bound of the drill's fuzzing scenario holds."""
     with Lab(Options(loop_core=LOOP_CORE), tmp_path) as lab:
-        outcome = carry_out(SCENARIOS["fuzz"], lab)
+        outcome = run_scenario(SCENARIOS["fuzz"], lab)
     assert outcome.held, outcome

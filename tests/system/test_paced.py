@@ -104,7 +104,7 @@ def test_goals_succeed_without_rights_beside_busy_processes(tmp_path: Path):
 
 def test_a_stalled_sim_causes_no_fault(stack: Stack):
     """The sim is suspended for a second in mid-motion, and then continues the motion."""
-    reply = stack.under_way()
+    reply = stack.begin_motion()
     stack.processes.signal("sim", signal.SIGSTOP)
     time.sleep(1.0)
     stack.processes.signal("sim", signal.SIGCONT)
@@ -116,7 +116,7 @@ def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
 
     The controller's token is gone at once, so the sim does not wait for it as for one that hangs.
     """
-    stack.under_way()
+    stack.begin_motion()
     stack.drain(topics.STATE)
     killed = stack.processes.signal("controller", signal.SIGKILL)
     wait_for(lambda: stack.state().brake, "the arm to brake")
@@ -131,7 +131,7 @@ def test_a_killed_controller_leaves_a_braked_arm(stack: Stack):
 
 def test_a_killed_sim_aborts_the_motion(stack: Stack):
     """The controller is in fault as soon as the sim's token is gone; a new sim plays goals as before."""
-    reply = stack.under_way()
+    reply = stack.begin_motion()
     killed = stack.processes.signal("sim", signal.SIGKILL)
     wait_for(lambda: stack.processes.logged_at("controller", GONE, killed), "the controller in fault")
     stack.processes.start("sim")
@@ -148,7 +148,7 @@ def test_a_controller_that_hangs_is_waited_for_two_seconds(stack: Stack):
 
     Once the controller answers again, the sim waits for it at every tick as before.
     """
-    stack.under_way()
+    stack.begin_motion()
     stack.drain(topics.STATE)
     stopped = time.monotonic()
     sent = stack.processes.signal("controller", signal.SIGSTOP)

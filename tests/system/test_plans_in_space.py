@@ -12,7 +12,7 @@ from robot.conversions import samples_of
 from services.common.cli import Options
 from tests import arms
 from tests.cores import LOOP_CORE
-from tools.drill.harness.start import CellConfig, started
+from tools.drill.harness.start import CellConfig, start_cell
 
 OFF = 2e-3
 """An arm that touches nothing stays within this distance of its plan, rad."""
@@ -21,7 +21,7 @@ OFF = 2e-3
 def test_a_folding_arm_is_refused_and_would_have_touched_itself(tmp_path: Path):
     """The arm leaves its plan shortly after the refusal's instant, which is when the bodies are a margin apart."""
     config = CellConfig(robot_config=arms.UR5E.write(tmp_path, "ur5e"))
-    with started(config, Options(loop_core=LOOP_CORE), tmp_path) as cell:
+    with start_cell(config, Options(loop_core=LOOP_CORE), tmp_path) as cell:
         times = np.linspace(0, 1, 201)
         shape = times**3 * (10 - 15 * times + 6 * times**2)
         movement = cell.config.home + np.outer(shape, [0.2, 0.1, 0.1, 0.1, 0.1, 0.1])

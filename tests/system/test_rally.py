@@ -18,14 +18,14 @@ def test_a_ball_is_returned_and_every_correction_is_said(tmp_path: Path):
     strokes: list[Stroke] = []
     play(Flags(balls=1, slow=3.0, seed=0, record=tmp_path / "rally.rrd"), Console(quiet=True), strokes)
     (stroke,) = strokes
-    phases = [said.phase for said in stroke.said]
+    phases = [strike.phase for strike in stroke.strikes]
     assert phases[:2] == ["seen", "planned"]
     assert phases[-2:] == ["hit", "landed"]
     assert stroke.corrections >= 1
     assert stroke.score.returned
     found = summary(strokes)
     assert (found["balls"], found["hit"], found["returned"], found["violations"]) == (1, 1, 1, 0)
-    said = stroke.said[-1].landing
+    said = stroke.strikes[-1].landing
     assert said is not None
     assert stroke.score.distance is not None
     assert abs(said.distance - stroke.score.distance) < 0.15, "the striker's landing point is far from the true one"

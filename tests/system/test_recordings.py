@@ -16,7 +16,7 @@ from services.common.cli import Options
 from tests.arms import PANDA
 from tests.cores import LOOP_CORE
 from tests.unit.recordings import writers
-from tests.unit.recordings.playing import HOUSEHOLD, in_bounds
+from tests.unit.recordings.playing import HOUSEHOLD, relative_deviation
 from tests.waiting import eventually
 from tools.recordings import readers
 from tools.recordings.doctor import examine
@@ -92,7 +92,7 @@ def test_a_real_recording_on_its_own_arm(
     at = samples.times - samples.times[0]
     measured = np.stack([np.interp(at, played.times, column) for column in played.values.T], axis=1)
     assert played.columns == PANDA.joints
-    assert in_bounds(measured, samples.values).max() < 1
+    assert relative_deviation(measured, samples.values).max() < 1
 
 
 def _times_near(trace: Path, place: np.ndarray) -> np.ndarray:
@@ -123,4 +123,4 @@ def _check_what_was_played(trace: Path, goal: str) -> None:
     played = readers.read(trace, goal)
     shown = np.stack([np.interp(played.times, writers.TIMES, column) for column in writers.movement().T], axis=1)
     assert played.columns == JOINTS
-    assert in_bounds(played.values, shown).max() < 1
+    assert relative_deviation(played.values, shown).max() < 1

@@ -111,7 +111,7 @@ def test_silence_brakes_it_and_recovery_begins_a_new_run(stack: Stack):
 
     A recovery requires an arm at rest, leaves it where it stands, and begins a new run.
     """
-    stack.under_way()
+    stack.begin_motion()
     run = stack.state().run
     stack.processes.signal("controller", signal.SIGKILL)
     wait_for(lambda: stack.state().brake, "the arm to brake")

@@ -12,7 +12,7 @@ from protocol import messages as m
 from protocol import topics
 from robot.striking.launcher import Launcher
 from tools.drill.harness.waiting import wait_for
-from tools.rally.limit_watch import LimitWatch
+from tools.rally.limit_monitor import LimitMonitor
 
 PACE = 0.5
 
@@ -44,7 +44,7 @@ def swinging(stack: Stack, seed: int) -> m.Strike:
 @pytest.mark.realtime
 @pytest.mark.parametrize("name", ["striker", "planner"])
 def test_a_process_that_is_killed_in_mid_swing_leaves_an_arm_that_ends_at_rest(stack: Stack, name: str):
-    watch = LimitWatch(stack.bus, ROBOT)
+    watch = LimitMonitor(stack.bus, ROBOT)
     stack.listen(topics.CONTACT)
     said = swinging(stack, 0)
     stack.kill(name)

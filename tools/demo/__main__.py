@@ -1,4 +1,4 @@
-"""`python -m tools.demo`: start everything, strike five times, report, leave a trace."""
+"""`python -m tools.demo`: start the services, strike five times, print a report, write a trace."""
 
 import sys
 from dataclasses import dataclass, field
@@ -17,19 +17,19 @@ from services.common.cell import running_cell
 from services.common.cli import MISUSED, Common, Options
 from services.common.signals import end_like_ctrl_c
 from services.common.supervisor import NotReady
-from tools.demo.play import Outcome, Player
+from tools.demo.play import Player, StrikeOutcome
 from tools.demo.report import speed, table
 from tools.demo.strikes import STRIKES
 
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Start all services on a bus of their own, strike five times, report, and write a trace.
+    """Start all services, strike five times, print a report, and write a trace.
 
-    The router listens on a free port or on --listen; --connect uses a router that runs already.
+    The router listens on a free port or on --listen; --connect uses a running router.
 
     Attributes:
-        clock: The arm's clock. paced waits for a slow machine; realtime does not, so a strike may fail.
+        clock: Clock of the arm. paced waits for a slow machine; realtime does not, so a strike may fail.
         record: Trace to write.
         live: Serve a live viewer on loopback.
         verbose: Show the services' logs.
@@ -43,7 +43,7 @@ class Flags:
 
 
 def main() -> int:
-    """Return 0 if every strike kept its bounds, 1 otherwise."""
+    """Run the demo; return 0 if every strike stayed within its bounds, 1 otherwise."""
     flags = tyro.cli(Flags)
     console = Console()
     end_like_ctrl_c()
@@ -62,23 +62,23 @@ def main() -> int:
     console.print(speed(outcomes, cycle))
     console.print(f"trace: {flags.record.resolve()}", soft_wrap=True, highlight=False)
     console.print(f"open it with: {viewer()} {flags.record}", soft_wrap=True, highlight=False)
-    return report_broken(outcomes, console)
+    return report_failures(outcomes, console)
 
 
-def run(flags: Flags, console: Console) -> tuple[list[Outcome], m.Cycle]:
-    """Start all services, strike, end them; return the outcomes and the controller's timing."""
+def run(flags: Flags, console: Console) -> tuple[list[StrikeOutcome], m.Cycle]:
+    """Start all services, strike, and stop them; return the outcomes and the controller's timing."""
     values: dict[str, object] = {"clock": flags.clock, "record": flags.record, "live": flags.live}
     with running_cell(flags.common, values, quiet=not flags.verbose) as cell:
         outcomes = strike_all(cell.bus, console)
         return outcomes, cell.bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
 
 
-def strike_all(bus: Bus, console: Console) -> list[Outcome]:
+def strike_all(bus: Bus, console: Console) -> list[StrikeOutcome]:
     """Play every strike and show the progress."""
-    columns = SpinnerColumn(), TextColumn("{task.description}: {task.fields[doing]}"), TimeElapsedColumn()
+    columns = SpinnerColumn(), TextColumn("{task.description}: {task.fields[activity]}"), TimeElapsedColumn()
     with Progress(*columns, console=console, transient=True) as progress:
-        shown = progress.add_task("", doing="")
-        player = Player(bus, lambda doing: progress.update(shown, doing=doing))
+        shown = progress.add_task("", activity="")
+        player = Player(bus, lambda activity: progress.update(shown, activity=activity))
         outcomes = []
         for number, strike in enumerate(STRIKES, 1):
             progress.update(shown, description=f"strike {number} of {len(STRIKES)}, {strike.title}")
@@ -86,11 +86,11 @@ def strike_all(bus: Bus, console: Console) -> list[Outcome]:
         return outcomes
 
 
-def report_broken(outcomes: list[Outcome], console: Console) -> int:
-    """Print the bounds that were missed; return the exit status."""
+def report_failures(outcomes: list[StrikeOutcome], console: Console) -> int:
+    """Print the bounds that failed; return the exit status."""
     status = 0
     for outcome in outcomes:
-        for sentence in outcome.broken_promises():
+        for sentence in outcome.failures():
             console.print(f"[bold red]{outcome.strike.title}[/bold red]: {sentence}")
             status = 1
     return status
@@ -98,8 +98,8 @@ def report_broken(outcomes: list[Outcome], console: Console) -> int:
 
 def viewer() -> str:
     """Return the command of the Rerun viewer in this environment."""
-    beside = Path(sys.executable).with_name("rerun")
-    return str(beside.relative_to(Path.cwd())) if beside.is_relative_to(Path.cwd()) else "rerun"
+    command = Path(sys.executable).with_name("rerun")
+    return str(command.relative_to(Path.cwd())) if command.is_relative_to(Path.cwd()) else "rerun"
 
 
 if __name__ == "__main__":

@@ -14,15 +14,23 @@ from protocol.codec import decode
 from tools.demo.strikes import PUSH_FOR, PUSH_FROM, Strike, largest, noise_request
 
 SETTLE_S = 0.4
+"""Rest before a strike, s of wall time."""
 FLIGHT_S = 0.8
+"""Recorded flight of the ball after a strike, s of wall time."""
 POLL_S = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
-    """A played strike: the planner's reply, the controller's result, and the ball's speed afterwards, m/s.
+class StrikeOutcome:
+    """The outcome of a strike.
 
-    `robot_s`, `wall_s`: duration of its run in robot time and in wall time, s.
+    Attributes:
+        strike: The strike.
+        reply: The planner's reply.
+        result: The controller's result.
+        ball_speed: Speed of the ball after the touch, m/s; 0 if the racket missed it.
+        robot_s: Duration of the run in robot time, s.
+        wall_s: Duration of the run in wall time, s.
     """
 
     strike: Strike
@@ -32,27 +40,27 @@ class Outcome:
     robot_s: float
     wall_s: float
 
-    def broken_promises(self) -> list[str]:
-        """Return a sentence for each bound that the strike missed."""
+    def failures(self) -> list[str]:
+        """Return a sentence for each bound that failed."""
         result, strike = self.result, self.strike
         if result.hit is None or result.hit.truth_error is None:
             return [f"the goal was {result.outcome} before the hit: {result.reason}"]
         position, velocity = self.true_errors()
-        broken = []
+        found = []
         if result.outcome != "succeeded":
-            broken.append(f"the goal was {result.outcome}: {result.reason}")
+            found.append(f"the goal was {result.outcome}: {result.reason}")
         if not self.reply.report.certified:
-            broken.append("the plan has no certificate for its limits")
+            found.append("the plan has no certificate for its limits")
         if position > strike.position_bound:
-            broken.append(f"the hit is {position:.2g} rad off, more than {strike.position_bound:.2g}")
+            found.append(f"the hit is {position:.2g} rad off, more than {strike.position_bound:.2g}")
         if velocity > strike.velocity_bound:
-            broken.append(f"the hit is {velocity:.2g} rad/s off, more than {strike.velocity_bound:.2g}")
+            found.append(f"the hit is {velocity:.2g} rad/s off, more than {strike.velocity_bound:.2g}")
         if not self.ball_speed:
-            broken.append("the racket missed the ball")
-        return broken
+            found.append("the racket missed the ball")
+        return found
 
     def true_errors(self) -> tuple[float, float]:
-        """Return the true arm's largest position (rad) and velocity (rad/s) error at the hit, over all joints."""
+        """Return the largest position error, rad, and velocity error, rad/s, of the true arm at the hit."""
         hit = self.result.hit
         assert hit is not None
         assert hit.truth_error is not None
@@ -60,44 +68,45 @@ class Outcome:
 
 
 class Player:
-    """Plays strikes, one after another, on the services of a bus."""
+    """Plays strikes on running services."""
 
-    def __init__(self, bus: Bus, say: Callable[[str], None]) -> None:
+    def __init__(self, bus: Bus, progress: Callable[[str], None]) -> None:
+        """`progress` is called with a short description of each step."""
         self._bus = bus
-        self._say = say
+        self._progress = progress
         self._contacts: SimpleQueue[bytes] = SimpleQueue()
         bus.listen(topics.CONTACT, self._contacts.put)
 
-    def play(self, strike: Strike, seed: int) -> Outcome:
+    def play(self, strike: Strike, seed: int) -> StrikeOutcome:
         """Place the arm and the ball, strike, and wait until the arm is at rest.
 
         Raises:
             Refusal: the goal or a disturbance was refused.
             NoAnswer: a service does not reply.
         """
-        self._say("placing arm and ball")
+        self._progress("placing arm and ball")
         start = None if strike.start is None else list(strike.start)
         self._bus.ask(topics.SIM_RESET, m.Reset(positions=start, seed=seed))
         began = time.monotonic()
         if strike.noise:
             self._bus.ask(topics.SIM_DISTURB, noise_request(strike))
         time.sleep(SETTLE_S)
-        self._say("planning")
+        self._progress("planning")
         name = strike.title.replace(" ", "-").replace(",", "")
         reply = self._bus.ask(topics.GOAL, msgspec.structs.replace(strike.goal, goal_id=name))
         if strike.push is not None:
             begin = reply.start_time + PUSH_FROM
             push = m.Disturb(kind="acceleration", values=list(strike.push), start_time=begin, duration=PUSH_FOR)
             self._bus.ask(topics.SIM_DISTURB, push)
-        self._say(f"striking in {reply.duration:.2f} s")
+        self._progress(f"striking in {reply.duration:.2f} s")
         result = self._wait(reply)
-        self._say("watching the ball")
+        self._progress("watching the ball")
         time.sleep(FLIGHT_S)
         robot_s, wall_s = self._bus.ask(topics.STATE_QUERY, m.Empty()).time, time.monotonic() - began
-        return Outcome(strike, reply, result, self._ball_speed(), robot_s, wall_s)
+        return StrikeOutcome(strike, reply, result, self._ball_speed(), robot_s, wall_s)
 
     def _wait(self, reply: m.GoalReply) -> m.Result:
-        """Return the result once the goal has ended."""
+        """Wait until the goal has ended, and return its result."""
         time.sleep(reply.total_duration)
         while True:
             result = self._bus.ask(topics.RESULT, m.ResultRequest(goal_id=reply.goal_id))

@@ -7,13 +7,13 @@ from rich.table import Table
 from rich.text import Text
 
 from protocol import messages as m
-from tools.demo.play import Outcome
+from tools.demo.play import StrikeOutcome
 
 SLOW = 0.95
 """Ratio of robot time to wall time below which the report calls the machine slow."""
 
 
-def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
+def table(outcomes: list[StrikeOutcome], joint_names: Sequence[str]) -> Table:
     """Return a table with one row for each strike."""
     shown = Table(title="Five strikes from one demonstration", box=SIMPLE_HEAD, padding=0)
     shown.add_column("strike", no_wrap=True)
@@ -26,7 +26,7 @@ def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
         report = outcome.reply.report
         position, velocity = outcome.true_errors() if outcome.result.hit else (float("nan"), float("nan"))
         imitation = (sum(rms**2 for rms in report.imitation_rms) / len(report.imitation_rms)) ** 0.5
-        kept = Text("missed", "bold red") if outcome.broken_promises() else Text("kept", "green")
+        verdict = Text("missed", "bold red") if outcome.failures() else Text("kept", "green")
         shown.add_row(
             outcome.strike.title,
             f"{outcome.reply.duration:.2f}",
@@ -36,12 +36,12 @@ def table(outcomes: list[Outcome], joint_names: Sequence[str]) -> Table:
             f"{outcome.ball_speed:.1f}",
             f"{imitation:.2f}",
             closest_limit(report, joint_names),
-            kept,
+            verdict,
         )
     return shown
 
 
-def speed(outcomes: list[Outcome], cycle: m.Cycle) -> str:
+def speed(outcomes: list[StrikeOutcome], cycle: m.Cycle) -> str:
     """Return a sentence about the ratio of robot time to wall time and the controller's latency."""
     ratio = sum(outcome.robot_s for outcome in outcomes) / sum(outcome.wall_s for outcome in outcomes)
     cost = " (the machine is slow or busy; the results do not depend on it)" if ratio < SLOW else ""
@@ -52,9 +52,9 @@ def speed(outcomes: list[Outcome], cycle: m.Cycle) -> str:
 
 
 def closest_limit(report: m.Report, joint_names: Sequence[str]) -> str:
-    """Return the plan's active limits, or without any its closest limit.
+    """Return the plan's active limits, or its closest limit if none is active.
 
-    Jerk is left out: the stop after the hit always uses the full jerk.
+    Jerk is omitted, because the stop after the hit always uses the full jerk.
     """
     shaping = sorted({f"{active.joint} {active.quantity}" for active in report.active if active.quantity != "jerk"})
     if shaping:
@@ -66,5 +66,5 @@ def closest_limit(report: m.Report, joint_names: Sequence[str]) -> str:
             if margin is not None:
                 reach = max(abs(lowest), abs(highest))
                 used.append((reach / (reach + margin), f"{joint} {quantity}"))
-    share, which = max(used)
-    return f"{which} {share:.0%}"
+    fraction, name = max(used)
+    return f"{name} {fraction:.0%}"

@@ -18,7 +18,7 @@ TIGHT = m.GoalLimits(
 WAYPOINT = m.Waypoint(
     time_from_start=0.35, positions=[-0.60, 0.50, None, None, None, None], velocities=[-3.0] + 5 * [None]
 )
-NOISE = 0.01  # of the demonstration's largest excursion and speed, as in fig. 5 of the paper
+NOISE = 0.01  # fraction of the demonstration's largest excursion and speed, as in fig. 5 of the paper
 PUSH = (100.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # rad/s², fig. 5
 PUSH_FROM, PUSH_FOR = 0.1, 0.2  # s from the start of the motion
 EXCURSION, SPEED = 1.22, 4.6  # rad, rad/s: of joint_1 in the demonstration
@@ -26,10 +26,16 @@ EXCURSION, SPEED = 1.22, 4.6  # rad, rad/s: of joint_1 in the demonstration
 
 @dataclass(frozen=True, slots=True)
 class Strike:
-    """A goal, the arm's initial pose, disturbances, and error bounds at the hit.
+    """A goal, the arm's initial posture, disturbances, and error bounds at the hit.
 
-    `start`: joint positions, rad; None for home. `position_bound`, `velocity_bound`: largest error of the true arm on
-    any joint at the hit, rad and rad/s.
+    Attributes:
+        title: Title in the report.
+        goal: The goal.
+        start: Initial joint positions, rad; by default home.
+        noise: Standard deviation of the sensor noise, as a fraction of the demonstration's excursion and speed.
+        push: Accelerations of a push on the joints, rad/s²; by default none.
+        position_bound: Largest position error of the true arm at the hit on any joint, rad.
+        velocity_bound: Largest velocity error of the true arm at the hit on any joint, rad/s.
     """
 
     title: str

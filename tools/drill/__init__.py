@@ -1,1 +1,1 @@
-"""The drill: causes every fault that Volley claims to survive, and measures the reaction against its bound."""
+"""The drill: cause every fault that Volley claims to survive, and compare the measured reaction with its bounds."""

@@ -1,4 +1,4 @@
-"""`python -m tools.drill`: cause every fault, measure the reaction, print which bounds held."""
+"""`python -m tools.drill`: cause every fault, measure the reactions, and print which bounds held."""
 
 import sys
 import tempfile
@@ -18,27 +18,27 @@ from services.common.cli import MISUSED, Options
 from services.common.signals import end_like_ctrl_c
 from tools.drill.harness.lab import Lab
 from tools.drill.report import listing, save, table, write_markdown
-from tools.drill.run import carry_out
+from tools.drill.run import run_scenario
 from tools.drill.scenario import Scenario, ScenarioOutcome
-from tools.drill.table import chosen
+from tools.drill.table import select
 
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """Cause faults, measure the reaction to each, and compare it with its bound.
+    """Cause faults, measure the reactions, and compare them with their bounds.
 
-    Each scenario has a bus of its own on a free port.
+    The router of each robot cell listens on a free port.
 
     Attributes:
         robot: Name of the robot on the bus; by default the one in the robot config.
-        robot_config: TOML file beside an MJCF file; the robot must know the forehand.
+        robot_config: TOML description of the robot; its library must contain the forehand.
         loop_core: Core that sim and controller share; by default the last one.
-        only: Scenario to carry out, repeatable; by default all.
+        only: Scenario to run, repeatable; by default all.
         list: Print the scenarios and their bounds, and exit.
         long: Soak for an hour and fuzz with 100,000 messages, instead of ten minutes and 5,000.
-        logs: Directory that keeps the logs of the services; by default they are deleted at the end.
-        json: File for the measurements; those of other scenarios stay in it.
-        markdown: Page whose table is made from the JSON file.
+        logs: Directory for the logs of the services; by default they are deleted at the end.
+        json: File for the measurements; it keeps those of other scenarios.
+        markdown: Page whose table is generated from the JSON file.
     """
 
     robot: str | None = None
@@ -53,12 +53,12 @@ class Flags:
 
 
 def main() -> int:
-    """Return 0 if every bound held, 1 if not, 130 if interrupted; what was carried out is printed and saved."""
+    """Run the chosen scenarios, print and save the outcomes; return 0 if every bound held, 1 if not, 130 on Ctrl-C."""
     flags = tyro.cli(Flags)
     console = Console()
     end_like_ctrl_c()
     try:
-        scenarios = chosen(flags.only)
+        scenarios = select(flags.only)
     except KeyError as error:
         console.print(f"volley: {error.args[0]}", highlight=False)
         return MISUSED
@@ -69,7 +69,7 @@ def main() -> int:
     interrupted = False
     try:
         for outcome in drill(scenarios, flags, console):
-            outcomes.append(outcome)  # noqa: PERF402 -- an interruption must leave what was appended
+            outcomes.append(outcome)  # noqa: PERF402 -- after an interruption the finished outcomes must remain
     except RobotError as error:
         console.print(f"volley: {error}", highlight=False)
         return MISUSED
@@ -81,15 +81,15 @@ def main() -> int:
         if flags.markdown:
             write_markdown(flags.markdown, document)
     if interrupted:
-        console.print(f"interrupted: {len(outcomes)} of {len(scenarios)} scenarios were carried out")
+        console.print(f"interrupted after {len(outcomes)} of {len(scenarios)} scenarios")
         return 130
-    short = [outcome.scenario.name for outcome in outcomes if not outcome.held]
-    console.print(f"fell short: {', '.join(short)}" if short else f"all {len(outcomes)} scenarios held")
-    return 1 if short else 0
+    failed = [outcome.scenario.name for outcome in outcomes if not outcome.held]
+    console.print(f"failed: {', '.join(failed)}" if failed else f"every bound held; scenarios: {len(outcomes)}")
+    return 1 if failed else 0
 
 
 def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> Iterator[ScenarioOutcome]:
-    """Carry out the scenarios, with a progress bar; yield each outcome, so that an interruption loses one only."""
+    """Run the scenarios with a progress bar; yield each outcome at once, so that an interruption loses only one."""
     columns = SpinnerColumn(), BarColumn(20), TextColumn("{task.description}"), TimeElapsedColumn()
     options = Options(flags.robot, flags.robot_config, loop_core=flags.loop_core)
     with (
@@ -100,8 +100,8 @@ def drill(scenarios: list[Scenario], flags: Flags, console: Console) -> Iterator
         task = progress.add_task("", total=len(scenarios))
         for scenario in scenarios:
             progress.update(task, description=f"{scenario.name}: {scenario.fault}")
-            lab.progress = lambda doing, name=scenario.name: progress.update(task, description=f"{name}: {doing}")
-            yield carry_out(scenario, lab)
+            lab.progress = lambda activity, name=scenario.name: progress.update(task, description=f"{name}: {activity}")
+            yield run_scenario(scenario, lab)
             progress.advance(task)
 
 

@@ -1,4 +1,4 @@
-"""The drill's table on the screen, as JSON and as Markdown."""
+"""Write the drill's outcomes as a table on the screen, as JSON and as Markdown."""
 
 import json
 import os
@@ -12,14 +12,14 @@ from rich.table import Table
 from rich.text import Text
 
 from services.common.realtime import may_be_real_time
-from tools.drill.scenario import Bound, Scenario, ScenarioOutcome, Value, judge
+from tools.drill.scenario import Bound, Scenario, ScenarioOutcome, Value, evaluate
 from tools.drill.table import FAMILIES
 
 BEGIN, END = "<!-- begin: python -m tools.drill -->", "<!-- end: python -m tools.drill -->"
 
 
-def number(value: Value | None, unit: str = "") -> str:
-    """Return a measurement as text: whole numbers as they are, others to three digits."""
+def value_text(value: Value | None, unit: str = "") -> str:
+    """Format a measurement: integers exactly, other numbers to three digits."""
     if value is None:
         return "not measured"
     shown = value if isinstance(value, str) else f"{value:d}" if isinstance(value, int) else f"{value:.3g}"
@@ -27,7 +27,7 @@ def number(value: Value | None, unit: str = "") -> str:
 
 
 def bound_text(bound: Bound) -> str:
-    """Return a bound as text, empty without a bound."""
+    """Format a bound; empty if the measurement is only reported."""
     if bound.relation == "reported":
         return ""
     exact = bound.value if isinstance(bound.value, str) else f"{bound.value:.7g}"
@@ -35,28 +35,28 @@ def bound_text(bound: Bound) -> str:
     return value if bound.relation == "=" else f"{bound.relation} {value}"
 
 
-def shortfall(outcome: ScenarioOutcome) -> str:
-    """Return what fell short, or the error, in words."""
-    short = [reaction for reaction in outcome.reactions if not reaction.held]
-    words = ", ".join(f"{each.bound.reaction}: {number(each.measured, each.bound.unit)}" for each in short)
-    return outcome.error or words
+def failures(outcome: ScenarioOutcome) -> str:
+    """Return the error of a scenario, or the measurements whose bounds failed."""
+    failed = [reaction for reaction in outcome.reactions if not reaction.held]
+    listed = ", ".join(f"{each.bound.reaction}: {value_text(each.measured, each.bound.unit)}" for each in failed)
+    return outcome.error or listed
 
 
 def table(outcomes: Sequence[ScenarioOutcome]) -> Table:
-    """Return a table with a line for each reaction."""
+    """Return a table with a row for each reaction."""
     shown = Table(title="The drill", box=SIMPLE_HEAD, padding=(0, 1))
     for heading in ("fault", "reaction", "measured", "bound", ""):
         shown.add_column(heading, overflow="fold")
     for outcome in outcomes:
         fault = f"{outcome.scenario.name}: {outcome.scenario.fault}"
-        fault += "".join(f"\nrepeated: {attempt}" for attempt in outcome.before)
+        fault += "".join(f"\nrepeated: {attempt}" for attempt in outcome.earlier_attempts)
         if outcome.error:
             shown.add_row(fault, outcome.error, "", "", Text("error", "bold red"))
             continue
         for reaction in outcome.reactions:
-            held = Text("held", "green") if reaction.held else Text("fell short", "bold red")
+            held = Text("held", "green") if reaction.held else Text("failed", "bold red")
             bound = reaction.bound
-            measured = number(reaction.measured, bound.unit)
+            measured = value_text(reaction.measured, bound.unit)
             shown.add_row(fault, bound.reaction, measured, bound_text(bound), held)
             fault = ""
     return shown
@@ -77,7 +77,7 @@ def listing(scenarios: Iterable[Scenario]) -> Table:
 
 
 def machine() -> dict[str, str]:
-    """Describe this machine without naming it."""
+    """Describe this machine, without its name."""
     return {
         "processor": _processor(),
         "cores": str(len(os.sched_getaffinity(0))),
@@ -88,7 +88,7 @@ def machine() -> dict[str, str]:
 
 
 def save(path: Path, outcomes: Iterable[ScenarioOutcome]) -> dict[str, Any]:
-    """Write outcomes into a JSON file, beside those of other scenarios; return all of it."""
+    """Write outcomes into a JSON file, which keeps those of other scenarios; return the whole document."""
     rows = json.loads(path.read_text())["rows"] if path.exists() else {}
     rows.update((outcome.scenario.name, _row(outcome)) for outcome in outcomes)
     document = {"machine": machine(), "rows": rows}
@@ -97,14 +97,14 @@ def save(path: Path, outcomes: Iterable[ScenarioOutcome]) -> dict[str, Any]:
 
 
 def write_markdown(path: Path, document: dict[str, Any]) -> None:
-    """Put the table of a JSON document between the marks of a Markdown page."""
+    """Replace the table between the marks of a Markdown page by that of a JSON document."""
     before, _, rest = path.read_text().partition(BEGIN)
     _, _, after = rest.partition(END)
     path.write_text(f"{before}{BEGIN}\n\n{markdown(document)}\n{END}{after}")
 
 
 def markdown(document: dict[str, Any]) -> str:
-    """Return the machine and the table of all measurements, by family."""
+    """Return the machine, and the tables of all measurements by family, as Markdown."""
     described = ", ".join(f"{name} {value}" for name, value in document["machine"].items())
     lines = [f"Measured on: {described}.", ""]
     for family, scenarios in FAMILIES.items():
@@ -115,17 +115,17 @@ def markdown(document: dict[str, Any]) -> str:
 
 
 def _line(scenario: Scenario, row: dict[str, Any] | None) -> str:
-    """Return a scenario's line of the table; `row` is None where it was not measured."""
+    """Return a scenario's row of the table; `row` is None if the scenario was not measured."""
     bounds = "<br>".join(bound_text(bound) or "reported" for bound in scenario.bounds)
     if row is None:
         measured, held = "not measured", ""
     else:
-        # Judged again: a bound may have changed since.
+        # A bound may have changed since the measurement.
         measurements = {r["reaction"]: r["measured"] for r in row["reactions"] if r["measured"] is not None}
-        outcome = judge(scenario, measurements, row["seconds"], row["error"])
-        words = "<br>".join(f"{r.bound.reaction}: {number(r.measured, r.bound.unit)}" for r in outcome.reactions)
-        again = "".join(f"<br>repeated: {attempt}" for attempt in row.get("before", ()))
-        measured, held = (outcome.error or words) + again, "held" if outcome.held else "**fell short**"
+        outcome = evaluate(scenario, measurements, row["seconds"], row["error"])
+        listed = "<br>".join(f"{r.bound.reaction}: {value_text(r.measured, r.bound.unit)}" for r in outcome.reactions)
+        earlier = "".join(f"<br>repeated: {attempt}" for attempt in row["earlier_attempts"])
+        measured, held = (outcome.error or listed) + earlier, "held" if outcome.held else "**failed**"
     return f"| `{scenario.name}`: {scenario.fault} | {measured} | {bounds} | {held} |"
 
 
@@ -136,7 +136,7 @@ def _row(outcome: ScenarioOutcome) -> dict[str, Any]:
         "held": outcome.held,
         "error": outcome.error,
         "seconds": round(outcome.seconds, 1),
-        "before": list(outcome.before),
+        "earlier_attempts": list(outcome.earlier_attempts),
         "reactions": [
             {
                 "reaction": reaction.bound.reaction,

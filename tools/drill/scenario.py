@@ -12,19 +12,19 @@ Value = float | str
 Measured = Mapping[str, Value]
 Relation = Literal["=", "≤", "≥", "reported"]
 Kind = Literal["exact", "short", "full"]
-"""exact: on the stepped clock, the same every time; short: a few seconds in real time; full: only in the drill."""
+"""exact: on the stepped clock, repeatable; short: a few seconds in real time; full: run by the drill only."""
 
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """What a reaction must keep: `measured relation value`; a reaction that is only reported keeps any.
+    """A bound on a measurement, `measurement relation value`; `reported` means that there is no bound.
 
     Attributes:
-        reaction: What is measured, in words; its key among a scenario's measurements.
-        relation: Between the measurement and `value`.
-        value: The bound.
-        unit: Of both.
-        timed: CPU steal alone may make a machine miss it.
+        reaction: Name of the measured quantity; the key of a scenario's measurement.
+        relation: Relation between the measurement and `value`.
+        value: Value of the bound.
+        unit: Unit of the measurement and `value`.
+        timed: Whether CPU steal can make the bound fail.
     """
 
     reaction: str
@@ -34,19 +34,19 @@ class Bound:
     timed: bool = False
 
     def holds(self, measured: Value) -> bool:
-        """Return whether `measured` keeps the bound; NaN keeps none."""
+        """Return whether `measured` satisfies the bound; NaN satisfies only `reported`."""
         if self.relation == "reported":
             return True
         if isinstance(measured, str) or isinstance(self.value, str):
             return self.relation == "=" and measured == self.value
         if math.isnan(measured):
             return False
-        kept = {"=": measured == self.value, "≤": measured <= self.value, "≥": measured >= self.value}[self.relation]
-        return bool(kept)
+        held = {"=": measured == self.value, "≤": measured <= self.value, "≥": measured >= self.value}[self.relation]
+        return bool(held)
 
 
 def exactly(reaction: str, value: Value, unit: str = "") -> Bound:
-    """Return the bound of a reaction that must be `value`."""
+    """Return the bound of a measurement that must equal `value`."""
     return Bound(reaction, "=", value, unit)
 
 
@@ -56,28 +56,28 @@ def none(reaction: str) -> Bound:
 
 
 def at_most(reaction: str, value: float, unit: str = "") -> Bound:
-    """Return the bound of a reaction that must be at most `value`."""
+    """Return the bound of a measurement that must be at most `value`."""
     return Bound(reaction, "≤", value, unit)
 
 
 def at_least(reaction: str, value: float, unit: str = "") -> Bound:
-    """Return the bound of a reaction that must be at least `value`."""
+    """Return the bound of a measurement that must be at least `value`."""
     return Bound(reaction, "≥", value, unit)
 
 
 def timed(bound: Bound) -> Bound:
-    """Return a bound that CPU steal alone may make a machine miss."""
+    """Mark a bound as one that CPU steal can make fail."""
     return replace(bound, timed=True)
 
 
 def reported(reaction: str, unit: str = "") -> Bound:
-    """Return a reaction without a bound, reported beside the others."""
+    """Return the entry of a measurement that is reported and has no bound."""
     return Bound(reaction, "reported", unit=unit)
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One row of the drill. `run` causes the fault and measures every reaction that `bounds` name."""
+    """One row of the drill. `run` causes the fault and returns the measurements that `bounds` name."""
 
     name: str
     fault: str
@@ -89,7 +89,7 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class Reaction:
-    """A bound, its measurement (None: not measured), and whether it held."""
+    """A bound, its measurement (None: not measured), and whether the bound held."""
 
     bound: Bound
     measured: Value | None
@@ -98,21 +98,21 @@ class Reaction:
 
 @dataclass(frozen=True, slots=True)
 class ScenarioOutcome:
-    """How a scenario went.
+    """The outcome of a scenario.
 
     Attributes:
         scenario: The scenario.
         reactions: One for each of its bounds.
-        seconds: How long it took.
-        error: Why it could not be carried out, empty if it was.
-        before: For each earlier attempt: the steal, and what fell short.
+        seconds: Duration, s.
+        error: The error that ended the scenario; empty without one.
+        earlier_attempts: For each earlier attempt, its steal time and failures.
     """
 
     scenario: Scenario
     reactions: tuple[Reaction, ...]
     seconds: float
     error: str = ""
-    before: tuple[str, ...] = ()
+    earlier_attempts: tuple[str, ...] = ()
 
     @property
     def held(self) -> bool:
@@ -120,8 +120,8 @@ class ScenarioOutcome:
         return not self.error and all(reaction.held for reaction in self.reactions)
 
 
-def judge(scenario: Scenario, measured: Measured, seconds: float, error: str = "") -> ScenarioOutcome:
-    """Compare what was measured with the scenario's bounds; a bound without a measurement does not hold."""
+def evaluate(scenario: Scenario, measured: Measured, seconds: float, error: str = "") -> ScenarioOutcome:
+    """Compare measurements with the scenario's bounds; a bound without a measurement does not hold."""
     reactions = tuple(
         Reaction(
             bound, measured.get(bound.reaction), bound.reaction in measured and bound.holds(measured[bound.reaction])

@@ -1,4 +1,4 @@
-"""The table of scenarios, by family."""
+"""The table of all scenarios, by family."""
 
 from collections.abc import Iterable
 
@@ -41,14 +41,14 @@ FAMILIES: dict[str, tuple[Scenario, ...]] = {
 SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for family in FAMILIES.values() for scenario in family}
 
 
-def chosen(names: Iterable[str]) -> list[Scenario]:
-    """Return the scenarios of these names, or all.
+def select(names: Iterable[str]) -> list[Scenario]:
+    """Return the scenarios with these names, or all scenarios if no names are given.
 
     Raises:
-        KeyError: no scenario has a name; the sentence lists all names.
+        KeyError: a name belongs to no scenario; the sentence lists all names.
     """
     wanted = list(names)
     unknown = [name for name in wanted if name not in SCENARIOS]
     if unknown:
-        raise KeyError(f"there is no scenario {' or '.join(unknown)}; there are {', '.join(SCENARIOS)}")
+        raise KeyError(f"there is no scenario {' or '.join(unknown)}; the scenarios are {', '.join(SCENARIOS)}")
     return [SCENARIOS[name] for name in wanted or SCENARIOS]

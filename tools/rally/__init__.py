@@ -1,1 +1,1 @@
-"""Rallies: the arm returns thrown balls to a target; returns are scored and recorded."""
+"""Rallies: an arm returns thrown balls to a target, or two arms play with each other; scored and recorded."""

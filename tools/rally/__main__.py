@@ -1,4 +1,4 @@
-"""`volley rally`: throw balls, which the arm returns; report, and write a trace."""
+"""`volley rally`: throw balls, which the arm returns; print a report and write a trace."""
 
 import sys
 
@@ -15,7 +15,7 @@ from tools.rally.thrown import play_thrown
 
 
 def main() -> int:
-    """Return 0 if every motion was played inside its limits, 1 otherwise."""
+    """Play the rally; return 0 if every motion was played inside its limits, 1 otherwise."""
     flags = tyro.cli(Flags)
     console = Console(stderr=flags.json)
     end_like_ctrl_c()

@@ -12,7 +12,7 @@ from robot.striking.flight import GRAVITY, Air, Ball, aim
 
 SERVE = 0.55, 0.25
 """Start of a serve: fraction of the way from the net to the server's racket, and height above the racket, m."""
-AWAY_M = 0.2
+PARKED_M = 0.2
 """Distances of the resting ball from the net and from the net's end, m, between rallies."""
 SPREAD_M = 0.08
 """Largest distance of a serve's bounce from the target on each axis, m. From 0.12 m on, to one side, no posture of
@@ -21,26 +21,26 @@ the shipped arm returns the ball."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Exchange:
-    """A stroke that the partner can return: the ball bounces at `target` (3,), m, after `flight_time` s.
+    """A stroke that the partner can return.
 
-    After the bounce its apex is at the partner's racket at home.
+    The ball bounces at `target` (3,), m, after `flight_time`, s, and has its next apex at the partner's racket at home.
     """
 
     target: np.ndarray
     flight_time: float
 
 
-def home_of(config: RobotConfig) -> np.ndarray:
+def racket_at_home(config: RobotConfig) -> np.ndarray:
     """Return the position of the racket at home (3,), m."""
     return Kinematics(config).tool_pose(config.home)[0]
 
 
 def exchange(striker: RobotConfig, partner: RobotConfig) -> Exchange:
-    """Return the strokes of `striker` to `partner`, from its racket at home; drag is neglected."""
+    """Return the stroke of `striker` to `partner`, from its racket at home, without drag."""
     court, ball = partner.court, partner.ball
     assert court is not None
     assert ball is not None
-    begin, end = home_of(striker), home_of(partner)
+    begin, end = racket_at_home(striker), racket_at_home(partner)
     floor = court.height + ball.radius
     rises = sqrt(2 * GRAVITY * (end[2] - floor))
     falls = rises / court.restitution
@@ -50,14 +50,14 @@ def exchange(striker: RobotConfig, partner: RobotConfig) -> Exchange:
     return Exchange(np.array([*target[:2], court.height]), flight_time)
 
 
-def away(config: RobotConfig) -> Throw:
-    """Return a throw that puts the ball on the floor beside the net's end, out of play."""
+def parked_ball(config: RobotConfig) -> Throw:
+    """Return a throw that puts the ball at rest on the floor near the end of the net, out of play."""
     ball, court = config.ball, config.court
     assert ball is not None
     assert court is not None
     assert court.net is not None
     normal = np.array(court.net.normal)
-    x, y = np.array(court.net.top[:2]) + AWAY_M * normal + (court.net.half_width - AWAY_M) * normal[::-1] * [1, -1]
+    x, y = np.array(court.net.top[:2]) + PARKED_M * normal + (court.net.half_width - PARKED_M) * normal[::-1] * [1, -1]
     return Throw(position=(float(x), float(y), court.height + ball.radius + 1e-3), velocity=(0.0, 0.0, 0.0))
 
 
@@ -67,10 +67,10 @@ def serve(server: RobotConfig, play: Exchange, random: np.random.Generator) -> T
     assert ball is not None
     assert court is not None
     assert court.net is not None
-    part, above = SERVE
+    fraction, above = SERVE
     top = np.array(court.net.top)
-    begin = top + part * (home_of(server) - top)
-    begin[2] = home_of(server)[2] + above
+    begin = top + fraction * (racket_at_home(server) - top)
+    begin[2] = racket_at_home(server)[2] + above
     place = play.target + np.array([*random.uniform(-SPREAD_M, SPREAD_M, 2), ball.radius])
     flown = Ball(ball.mass, ball.radius, ball.drag, ball.magnus, 1 / 1000)
     velocity = aim(flown, Air(ball.drag), begin[None], place, np.array([play.flight_time]))[0][0]

@@ -1,6 +1,6 @@
 """`python -m tools.rally.film TRACE.rrd OUT`: a film (.gif) or a picture (.png) of a rally, from its trace.
 
-MuJoCo draws it without a screen; that needs EGL, which Mesa's software renderer offers too (Debian: libegl1).
+MuJoCo renders it without a display, which needs EGL; Mesa's software renderer provides it (Debian: libegl1).
 """
 
 import itertools
@@ -27,14 +27,15 @@ from tools.trace_reader import SCALARS, Trace, read_trace
 
 CAMERA = {"azimuth": 24.0, "elevation": -21.0, "distance": 5.4}
 LOOKS_AT = (1.4, 0.2, 0.8)
-"""From behind the arm, across the net."""
+"""Point at the centre of the picture, m; the camera is behind the arm and looks across the net."""
 PREDICTED, FLOWN, TARGET = (0.47, 0.75, 0.92, 0.9), (0.96, 0.62, 0.26, 0.8), (0.92, 0.35, 0.35, 0.8)
 TAIL_S = 0.5
-"""How much of the ball's flight is drawn."""
+"""Length of the drawn part of the ball's past flight."""
 COLOURS = 128
+"""Size of a film's palette."""
 BALL_COLOUR = (0.78, 0.9, 0.15)
 SWATCH = 40
-"""Side (pixels) of the squares that bring a film's small things into its palette."""
+"""Side, pixels, of the squares that add the colours of small objects to a film's palette."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +45,10 @@ class Flags:
     Attributes:
         trace: The trace, a .rrd file that `volley rally` wrote.
         out: The file to write: .gif, or .png for a picture at `begin`.
-        begin: Time on `sim_time`, s.
-        end: The same of the film's end; by default 6 s later.
+        begin: Start of the film on `sim_time`, s.
+        end: End of the film on `sim_time`, s; by default 6 s after `begin`.
         fps: Frames a second.
-        slow: Seconds of film for a second of the arm's time.
+        slow: Ratio of film time to robot time.
         size: Width and height in pixels.
     """
 
@@ -62,7 +63,7 @@ class Flags:
 
 
 class Track:
-    """Values of one entity of a trace over time: (N,) s and (N, K)."""
+    """One component of an entity of a trace over time: N times, s, and N rows of values."""
 
     def __init__(self, trace: Trace, entity: str, component: str) -> None:
         column = trace.column(entity, component)
@@ -71,18 +72,18 @@ class Track:
         self.values = [np.array(row, dtype=float) for _, row in rows]
 
     def at(self, time: float) -> np.ndarray | None:
-        """Return the newest values at `time` (s), None before the first."""
+        """Return the newest values (K,) at `time`, s, or None before the first."""
         row = int(np.searchsorted(self.times, time, side="right")) - 1
         return self.values[row] if row >= 0 else None
 
     def between(self, begin: float, end: float) -> np.ndarray:
-        """Return the values from `begin` to `end` (s), (n, K)."""
+        """Return the values (n, K) from `begin` to `end`, s."""
         first, last = np.searchsorted(self.times, [begin, end])
         return np.array(self.values[first:last])
 
 
-class Stage:
-    """Draws moments of a trace."""
+class FrameRenderer:
+    """Renders moments of a trace."""
 
     def __init__(self, trace: Trace, config: RobotConfig, size: tuple[int, int]) -> None:
         self._joints = [Track(trace, entities.MEASURED_POSITION.at(name), SCALARS) for name in config.joint_names]
@@ -103,7 +104,7 @@ class Stage:
             setattr(self._camera, name, value)
 
     def draw(self, time: float) -> Image.Image:
-        """Return the picture of a moment (s)."""
+        """Return the picture at `time`, s."""
         for address, track in zip(self._qpos, self._joints, strict=True):
             value = track.at(time)
             self._data.qpos[address] = self._data.qpos[address] if value is None else value[0]
@@ -123,7 +124,7 @@ class Stage:
         return Image.fromarray(self._renderer.render())
 
     def _is_new(self, time: float) -> bool:
-        """Return whether the newest prediction is of a ball that is still to come."""
+        """Return whether the newest prediction is recent, so that its ball has not arrived."""
         newest = self._path.times[self._path.times <= time][-1]
         return time - newest < 0.15
 
@@ -145,18 +146,18 @@ def _add(
     return geom
 
 
-def frames(stage: Stage, flags: Flags) -> Iterator[Image.Image]:
-    """Yield the frames of the film."""
+def frames(renderer: FrameRenderer, flags: Flags) -> Iterator[Image.Image]:
+    """Render the frames of the film."""
     end = flags.begin + 6.0 if flags.end is None else flags.end
     for time in np.arange(flags.begin, end, 1 / (flags.fps * flags.slow)):
-        yield stage.draw(float(time))
+        yield renderer.draw(float(time))
 
 
 def palette_of(frame: Image.Image) -> Image.Image:
-    """Return a palette of all frames, from one of them and the colours of what is drawn into it."""
+    """Return a palette for all frames, from one frame and the colours of the drawn objects."""
     swatched = frame.copy()
     for index, colour in enumerate((PREDICTED, FLOWN, TARGET, BALL_COLOUR)):
-        for part in range(4):  # lit less and less
+        for part in range(4):  # from bright to dark
             red, green, blue = (round(255 * value * (1 - part / 6)) for value in colour[:3])
             swatched.paste(
                 (red, green, blue), (SWATCH * part, SWATCH * index, SWATCH * (part + 1), SWATCH * (index + 1))
@@ -165,18 +166,18 @@ def palette_of(frame: Image.Image) -> Image.Image:
 
 
 def main() -> None:
-    """Draw, and write the file."""
+    """Render the film or picture and write the file."""
     flags = tyro.cli(Flags)
     try:
         trace, config = read_trace(flags.trace), load_robot(flags.common.robot_config)
-        stage = Stage(trace, config, flags.size)
+        renderer = FrameRenderer(trace, config, flags.size)
     except (OSError, ValueError, KeyError) as error:
         raise SystemExit(f"volley: {flags.trace} cannot be drawn: {error}") from None
     if flags.out.suffix == ".png":
-        stage.draw(flags.begin).save(flags.out)
+        renderer.draw(flags.begin).save(flags.out)
         return
-    palette = palette_of(stage.draw(flags.begin))
-    first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in frames(stage, flags))
+    palette = palette_of(renderer.draw(flags.begin))
+    first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in frames(renderer, flags))
     first.save(flags.out, save_all=True, append_images=rest, duration=round(1000 / flags.fps), loop=0, optimize=True)
 
 

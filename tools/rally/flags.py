@@ -30,7 +30,7 @@ class Flags:
         revise_hz: Rate of corrections, Hz.
         slow: Ratio of wall time to robot time. A larger one gives striker and planner more time for each decision on a
             busy machine.
-        learned: File with the striker's learned values; by default a temporary one.
+        learned: File for the striker's learned values, with two arms a directory; by default temporary.
         record: Trace to write.
         live: Serve a live viewer on loopback.
         partners: 1: balls are thrown at one arm; 2: two arms, near and far, rally with each other, each with its own

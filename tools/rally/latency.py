@@ -1,4 +1,4 @@
-"""Where the time goes from a sight of the ball to the first command that it changed."""
+"""The latency from a sight of the ball to the first command that it changed, and its parts."""
 
 import itertools
 from collections.abc import Iterable, Mapping
@@ -9,14 +9,18 @@ import numpy as np
 from protocol import messages as m
 
 LEGS = "striker", "planner", "handover", "lead"
-"""Until the planner has the goal; until it has the plan; until the controller has that; until the motion begins."""
+"""Parts of the latency, which end when the planner has the goal, when it has the plan, when the controller has accepted
+the plan, and when the motion begins."""
 
 
 @dataclass(frozen=True, slots=True)
 class Latency:
-    """s of wall time. total: from a sight's message to the first command of the motion that it changed.
+    """Latency of one motion, s of wall time.
 
-    is_first: whether that motion was the first for its ball; the others are corrections. legs: the parts, as `LEGS`.
+    Attributes:
+        total: From the message of a sight to the first command of the motion that it changed.
+        legs: The parts, in the order of `LEGS`.
+        is_first: Whether the motion was the first one for its ball; later ones are corrections.
     """
 
     total: float
@@ -24,19 +28,21 @@ class Latency:
     is_first: bool
 
 
-def latencies(said: Iterable[m.Strike], results: Iterable[m.Result], seen: Mapping[float, int]) -> list[Latency]:
-    """Return the latencies of the motions of a ball.
+def latencies(
+    strikes: Iterable[m.Strike], results: Iterable[m.Result], routed_ns: Mapping[float, int]
+) -> list[Latency]:
+    """Return the latencies of the motions for one ball.
 
     Args:
-        said: What the striker said of it.
-        results: Of its motions.
-        seen: Unix ns at which the router had the message of a sight, by the sight's time.
+        strikes: The striker's messages about the ball.
+        results: Results of the motions.
+        routed_ns: For the time of each sight, the Unix time at which the router had its message, ns.
     """
-    decided = {s.goal_id: s for s in said if s.phase in ("planned", "revised")}
+    decided = {s.goal_id: s for s in strikes if s.phase in ("planned", "revised")}
     found = []
     for result in results:
         strike, stamps = decided.get(result.goal_id), result.stamps
-        began = seen.get(strike.sight) if strike is not None and strike.sight is not None else None
+        began = routed_ns.get(strike.sight) if strike is not None and strike.sight is not None else None
         reached = stamps.requested, stamps.planned, stamps.accepted, stamps.first_command
         if strike is None or began is None or None in reached:
             continue
@@ -47,7 +53,7 @@ def latencies(said: Iterable[m.Strike], results: Iterable[m.Result], seen: Mappi
 
 
 def percentiles(values: list[float]) -> dict[str, float | None]:
-    """Return median and 99th percentile in ms of values in s, None of nothing."""
+    """Return the median and the 99th percentile, ms, of values in s; None without values."""
     if not values:
         return {"p50": None, "p99": None}
     return {name: round(1e3 * float(np.percentile(values, share)), 1) for name, share in (("p50", 50), ("p99", 99))}

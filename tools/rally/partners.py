@@ -21,22 +21,22 @@ from robot.shipped import DEFAULT_ROBOT_CONFIG
 from services.common import realtime
 from services.common.cell import RunningCell, running_cell
 from services.common.cli import Options, free_endpoint
-from tools.rally.court import Court, Rally
-from tools.rally.ending import ended
+from tools.rally.exit_status import exit_status_of
 from tools.rally.flags import Flags, noise_of
+from tools.rally.rallies import Rally, RallyPlayer
 from tools.rally.thrown import revise_hz_of
 
 ROBOTS = tuple(DEFAULT_ROBOT_CONFIG.with_name(name) for name in ("near.toml", "far.toml"))
-"""The first one's sim moves both arms."""
+"""Descriptions of both robots; the sim of the first one simulates both arms."""
 
 
 def play_partners(flags: Flags, console: Console) -> int:
-    """Let two arms rally and report what was played; returns 0 where all of it was, and inside the limits.
+    """Play rallies of two arms and print the report.
 
-    Otherwise 1, and 130 after an interruption.
+    Returns 0 if everything was played inside the limits, 130 after an interruption, 1 otherwise.
     """
     played: list[Rally] = []
-    status = ended(lambda: rally_with(flags, console, played), console)
+    status = exit_status_of(lambda: rally_with(flags, console, played), console)
     if flags.json:
         print(json.dumps(summary(played)))
     else:
@@ -50,7 +50,7 @@ def play_partners(flags: Flags, console: Console) -> int:
 
 
 def rally_with(flags: Flags, console: Console, played: list[Rally]) -> None:
-    """Start both arms on a bus of their own, play, end everything; the rallies are appended as they are played."""
+    """Start the services of both arms, play, and stop the services; rallies are appended as they are played."""
     for name, value in (("slow", flags.slow), ("rallies", flags.rallies), ("strokes", flags.strokes)):
         if not value >= 1:
             raise ValueError(f"--{name} is {value}; it must be 1 or more")
@@ -64,19 +64,19 @@ def rally_with(flags: Flags, console: Console, played: list[Rally]) -> None:
     with two_cells(flags.common, values, flags.learned, not flags.verbose) as cells:
         buses = dict(zip(configs, (cell.bus for cell in cells), strict=True))
         realtime.receive_first()
-        court = Court(buses, configs, flags.seed, flags.strokes)
-        court.begin(noise_of(flags), revise_hz_of(flags))
-        play_rallies(court, flags.rallies, list(configs), console, played)
+        player = RallyPlayer(buses, configs, flags.seed, flags.strokes)
+        player.begin(noise_of(flags), revise_hz_of(flags))
+        play_rallies(player, flags.rallies, list(configs), console, played)
 
 
 @contextlib.contextmanager
 def two_cells(
     options: Options, flags: Mapping[str, object], learned: Path | None, quiet: bool
 ) -> Iterator[list[RunningCell]]:
-    """Start the services of both arms on one bus: one sim and one recorder, which shows both, for the two of them.
+    """Start the services of both arms on one bus, with one sim and one recorder for both.
 
     Raises:
-        NotReady: a service ended, or did not become ready in time.
+        NotReady: a service exited, or did not become ready in time.
     """
     endpoint = options.listen or options.connect or (free_endpoint(),)
     near, far = ROBOTS
@@ -95,8 +95,8 @@ def two_cells(
                 (joining, {"learned": folder / "far.json"}, others),
             )
         ]
-        ending = [stack.enter_context(contextlib.ExitStack()) for _ in starting]  # the second one first, on its bus
-        with ThreadPoolExecutor() as pool:  # the second cell waits for the first one's bus
+        ending = [stack.enter_context(contextlib.ExitStack()) for _ in starting]  # the second cell ends first
+        with ThreadPoolExecutor() as pool:  # the second cell waits for the router of the first
             try:
                 cells: list[RunningCell] = list(pool.map(contextlib.ExitStack.enter_context, ending, starting))
             except BaseException:
@@ -105,15 +105,17 @@ def two_cells(
         yield cells
 
 
-def play_rallies(court: Court, rallies: int, names: Sequence[str], console: Console, played: list[Rally]) -> None:
-    """Play, the arms serving in turn, and show progress; the rallies are appended as they are played."""
+def play_rallies(
+    player: RallyPlayer, rallies: int, names: Sequence[str], console: Console, played: list[Rally]
+) -> None:
+    """Play rallies with alternating serves, and show the progress; rallies are appended as they are played."""
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     with Progress(*columns, console=console, transient=True) as progress:
         shown = progress.add_task("the first serve")
         for number in range(rallies):
             server = names[number % len(names)]
             rally = Rally(server)
-            for rally in court.play(server):
+            for rally in player.play(server):
                 progress.update(shown, description=f"rally {number + 1} of {rallies}, {rally.strokes} strokes")
             played.append(rally)
 

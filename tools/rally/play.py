@@ -1,4 +1,4 @@
-"""Throws balls at a running cell and collects what becomes of each."""
+"""Throw balls at an arm with running services, and collect the outcome of each."""
 
 import contextlib
 import math
@@ -15,69 +15,70 @@ from robot.court import BALL, CourtConfig
 from robot.description import RobotConfig
 from robot.striking.launcher import Launch, Launcher
 from robot.striking.scoring import Score, score
+from tools.rally.forbidden_contacts import forbidden_contact
 from tools.rally.latency import Latency, latencies
-from tools.rally.limit_watch import Findings, LimitWatch
+from tools.rally.limit_monitor import LimitMonitor, LimitReport
 from tools.rally.targets import Targets
-from tools.rally.touches import touched
 
 AFTER_ARRIVAL_S = 2.0
-"""A ball that has not landed so long (robot time) after its arrival is not waited for."""
+"""Longest wait after a ball's arrival until it has landed, s of robot time."""
 AFTER_LANDING_S = 0.15
+"""Time after the landing in which further messages are collected, s of robot time."""
 REST_S = 4.0
-"""How long (wall time) the arm may take to be ready for the next ball."""
+"""Longest wait for the arm to rest before the next ball, s of wall time."""
 JUMPS_AT = 0.5
-"""Part of a ball's flight after which a target that moves jumps."""
+"""Fraction of a ball's flight after which a moving target jumps."""
 STALLED_S = 5.0
-"""A sim that shows no ball for so long (wall time) is gone."""
+"""Timeout of the sim's ball messages, s of wall time."""
 TOPICS = (topics.BALL, topics.CONTACT, topics.STRIKES, topics.ENDED)
 LENGTH = 1024
-"""Messages of a topic that may wait."""
+"""Capacity of the queue of each topic, messages."""
 POLL_S = 0.01
-"""Between looks for messages: a wait for each would take time from striker and planner just when a sight comes."""
+"""Period of polling. A thread that woke for each message would take time from striker and planner at each sight."""
 
 
 @dataclass(slots=True, eq=False)
 class Stroke:
-    """One ball: how it was thrown, what the striker said of it, how its motions ended, its score.
+    """One ball: its launch, the striker's messages about it, the results of its motions, its score.
 
-    touched: a sentence for each contact without the ball.
+    `forbidden_contacts` has a sentence for each contact without the ball.
     """
 
     launch: Launch
-    said: list[m.Strike] = field(default_factory=list)
+    strikes: list[m.Strike] = field(default_factory=list)
     results: list[m.Result] = field(default_factory=list)
     latencies: list[Latency] = field(default_factory=list)
     score: Score = field(default_factory=Score)
-    limits: Findings = field(default_factory=Findings)
-    touched: list[str] = field(default_factory=list)
+    limits: LimitReport = field(default_factory=LimitReport)
+    forbidden_contacts: list[str] = field(default_factory=list)
 
     @property
     def corrections(self) -> int:
-        """Corrections that were taken."""
-        return sum(strike.phase == "revised" for strike in self.said)
+        """Number of accepted corrections."""
+        return sum(strike.phase == "revised" for strike in self.strikes)
 
     def reason(self) -> str:
-        """Return the striker's last sentence about why it did not play, or empty."""
-        return next((s.reason for s in reversed(self.said) if s.phase in ("refused", "missed") and s.reason), "")
+        """Return the striker's last reason for not playing the ball, or an empty string."""
+        return next((s.reason for s in reversed(self.strikes) if s.phase in ("refused", "missed") and s.reason), "")
 
     def aborted(self) -> list[m.Result]:
-        """Return the motions that were not played to their end."""
+        """Return the results of the motions that were aborted."""
         return [result for result in self.results if result.outcome == "aborted"]
 
     def faults(self) -> list[str]:
-        """Return a sentence for each aborted motion and each contact without the ball, and one for passed limits."""
-        found = [f"goal {r.goal_id} was aborted: {r.reason}" for r in self.aborted()] + self.touched
+        """Return a sentence for each aborted motion and each forbidden contact, and one if limits were exceeded."""
+        found = [f"goal {r.goal_id} was aborted: {r.reason}" for r in self.aborted()] + self.forbidden_contacts
         if self.limits.violations:
             worst = self.limits.worst
-            found.append(f"limits were passed at {self.limits.violations} ticks; at {worst.time:.3f} s {worst}")
+            found.append(f"limits were exceeded at {self.limits.violations} ticks; at {worst.time:.3f} s {worst}")
         return found
 
 
 class Player:
-    """Throws balls of `launcher` on the services that `bus` reaches."""
+    """Throws the balls of a launcher at an arm."""
 
     def __init__(self, bus: Bus, config: RobotConfig, launcher: Launcher, targets: Targets, revise_hz: float) -> None:
-        """`targets`: where the striker is asked to return them, corrected `revise_hz` times a second."""
+        """`targets`: targets of the returned balls; `revise_hz`: rate of corrections, Hz."""
         assert config.court is not None
         self._bus = bus
         self._court: CourtConfig = config.court
@@ -86,7 +87,7 @@ class Player:
         self._targets = targets
         self._target = (0.0, 0.0, 0.0)
         self._revise_hz = revise_hz
-        self._watch = LimitWatch(bus, config)
+        self._watch = LimitMonitor(bus, config)
         self._sources = [(topic, bus.collect(topic, LENGTH)) for topic in TOPICS]
         self._aim()
 
@@ -95,7 +96,7 @@ class Player:
 
         Raises:
             Refusal: the ball cannot be thrown.
-            NoAnswer: the sim is silent.
+            NoAnswer: the sim does not reply, or publishes no ball.
         """
         self._wait_for_rest()
         self._watch.drop()
@@ -104,8 +105,8 @@ class Player:
             self._aim()
         contacts: list[m.Contact] = []
         sights: list[m.BallState] = []
-        seen: dict[float, int] = {}
-        self._waiting()  # of the ball before
+        routed_ns: dict[float, int] = {}
+        self._queued()  # discard the messages about the ball before
         launch = stroke.launch
         thrown = self._bus.ask(
             topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin)
@@ -113,16 +114,16 @@ class Player:
         until, now = thrown + launch.flight_time + AFTER_ARRIVAL_S, thrown
         jumps_at = thrown + launch.flight_time * JUMPS_AT if self._targets.move else math.inf
         while now < until:
-            for message, routed_ns in self._take():
+            for message, message_routed_ns in self._take():
                 match message:
                     case m.BallState():
                         now = max(now, message.time)
                         sights.append(message)
-                        seen[message.time] = routed_ns
+                        routed_ns[message.time] = message_routed_ns
                     case m.Contact():
                         contacts.append(message)
                     case m.Strike():
-                        stroke.said.append(message)
+                        stroke.strikes.append(message)
                     case _:
                         stroke.results.append(message)
             self._watch.read()
@@ -132,28 +133,28 @@ class Player:
             stroke.score = score(contacts, sights, self._court, self._bodies, self._target)
             if stroke.score.landed_time is not None or stroke.score.net:
                 until = min(until, now + AFTER_LANDING_S)
-        stroke.touched = [sentence for contact in contacts if (sentence := touched(contact))]
-        stroke.latencies = latencies(stroke.said, stroke.results, seen)
+        stroke.forbidden_contacts = [sentence for contact in contacts if (sentence := forbidden_contact(contact))]
+        stroke.latencies = latencies(stroke.strikes, stroke.results, routed_ns)
         stroke.limits = self._watch.check(
             [c.time for c in contacts if BALL in c.bodies and self._bodies & set(c.bodies)]
         )
         return stroke
 
     def _aim(self) -> None:
-        """Ask the striker to strike balls to the next target."""
+        """Request strikes to the next target."""
         self._target = self._targets.next()
         self._bus.ask(topics.STRIKE, m.StrikeRequest(target=self._target, revise_hz=self._revise_hz))
 
     def _take(self) -> list[tuple[Any, int]]:
-        """Return the next messages and when the router had them, Unix ns. Raises NoAnswer where none come."""
+        """Return the next messages with their Unix times at the router, ns. Raises NoAnswer if none arrive."""
         deadline = time.monotonic() + STALLED_S
         while time.monotonic() < deadline:
-            if found := self._waiting():
+            if found := self._queued():
                 return found
             time.sleep(POLL_S)
-        raise NoAnswer("sim", self._bus.key(topics.BALL.key), f"no ball was seen for {STALLED_S:g} s")
+        raise NoAnswer("sim", self._bus.key(topics.BALL.key), f"no ball was published for {STALLED_S:g} s")
 
-    def _waiting(self) -> list[tuple[Any, int]]:
+    def _queued(self) -> list[tuple[Any, int]]:
         found: list[tuple[Any, int]] = []
         for topic, source in self._sources:
             while (taken := source.take()) is not None:
@@ -161,10 +162,10 @@ class Player:
         return found
 
     def _wait_for_rest(self) -> None:
-        """Return once the arm has rested for a moment, at the latest after `REST_S`."""
-        deadline, calm = time.monotonic() + REST_S, 0
-        while calm < 4 and time.monotonic() < deadline:
+        """Wait until the arm has rested for four polls, at most `REST_S`."""
+        deadline, rests = time.monotonic() + REST_S, 0
+        while rests < 4 and time.monotonic() < deadline:
             time.sleep(0.05)
             self._watch.read()
             with contextlib.suppress(Refusal, NoAnswer):
-                calm = calm + 1 if self._bus.ask(topics.STATUS_QUERY, m.Empty()).mode == "holding" else 0
+                rests = rests + 1 if self._bus.ask(topics.STATUS_QUERY, m.Empty()).mode == "holding" else 0

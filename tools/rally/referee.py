@@ -1,4 +1,4 @@
-"""Counts the strokes of two arms that play one ball, from contacts and sights alone."""
+"""Count the strokes of two arms that play one ball, from contacts and sights alone."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -10,33 +10,34 @@ from robot.description import RobotConfig
 from robot.striking.scoring import place_at
 
 SAME_STROKE_S = 0.15
-"""Contacts of an arm that follow each other so soon are one stroke."""
-LIES_S = 2.5
-"""A ball that nobody touched for so long, and that met no court, lies."""
+"""Contacts of an arm within this time are one stroke, s."""
+LYING_S = 2.5
+"""A ball that has touched no arm and not bounced for this time is out of play, s."""
 SIGHTS = 16
+"""Number of sights that are kept, to find the place of a bounce."""
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """The ball met an arm, or the court: when (s), and which arm, "" for the court."""
+    """A contact of the ball: time, s, and name of the arm, empty for the court."""
 
     time: float
     arm: str
 
 
 class Referee:
-    """Follows one rally.
+    """Scores one rally.
 
-    A stroke counts once the ball has come down in the court's region of the arm that struck, or the other arm has
-    taken it before.
+    A stroke counts when the ball has bounced in the region of the striking arm's court, or the other arm has hit it
+    before.
 
     Attributes:
-        strokes: Strokes that count.
-        over: Why the rally has ended; empty while it goes on.
+        strokes: Number of strokes that count.
+        over: Why the rally has ended; empty until then.
     """
 
     def __init__(self, arms: Mapping[str, RobotConfig], receiver: str, served: float) -> None:
-        """`arms`: both, by name; `receiver`: who is to strike first; `served`: when (s) the ball was thrown."""
+        """`arms`: both arms, by name; `receiver`: the arm that must strike first; `served`: time of the throw, s."""
         self._arms = arms
         self._turn = receiver
         self._bounced = False
@@ -46,14 +47,14 @@ class Referee:
         self.strokes = 0
         self.over = ""
 
-    def see(self, sight: BallState) -> None:
-        """Take in where the ball was seen."""
+    def add_sight(self, sight: BallState) -> None:
+        """Process a sight of the ball."""
         self._sights.append(sight)
-        if sight.time > self._last.time + LIES_S:
+        if sight.time > self._last.time + LYING_S:
             self._end(f"{self._turn} did not play the ball")
 
-    def touch(self, contact: Contact) -> None:
-        """Take in a contact; those without the ball, before the serve and at their end say nothing."""
+    def add_contact(self, contact: Contact) -> None:
+        """Process a contact; contacts without the ball, before the serve, and ends of contacts are ignored."""
         if BALL not in contact.bodies or contact.ended or contact.time < self._last.time or self.over:
             return
         names = set(contact.bodies)

@@ -1,4 +1,4 @@
-"""The rally's figures and its table."""
+"""The figures and the table of thrown balls."""
 
 from collections.abc import Sequence
 
@@ -13,9 +13,9 @@ MISSED = "-"
 
 
 def summary(strokes: Sequence[Stroke]) -> dict[str, object]:
-    """Return the figures of a rally: counts, the median distance (m) of all that landed, latencies in ms.
+    """Return the figures of a rally: counts, median distance of returned balls from the target, m, latencies, ms.
 
-    Latencies are those of corrections and, apart from them, of the first motion for each ball.
+    Latencies of corrections and of the first motion for each ball are separate.
     """
     distances = [s.score.distance for s in strokes if s.score.returned and s.score.distance is not None]
     found = [latency for stroke in strokes for latency in stroke.latencies]
@@ -29,12 +29,12 @@ def summary(strokes: Sequence[Stroke]) -> dict[str, object]:
         "median_error_m": round(float(np.median(distances)), 4) if distances else None,
         "corrections": sum(stroke.corrections for stroke in strokes),
         "aborted": sum(len(stroke.aborted()) for stroke in strokes),
-        "touched": sum(len(stroke.touched) for stroke in strokes),
+        "touched": sum(len(stroke.forbidden_contacts) for stroke in strokes),
         "violations": sum(len(stroke.faults()) for stroke in strokes),
         "ticks_beyond": sum(stroke.limits.violations for stroke in strokes),
         "ticks_checked": sum(stroke.limits.ticks for stroke in strokes),
         "ticks_unseen": sum(stroke.limits.unseen for stroke in strokes),
-        "recoil_peak": max((round(stroke.limits.recoil.share, 3) for stroke in strokes), default=0.0),
+        "recoil_peak": max((round(stroke.limits.recoil.fraction, 3) for stroke in strokes), default=0.0),
         "sight_to_command_ms": percentiles([latency.total for latency in corrections]),
         "first_sight_to_command_ms": percentiles([latency.total for latency in found if latency.is_first]),
         "legs_ms": {leg: percentiles([x.legs[k] for x in corrections])["p50"] for k, leg in enumerate(LEGS)},
@@ -63,16 +63,16 @@ def table(strokes: Sequence[Stroke]) -> Table:
 
 
 def _fault(stroke: Stroke) -> str:
-    """Return in a word why a ball is not returned."""
+    """Return one word for why a ball was not returned."""
     if not stroke.score.hit:
         return "missed"
     return "net" if stroke.score.net else "out"
 
 
 def reasons(strokes: Sequence[Stroke]) -> list[str]:
-    """Return a sentence for each ball that was not returned and of which the striker said why."""
-    said = [(number, stroke.reason()) for number, stroke in enumerate(strokes, 1) if not stroke.score.returned]
-    return [f"ball {number}: {reason}" for number, reason in said if reason]
+    """Return the striker's reasons for the balls that were not returned."""
+    found = [(number, stroke.reason()) for number, stroke in enumerate(strokes, 1) if not stroke.score.returned]
+    return [f"ball {number}: {reason}" for number, reason in found if reason]
 
 
 def sentence(strokes: Sequence[Stroke]) -> str:
@@ -81,15 +81,15 @@ def sentence(strokes: Sequence[Stroke]) -> str:
     first, correction = found["first_sight_to_command_ms"], found["sight_to_command_ms"]
     assert isinstance(first, dict)
     assert isinstance(correction, dict)
-    said = (
+    text = (
         f"{found['hit']} of {found['balls']} balls hit, {found['returned']} returned, {found['within_30cm']} within "
         f"30 cm of the target, {found['within_20cm']} within 20 cm; {found['corrections']} corrections"
     )
     for name, latency in (("a first motion", first), ("a correction", correction)):
         if latency["p50"] is not None:
-            said += f"; {name} begins {latency['p50']} ms after its sight (median; p99 {latency['p99']} ms)"
-    beyond = f"limits were passed at {found['ticks_beyond']} of {found['ticks_checked']} ticks"
-    return f"{said}; {beyond}; {found['violations']} violations"
+            text += f"; {name} begins {latency['p50']} ms after its sight (median; p99 {latency['p99']} ms)"
+    beyond = f"limits were exceeded at {found['ticks_beyond']} of {found['ticks_checked']} ticks"
+    return f"{text}; {beyond}; {found['violations']} violations"
 
 
 def _place(place: Sequence[float]) -> str:

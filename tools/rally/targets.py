@@ -6,7 +6,7 @@ Place = tuple[float, float, float]
 
 
 class Targets:
-    """Places of a target that jumps within `wander` (m, along x and y) of `middle`; 0: it stays there."""
+    """Positions of a target that jumps within `wander`, m, of `middle` along x and y, or stays there if that is 0."""
 
     def __init__(self, middle: Place, wander: float, seed: int) -> None:
         self._middle = middle
@@ -19,9 +19,9 @@ class Targets:
         return self._wander > 0
 
     def next(self) -> Place:
-        """Return the next place."""
+        """Return the next position, m."""
         x, y, z = self._middle
         if not self.move:
             return self._middle
-        aside = self._wander * self._random.uniform(-1, 1, 2)
-        return x + float(aside[0]), y + float(aside[1]), z
+        offset = self._wander * self._random.uniform(-1, 1, 2)
+        return x + float(offset[0]), y + float(offset[1]), z

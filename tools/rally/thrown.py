@@ -1,4 +1,4 @@
-"""Balls that are thrown at one arm: everything is started, played, reported and ended."""
+"""`volley rally` with one arm: start the services, throw balls, report."""
 
 import json
 
@@ -12,21 +12,21 @@ from protocol.bus.bus import Bus
 from robot.description import RobotConfig, load_robot
 from robot.striking.launcher import Launcher
 from services.common.cell import running_cell
-from tools.rally.believed import scratch_robot
-from tools.rally.ending import ended
+from tools.rally.exit_status import exit_status_of
 from tools.rally.flags import Flags, noise_of
 from tools.rally.play import Player, Stroke
 from tools.rally.report import reasons, sentence, summary, table
+from tools.rally.striker_model import striker_description
 from tools.rally.targets import Targets
 
 
 def play_thrown(flags: Flags, console: Console) -> int:
-    """Play thrown balls and report what was played; returns 0 where all of it was, and inside the limits.
+    """Play thrown balls and print the report.
 
-    Otherwise 1, and 130 after an interruption.
+    Returns 0 if everything was played inside the limits, 130 after an interruption, 1 otherwise.
     """
     strokes: list[Stroke] = []
-    status = ended(lambda: play(flags, console, strokes), console)
+    status = exit_status_of(lambda: play(flags, console, strokes), console)
     if not strokes:
         return status
     if flags.json:
@@ -44,23 +44,23 @@ def play_thrown(flags: Flags, console: Console) -> int:
 
 
 def play(flags: Flags, console: Console, strokes: list[Stroke]) -> None:
-    """Start everything on a bus of its own, play, end everything; the strokes are appended as they are played."""
+    """Start the services, play, and stop the services; strokes are appended as they are played."""
     if not flags.slow >= 1:
         raise ValueError(f"--slow is {flags.slow}; it must be 1 or more")
     if flags.balls < 1:
-        raise ValueError(f"--balls is {flags.balls}; throw at least 1")
+        raise ValueError(f"--balls is {flags.balls}; it must be 1 or more")
     config = load_robot(flags.common.robot_config)
     launcher, targets = Launcher(config, flags.seed, flags.kind), Targets(flags.target, flags.wander, flags.seed)
     values: dict[str, object] = {"record": flags.record, "live": flags.live, "seed": flags.seed}
     values["pace"] = 1 / flags.slow
     values["method"] = "qp" if flags.method == "once" else flags.method
     names = [process.name for process in PROCESSES]
-    with scratch_robot(flags) as (believed, learned):
+    with striker_description(flags) as (striker_robot, learned):
         values["learned"] = flags.learned or learned
 
         def wrap(name: str, line: list[str]) -> list[str]:
             at = line.index("--robot-config") + 1
-            return [*line[:at], str(believed), *line[at + 1 :]] if name == "striker" else line
+            return [*line[:at], str(striker_robot), *line[at + 1 :]] if name == "striker" else line
 
         with running_cell(flags.common, values, names, quiet=not flags.verbose, wrap=wrap) as cell:
             disturb(cell.bus, flags, config)
@@ -68,7 +68,7 @@ def play(flags: Flags, console: Console, strokes: list[Stroke]) -> None:
 
 
 def disturb(bus: Bus, flags: Flags, config: RobotConfig) -> None:
-    """Blur the camera, and let the wind blow."""
+    """Request the camera's noise and the wind."""
     noise = noise_of(flags)
     if noise is not None:
         bus.ask(topics.SIM_DISTURB, noise)
@@ -78,15 +78,15 @@ def disturb(bus: Bus, flags: Flags, config: RobotConfig) -> None:
 
 
 def revise_hz_of(flags: Flags) -> float:
-    """Return how many corrections a second are asked for."""
+    """Return the rate of corrections, Hz."""
     return flags.revise_hz if flags.method == "qp" else 0.0
 
 
 def show(player: Player, flags: Flags, console: Console, strokes: list[Stroke]) -> None:
-    """Play every ball, showing progress."""
+    """Play every ball and show the progress."""
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     with Progress(*columns, console=console, transient=True) as progress:
-        shown = progress.add_task("the first ball comes")
+        shown = progress.add_task("the first ball")
         for number in range(1, flags.balls + 1):
             strokes.append(player.play())
             returned = sum(stroke.score.returned for stroke in strokes)

@@ -1,4 +1,4 @@
-"""Which column of a recording is which joint of the robot."""
+"""Match the columns of a recording to the joints of a robot."""
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -6,22 +6,26 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
+from motion.listing import listed
 from tools.recordings import names
 
 
 class Mismatch(Exception):
-    """Columns that cannot be matched to the robot's joints; `str()` is a sentence without the file's name."""
+    """The columns cannot be matched to the robot's joints; the message does not name the file."""
 
 
 DIGITS = "0123456789"
 
+NAMED = 8
+"""Largest number of columns or joints that a sentence names."""
+
 GRIPPER_COLUMNS = 2
-"""A gripper has one column, or one a finger; they follow the arm's."""
+"""Largest number of columns of a gripper, one or one for each finger, which follow those of the arm."""
 
 
 @dataclass(frozen=True, slots=True)
 class Matching:
-    """The column of each joint, in the robot's order, and sentences on what was assumed and left out."""
+    """The column of each joint, in the robot's order, and sentences about assumptions and omitted columns."""
 
     columns: tuple[int, ...]
     notes: tuple[str, ...] = ()
@@ -30,18 +34,18 @@ class Matching:
 def match(columns: Sequence[str], count: int, joints: Sequence[str], mapping: Mapping[str, str]) -> Matching:
     """Match the columns of a recording to the joints of a robot.
 
-    Names are compared as they are, then without units, case and separators, then by their ends (`panda_joint1` and
-    `joint1`). Columns without names, or with numbers for names, are taken in order where there are as many as joints.
+    Names are compared exactly, then without units, case and separators, then by their ends (`panda_joint1` and
+    `joint1`). Columns without names, or with numbers as names, are assigned in order if there are as many as joints.
 
     Args:
-        columns: Names; () where the file has none.
+        columns: Names of the columns; () for a file without names.
         count: Number of columns.
-        joints: The robot's, in its order.
-        mapping: Names of columns, and of joints that they are; each may have one `*` for the same part. Columns
-            without names are called 0, 1, ….
+        joints: Names of the robot's joints, in its order.
+        mapping: For names of columns, the names of their joints; both may contain one `*`, which stands for the same
+            text. Columns without names are called 0, 1, ….
 
     Raises:
-        Mismatch: some joint has no column, or several; or the columns are another robot's.
+        Mismatch: a joint has no column or several, or the columns belong to another robot.
     """
     known = list(columns) if columns else [str(index) for index in range(count)]
     mapped = _mapped(known, joints, mapping)
@@ -62,7 +66,7 @@ def _mapped(columns: Sequence[str], joints: Sequence[str], mapping: Mapping[str,
     for theirs, ours in sorted(mapping.items(), key=lambda pair: "*" not in pair[0]):  # names go before patterns
         fitting = [index for index, column in enumerate(columns) if fnmatchcase(column, _literal(theirs))]
         if not fitting:
-            raise Mismatch(f"--map {theirs}={ours}: there is no column {theirs!r}; there are {_listed(columns)}")
+            raise Mismatch(f"--map {theirs}={ours}: there is no column {theirs!r}; there are {listed(columns, NAMED)}")
         named = False
         for index in fitting:
             joint = _renamed(columns[index], theirs, ours)
@@ -77,12 +81,12 @@ def _mapped(columns: Sequence[str], joints: Sequence[str], mapping: Mapping[str,
                 )
             found[joint], patterns[joint], named = index, theirs, True
         if not named:
-            raise Mismatch(f"--map {theirs}={ours}: the robot has no joint {ours!r}; it has {_listed(joints)}")
+            raise Mismatch(f"--map {theirs}={ours}: the robot has no joint {ours!r}; it has {listed(joints, NAMED)}")
     return found
 
 
 def _literal(pattern: str) -> str:
-    """Return a pattern in which only `*` is special."""
+    """Escape a pattern, so that only `*` is special."""
     return "".join(f"[{character}]" if character in "[?" else character for character in pattern)
 
 
@@ -92,7 +96,7 @@ def _renamed(column: str, theirs: str, ours: str) -> str:
 
 
 def _by_name(columns: Sequence[str], joints: Sequence[str], mapped: Mapping[str, int]) -> dict[str, int]:
-    """Return the column of each joint that has one, by the first way of comparing that finds all of them, or most."""
+    """Return the joints with a column, by the first comparison that finds all joints, or by the one that finds most."""
     free = [index for index in range(len(columns)) if index not in mapped.values()]
     named = [index for index in free if not names.is_other(columns[index])]
     plain, words = {index: columns[index] for index in free}, _words([columns[index] for index in named], joints)
@@ -110,7 +114,7 @@ def _by_name(columns: Sequence[str], joints: Sequence[str], mapped: Mapping[str,
 def _found(
     keys: Mapping[int, object], like: Callable[[Any, Any], bool], joints: Sequence[str], columns: Sequence[str]
 ) -> dict[str, int]:
-    """Return the column of each joint that has one. Raises Mismatch where several can be the same joint."""
+    """Return the joints with a column. Raises Mismatch if several columns can be the same joint."""
     found: dict[str, int] = {}
     for joint in joints:
         wanted = joint if like is operator.eq else names.joint_words(joint)
@@ -129,7 +133,7 @@ def _found(
 
 
 def _words(columns: Sequence[str], joints: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return the columns' words, with numbers from 1 on where they are numbered from 0 on and the joints are not."""
+    """Return the words of the columns; if only the columns are numbered from 0, their numbers are increased by 1."""
     spelled = [names.joint_words(column) for column in columns]
     from_zero = {parts[:-1] for parts in spelled if parts[-1:] == ("0",)}
     if any("0" in names.joint_words(joint) for joint in joints):
@@ -145,18 +149,18 @@ def _alike(a: tuple[str, ...], b: tuple[str, ...]) -> bool:
 
 
 def _ends(a: tuple[str, ...], b: tuple[str, ...]) -> bool:
-    """Whether the shorter of two names is the end, or the beginning, of the other."""
+    """Return whether the shorter of two names is the end or the beginning of the other."""
     short, long = sorted((a, b), key=len)
     return bool(short) and (long[-len(short) :] == short or long[: len(short)] == short)
 
 
 def _star(column: str, joint: str) -> str:
-    """Return a mapping for a whole family, as left_*=*, where the column's name ends with the joint's."""
+    """Return a mapping, for a whole family (left_*=*) if the column's name ends with that of the joint."""
     return f"'{column.removesuffix(joint)}*=*'" if column.endswith(joint) else f"{column}={joint}"
 
 
 def _refuse_another_robot(columns: Sequence[str], found: Mapping[str, int], chosen: bool) -> None:
-    """Raise Mismatch where further columns are joints of the same family: a longer arm's."""
+    """Raise Mismatch if more columns belong to the same family of joints, as for an arm with more joints."""
     families = {_family(columns[index]) for index in found.values()}
     more = [
         column
@@ -166,25 +170,26 @@ def _refuse_another_robot(columns: Sequence[str], found: Mapping[str, int], chos
     ]  # fmt: skip
     if more and not chosen:
         raise Mismatch(
-            f"its joints are another robot's: {_listed(more)} is not among the robot's joints, {_listed([*found])}; "
-            "name their own robot (--robot NAME; inspect: --robot-config FILE), or take columns all the same by --map "
+            f"its joints are another robot's: {listed(more, NAMED)} is not among the robot's joints, "
+            f"{listed([*found], NAMED)}; "
+            "name the other robot (--robot NAME; inspect: --robot-config FILE), or choose columns with --map "
             "THEIRS=OURS"
         )
 
 
 def _family(name: str) -> tuple[str, ...]:
-    """Return a numbered joint's words without the number; () for other names."""
+    """Return the words of a numbered joint without the number, or () for other names."""
     parts = names.joint_words(name)
     return parts[:-1] if len(parts) > 1 and parts[-1].isdecimal() else ()
 
 
 def _in_order(known: Sequence[str], columns: Sequence[str], joints: Sequence[str]) -> Matching | None:
-    """Match columns whose names tell nothing by their order; one or two columns more are taken for a gripper's."""
+    """Match unnamed or numbered columns by their order; up to two further columns may belong to a gripper."""
     if columns:
         measured = [i for i in range(len(known)) if not names.is_other(known[i]) and not names.is_gripper(known[i])]
         numbers = {index: number for index in measured if (number := _number(known[index])) is not None}
         fitting = sorted(numbers, key=numbers.__getitem__)
-        why = f"{_listed([known[index] for index in fitting])} are numbered, not named"
+        why = f"{listed([known[index] for index in fitting], NAMED)} are numbered, not named"
     else:
         fitting = list(range(len(known)))
         why = "the columns have no names"
@@ -192,15 +197,15 @@ def _in_order(known: Sequence[str], columns: Sequence[str], joints: Sequence[str
     if len(fitting) < len(joints) or len(beyond) > (0 if columns else GRIPPER_COLUMNS):
         return None
     taken = fitting[: len(joints)]
-    notes = [f"{why}; they are taken in the robot's order, {_listed(joints)}"]
+    notes = [f"{why}; they are assigned in the robot's order, {listed(joints, NAMED)}"]
     notes += [
-        f"column {column} is left out: beyond the robot's joints it is taken for a gripper's" for column in beyond
+        f"column {column} is left out: beyond the robot's joints it is assumed to be a gripper's" for column in beyond
     ]
     return Matching(tuple(taken), (*notes, *(_left_out(known, taken) if columns else ())))
 
 
 def _number(name: str) -> int | None:
-    """Return the number that is all that a name says: 3 of `q3`, `position[3]`, `3`."""
+    """Return the number of a name that has only words for a joint and a number: 3 for `q3`, `position[3]`, `3`."""
     parts = [part for part in names.joint_words(name) if part != "joint"]
     return int(parts[0]) if len(parts) == 1 and parts[0].isdecimal() else None
 
@@ -208,28 +213,24 @@ def _number(name: str) -> int | None:
 def _left_out(columns: Sequence[str], taken: Iterable[int]) -> tuple[str, ...]:
     chosen = set(taken)
     rest = [column or "a column without a name" for index, column in enumerate(columns) if index not in chosen]
-    return (f"not a joint of the robot, left out: {_listed(rest)}",) if rest else ()
+    return (f"not a joint of the robot, left out: {listed(rest, NAMED)}",) if rest else ()
 
 
 def _missing(columns: Sequence[str], joints: Sequence[str], found: Mapping[str, int]) -> str:
     missing = [joint for joint in joints if joint not in found]
     free = [column for index, column in enumerate(columns) if index not in found.values()]
     if not found and names.are_poses(columns):
-        return f"it {names.ONLY_POSES.format(_listed(columns))}"
+        return f"it {names.ONLY_POSES.format(listed(columns, NAMED))}"
     return (
-        f"it has no column for {_listed(missing)}; its columns are {_listed(free or columns)}, "
+        f"it has no column for {listed(missing, NAMED)}; its columns are {listed(free or columns, NAMED)}, "
         f"the robot has {len(joints)} joints; name them with --map {_family_map(free or columns, missing)} …"
     )
 
 
 def _family_map(columns: Sequence[str], joints: Sequence[str]) -> str:
-    """Return a mapping for columns and joints that have the same numbers, as 'A*=joint_*', or for the first of each."""
+    """Return a mapping such as 'A*=joint_*' if the numbers of columns and joints agree, else of the first ones."""
     theirs, ours = columns[0].rstrip(DIGITS), joints[0].rstrip(DIGITS)
     numbers = [joint.removeprefix(ours) for joint in joints]
     if theirs and all(number and f"{theirs}{number}" in columns for number in numbers):
         return f"'{theirs}*={ours}*'"
     return f"{columns[0]}={joints[0]}"
-
-
-def _listed(words: Sequence[str], most: int = 8) -> str:
-    return ", ".join(words) if len(words) <= most else f"{', '.join(words[:most])}, … ({len(words)})"

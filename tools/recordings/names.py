@@ -1,4 +1,4 @@
-"""Words in the names of columns: units, times, and quantities that are no joint position."""
+"""Words in the names of columns: units, times, and quantities other than joint positions."""
 
 import math
 import re
@@ -19,15 +19,15 @@ ANGLES = {
 NO_ANGLES = frozenset(
     {"%", "percent", "ticks", "tick", "counts", "count", "steps", "pulses", "normalized", "normalised"}
 )
-"""Units of joint positions that are no angles, unless an arm's calibration is known."""
+"""Units of joint positions that are not angles; an arm's calibration converts them."""
 
 POSITION = frozenset(
     {"pos", "position", "positions", "actual", "measured", "value", "field", "qpos", "angle", "angles"}
 )
-"""Words that a joint position's name may have beside the joint's."""
+"""Words for a position, which are not part of the joint's name."""
 
 JOINT = frozenset({"q", "j", "joint", "joints", "axis", "motor", "dof", "theta", "rax", "gelenk", "achse"})
-"""Words for a joint; before a number they all mean the same."""
+"""Words for a joint, which are equivalent before a number."""
 
 OTHER = frozenset(
     {
@@ -39,28 +39,27 @@ OTHER = frozenset(
         "power", "load", "pwm",
     }
 )  # fmt: skip
-"""Words of quantities that are no measured joint position."""
+"""Words for quantities other than measured joint positions."""
 
 GRIPPER = frozenset({"gripper", "finger", "fingers", "fingertip", "hand", "jaw", "claw"})
 
-
 POSES = frozenset({"pose", "poses", "ee", "eef", "tcp", "quat", "quaternion", "tool", "orientation"})
-"""Words of quantities that are poses of the tool."""
+"""Words for poses of the tool."""
 
-POSES_CURE = "examples/tool_poses.py makes joint positions of poses, by inverse kinematics along the path"
+POSES_CURE = "examples/tool_poses.py computes joint positions from poses, by inverse kinematics along the path"
 ONLY_POSES = "has poses of the tool ({}) and no joint positions; " + POSES_CURE
 
 
 def words(name: str) -> tuple[str, ...]:
-    """Return a name's words and numbers in lower case, camel case taken apart: ("panda", "joint", "1")."""
+    """Return the words and numbers of a name in lower case, with camel case split: ("panda", "joint", "1")."""
     text = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower().replace("μ", "µ")
     return tuple(WORD.findall(text.lstrip("%")))
 
 
 def joint_words(name: str) -> tuple[str, ...]:
-    """Return what tells one joint from another: without units and words for a position, `joint` in one spelling.
+    """Return the words that identify a joint, without units and words for a position; words for a joint become `joint`.
 
-    `joint` stays before a number only, so that `shoulder_pan_joint` and `shoulder_pan.pos` are the same.
+    `joint` is kept only before a number, so that `shoulder_pan_joint` and `shoulder_pan.pos` are equal.
     """
     kept = [word for word in words(name) if word not in POSITION | NO_ANGLES and word not in ANGLES]
     spelled = ["joint" if word in JOINT else word for word in kept]
@@ -73,36 +72,36 @@ def joint_words(name: str) -> tuple[str, ...]:
 
 
 def is_pose(name: str) -> bool:
-    """Whether an array, column or message has the tool's poses."""
+    """Return whether an array, column or message has poses of the tool, by its name."""
     return bool(POSES & set(words(name)))
 
 
 def are_poses(columns: Iterable[str]) -> bool:
-    """Whether columns are poses: some are named x, y and z."""
+    """Return whether columns are poses, with columns named x, y and z."""
     return {"x", "y", "z"} <= {word for column in columns for word in words(column)}
 
 
 def unit_of(name: str) -> Unit | None:
-    """Return the unit that an array's name, or an attribute, says."""
+    """Return the unit in the name of an array, or in an attribute; None for other units."""
     scale = scale_of(name)
     return "rad" if scale == 1.0 else "deg" if scale == math.pi / 180 else None
 
 
 def scale_of(name: str) -> float | None:
-    """Return the unit of angles that a column's name says, in rad."""
+    """Return the unit of angles in a column's name, rad; None without one."""
     return next((ANGLES[word] for word in words(name) if word in ANGLES), None)
 
 
 def is_no_angle(name: str) -> bool:
-    """Whether a column's name says a unit that is none of angles."""
+    """Return whether a column's name has a unit that is not one of angles."""
     return bool(NO_ANGLES & set(words(name)))
 
 
 def is_gripper(name: str) -> bool:
-    """Whether a column is of a gripper rather than of an arm's joint."""
+    """Return whether a column belongs to a gripper, by its name."""
     return bool(GRIPPER & set(words(name)))
 
 
 def is_other(name: str) -> bool:
-    """Whether a column is a time, a velocity, a torque or another quantity that is no joint position."""
+    """Return whether a column is a quantity other than a joint position, for example a time, velocity or torque."""
     return bool(OTHER & set(words(name)))

@@ -1,4 +1,4 @@
-"""A preview as a picture: raw, fitted and imitated curves of every joint, with the doctor's findings marked."""
+"""Draw a preview: raw, fitted and imitated curves of every joint, with the doctor's findings."""
 
 import textwrap
 from pathlib import Path
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 RAW, FITTED, IMITATED = (150, 150, 160), (38, 139, 210), (245, 158, 66)
 REPAIRED, LEFT = (63, 160, 90), (200, 60, 60)
-"""Findings that the doctor repaired, and those that are left."""
+"""Colours of repaired and remaining findings."""
 
 FEW_SPANS = 20
-"""Stretches of a finding whose beginnings are drawn as lines; more would hide the curves."""
+"""Largest number of spans of a finding whose starts are drawn as lines; more lines would hide the curves."""
 
 LINE, TITLE = 130, 90
-"""Letters of a line under the curves, and of the title."""
+"""Length, in characters, of lines under the curves and of the title."""
 
 
 def picture(preview: Preview, path: Path) -> None:
@@ -75,7 +75,7 @@ def _png(preview: Preview, path: Path) -> None:
 
 
 def _draw(ax: "Axes", preview: Preview, number: int) -> None:
-    """Draw the curves of one joint, and the findings about it."""
+    """Draw the curves and findings of one joint."""
     name = preview.examination.recording.columns[number]
     for mark, finding in enumerate(preview.examination.findings, 1):
         if finding.column in (None, name):
@@ -91,7 +91,7 @@ def _draw(ax: "Axes", preview: Preview, number: int) -> None:
 
 
 def _mark(ax: "Axes", finding: Finding, number: int) -> None:
-    """Shade the stretches of a finding, and number the first one."""
+    """Shade the spans of a finding, and number the first one."""
     colour = _colour(REPAIRED if finding.repaired else LEFT)
     for index, (first, last) in enumerate(finding.spans):
         ax.axvspan(first, last, color=colour, alpha=0.18, lw=0)
@@ -112,7 +112,7 @@ def _colour(rgb: tuple[int, int, int]) -> str:
 
 
 def _in_radians(preview: Preview) -> np.ndarray:
-    """The raw positions, as they would be in rad."""
+    """Return the raw positions in rad."""
     converted = any(finding.code == "degrees" and finding.repaired for finding in preview.examination.findings)
     return np.radians(preview.raw.values) if preview.raw.unit == "deg" or converted else preview.raw.values
 

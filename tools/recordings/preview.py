@@ -1,4 +1,4 @@
-"""What a recording becomes, before anything is learned: the fitted spline, and the motion that imitates it."""
+"""Preview the learning of a recording: the fitted spline, and the motion that imitates it."""
 
 from dataclasses import dataclass
 
@@ -21,14 +21,14 @@ class Preview:
     """Curves of J joints.
 
     Attributes:
-        raw: The recording as it was read, one column a joint.
-        examination: What the doctor found and repaired.
-        primitive: What would be learned.
-        times: (n,) s, on the recording's own clock.
-        fitted: (n, J) rad, of the primitive.
-        imitated: (n, J) rad, played from rest at its start to its end, in its duration, inside the arm's limits; None
-            where it cannot be.
-        refusal: Why it cannot; empty where it can.
+        raw: The recording as read, with one column for each joint.
+        examination: The doctor's findings and the repaired recording.
+        primitive: The primitive that would be learned.
+        times: Times (n,) of the curves, s, on the recording's clock.
+        fitted: Positions (n, J) of the primitive, rad.
+        imitated: Positions (n, J) of the motion from rest at the primitive's start to its end, in its duration and
+            inside the arm's limits, rad; None if it cannot be planned.
+        refusal: Why it cannot be planned; otherwise empty.
     """
 
     raw: Recording
@@ -41,25 +41,25 @@ class Preview:
 
 
 def preview(raw: Recording, examination: Examination, robot: Robot | None) -> Preview:
-    """Fit and imitate an examined recording that can be learned.
+    """Fit and imitate an examined recording.
 
     Raises:
-        InvalidMotion: it cannot.
+        InvalidMotion: the recording cannot be learned.
     """
     recording = examination.recording
     primitive = learn(Demonstration(recording.times, recording.values))
     since = np.linspace(0, primitive.duration, SAMPLES)
     imitated, refusal = None, ""
     try:
-        imitated = plan(primitive, _own(primitive, robot)).sample(since).positions
+        imitated = plan(primitive, _default_request(primitive, robot)).sample(since).positions
     except MotionError as error:
         refusal = str(error)
     fitted = primitive.positions(since / primitive.duration)
     return Preview(raw, examination, primitive, recording.times[0] + since, fitted, imitated, refusal)
 
 
-def _own(primitive: Primitive, robot: Robot | None) -> MotionRequest:
-    """The request that `volley goal NAME` makes with the arm at rest at the primitive's start."""
+def _default_request(primitive: Primitive, robot: Robot | None) -> MotionRequest:
+    """Return the request of `volley goal NAME` with the arm at rest at the primitive's start."""
     still = np.zeros(primitive.joint_count)
     free = np.full(primitive.joint_count, np.nan)
     start = Boundary(primitive.start.positions, still, free)

@@ -95,9 +95,9 @@ def combine(recordings: Sequence[Recording]) -> Several:
 
 
 def align(curves: Sequence[Curve]) -> np.ndarray:
-    """Warps (K, GRID) of the phases of K curves, under which they are nearest to their mean; their mean is even.
+    """Return the warps (K, GRID) of the phases of K curves that bring the curves nearest to their mean.
 
-    A curve returns positions (n, J), rad, at phases (n,) from 0 to 1.
+    The mean of the warps is even. A curve returns positions (n, J), rad, at phases (n,) from 0 to 1.
     """
     s = np.linspace(0, 1, GRID)
     warps = np.tile(s, (len(curves), 1))
@@ -114,17 +114,17 @@ def align(curves: Sequence[Curve]) -> np.ndarray:
 
 
 def _fit(curve: Curve, mean: np.ndarray, spans: np.ndarray, guess: np.ndarray) -> np.ndarray:
-    """Logits (KNOTS,) of the warp under which a curve is nearest to the mean."""
+    """Return the logits (KNOTS,) of the warp that brings a curve nearest to the mean."""
 
-    def beside(logits: np.ndarray) -> np.ndarray:
+    def residuals(logits: np.ndarray) -> np.ndarray:
         distance = (curve(_warp(logits)) - mean) / spans / np.sqrt(mean.size)
         return np.concatenate([distance.ravel(), STIFF * logits])
 
-    return least_squares(beside, guess, max_nfev=10).x
+    return least_squares(residuals, guess, max_nfev=10).x
 
 
 def _warp(logits: np.ndarray) -> np.ndarray:
-    """Phases (GRID,) that rise from 0 to 1, with increments between even knots in the ratios exp(logits)."""
+    """Return phases (GRID,) that rise from 0 to 1, with increments between even knots in the ratios exp(logits)."""
     increments = np.exp(logits - logits.max())
     places = np.concatenate([[0.0], np.cumsum(increments) / increments.sum()])
     curve = PchipInterpolator(np.linspace(0, 1, len(places)), places)

@@ -1,4 +1,4 @@
-"""Bring joints that were logged at separate times, as topics, entities or rows, to common times."""
+"""Interpolate joints that were logged at different times, as topics, entities or rows, to common times."""
 
 from dataclasses import replace
 
@@ -8,14 +8,14 @@ from scipy.interpolate import Akima1DInterpolator
 from tools.recordings.recording import Recording, Unreadable
 
 WHOLE = 0.5
-"""Part of the least logged joint's samples that must lack no joint for the others to be left out."""
+"""Complete samples, as a fraction of those of the joint with the fewest, above which incomplete samples are dropped."""
 
 COARSE = 0.05
-"""Largest error, in parts of the largest range of a joint, of every other sample as interpolated from the rest. At all
-samples the error is a small part of that: halving the step of cubic pieces divides it by eight or more."""
+"""Largest error of every other sample, interpolated from the rest, as a fraction of the largest range of a joint. With
+all samples the error is much smaller: halving the step of cubic pieces divides it by eight or more."""
 
 FEW = 0.02
-"""Part of the samples that may be worse, as outliers are."""
+"""Fraction of the samples that may have a larger error, as outliers have."""
 
 GAP = 4.0
 """Longest step of a joint, in units of its median step; longer ones are gaps."""
@@ -53,7 +53,7 @@ def together(recording: Recording) -> Recording:
 
 
 def _numbered(recording: Recording, finite: np.ndarray) -> Recording:
-    """Return the k-th numbers of all joints as the k-th sample, for a recording that a rate gives its times."""
+    """Return the k-th numbers of all joints as the k-th sample, for a recording whose times come from a rate."""
     counts = finite.sum(axis=0)
     if np.ptp(counts):
         listed = ", ".join(f"{name} {count}" for name, count in zip(recording.columns, counts, strict=True))
@@ -93,7 +93,7 @@ def _interpolated(recording: Recording, finite: np.ndarray) -> Recording:
 
 
 def _error(times: np.ndarray, numbers: np.ndarray) -> float:
-    """Return how far every other sample is from what the rest say of it."""
+    """Return the error with which every other sample is interpolated from the rest, without a few outliers."""
     between = slice(1, len(times) - 1 + len(times) % 2, 2)
     missed = np.abs(_at_times(times[::2], numbers[::2], times[between]) - numbers[between])
     missed = np.minimum(missed, np.abs(missed - _turn(numbers)))
@@ -101,7 +101,7 @@ def _error(times: np.ndarray, numbers: np.ndarray) -> float:
 
 
 def _at_times(times: np.ndarray, numbers: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Return a joint's positions at other times. A wrapped angle jumps there as it does in its samples."""
+    """Interpolate a joint's positions. A wrapped angle remains wrapped."""
     turn = _turn(numbers)
     smooth = Akima1DInterpolator(times, np.unwrap(numbers, period=turn))(wanted)
     after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
@@ -110,19 +110,19 @@ def _at_times(times: np.ndarray, numbers: np.ndarray, wanted: np.ndarray) -> np.
 
 
 def _turn(numbers: np.ndarray) -> float:
-    """Return a full turn in the unit that angles of this size have."""
+    """Return a full turn in the unit of angles of this size, rad or degrees."""
     return 360.0 if np.abs(numbers).max() > 4 * np.pi else 2 * np.pi
 
 
 def _is_near(common: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Whether each common time lies between two samples that are no gap."""
+    """Return whether each common time lies outside the gaps between samples."""
     after = np.clip(np.searchsorted(times, common), 1, len(times) - 1)
     width = times[after] - times[after - 1]
     return (width <= GAP * np.median(np.diff(times))) | (times[after] == common) | (times[after - 1] == common)
 
 
 def _distance(common: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return how far the nearest sample is from each common time."""
+    """Return the distance of each common time from the nearest sample, s."""
     after = np.clip(np.searchsorted(times, common), 1, len(times) - 1)
     return np.minimum(np.abs(times[after] - common), np.abs(times[after - 1] - common))
 

@@ -23,7 +23,7 @@ TASKS: dict[str, Any] = {
         {"name": None, "field_name": "__index_level_0__", "pandas_type": "unicode", "numpy_type": "object"},
     ],
 }
-"""What pandas stores beside a frame with an index."""
+"""Metadata that pandas stores with a frame that has an index."""
 
 Writer = Callable[[Recording, Path], None]
 
@@ -49,14 +49,14 @@ def write(recording: Recording, output: Path) -> None:
 
 
 def write_csv(recording: Recording, output: Path) -> None:
-    """Write time (s) and a column a joint (rad), under a header of names."""
+    """Write a header with names, then the time, s, and a column for each joint, rad."""
     header = ",".join(["time", *recording.columns])
     table = np.column_stack([recording.times, recording.values])
     np.savetxt(output, table, fmt="%.9f", delimiter=",", header=header, comments="")
 
 
 def write_npz(recording: Recording, output: Path) -> None:
-    """Write the arrays times (s), positions (rad) and joint_names."""
+    """Write the arrays times, s, positions, rad, and joint_names."""
     np.savez(output, times=recording.times, positions=recording.values, joint_names=np.array(recording.columns))
 
 
@@ -170,7 +170,7 @@ _COUNTERS = "frame_index", "episode_index", "index", "task_index"
 
 
 def _statistics(values: np.ndarray) -> dict[str, list[float]]:
-    """Return the statistics with which LeRobot normalises."""
+    """Return the statistics that LeRobot uses to normalise."""
     quantiles = {f"q{part:02d}": np.quantile(values, part / 100, axis=0).tolist() for part in (1, 10, 50, 90, 99)}
     return {
         "min": values.min(axis=0).tolist(),

@@ -227,7 +227,7 @@ def learnable(raws: Sequence[Recording], description: m.Description | None, plot
     for raw, examination in zip(raws, examinations, strict=True):
         length = float(np.ptp(raw.times)) if len(raw.times) else 0.0
         print(f"{raw.source}: {raw.episode}, {len(raw.times)} samples, {length:.3f} s", file=sys.stderr)
-        print_findings(raw.notes, [finding for finding in examination.findings if not finding.planner_says])
+        print_findings(raw.notes, [finding for finding in examination.findings if not finding.planner_warns])
         if refusal := examination.refusal:
             raise Unreadable(f"{raw.source} cannot be learned: {refusal.sentence}")
     if plot is not None:  # the plotting module is slow to import

@@ -29,12 +29,12 @@ def run_robot(
     clock: Clock,
     build: Build,
     keep: Callable = keep_time,
-    beside: Sequence[str] = (),
+    other_robots: Sequence[str] = (),
 ) -> Outcome:
     """Run the robot side of a bus, which this process hosts unless --connect is given, until SIGTERM or Ctrl-C.
 
     name: in the log. build: makes the loops, one a robot, after their names on the bus are claimed. keep: runs the
-    loops by a clock. beside: names of further robots of this process.
+    loops by a clock. other_robots: names of further robots of this process.
     """
     log = start_logging(name, options.log)
     stopping = stop_on_signals()
@@ -48,7 +48,7 @@ def run_robot(
         for arm in arms:
             arm.open()
         realtime.keep_to(loops)
-        log.info("robot %s, %s clock", " and ".join([bus.robot, *beside]), clock)
+        log.info("robot %s, %s clock", " and ".join([bus.robot, *other_robots]), clock)
         realtime.freeze_garbage()
         try:
             keep(arms, stopping)
@@ -57,7 +57,9 @@ def run_robot(
                 arm.backend.close()
 
     try:
-        return SingleInstance(ROBOT_SIDE, options, config.name, log, hosts=True, beside=beside).run(serve, stopping)
+        return SingleInstance(ROBOT_SIDE, options, config.name, log, hosts=True, other_robots=other_robots).run(
+            serve, stopping
+        )
     except RobotFailed as failed:
         log.error("%s", failed)
         return Outcome.FAILED

@@ -9,7 +9,7 @@ import pytest
 from client import NoAnswer, NoRouter, connect, connect_async
 
 
-def test_nobody_listens():
+def test_a_missing_router_is_an_error():
     with pytest.raises(NoRouter, match=r"^no router at tcp/127\.0\.0\.1:1: start the robot with volley up, or name"):
         connect("tcp/127.0.0.1:1")
 
@@ -21,19 +21,19 @@ def test_nobody_listens():
         asyncio.run(join())
 
 
-def test_an_endpoint_that_is_none():
+def test_a_malformed_endpoint_is_an_error():
     with pytest.raises(ValueError, match=r"^'localhost:7447' is not an endpoint; write tcp/HOST:PORT"):
         connect("localhost:7447")
 
 
 @pytest.mark.parametrize("name", ["", "*", "a*"])
-def test_a_name_that_no_robot_can_have(name, robot):
+def test_an_invalid_robot_name_is_an_error(name, robot):
     """The name is refused before anything is sent: any robot would answer a wildcard."""
     with pytest.raises(ValueError, match="cannot be a part of a key"):
         connect(robot.endpoint, robot=name)
 
 
-def test_a_configuration_names_its_endpoints(tmp_path, robot):
+def test_a_configuration_must_have_an_endpoint(tmp_path, robot):
     file = tmp_path / "operator.json5"
     with pytest.raises(ValueError, match=r"operator\.json5 is not a Zenoh configuration"):
         connect(config=file)
@@ -47,7 +47,7 @@ def test_a_configuration_names_its_endpoints(tmp_path, robot):
         assert arm.status().mode == "tracking"
 
 
-def test_no_answer_says_why(router, robot):
+def test_a_missing_answer_has_its_reason(router, robot):
     with connect(robot.endpoint, "leg") as leg:
         with pytest.raises(NoAnswer, match=r"the controller is not running, or not on this bus; start .* volley up$"):
             leg.status()
@@ -63,14 +63,14 @@ def test_no_answer_says_why(router, robot):
             arm.status()
 
 
-def test_a_closed_connection(robot):
+def test_a_closed_connection_is_an_error(robot):
     with connect(robot.endpoint) as arm:
         pass
     with pytest.raises(NoAnswer, match=r"this connection is closed$"):
         arm.status()
 
 
-def test_it_needs_nothing_but_the_contract():
+def test_the_client_imports_only_the_protocol():
     code = "import sys, client; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     others = {"motion", "robot", "services", "tools", "mujoco", "rerun", "scipy", "piqp", "tyro", "rich"}

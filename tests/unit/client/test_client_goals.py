@@ -28,7 +28,7 @@ def later(call, *arguments) -> None:
     threading.Timer(LATER_S, call, arguments).start()
 
 
-def test_a_result_that_is_published_is_not_asked_for(robot, arm, monkeypatch):
+def test_a_published_result_is_not_requested(robot, arm, monkeypatch):
     monkeypatch.setattr("client.results.ASK_EVERY_S", PATIENCE_S)
     robot.then["goal"] = (ENDED, GOOD)
     goal = arm.goal("forehand", positions=HIT)
@@ -37,7 +37,7 @@ def test_a_result_that_is_published_is_not_asked_for(robot, arm, monkeypatch):
     assert [key for key, _ in robot.asked] == ["goal"]
 
 
-def test_a_result_that_comes_while_it_is_waited_for(robot, arm, monkeypatch):
+def test_a_result_published_during_the_wait_is_returned(robot, arm, monkeypatch):
     monkeypatch.setattr("client.results.ASK_EVERY_S", PATIENCE_S)
     goal = arm.goal("forehand")
     later(robot.publish, ENDED, GOOD)
@@ -46,14 +46,14 @@ def test_a_result_that_comes_while_it_is_waited_for(robot, arm, monkeypatch):
 
 
 @pytest.mark.usefixtures("impatient")
-def test_a_result_whose_publication_was_lost_is_asked_for(robot, arm):
+def test_a_result_whose_publication_was_lost_is_requested(robot, arm):
     robot.answers["result"] = [RUNNING, GOOD]
     robot.publish(ENDED, replace(GOOD, goal_id="another"))
     assert arm.goal("forehand").wait() == GOOD
     assert [key for key, _ in robot.asked] == ["goal", "result", "result"]
 
 
-def test_an_older_result_of_the_same_id_is_none(robot, arm):
+def test_an_older_result_with_the_same_id_is_ignored(robot, arm):
     robot.then["goal"] = (ENDED, GOOD)
     assert arm.goal("forehand", goal_id="forehand-7").wait() == GOOD
     robot.answers["result"] = [RUNNING] * 3
@@ -61,7 +61,7 @@ def test_an_older_result_of_the_same_id_is_none(robot, arm):
         arm.goal("forehand", goal_id="forehand-7").wait(0.1)
 
 
-def test_no_patience_asks_once(robot, arm):
+def test_a_timeout_of_zero_requests_the_result_once(robot, arm):
     robot.answers["result"] = [RUNNING]
     with pytest.raises(TimeoutError):
         arm.goal("forehand").wait(0)
@@ -69,13 +69,13 @@ def test_no_patience_asks_once(robot, arm):
 
 
 @pytest.mark.usefixtures("impatient")
-def test_a_controller_that_knows_nothing_of_it_refuses(robot, arm):
+def test_a_goal_unknown_to_the_controller_is_refused(robot, arm):
     robot.answers["result"] = [Refusal("unknown_goal", "no goal 'forehand-7' was accepted", goal_id="forehand-7")]
     with pytest.raises(Refusal, match="no goal"):
         arm.goal("forehand").wait()
 
 
-def test_many_are_waited_for_at_once(robot):
+def test_several_goals_can_be_awaited_at_once(robot):
     async def play() -> list[m.Result]:
         async with connect_async(robot.endpoint) as arm:
             goals = [await arm.goal("forehand") for _ in range(3)]
@@ -86,7 +86,7 @@ def test_many_are_waited_for_at_once(robot):
 
 
 @pytest.mark.usefixtures("impatient")
-def test_the_twin_survives_a_lost_publication(robot):
+def test_the_async_client_survives_a_lost_publication(robot):
     async def play() -> m.Result:
         async with connect_async(robot.endpoint) as arm:
             return await (await arm.goal("forehand")).wait()

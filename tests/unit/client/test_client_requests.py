@@ -96,7 +96,7 @@ def test_primitives_are_a_list(arm):
     assert [entry.name for entry in arm.primitives()] == ["forehand"]
 
 
-def test_methods_say_how_they_are_called():
+def test_methods_have_signatures_and_docstrings():
     assert str(inspect.signature(AsyncArm.cancel)).startswith("(self, goal_id: 'str | None' = None)")
     assert inspect.iscoroutinefunction(AsyncArm.cancel)
     assert not inspect.iscoroutinefunction(Requests.cancel)
@@ -133,7 +133,7 @@ def test_a_plan_is_executed(robot, arm):
     assert (motion.goal_id, motion.start_time) == ("forehand-7", 4.25)
 
 
-def test_a_plan_whose_samples_lie_apart_is_executed_as_pieces(robot, arm):
+def test_a_plan_with_thinned_samples_is_executed_as_pieces(robot, arm):
     trajectory = m.Trajectory(**{**_fields(EXAMPLES["Trajectory"]), "pieces": PIECES, "dt": 0.003, "count": 2})
     plan = m.GoalReply(**{**_fields(EXAMPLES["GoalReply"]), "trajectory": trajectory, "duration": 0.002})
     arm.execute(plan)

@@ -43,7 +43,7 @@ def test_the_oldest_are_dropped():
     assert asyncio.run(awaited()) == [7, 8, 9]
 
 
-def test_a_malformed_message_ends_no_stream(robot, router, arm):
+def test_a_malformed_message_does_not_end_the_stream(robot, router, arm):
     stream = arm.stream(topics.CONTACT)
     arm.state()
     router.bus.session.put(router.bus.key(topics.CONTACT.key), b"{")
@@ -53,7 +53,7 @@ def test_a_malformed_message_ends_no_stream(robot, router, arm):
     assert next(stream).time == 1.0
 
 
-def test_a_closed_stream_hears_nothing(robot, arm):
+def test_a_closed_stream_raises_stream_ended(robot, arm):
     stream = arm.stream(topics.CONTACT)
     stream.close()
     stream.close()
@@ -65,54 +65,54 @@ def test_a_closed_stream_hears_nothing(robot, arm):
 
 
 @pytest.mark.parametrize("what", ["the stream", "its connection"])
-def test_what_is_closed_ends_an_iteration_in_another_thread(robot, what: str):
+def test_closing_ends_an_iteration_in_another_thread(robot, what: str):
     """Messages that were published before are still returned."""
     arm = connect(robot.endpoint)
     stream = arm.stream(topics.CONTACT)
-    heard = []
-    thread = threading.Thread(target=lambda: heard.extend(message.time for message in stream), daemon=True)
+    received = []
+    thread = threading.Thread(target=lambda: received.extend(message.time for message in stream), daemon=True)
     thread.start()
     arm.state()
     robot.publish(topics.CONTACT, contact(1.0))
-    assert eventually(lambda: heard == [1.0])
+    assert eventually(lambda: received == [1.0])
     (stream if what == "the stream" else arm).close()
     thread.join(PATIENCE_S)
     assert not thread.is_alive()
     arm.close()
 
 
-def test_the_twin_ends_with_its_connection(robot):
-    async def hear() -> list[float]:
+def test_an_async_stream_ends_with_its_connection(robot):
+    async def receive() -> list[float]:
         async with connect_async(robot.endpoint) as arm:
             stream = arm.stream(topics.CONTACT)
-            hearing = asyncio.create_task(_all_of(stream))
+            receiving = asyncio.create_task(_all_of(stream))
             await arm.state()
-        return await asyncio.wait_for(hearing, PATIENCE_S)
+        return await asyncio.wait_for(receiving, PATIENCE_S)
 
-    assert asyncio.run(hear()) == []
+    assert asyncio.run(receive()) == []
 
 
 async def _all_of(stream: AsyncStream[m.Contact]) -> list[float]:
     return [message.time async for message in stream]
 
 
-def test_the_twin_iterates_too(robot):
-    async def hear() -> list[float]:
+def test_an_async_stream_can_be_iterated(robot):
+    async def receive() -> list[float]:
         async with connect_async(robot.endpoint) as arm, arm.stream(topics.CONTACT, length=2) as stream:
             await arm.state()
             for k in range(3):
                 robot.publish(topics.CONTACT, contact(float(k)))
-            heard = []
+            received = []
             async for message in stream:
-                heard.append(message.time)
+                received.append(message.time)
                 if message.time == 2.0:
                     break
             with pytest.raises(TimeoutError, match=r"no contact within 0\.05 s"):
                 await stream.take(timeout=0.05)
-            return heard
+            return received
 
-    heard = asyncio.run(hear())
-    assert heard[-1] == 2.0
+    received = asyncio.run(receive())
+    assert received[-1] == 2.0
 
 
 def test_samples_are_arrays():

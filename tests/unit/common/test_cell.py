@@ -33,7 +33,7 @@ def test_the_last_log_lines_of_a_dead_service_are_quoted():
         pass
 
 
-def test_what_to_do_about_a_place_that_is_taken_is_told():
+def test_the_error_of_an_occupied_place_has_a_remedy():
     with (
         pytest.raises(NotReady, match=r"sim ended with status 3: one of this robot runs already .* --listen"),
         running_cell(names=["sim"], quiet=True, wrap=broken("raise SystemExit(3)")),
@@ -41,7 +41,7 @@ def test_what_to_do_about_a_place_that_is_taken_is_told():
         pass
 
 
-def test_the_first_service_hosts_the_bus_where_the_usual_one_is_not_started():
+def test_the_first_service_hosts_the_bus_if_the_sim_is_not_started():
     """If all services connect to an existing bus, none hosts it."""
     endpoint, hosting = free_endpoint(), []
 

@@ -74,7 +74,7 @@ def test_a_suspended_process_delays_the_others_by_a_bounded_time(tmp_path: Path)
     assert eventually(lambda: not is_running(pids[-1]))
 
 
-def test_a_service_started_by_hand_follows_nobody(monkeypatch: pytest.MonkeyPatch):
+def test_a_service_started_by_hand_has_no_lifeline(monkeypatch: pytest.MonkeyPatch):
     """Without a supervisor no thread is started, and the event is not set."""
     monkeypatch.delenv(VARIABLE, raising=False)
     stopping, before = threading.Event(), threading.active_count()

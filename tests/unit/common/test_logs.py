@@ -51,7 +51,7 @@ def failure() -> BaseException:
 
 
 @pytest.mark.parametrize("fields", [{}, {"goal_id": "g-1", "code": "late"}])
-def test_text_is_the_sentence_alone(fields: dict[str, object]):
+def test_a_text_line_has_only_time_and_sentence(fields: dict[str, object]):
     """The line has the local time and the sentence, but no fields."""
     line = formatter("planner", "text").format(record("goal %s: too late", "g-1", **fields))
     assert line == "2001-09-09 03:46:40,062 planner WARNING: goal g-1: too late"
@@ -64,7 +64,7 @@ def test_text_ends_with_the_traceback():
     assert text.endswith("ValueError: out of oil")
 
 
-def test_an_object_has_every_field():
+def test_a_json_object_has_every_field():
     """The time is RFC 3339 in UTC; goal id and code are fields beside the sentence."""
     said = logged("goal %s: too late", "g-1", goal_id="g-1", code="late")
     assert list(said) == FIELDS
@@ -79,13 +79,13 @@ def test_an_object_has_every_field():
     }
 
 
-def test_what_there_is_not_is_null():
+def test_missing_fields_are_null():
     said = logged("the arm is there")
     assert list(said) == FIELDS
     assert [said[name] for name in ("goal_id", "code", "traceback")] == [None, None, None]
 
 
-def test_an_object_is_one_line_whatever_it_says():
+def test_a_json_object_is_a_single_line():
     """Sentences may quote what a client sent, line breaks included."""
     strange = 'two\nlines, "quotes", µ and \ud800'
     assert logged("goal %s", strange, goal_id=strange)["goal_id"] == strange
@@ -111,16 +111,16 @@ thread.join()
 """
 
 
-def said_by(form: LogForm) -> str:
+def output_of(form: LogForm) -> str:
     """Return what a process prints that logs, warns, and raises in a thread and at its end."""
     done = subprocess.run([sys.executable, "-c", LOGGING, form], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (1, "")
     return done.stderr
 
 
-def test_whatever_a_process_says_is_json():
+def test_all_output_of_a_process_is_json():
     """Python's warnings and uncaught errors are JSON lines too."""
-    said = [json.loads(line) for line in said_by("json").splitlines()]
+    said = [json.loads(line) for line in output_of("json").splitlines()]
     assert [each["level"] for each in said] == ["INFO", "WARNING", "CRITICAL", "CRITICAL"]
     assert [each["service"] for each in said] == ["sim"] * 4
     assert (said[0]["message"], said[0]["goal_id"]) == ("one", "g-1")
@@ -130,15 +130,13 @@ def test_whatever_a_process_says_is_json():
     assert all("Traceback" in each["traceback"] for each in said[2:])
 
 
-def test_text_says_as_much():
-    said = said_by("text")
+def test_text_output_has_the_same_messages():
+    said = output_of("text")
     assert " sim INFO: one\n" in said
     assert " sim CRITICAL: uncaught KeyError: 'four'\nTraceback" in said
 
 
-def test_what_happens_at_every_tick_is_warned_of_seldom(
-    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_warning_at_every_tick_is_throttled(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch):
     """The first warning is logged at once; the next, a second later, has the number of those in between."""
     now_ns = [5]
     monkeypatch.setattr(time, "monotonic_ns", lambda: now_ns[0])

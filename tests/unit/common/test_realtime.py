@@ -90,13 +90,13 @@ def test_loops_share_the_last_core_and_the_rest_leaves_it():
         assert loops == others == usable
 
 
-def test_cores_that_somebody_chose_are_kept():
+def test_an_earlier_choice_of_cores_is_kept():
     """A choice by taskset or a unit's CPUAffinity is kept."""
     first = min(os.sched_getaffinity(0))
     assert cores(given={first}) == ({first}, {first}, {first}, {first}, [])
 
 
-def test_a_core_that_is_asked_for_is_the_loops():
+def test_a_requested_core_is_reserved_for_the_loops():
     """A requested core overrides an earlier choice; other threads use it only if there is no other core."""
     usable = os.sched_getaffinity(0)
     first, last = min(usable), max(usable)
@@ -105,7 +105,7 @@ def test_a_core_that_is_asked_for_is_the_loops():
 
 
 @pytest.mark.parametrize("core", [-1, 1 << 12, 1 << 40])
-def test_a_core_that_is_not_there(core: int):
+def test_a_missing_core_is_reported(core: int):
     """The loop runs on any core and reports what it did not obtain."""
     usable, _, others, kept, (sentence,) = cores(loop_core=core)
     assert usable == others == kept
@@ -152,7 +152,7 @@ print(nice[0], open("/proc/self/autogroup").read().split()[-1])
 """
 
 
-def test_a_service_that_answers_in_time_comes_first():
+def test_a_prompt_service_has_the_priority_of_its_session():
     """Threads and the session get its priority; without the right to it, the process is nice and its session is not."""
     if not Path("/proc/self/autogroup").exists():
         pytest.skip("this kernel shares cores without sessions")
@@ -164,7 +164,7 @@ def test_a_service_that_answers_in_time_comes_first():
     assert (thread, session) in ((realtime.PROMPT_NICE, realtime.PROMPT_NICE), (unable, 0))
 
 
-def test_a_service_without_the_right_to_come_first_keeps_its_share():
+def test_a_prompt_service_without_privileges_keeps_its_share():
     """A nice session would get a quarter of another busy program's share, and rallies would fail."""
     if not Path("/proc/self/autogroup").exists() or shutil.which("setpriv") is None:
         pytest.skip("this kernel shares cores without sessions, or setpriv is missing")
@@ -176,7 +176,7 @@ def test_a_service_without_the_right_to_come_first_keeps_its_share():
 
 
 @pytest.mark.skipif(not realtime.may_be_real_time(), reason="needs the right to SCHED_FIFO")
-def test_what_is_received_comes_first_and_the_program_itself_does_not():
+def test_receiving_threads_have_real_time_priority_and_the_program_has_not():
     receiving = (
         "import os, threading; from services.common import realtime; ending = threading.Event()\n"
         "thread = threading.Thread(target=ending.wait); thread.start(); realtime.receive_first()\n"
@@ -205,7 +205,7 @@ ending.set()
 
 
 @pytest.mark.skipif(not realtime.may_be_real_time(), reason="needs the right to SCHED_FIFO")
-def test_a_prompt_service_comes_first_while_it_keeps_up_and_shares_its_core_while_it_does_not():
+def test_a_prompt_service_has_real_time_priority_only_while_it_keeps_up():
     run = subprocess.run(
         [sys.executable, "-c", URGENT], capture_output=True, text=True, check=True, start_new_session=True
     )
@@ -216,7 +216,7 @@ def test_a_prompt_service_comes_first_while_it_keeps_up_and_shares_its_core_whil
     assert receiving == (os.SCHED_FIFO, realtime.RECEIVING_PRIORITY, os.SCHED_OTHER)
 
 
-def test_without_the_right_to_come_first_a_prompt_service_goes_on():
+def test_a_prompt_service_without_privileges_keeps_the_normal_scheduler():
     if shutil.which("setpriv") is None:
         pytest.skip("setpriv is missing")
     without = ["setpriv", "--bounding-set=-sys_nice", "--inh-caps=-sys_nice"] if os.geteuid() == 0 else []

@@ -22,12 +22,12 @@ LOG = logging.getLogger("test")
 class Service:
     """An instance in a thread that announces itself and serves until it is stopped."""
 
-    def __init__(self, name: str, options: Options, hosts: bool = False, beside: Sequence[str] = ()) -> None:
+    def __init__(self, name: str, options: Options, hosts: bool = False, other_robots: Sequence[str] = ()) -> None:
         self.stopping = threading.Event()
         self.outcome: Outcome | None = None
         self.robot = ""
         self._name = name
-        self._instance = SingleInstance(name, options, "arm", LOG, hosts=hosts, beside=beside)
+        self._instance = SingleInstance(name, options, "arm", LOG, hosts=hosts, other_robots=other_robots)
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
@@ -81,14 +81,14 @@ def test_waiting_for_a_router_can_be_given_up(router: str, caplog: pytest.LogCap
     assert not service.robot
 
 
-def test_a_service_that_would_let_anybody_in_logs_why_not(caplog: pytest.LogCaptureFixture):
+def test_an_exposed_service_logs_why_it_does_not_start(caplog: pytest.LogCaptureFixture):
     """The service fails instead of listening without certificates."""
     assert outcome_of("sim", Options(listen=("tcp/0.0.0.0:0",)), hosts=True) is Outcome.FAILED
     assert "will not listen on tcp/0.0.0.0:0" in caplog.text
 
 
 @pytest.mark.parametrize("hosts", [False, True])
-def test_a_place_that_is_taken_is_left_alone(router: str, hosts: bool, caplog: pytest.LogCaptureFixture):
+def test_a_second_instance_does_not_start(router: str, hosts: bool, caplog: pytest.LogCaptureFixture):
     """A second instance ends with a sentence, whether it connects or hosts; other services are free to start."""
     joining = Options(connect=(router,))
     with Service("sim", Options(listen=(router,)), hosts=True):
@@ -101,11 +101,11 @@ def test_a_place_that_is_taken_is_left_alone(router: str, hosts: bool, caplog: p
 def test_one_instance_takes_the_places_of_several_robots(router: str, caplog: pytest.LogCaptureFixture):
     """It ends if one of the places is taken."""
     left = Options("left", connect=(router,))
-    with Service("sim", Options(listen=(router,)), hosts=True, beside=("left",)) as both:
+    with Service("sim", Options(listen=(router,)), hosts=True, other_robots=("left",)) as both:
         assert outcome_of("sim", left) is Outcome.TAKEN
         assert "another sim serves robot left on this bus" in caplog.text
         caplog.clear()
-        right = SingleInstance("sim", Options("right", connect=(router,)), "arm", LOG, beside=("left",))
+        right = SingleInstance("sim", Options("right", connect=(router,)), "arm", LOG, other_robots=("left",))
         assert right.run(lambda _: pytest.fail(), both.stopping) is Outcome.TAKEN
         assert "another sim serves robot left on this bus" in caplog.text
 

@@ -1,4 +1,4 @@
-"""Requests that were put instead of queried."""
+"""Requests that were sent as publications instead of queries."""
 
 import logging
 
@@ -8,7 +8,7 @@ from services.common.stray_puts import StrayPuts
 
 
 class FakeBus:
-    """A bus on which requests were put."""
+    """A bus with requests that were sent as publications."""
 
     def __init__(self) -> None:
         self.puts: list[str] = []
@@ -19,8 +19,8 @@ class FakeBus:
         return puts
 
 
-def test_a_goal_that_was_put_is_logged(caplog: pytest.LogCaptureFixture):
-    """The log names the key and what to do instead."""
+def test_a_goal_sent_as_publication_is_logged(caplog: pytest.LogCaptureFixture):
+    """The log has the key and a remedy."""
     bus = FakeBus()
     watch = StrayPuts(bus, logging.getLogger("planner"))  # type: ignore[arg-type]
     watch.warn()

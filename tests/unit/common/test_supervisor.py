@@ -31,7 +31,7 @@ def bus() -> Iterator[Bus]:
         yield bus
 
 
-def test_one_hosts_and_the_others_connect():
+def test_one_service_hosts_the_bus_and_the_others_connect():
     """They connect to the default endpoint or to the given one."""
     for options, endpoint in (
         (Options(), "tcp/127.0.0.1:7447"),
@@ -128,14 +128,14 @@ def test_processes_are_ended_in_the_reverse_order(tmp_path: Path):
     assert services.running == {}
 
 
-def test_where_one_cannot_be_started_none_is_left():
+def test_if_one_process_cannot_be_started_the_others_are_ended():
     services = Supervisor({"slow": SLEEP, "absent": ["/no/such/program"]})
     with pytest.raises(FileNotFoundError), services:
         pass
     assert services.running == {}
 
 
-def test_one_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch):
+def test_a_process_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch):
     """A process that ignores SIGTERM is killed after a timeout."""
     monkeypatch.setattr("services.common.supervisor.ENDING_S", 0.5)
     program = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print(flush=True); time.sleep(60)"
@@ -166,7 +166,7 @@ def test_waiting_can_be_given_up(bus: Bus):
     assert next(answers, None) is None
 
 
-def test_one_that_ends_is_not_waited_for(bus: Bus):
+def test_a_process_that_ends_before_it_is_ready_is_an_error(bus: Bus):
     """The error names its status at once."""
     with Supervisor({"slow": SLEEP, "brief": [sys.executable, "-c", "raise SystemExit(3)"]}) as services:
         with pytest.raises(NotReady, match="brief ended with status 3"):
@@ -174,7 +174,7 @@ def test_one_that_ends_is_not_waited_for(bus: Bus):
         assert services.ended() == {"brief": 3}
 
 
-def test_one_that_is_killed_is_said_to_be(bus: Bus):
+def test_a_process_that_is_killed_before_it_is_ready_is_an_error(bus: Bus):
     """The error names the signal, because the log of a killed process does not."""
     with Supervisor({"slow": SLEEP}) as services:
         services.running["slow"].kill()
@@ -183,7 +183,7 @@ def test_one_that_is_killed_is_said_to_be(bus: Bus):
             services.wait_ready(bus)
 
 
-def test_logs_go_into_a_file_each(tmp_path: Path):
+def test_each_process_has_its_own_log_file(tmp_path: Path):
     """The file has the lines from before and after a restart."""
     line = [sys.executable, "-c", "import sys; sys.exit('out of oil')"]
     with Supervisor({"one": line}, logs=tmp_path) as services:

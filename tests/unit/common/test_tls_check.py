@@ -27,7 +27,7 @@ EVERYWHERE = "tcp/0.0.0.0:7447"
         "unixsock-stream/volley.sock",
     ],
 )
-def test_this_machine_alone_is_safe(endpoint):
+def test_endpoints_on_this_machine_are_not_exposed(endpoint):
     assert exposed_endpoints(session_config((), [endpoint], None)) == []
 
 
@@ -46,11 +46,11 @@ def test_this_machine_alone_is_safe(endpoint):
         "quic/10.0.0.1:7447",
     ],
 )
-def test_other_machines_are_not(endpoint):
+def test_endpoints_for_other_machines_are_exposed(endpoint):
     assert exposed_endpoints(session_config((), ["tcp/127.0.0.1:7447", endpoint], None)) == [endpoint]
 
 
-def test_with_certificates_they_are():
+def test_endpoints_with_client_certificates_are_not_exposed():
     """Plain TCP beside them is still open, and so is an endpoint whose own settings do not require certificates."""
     open_ones = [EVERYWHERE, "tls/10.0.0.1:2#enable_mtls=false"]
     guarded = ["tls/0.0.0.0:7447", "quic/10.0.0.1:1#enable_mtls=true;so_rcvbuf=9"]
@@ -68,7 +68,7 @@ def test_with_certificates_they_are():
         ('{mode: "peer", listen: {endpoints: {peer: ["tcp/0.0.0.0:2"]}}}', ["tcp/0.0.0.0:2"]),
     ],
 )
-def test_what_a_file_leaves_to_zenoh_counts(tmp_path, text, exposed):
+def test_zenohs_defaults_for_settings_missing_from_a_file_count(tmp_path, text, exposed):
     """Zenoh's default is to listen on all interfaces."""
     file = tmp_path / "zenoh.json5"
     file.write_text(text)
@@ -76,21 +76,21 @@ def test_what_a_file_leaves_to_zenoh_counts(tmp_path, text, exposed):
     assert exposed_endpoints(session_config(("tcp/h:1",), (), file)) == []
 
 
-def test_a_service_refuses_and_says_why():
+def test_an_exposed_service_is_refused_with_the_reason():
     options = Options(listen=(EVERYWHERE,))
     for refused in (lambda: open_bus(options, "arm"), lambda: refuse_exposure(options, (), options.listen)):
         with pytest.raises(SystemExit, match=f"not listen on {EVERYWHERE}.*without a certificate.*--insecure"):
             refused()
 
 
-def test_unless_told_to():
+def test_insecure_allows_an_exposed_service():
     options = Options(listen=("tcp/0.0.0.0:0",), insecure=True)
     open_bus(options, "arm").session.close()
     assert all("--insecure" in line for line in command_lines(options, {}).values())
     assert not any("--insecure" in line for line in command_lines(Options(), {}).values())
 
 
-def test_a_session_bounds_what_it_takes():
+def test_sessions_bound_the_size_of_messages():
     config = session_config((), (), None)
     assert config.get_json("transport/link/rx/max_message_size") == str(32 << 20)
     with pytest.raises(zenoh.ZError):

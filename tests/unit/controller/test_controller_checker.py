@@ -4,10 +4,12 @@ import logging
 import threading
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from msgspec import structs
 
 from protocol import topics
+from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
 from protocol.topics import QUEUE_LENGTH
 from services.common.stray_puts import StrayPuts
@@ -40,8 +42,8 @@ def desk() -> Iterator[Desk]:
     desk.checker.close()
 
 
-def test_a_good_trajectory_is_handed_on(desk: Desk):
-    """It can be spliced and is not answered yet: the loop, which is woken, does that."""
+def test_a_valid_trajectory_is_passed_to_the_loop(desk: Desk):
+    """It is checked but not answered yet; the loop is woken to splice and answer it."""
     sent = desk.send(staying(30, 1))
     assert desk.woken.wait(10.0)
     taken = desk.checker.take()
@@ -66,9 +68,19 @@ def test_a_bad_trajectory_is_refused_at_once(desk: Desk, body: object):
     assert desk.woken.wait(10.0)
 
 
-def test_an_error_of_the_check_ends_neither_the_thread_nor_the_wait_for_an_answer(
-    desk: Desk, caplog: pytest.LogCaptureFixture
-):
+def test_a_value_given_by_its_index_is_followed_by_its_joint(desk: Desk):
+    motion = staying(30, 1)
+    values = np.zeros((motion.count, CONFIG.joint_count))
+    values[3, 1] = np.nan
+    motion = structs.replace(motion, velocities=matrix_bytes(values))
+    sent = desk.send(motion)
+    assert eventually(lambda: sent.answer is not None)
+    name = CONFIG.joint_names[1]
+    assert sent.answer.message.startswith(f"velocities[3][1] (joint {name}) is nan")
+    assert sent.answer.detail == {"field": "velocities"}
+
+
+def test_an_unexpected_error_is_answered_and_does_not_end_the_thread(desk: Desk, caplog: pytest.LogCaptureFixture):
     """The request is refused as `unavailable`, the log has the traceback, and the next trajectory is taken."""
     sent = desk.send("no trajectory")
     assert eventually(lambda: sent.answer is not None)
@@ -87,6 +99,6 @@ def test_more_trajectories_than_the_queue_holds_are_refused(desk: Desk):
     assert (sent.answer.code, sent.answer.detail) == ("busy", {"goal_id": "too many"})
 
 
-def test_requests_that_were_put_are_logged(desk: Desk, caplog: pytest.LogCaptureFixture):
+def test_requests_sent_as_publications_are_logged(desk: Desk, caplog: pytest.LogCaptureFixture):
     desk.bus.puts = ["volley/arm/execute"]
     assert eventually(lambda: "something was put on volley/arm/execute" in caplog.text)

@@ -13,7 +13,7 @@ def test_an_arm_that_is_ready_is_no_fault():
 
 
 @pytest.mark.parametrize("reason", ["", "joint 3 was touched"])
-def test_a_condition_that_sets_in_is_a_fault_once(reason: str):
+def test_a_condition_other_than_ready_is_a_fault_once(reason: str):
     """The fault quotes the arm's reason."""
     condition = ArmCondition()
     faults = [condition.update(state(tick, condition="reflex", reason=reason), in_fault=tick > 0) for tick in range(3)]

@@ -95,7 +95,7 @@ def test_a_brake_that_does_not_let_go_is_a_fault_again(arm: PerfectArm):
     assert "still brakes" in (controller.fault or "")
 
 
-def test_before_the_first_state_nothing_can_be_asked():
+def test_before_the_first_state_requests_are_refused():
     """Every request is refused as unavailable; the refusal names the sim."""
     controller = Controller(ROBOT)
     assert controller.states.newest is None
@@ -126,7 +126,7 @@ def test_the_reference_is_asked_for_ahead(arm: PerfectArm):
     assert arm.controller.reference(m.ReferenceRequest(lead=0.05)).goal_id is None
 
 
-def test_what_may_not_move_the_arm(arm: PerfectArm):
+def test_trajectories_that_must_not_move_the_arm_are_refused(arm: PerfectArm):
     """Refuse what is late, superseded by a plan or a cancel, discontinuous, or a duplicate."""
     controller = arm.controller
     assert refused(arm, trajectory(controller, 9)).code == "late"
@@ -256,7 +256,7 @@ def test_the_epoch_rises_with_everything_that_changes_the_future(arm: PerfectArm
     assert epochs == sorted(set(epochs))
 
 
-def test_the_status_tells_the_error(arm: PerfectArm):
+def test_the_status_has_the_tracking_error(arm: PerfectArm):
     """The status has measured minus reference, and the time since the goal's start."""
     execute(arm, trajectory(arm.controller, 30))
     arm.turn(50)
@@ -277,7 +277,7 @@ def described(delay: int) -> m.Description:
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
-def test_a_command_tells_the_reference_at_the_end_of_its_tick(arm: PerfectArm, delay: int):
+def test_a_command_has_the_reference_at_the_end_of_its_tick(arm: PerfectArm, delay: int):
     """It is the tick in which the arm applies it; `accelerations` adds the feedback of eq. 11, here zero."""
     arm.controller.meet(described(delay))
     message = trajectory(arm.controller, 30)
@@ -293,7 +293,7 @@ def test_a_command_tells_the_reference_at_the_end_of_its_tick(arm: PerfectArm, d
             assert command.accelerations == pytest.approx(command.feedforward, abs=2e-3)
 
 
-def test_a_delay_that_is_known_is_no_lateness(arm: PerfectArm):
+def test_commands_applied_with_the_known_delay_are_in_time(arm: PerfectArm):
     """A command that answers tick k may be applied as late as tick k + delay."""
     arm.controller.meet(described(1))
     missed = arm.controller.status().cycle.missed
@@ -339,7 +339,7 @@ def test_an_arm_that_follows_no_commands_is_a_fault(arm: PerfectArm, condition: 
     execute(arm, trajectory(arm.controller, 30, "after"))
 
 
-def test_an_older_robot_side_only_says_that_it_brakes(arm: PerfectArm):
+def test_an_older_robot_side_reports_only_its_brake(arm: PerfectArm):
     """This is taken as the condition "braking" without a reason."""
     arm.brake = True
     arm.turn(1)
@@ -388,7 +388,7 @@ def test_with_on_fault_stop_the_reference_ends_its_own_way():
         (["racket"], None),
     ],
 )
-def test_whose_contact_it_is(bodies: list[str], touch: m.FirstContact | None):
+def test_contacts_are_assigned_to_the_arm(bodies: list[str], touch: m.FirstContact | None):
     assert touch_of(m.Contact(time=0.05, bodies=bodies, impulse=1.0, ball_velocity=None), ROBOT) == touch
 
 
@@ -418,7 +418,7 @@ def test_a_result_has_the_first_touch_and_the_clipped_ticks(arm: PerfectArm):
         (Tolerance(), m.Tolerance(velocities=0.01), "missed"),
     ],
 )
-def test_what_a_miss_is(robot: Tolerance, goal: m.Tolerance | UnsetType, outcome: m.Outcome):
+def test_a_hit_outside_its_tolerance_is_missed(robot: Tolerance, goal: m.Tolerance | UnsetType, outcome: m.Outcome):
     """The tolerance is the goal's or, if that is null, the robot's."""
     arm = PerfectArm(Controller(dataclasses.replace(ROBOT, tolerance=robot)))
     arm.turn(10)

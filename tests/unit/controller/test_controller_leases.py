@@ -34,7 +34,7 @@ def test_one_event_is_applied_a_step(desk: Desk):
     assert seen == [{"alice"}, {"alice", "bob"}, {"bob"}, {"bob"}]
 
 
-def test_an_overflow_costs_every_lease(desk: Desk):
+def test_an_overflow_ends_every_lease(desk: Desk):
     """A lost event of the bounded queue may be that the holder has gone, so every lease ends."""
     desk.bus.see_client("alice")
     desk.leases.step()
@@ -51,7 +51,7 @@ def test_an_overflow_costs_every_lease(desk: Desk):
     assert desk.leases.clients == {"carol"}
 
 
-def test_a_flood_that_goes_on_is_logged_once_a_second(desk: Desk, caplog: pytest.LogCaptureFixture):
+def test_a_continued_flood_is_logged_once_a_second(desk: Desk, caplog: pytest.LogCaptureFixture):
     for _ in range(20):
         for k in range(MAX_EVENTS + 2):
             desk.bus.see_client(f"flood-{k}")

@@ -95,8 +95,7 @@ def test_a_canceled_goal_stays_canceled_where_another_takes_over():
     assert outcomes(ledger) == {"a": "canceled"}
 
 
-def test_the_goal_that_is_played():
-    """It is the last goal that has begun."""
+def test_the_current_goal_is_the_last_one_that_has_begun():
     ledger = Ledger()
     assert ledger.current(0) is None
     first, second = running("a", 10), running("b", 60)
@@ -105,8 +104,8 @@ def test_the_goal_that_is_played():
     assert [ledger.current(tick) for tick in (9, 10, 59, 60)] == [None, first, first, second]
 
 
-def test_whose_motion_a_tick_is_a_part_of():
-    """No goal's at rest, nor during a stop, when another goal may begin."""
+def test_the_goal_of_a_tick():
+    """None at rest and during a stop, when another goal may begin."""
     ledger = Ledger()
     ledger.open(running("a", 10))
     end = ledger.active[0].end
@@ -131,7 +130,7 @@ def test_the_last_thousand_results_are_kept():
 
 
 def test_a_fault_ends_all_goals_at_once():
-    """With its reason."""
+    """They have the fault's reason."""
     ledger = Ledger()
     ledger.open(running("a", 10))
     ledger.open(running("b", 60))
@@ -167,8 +166,8 @@ def test_the_errors_at_the_hit():
 
 
 @pytest.mark.parametrize("goal_id", ["", "x" * 10_000, "a\nb"])
-def test_a_result_of_what_is_no_id(goal_id: str):
-    """Is a malformed request, refused in one short sentence."""
+def test_an_invalid_goal_id_is_refused(goal_id: str):
+    """The request is malformed, and refused in one short sentence."""
     with pytest.raises(Refusal) as caught:
         Ledger().result(goal_id)
     assert (caught.value.code, caught.value.detail) == ("bad_message", {"field": "goal_id"})

@@ -94,7 +94,7 @@ def desk(desks: Callable[..., Desk]) -> Desk:
     return desks()
 
 
-def test_noise_behind_a_state_does_not_take_its_place(desk: Desk):
+def test_a_state_followed_by_malformed_ones_is_answered(desk: Desk):
     """The newest good state is answered, and what was refused is counted, once each."""
     desk.turn(state(5))
     desk.turn(state(6), state(7), NOISE, state(3), b"")
@@ -114,7 +114,7 @@ def test_a_state_that_is_not_answered_is_counted_once(desk: Desk, bad: m.State |
     assert desk.ask(topics.STATUS_QUERY, m.Empty()).cycle.refused == 1
 
 
-def test_noise_is_no_sign_of_life(desk: Desk, caplog: pytest.LogCaptureFixture):
+def test_malformed_states_do_not_end_the_silence(desk: Desk, caplog: pytest.LogCaptureFixture):
     """Every wait without a valid state counts as silent, and the twentieth is a fault."""
     desk.turn(state(5))
     for wait in range(1, CONFIG.silence_ticks + 1):
@@ -144,7 +144,7 @@ def test_within_a_wait_nothing_is_counted(desk: Desk):
     assert desk.fault is None
 
 
-def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(desk: Desk, caplog: pytest.LogCaptureFixture):
+def test_a_refusal_is_logged_with_its_code(desk: Desk, caplog: pytest.LogCaptureFixture):
     desk.turn(NOISE)
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
 
@@ -175,8 +175,8 @@ def test_another_arm_ends_the_loop(desk: Desk):
 # --- requests -----------------------------------------------------------------------------------------
 
 
-def test_one_request_a_tick(desk: Desk):
-    """However often the loop is woken within it."""
+def test_one_request_is_answered_each_tick(desk: Desk):
+    """For any number of wake-ups within the tick."""
     desk.turn(state(0))
     sent = [desk.bus.request(topics.RESULT, m.ResultRequest(goal_id=goal_id)) for goal_id in "abc"]
     for tick in range(3):
@@ -187,7 +187,7 @@ def test_one_request_a_tick(desk: Desk):
 
 
 def test_requests_are_answered_while_the_arm_is_silent(desk: Desk):
-    """One in every wait without a state, however often the loop is woken within it."""
+    """One in every wait without a state, for any number of wake-ups within it."""
     desk.turn(state(0))
     sent = [desk.bus.request(topics.RESULT, m.ResultRequest(goal_id=goal_id)) for goal_id in "ab"]
     for expected in (1, 2):
@@ -282,7 +282,7 @@ def test_in_paced_time_an_arm_that_is_gone_aborts_the_motion(desks: Callable[...
 
 
 @pytest.mark.parametrize("arm_clock", ["realtime", "stepped"])
-def test_in_other_clocks_a_lost_token_is_no_fault(desks: Callable[..., Desk], arm_clock: m.Clock):
+def test_with_other_clocks_a_lost_token_is_no_fault(desks: Callable[..., Desk], arm_clock: m.Clock):
     """In real time only missing states count; in stepped time no state is due."""
     desk = desks(arm_clock)
     desk.turn(state(0))
@@ -292,10 +292,10 @@ def test_in_other_clocks_a_lost_token_is_no_fault(desks: Callable[..., Desk], ar
 
 
 @pytest.mark.parametrize(("arm_clock", "state_after", "last"), [("realtime", PATIENCE_S, 0), ("paced", 0.5, 1)])
-def test_the_farewell(
+def test_a_controller_that_ends_stops_the_motion(
     desks: Callable[..., Desk], arm_clock: m.Clock, state_after: float, last: int, monkeypatch: pytest.MonkeyPatch
 ):
-    """A controller that ends stops the motion. In real time it gives up after a silence; in paced time it waits."""
+    """In real time it gives up after a silence; in paced time it waits."""
     monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
     desk = desks(arm_clock, clock=time.perf_counter_ns)
     desk.turn(state(0))
@@ -308,7 +308,7 @@ def test_the_farewell(
     assert desk.answered[-1] == last
 
 
-def test_in_paced_time_a_farewell_does_not_wait_for_an_arm_that_is_gone(
+def test_in_paced_time_a_controller_that_ends_does_not_wait_for_an_absent_arm(
     desks: Callable[..., Desk], monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)

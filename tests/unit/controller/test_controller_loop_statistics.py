@@ -1,11 +1,11 @@
-"""What counts as answered in time."""
+"""Statistics of answers in time."""
 
 import pytest
 
 from services.controller.loop_statistics import WINDOW, LoopStatistics
 
 
-def test_every_tick_in_time():
+def test_answers_applied_at_the_next_tick_are_in_time():
     """By each state the answer to the one before was applied."""
     statistics = LoopStatistics()
     statistics.begin(0)
@@ -15,7 +15,7 @@ def test_every_tick_in_time():
     assert (sent.count, sent.missed, sent.on_time_ratio) == (11, 0, 1.0)
 
 
-def test_answers_that_came_too_late():
+def test_answers_applied_later_are_missed_ticks():
     """An older command was applied, for two of four ticks."""
     statistics = LoopStatistics()
     statistics.begin(0)
@@ -25,7 +25,7 @@ def test_answers_that_came_too_late():
     assert (sent.missed, sent.on_time_ratio) == (2, 0.5)
 
 
-def test_states_that_never_came():
+def test_lost_states_are_missed_ticks():
     """Three lost states are three missed ticks; where the last one seen was not answered in time either, four."""
     for applied, missed in ((1, 3), (0, 4)):
         statistics = LoopStatistics()
@@ -38,7 +38,7 @@ def test_states_that_never_came():
         assert sent.on_time_ratio == pytest.approx(1 - missed / 6)
 
 
-def test_a_new_run_starts_the_count_again():
+def test_a_new_run_restarts_the_count():
     """A controller that joins late does not count the ticks before."""
     statistics = LoopStatistics()
     statistics.begin(0)
@@ -48,7 +48,7 @@ def test_a_new_run_starts_the_count_again():
     assert (statistics.message().count, statistics.message().missed, statistics.message().on_time_ratio) == (2, 0, 1.0)
 
 
-def test_response_times():
+def test_percentiles_of_response_times():
     """Percentiles of the last thousand, in µs; zeros before the first."""
     statistics = LoopStatistics()
     assert statistics.message().late_us.max == 0.0

@@ -251,7 +251,7 @@ def test_a_pushed_arm_may_be_led_back():
     assert refusal(led_back(0.99 * LED_BACK_FROM, 0.8), hit_index=999).code == "limit"
 
 
-def test_what_overflows_is_refused():
+def test_coefficients_whose_values_overflow_are_refused():
     """The coefficients are finite, but the curve is not."""
     free = np.full(JOINTS, np.inf)
     limits = replace(

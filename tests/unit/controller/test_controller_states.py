@@ -29,15 +29,15 @@ def states() -> States:
     ],
     ids=["doubled", "old", "before the first", "short", "long", "empty truth", "short truth"],
 )
-def test_what_is_not_answered(states: States, bad: m.State):
+def test_an_old_or_malformed_state_is_not_answered(states: States, bad: m.State):
     assert not states.admits(bad)
 
 
 @pytest.mark.parametrize(
     ("good", "opens"), [(state(6), False), (state(900), False), (state(0, run=2), True), (state(7, run=2), True)]
 )
-def test_what_is_answered(states: States, good: m.State, opens: bool):
-    """The next state, also after lost ones, and any state of another run."""
+def test_a_newer_state_is_answered(states: States, good: m.State, opens: bool):
+    """The next state of the run, also after lost ones, or a state of another run."""
     assert states.admits(good)
     assert states.opens_run(good) is opens
 
@@ -56,7 +56,7 @@ def test_only_in_stepped_time_a_run_begins_again_under_its_number(states: States
     assert states.opens_run(state(0))
 
 
-def test_what_was_seen(states: States):
+def test_ticks_up_to_the_newest_have_been_received(states: States):
     assert [states.has_seen(1, tick) for tick in (4, 5, 6)] == [True, True, False]
     assert not states.has_seen(2, 0)
 

@@ -39,7 +39,7 @@ def test_a_segment_replaces_all_that_came_from_its_start_on():
     assert positions(timeline, range(11, 14)) == [101, 400, 400]
 
 
-def test_what_is_past_can_be_forgotten():
+def test_the_past_can_be_forgotten():
     """The present and the future stay."""
     timeline = Timeline(np.array([0.0]))
     timeline.splice(ramp(10, 5, 100.0))
@@ -51,8 +51,8 @@ def test_what_is_past_can_be_forgotten():
     assert positions(timeline, range(12, 20)) == before[1:]
 
 
-def test_what_is_coming():
-    """The samples from a tick on, across segments, equal those of the single ticks."""
+def test_coming_returns_the_samples_of_the_next_ticks():
+    """Across segments they are equal to those of the single ticks."""
     timeline = Timeline(np.array([0.0]))
     timeline.splice(ramp(10, 5, 100.0))
     timeline.splice(ramp(12, 3, 200.0))
@@ -66,7 +66,7 @@ def test_what_is_coming():
             assert values.tolist() == [row[column].tolist() for row in rows]
 
 
-def test_holding_forgets_everything():
+def test_hold_discards_all_segments():
     """The pose is copied, so the caller may change its own array."""
     timeline = Timeline(np.array([0.0]))
     timeline.splice(ramp(10, 5, 100.0))

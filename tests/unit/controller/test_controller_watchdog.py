@@ -34,7 +34,7 @@ def test_silence_is_counted_in_the_ticks_of_the_arm():
     assert TICKS - 1.0 < silence(tick=1e-2) <= TICKS
 
 
-def test_a_stall_of_the_machine_is_no_silence():
+def test_a_stall_of_the_machine_is_not_counted_as_silence():
     """The arm stalled too. Of the stall, only the 5 ms of a dying sim and the wait in which it began count."""
     stall_ms = 100.0
     assert silence(stall=stall_ms * 1e-3) > stall_ms + TICKS - 8.0
@@ -63,7 +63,7 @@ def test_a_wait_is_counted_once():
     assert (watchdog.silent_waits, watchdog.time_left) == (0, pytest.approx(1.2 * TICK))
 
 
-def test_the_first_wait_of_all_is_over_at_once():
+def test_the_first_wait_ends_at_once():
     watchdog = SilenceWatchdog(TICK, FakeClock())
     assert watchdog.time_left == 0
     assert watchdog.end_wait()

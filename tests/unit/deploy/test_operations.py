@@ -68,12 +68,12 @@ def test_volley_lines_parse(line, monkeypatch):
 
 
 @pytest.mark.parametrize("line", [line for line in COMMAND_LINES if line.startswith("cp ")])
-def test_what_is_copied_exists(line):
+def test_copied_files_exist(line):
     source = shlex.split(line)[1].removeprefix("/opt/volley/")
     assert list(ROOT.glob(source)), source
 
 
-def test_there_is_something_to_test():
+def test_the_page_has_the_expected_number_of_commands():
     assert len(PYTHON_LINES) == 4
     assert len(VOLLEY_LINES) == 3
     assert len([line for line in COMMAND_LINES if line.startswith("cp ")]) == 3
@@ -88,7 +88,7 @@ def test_the_services_are_started_once_all_is_there():
 
 
 def test_the_units_user_can_read_every_key():
-    """Nobody else can."""
+    """No other user can."""
     (line,) = (line for line in INSTALLING if ".key" in line)
     command, _, keys = line.partition("~/volley-tls/")
     assert command.split() == ["install", "-o", "volley", "-g", "volley", "-m", "0400"]

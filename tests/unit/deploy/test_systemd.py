@@ -60,7 +60,7 @@ def test_the_order_is_the_table_s(process: Process):
 
 
 @EACH
-def test_the_command_line_is_one_that_the_service_takes(process: Process):
+def test_the_service_accepts_its_command_line(process: Process):
     words = unit(process)["ExecStart"].replace("%i", "arm").split()
     assert words[:3] == [PYTHON, "-m", process.module]
     assert words.pop() == "$VOLLEY_FLAGS"
@@ -91,14 +91,14 @@ def test_limits_and_ends(process: Process):
     assert (settings["User"], settings["NoNewPrivileges"], settings["CapabilityBoundingSet"]) == ("volley", "yes", "")
 
 
-def test_loops_have_cores_of_their_own():
+def test_loops_have_separate_cores():
     cores = [set(unit(process)["CPUAffinity"].split()) for process in PROCESSES if process.name in REAL_TIME]
     rest = [set(unit(process)["CPUAffinity"].split()) for process in PROCESSES if process.name not in REAL_TIME]
     assert not cores[0] & cores[1]
     assert not set.union(*cores) & set.union(*rest)
 
 
-def test_the_recorder_s_memory_lasts():
+def test_the_recorder_keeps_no_index_in_memory():
     """Traces keep no index in memory; each start writes a new file named by the time."""
     recorder = next(process for process in PROCESSES if process.name == "recorder")
     words = unit(recorder)["ExecStart"].removesuffix(" $VOLLEY_FLAGS").replace("%i", "arm").split()
@@ -108,7 +108,7 @@ def test_the_recorder_s_memory_lasts():
 
 
 @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze on this machine")
-def test_systemd_takes_them(tmp_path: Path):
+def test_systemd_accepts_the_units(tmp_path: Path):
     """As units of the robot `arm`, with a Python that exists."""
     for path in DIRECTORY.iterdir():
         for name in (path.name, path.name.replace("@", "@arm")):

@@ -62,7 +62,7 @@ def test_readers_only_read():
         }
 
 
-def test_nobody_deletes_and_every_message_is_known():
+def test_no_role_may_delete_and_every_other_message_is_granted():
     granted = {m for role in ROLES for permission in (*reading(), *acting(role)) for m in permission.messages}
     assert granted == set(MESSAGES) - {"delete"}
 
@@ -86,7 +86,7 @@ def test_no_other_configuration_is_committed():
     assert {path.name for path in DIRECTORY.glob("*.json5")} == set(configure.texts(Cell()))
 
 
-def test_a_cell_of_ones_own(tmp_path):
+def test_configurations_of_another_cell_are_generated(tmp_path):
     cell = Cell(out=tmp_path / "leg", robot="leg", host="10.0.0.7", port=7448, tls=Path("/opt/tls"))
     configure.write(cell)
     router = zenoh.Config.from_file(cell.out / "router.json5")

@@ -1,4 +1,4 @@
-"""The drill's jumping wall clock leaves a mark in the processes that use it, and in no others."""
+"""The drill's jumping wall clock is detected in the processes that use it."""
 
 import subprocess
 import sys
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tools.drill.harness.shims import shim
 from tools.drill.harness.start import CellConfig
-from tools.drill.scenarios.clocks import jumps_seen
+from tools.drill.scenarios.clocks import clock_jumps
 
 LOOK = """
 import os, time
@@ -26,11 +26,11 @@ def run(program: str, environment: dict[str, str]) -> int:
     return int(done.stdout)
 
 
-def test_the_jumps_that_a_process_saw(tmp_path: Path):
-    """Jumps are counted in a process with the shim; a process without it is left out."""
+def test_jumps_are_counted_in_processes_with_the_shim(tmp_path: Path):
+    """A process without it is left out."""
     directory = shim("jumping_clock", tmp_path)
     root = Path(__file__).parents[3]
     pids = {"sim": run(LOOK, {"PYTHONPATH": f"{directory}:{root}"}), "planner": run(STILL, {"PYTHONPATH": str(root)})}
-    jumps = jumps_seen(CellConfig(shims=dict.fromkeys(pids, directory)), pids)
+    jumps = clock_jumps(CellConfig(shims=dict.fromkeys(pids, directory)), pids)
     assert list(jumps) == ["sim"]
-    assert jumps["sim"] in (3, 4), "one jump may come before the first look"
+    assert jumps["sim"] in (3, 4), "one jump may come before the first reading"

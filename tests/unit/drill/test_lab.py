@@ -1,4 +1,4 @@
-"""The place in which scenarios are carried out."""
+"""The environment in which scenarios are carried out."""
 
 from pathlib import Path
 
@@ -6,6 +6,6 @@ from services.common.cli import Options
 from tools.drill.harness.lab import Lab
 
 
-def test_cells_log_as_text(tmp_path: Path):
-    """The requested form is ignored, because scenarios read times in text logs."""
+def test_cells_log_in_text_form(tmp_path: Path):
+    """The requested form is ignored, because scenarios read times from text logs."""
     assert Lab(Options(log="json"), tmp_path).options == Options()

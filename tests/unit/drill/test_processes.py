@@ -1,4 +1,4 @@
-"""Times that the drill reads in the logs of a cell's processes."""
+"""Times read from the logs of a cell's processes."""
 
 from datetime import datetime
 from pathlib import Path
@@ -18,8 +18,8 @@ def at(second: str) -> float:
     return datetime.fromisoformat(f"2026-11-28 22:26:{second}").timestamp()
 
 
-def test_when_words_were_logged_first(tmp_path: Path):
-    """The first line at or after a time counts, in milliseconds; lines without a time are skipped."""
+def test_the_first_log_line_with_given_words_after_a_time_is_found(tmp_path: Path):
+    """Times have a resolution of 1 ms; lines without a time are skipped."""
     (tmp_path / "controller.log").write_text(LOG)
     processes = Processes(Supervisor({}), tmp_path)
     assert processes.logged_at("controller", "fell silent", at("46.000")) == at("46.060")

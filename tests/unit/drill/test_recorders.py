@@ -1,11 +1,11 @@
-"""Ticks that the drill finds missing in a trace."""
+"""Counting missing ticks of a trace."""
 
-from tools.drill.scenarios.recorders import missing_inside
+from tools.drill.scenarios.recorders import missing_between
 
 
-def test_ticks_missing_inside():
-    """Missing ticks between the first and the last are counted once, in whatever order ticks were written."""
-    assert missing_inside([]) == 0
-    assert missing_inside([7]) == 0
-    assert missing_inside([9, 7, 8]) == 0
-    assert missing_inside([3, 4, 4, 8, 10]) == 4
+def test_missing_ticks_between_the_first_and_the_last_are_counted():
+    """Each is counted once, for any order of ticks."""
+    assert missing_between([]) == 0
+    assert missing_between([7]) == 0
+    assert missing_between([9, 7, 8]) == 0
+    assert missing_between([3, 4, 4, 8, 10]) == 4

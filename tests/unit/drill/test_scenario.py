@@ -1,10 +1,10 @@
-"""Bounds, and the verdict on measurements."""
+"""Bounds on measurements, and whether a scenario held."""
 
 import math
 
 import pytest
 
-from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, exactly, judge, none, reported
+from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, evaluate, exactly, none, reported
 
 
 @pytest.mark.parametrize(
@@ -17,26 +17,26 @@ from tools.drill.scenario import Bound, Scenario, Value, at_least, at_most, exac
         (at_least("ratio", 0.98), [0.98, 1], [0.979, math.nan, "high"]),
     ],
 )
-def test_bounds(bound: Bound, good: list[Value], bad: list[Value]):
-    """A bound holds for values that keep it, and never for NaN."""
+def test_a_bound_holds_for_values_within_it(bound: Bound, good: list[Value], bad: list[Value]):
+    """It never holds for NaN or for a value of another type."""
     assert all(bound.holds(value) for value in good)
     assert not any(bound.holds(value) for value in bad)
 
 
 def scenario(*bounds: Bound) -> Scenario:
-    """Return a scenario that causes nothing."""
+    """Return a scenario without an effect."""
     return Scenario("nothing", "nothing happens", "stepped", bounds, lambda _: {})
 
 
-def test_every_bound_needs_its_measurement():
-    """Without its measurement a bound has not held, even one that is only reported."""
+def test_a_scenario_with_a_missing_measurement_has_not_held():
+    """Even if the bound is only reported."""
     row = scenario(none("jumps"), reported("speed"))
-    assert judge(row, {"jumps": 0, "speed": 3.0}, 1.0).held
-    assert not judge(row, {"jumps": 1, "speed": 3.0}, 1.0).held
-    assert not judge(row, {"speed": 3.0}, 1.0).held
-    assert not judge(row, {"jumps": 0}, 1.0).held
+    assert evaluate(row, {"jumps": 0, "speed": 3.0}, 1.0).held
+    assert not evaluate(row, {"jumps": 1, "speed": 3.0}, 1.0).held
+    assert not evaluate(row, {"speed": 3.0}, 1.0).held
+    assert not evaluate(row, {"jumps": 0}, 1.0).held
 
 
-def test_what_broke_off_has_not_held():
-    """An error outweighs measurements that all hold."""
-    assert not judge(scenario(none("jumps")), {"jumps": 0}, 1.0, "the sim did not start").held
+def test_a_scenario_with_an_error_has_not_held():
+    """Even if all measurements hold."""
+    assert not evaluate(scenario(none("jumps")), {"jumps": 0}, 1.0, "the sim did not start").held

@@ -1,13 +1,13 @@
-"""States of runs, counted."""
+"""Statistics of states."""
 
 import pytest
 
 from protocol import messages as m
-from tools.drill.harness.states import silent_ticks
+from tools.drill.harness.states import ticks_without_command
 
 
 def states(applied: list[int], silence: int) -> list[m.State]:
-    """Return the states from tick 1 on: those that applied answers, `silence` without news, and one of the brake."""
+    """Return states from tick 1 on: with `applied` ticks, then `silence` with the last of them; the last one brakes."""
     ticks = [*applied, *([applied[-1]] * silence)]
     return [
         m.State(
@@ -26,6 +26,6 @@ def states(applied: list[int], silence: int) -> list[m.State]:
 
 
 @pytest.mark.parametrize("applied", [[0, 1, 2, 3], [0, 1, 1, 2]], ids=["in time", "a tick late"])
-def test_silence_is_counted_from_the_last_command_that_was_applied(applied: list[int]):
-    """A late command is applied a tick later, and the arm then waits as long as after any other."""
-    assert silent_ticks(states(applied, 20)) == 20
+def test_silence_is_counted_from_the_last_applied_command(applied: list[int]):
+    """A late command is applied one tick later, and restarts the count like any other."""
+    assert ticks_without_command(states(applied, 20)) == 20

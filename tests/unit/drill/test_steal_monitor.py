@@ -1,4 +1,4 @@
-"""CPU steal time, and the scenarios that are repeated because of it."""
+"""CPU steal time, and the repetition of scenarios because of it."""
 
 import time
 from collections.abc import Callable
@@ -11,114 +11,111 @@ from protocol.messages import Clock
 from services.common.cli import Options
 from tests.waiting import eventually
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.steal_monitor import LONG, PERIOD_S, StealMonitor
+from tools.drill.harness.steal_monitor import BRAKING_STEPS, PERIOD_S, StealMonitor
 from tools.drill.harness.waiting import ScenarioError
-from tools.drill.run import TRIES, carry_out
+from tools.drill.run import MAX_ATTEMPTS, run_scenario
 from tools.drill.scenario import Bound, Measured, Scenario, none, timed
 
 JUMPS, LATE = none("jumps"), timed(none("late ticks"))
 
 
 class Host:
-    """The kernel's steal time of two cores, and a clock."""
+    """Fake steal time of two cores, and a clock."""
 
     def __init__(self) -> None:
         self.steps = {0: 3, 1: 5}
         self.now = 100.0
-        self.looks = 0
+        self.reads = 0
 
     def stolen(self) -> dict[int, int]:
-        """Return the steps."""
-        self.looks += 1
+        """Return the total steal time of each core in kernel steps."""
+        self.reads += 1
         return dict(self.steps)
 
     def steal(self, core: int, steps: int, after: float = PERIOD_S) -> None:
-        """Let some time pass, and steal a core in it."""
+        """Advance the clock by `after`, s, and the core's steal time by `steps`."""
         self.now += after
         self.steps[core] = self.steps.get(core, 0) + steps
 
 
 @pytest.fixture
 def host() -> Host:
-    """Return a host whose steal time a test sets."""
+    """A host whose steal time is set by the test."""
     return Host()
 
 
 @pytest.fixture
 def monitor(host: Host) -> StealMonitor:
-    """Return a monitor that samples only on request."""
+    """A monitor that samples only on request."""
     return StealMonitor(host.stolen, lambda: host.now)
 
 
-def test_two_samples_in_a_row_are_summed(host: Host, monitor: StealMonitor):
-    """A stall may be split between two samples, but not among three."""
+def test_steal_time_of_two_consecutive_samples_is_summed(host: Host, monitor: StealMonitor):
+    """A stall can be split between two samples, but not among three."""
     began = host.now
     for expected in (1, 2, 2, 2):
         host.steal(core=0, steps=1)
-        assert monitor.most_stolen(began) == expected
+        assert monitor.peak_steal(began) == expected
 
 
-def test_two_cores_do_not(host: Host, monitor: StealMonitor):
-    """Steal time of different cores is not added."""
+def test_steal_time_of_different_cores_is_not_summed(host: Host, monitor: StealMonitor):
     began = host.now
     host.steal(core=0, steps=1)
     host.steal(core=1, steps=1, after=0.0)
-    assert monitor.most_stolen(began) == 1
+    assert monitor.peak_steal(began) == 1
 
 
-def test_steal_before_does_not_count(host: Host, monitor: StealMonitor):
-    """Only steal time after the given time counts."""
+def test_steal_time_before_the_given_time_does_not_count(host: Host, monitor: StealMonitor):
     host.steal(core=1, steps=10)
     monitor.sample()
     host.now += 1.0
-    assert monitor.most_stolen(host.now) == 0
-    assert monitor.most_stolen(100.0) == 10
+    assert monitor.peak_steal(host.now) == 0
+    assert monitor.peak_steal(100.0) == 10
 
 
-def test_a_piece_across_the_time_asked_for_counts_from_there(host: Host, monitor: StealMonitor):
-    """The part before belongs to an earlier attempt."""
+def test_of_two_samples_only_the_one_after_the_given_time_counts(host: Host, monitor: StealMonitor):
+    """The earlier one belongs to an earlier attempt."""
     host.steal(core=0, steps=1)
     between = monitor.sample()
     host.steal(core=0, steps=1)
-    assert monitor.most_stolen(between) == 1
-    assert monitor.most_stolen(100.0) == 2
+    assert monitor.peak_steal(between) == 1
+    assert monitor.peak_steal(100.0) == 2
 
 
-def test_a_core_that_comes_and_goes_steals_nothing(host: Host, monitor: StealMonitor):
-    """Its total since the system's start is not an increase."""
+def test_a_core_that_appears_or_disappears_adds_no_steal_time(host: Host, monitor: StealMonitor):
+    """The total of a new core, counted since the system's start, is not an increase."""
     host.steal(core=2, steps=1000)
     del host.steps[0]
-    assert monitor.most_stolen(100.0) == 0
+    assert monitor.peak_steal(100.0) == 0
     host.steal(core=2, steps=1)
-    assert monitor.most_stolen(100.0) == 1
+    assert monitor.peak_steal(100.0) == 1
 
 
-def test_it_samples_by_itself_while_entered(host: Host):
-    """Steal time is recorded when it happens."""
+def test_the_monitor_samples_periodically_as_a_context_manager(host: Host):
     with StealMonitor(host.stolen) as monitor:
         began = monitor.sample()
         host.steal(core=0, steps=6)
-        looks = host.looks
-        assert eventually(lambda: host.looks > looks)
-        assert monitor.most_stolen(time.monotonic()) == 0
-        assert monitor.most_stolen(began) == 6
+        reads = host.reads
+        assert eventually(lambda: host.reads > reads)
+        assert monitor.peak_steal(time.monotonic()) == 0
+        assert monitor.peak_steal(began) == 6
 
 
 @pytest.fixture
 def lab(tmp_path: Path, host: Host) -> Lab:
-    """A lab whose monitor samples that host."""
+    """A lab whose monitor samples the fake host."""
     lab = Lab(Options(), tmp_path)
     lab.steal_monitor = StealMonitor(host.stolen, lambda: host.now)
     return lab
 
 
 def scenario(run: Callable[[Lab], Measured], clock: Clock = "realtime", *others: Bound) -> Scenario:
-    """Return a scenario that causes nothing by itself."""
+    """Return a scenario with a bound on late ticks and `others`."""
     return Scenario("nothing", "nothing happens", clock, (LATE, *others), run)
 
 
-def test_a_scenario_with_steal_is_carried_out_again(lab: Lab, host: Host):
-    """The outcome has the shortfall or error of earlier attempts."""
+def test_a_scenario_disturbed_by_steal_time_is_repeated(lab: Lab, host: Host):
+    """The outcome lists the failures of earlier attempts."""
     tries = iter([{"late ticks": 7}, ScenarioError("waited too long"), {"late ticks": 0}])
 
     def run(_: Lab) -> Measured:
@@ -128,11 +125,11 @@ def test_a_scenario_with_steal_is_carried_out_again(lab: Lab, host: Host):
             raise measured
         return measured
 
-    outcome = carry_out(scenario(run), lab)
+    outcome = run_scenario(scenario(run), lab)
     assert outcome.held
-    assert outcome.before == (
-        "a core was stolen for 100 ms; late ticks: 7",
-        "a core was stolen for 100 ms; ScenarioError: waited too long",
+    assert outcome.earlier_attempts == (
+        "100 ms of CPU steal on one core; late ticks: 7",
+        "100 ms of CPU steal on one core; ScenarioError: waited too long",
     )
     assert next(tries, None) is None
 
@@ -140,19 +137,21 @@ def test_a_scenario_with_steal_is_carried_out_again(lab: Lab, host: Host):
 @pytest.mark.parametrize(
     ("steps", "clock", "measured", "expected"),
     [
-        (LONG, "realtime", {"late ticks": 7, "jumps": 0}, TRIES),
-        (LONG - 1, "realtime", {"late ticks": 7, "jumps": 0}, 1),
-        (LONG, "stepped", {"late ticks": 7, "jumps": 0}, 1),
-        (LONG, "realtime", {"late ticks": 7, "jumps": 1}, 1),
-        (LONG, "realtime", {"late ticks": 0, "jumps": 0}, 1),
-        (LONG, "realtime", KeyError("a defect"), 1),
-        (LONG, "realtime", Refusal("bad_message", "a defect", field=""), 1),
-        (LONG, "realtime", Refusal("fault", "the arm has braked", fault=""), TRIES),
+        (BRAKING_STEPS, "realtime", {"late ticks": 7, "jumps": 0}, MAX_ATTEMPTS),
+        (BRAKING_STEPS - 1, "realtime", {"late ticks": 7, "jumps": 0}, 1),
+        (BRAKING_STEPS, "stepped", {"late ticks": 7, "jumps": 0}, 1),
+        (BRAKING_STEPS, "realtime", {"late ticks": 7, "jumps": 1}, 1),
+        (BRAKING_STEPS, "realtime", {"late ticks": 0, "jumps": 0}, 1),
+        (BRAKING_STEPS, "realtime", KeyError("a defect"), 1),
+        (BRAKING_STEPS, "realtime", Refusal("bad_message", "a defect", field=""), 1),
+        (BRAKING_STEPS, "realtime", Refusal("fault", "the arm has braked", fault=""), MAX_ATTEMPTS),
     ],
     ids=["to no end", "a moment", "stepped", "a jump", "held", "a defect", "a refusal", "a fault"],
 )
-def test_nothing_else_is(lab: Lab, host: Host, steps: int, clock: Clock, measured: Measured | Exception, expected: int):
-    """Repeat only in real time, if only timed bounds fell short and much time was stolen, a bounded number of times."""
+def test_only_timed_bounds_under_steal_time_are_repeated(
+    lab: Lab, host: Host, steps: int, clock: Clock, measured: Measured | Exception, expected: int
+):
+    """Only in real time, if no other bound failed and the steal time was long, at most MAX_ATTEMPTS times."""
     tries = 0
 
     def run(_: Lab) -> Measured:
@@ -163,23 +162,22 @@ def test_nothing_else_is(lab: Lab, host: Host, steps: int, clock: Clock, measure
             raise measured
         return measured
 
-    outcome = carry_out(scenario(run, clock, JUMPS), lab)
+    outcome = run_scenario(scenario(run, clock, JUMPS), lab)
     assert tries == expected
-    assert len(outcome.before) == expected - 1
+    assert len(outcome.earlier_attempts) == expected - 1
     assert outcome.held == (measured == {"late ticks": 0, "jumps": 0})
 
 
-def test_a_row_without_a_timed_bound_is_final(lab: Lab, host: Host):
-    """However it ends: the soak counts steal itself."""
+def test_a_scenario_without_a_timed_bound_is_not_repeated(lab: Lab, host: Host):
+    """Even after an error; the soak accounts for steal time itself."""
 
     def run(_: Lab) -> Measured:
         host.steal(core=0, steps=50)
         raise ScenarioError("waited too long")
 
-    assert carry_out(Scenario("nothing", "nothing happens", "realtime", (JUMPS,), run), lab).before == ()
+    assert run_scenario(Scenario("nothing", "nothing happens", "realtime", (JUMPS,), run), lab).earlier_attempts == ()
 
 
-def test_earlier_steal_excuses_nothing(lab: Lab, host: Host):
-    """The attempt itself must be disturbed."""
+def test_steal_time_before_the_attempt_does_not_repeat_it(lab: Lab, host: Host):
     host.steal(core=0, steps=50)
-    assert carry_out(scenario(lambda _: {"late ticks": 7}), lab).before == ()
+    assert run_scenario(scenario(lambda _: {"late ticks": 7}), lab).earlier_attempts == ()

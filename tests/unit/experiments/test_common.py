@@ -1,4 +1,4 @@
-"""The figures' demonstration, and the closed forms the comparison rests on."""
+"""The demonstration of the figures, and the closed forms on which the comparison is based."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from experiments.common import TIMES, ask, column, demonstrated, figure_primitiv
 from experiments.fig2 import exact_deviations
 
 
-def test_the_demonstration_s_known_values():
+def test_the_demonstration_has_the_known_values():
     """d(0) = 0, ḋ(0) = −1, d(1) = 1, ḋ(1) = 3, d(½) = 0, ḋ(½) = 1, and each row the derivative."""
     p, v, a = demonstrated(TIMES)
     assert np.allclose((p[0], v[0], p[-1], v[-1], p[500], v[500]), (0, -1, 1, 3, 0, 1))
@@ -18,8 +18,8 @@ def test_the_demonstration_s_known_values():
 
 
 @pytest.mark.parametrize(("method", "ends"), [(gaussian, 200), (qp, 0)])
-def test_the_exact_deviation_is_the_qp_s(method, ends: int):
-    """Both programs deviate by the closed form's straight line, the Gaussians but for their ringing at the ends."""
+def test_the_closed_form_of_the_deviation_agrees_with_the_programs(method, ends: int):
+    """Both programs deviate by the closed form's line, the Gaussians except for ringing at the ends."""
     request = ask(state(0.5, -2.0), state(0.0, 6.0), 0.8)
     _, samples = method(figure_primitive(), request)
     deviation = column(samples)[2] - demonstrated(np.linspace(0, 1, len(samples)))[2] / 0.8**2

@@ -1,4 +1,4 @@
-"""docs/imitation.md matches its numbers, and today's plans give these numbers."""
+"""docs/imitation.md agrees with the committed numbers, and these with present plans."""
 
 import math
 from collections.abc import Iterable
@@ -28,7 +28,7 @@ COMMITTED = results.read()
 
 
 def differing(made: Iterable[Any], committed: Iterable[Any]) -> list[Any]:
-    """The rows that are not the committed ones but for rounding."""
+    """Return the rows that differ from the committed ones by more than rounding."""
     return [row for row, known in zip(made, committed, strict=True) if not _agrees(astuple(row), astuple(known))]
 
 
@@ -61,7 +61,7 @@ def test_the_numbers_survive_writing(tmp_path):
     assert (tmp_path / "imitation.json").read_text() == results.RESULTS.read_text(encoding="utf-8")
 
 
-def test_what_never_was_measured_is_said(tmp_path):
+def test_a_missing_measurement_is_reported(tmp_path):
     nothing = results.read(tmp_path / "absent.json")
     page = "<!--= arms.kept -->19<!---->\n<!-- table: arms -->\n| stale |\n<!-- end -->\n"
     assert quote(page, nothing) == f"<!--= arms.kept -->–<!---->\n<!-- table: arms -->\n{ABSENT}\n<!-- end -->\n"
@@ -112,7 +112,7 @@ def test_the_worst_of_several_recordings_is_on_the_page(movement: Movement):
     assert differing(made, (rows[row.joint] for row in made)) == []
 
 
-def test_places_are_kept_under_a_speed_limit():
+def test_positions_are_kept_under_a_velocity_limit():
     made = list(conditions.limited())
     assert differing(made, COMMITTED["limited"]) == []
     [at_budget] = [row for row in made if (row.ratio, row.places) == (0.9, "default")]
@@ -131,7 +131,7 @@ def test_recordings_of_an_arm_are_on_the_page():
     assert differing(of_recording(recording), rows) == []
 
 
-def test_what_is_missed_would_be_missed_without_smoothing():
+def test_errors_of_fitting_also_occur_without_smoothing():
     missed = {(row.name, row.joint): row.bound for row in (*COMMITTED["arms"], *COMMITTED["poses"]) if not row.kept}
     names = {name for name, _ in missed}
     recordings = [one for one in (*recorded.arms(), *recorded.poses()) if one.name in names]

@@ -1,4 +1,4 @@
-"""What several tests of motion share: the figures' demonstration and short ways to ask for a motion."""
+"""Fixtures for tests of motion: the demonstration of the paper's figures, its limits, and a factory of requests."""
 
 from collections.abc import Callable
 
@@ -22,13 +22,13 @@ def figure() -> Primitive:
 
 @pytest.fixture(scope="session")
 def paper_limits() -> Limits:
-    """Limits of one joint into which the paper's cases fit."""
+    """Limits of one joint within which the paper's cases are feasible."""
     return Limits(np.array([[-2.0, 2.0]]), np.array([15.0]), np.array([300.0]), np.array([15000.0]))
 
 
 @pytest.fixture(scope="session")
 def ask() -> Callable[..., MotionRequest]:
-    """A request of one joint; start and goal are (position, velocity[, acceleration])."""
+    """Makes requests of one joint; start and goal are (position, velocity[, acceleration])."""
 
     def make(
         start: tuple[float, ...] = (0.0, -1.0),

@@ -1,4 +1,4 @@
-"""The best of several ends, compared with separate plans of all of them."""
+"""The best of several ends, compared with a separate plan for each of them."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from tests.splines_of import TIMES, figure_strike, fitted
 
 @pytest.fixture(scope="module")
 def two() -> Primitive:
-    """Two joints: the figures' strike and a slower one."""
+    """A primitive of two joints: the strike of the paper's figures and a slower movement."""
     return fitted(TIMES, np.stack([figure_strike(TIMES), np.sin(2 * TIMES)], axis=1))
 
 
@@ -71,7 +71,7 @@ def test_the_feasible_end_with_the_least_error_is_planned(two: Primitive, seed: 
     assert np.isfinite(errors[index])
 
 
-def test_all_refused_says_why_of_each(two: Primitive) -> None:
+def test_all_refused_has_the_error_of_each_end(two: Primitive) -> None:
     limits = Limits(np.array([[-1.5, 0.5]] * 2), np.full(2, 9.0), np.full(2, 100.0), np.full(2, 5000.0))
     request = request_of(two, limits)
     outside = [End(replace(two.goal, positions=np.array([0.1, 0.6 + k])), 1.0) for k in range(3)]
@@ -81,8 +81,8 @@ def test_all_refused_says_why_of_each(two: Primitive) -> None:
     assert found == [(1, 0.6), (1, 1.6), (1, 2.6)]
 
 
-def test_an_end_before_a_waypoint_is_refused_alone(two: Primitive) -> None:
-    """However well it would imitate."""
+def test_an_end_before_a_waypoint_does_not_refuse_the_other_ends(two: Primitive) -> None:
+    """The end before the waypoint has the least imitation error and is skipped all the same."""
     waypoint = Waypoint(0.95, np.array([0.3, np.nan]), np.full(2, np.nan))
     start = Boundary(two.start.positions, two.start.velocities, np.full(2, np.nan))
     request = MotionRequest(start, two.goal, 1.0, Limits.unlimited(2), waypoints=(waypoint,), tail="coast")

@@ -7,12 +7,12 @@ from motion.trajectory import Samples
 
 
 def stop_extremes(positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, *bounds: np.ndarray):
-    """Extremes of the stop from each state, with bounds of acceleration and jerk."""
+    """Return lowest and highest position and velocity of the stop from each state; `bounds`: acceleration and jerk."""
     return fastest_stop(velocities, accelerations, *bounds).extremes(positions)
 
 
-def test_a_stop_worked_out_by_hand() -> None:
-    """From 1 rad/s with A = 10 and J = 100: 0.1 s down to −10, nothing to hold, 0.1 s back; 0.1 rad."""
+def test_a_stop_agrees_with_hand_calculation() -> None:
+    """From 1 rad/s with A = 10 and J = 100: 0.1 s to −10 rad/s², no constant phase, 0.1 s back to 0; 0.1 rad in all."""
     limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([10.0]), np.array([100.0]))
     planned = stop(np.zeros(1), np.ones(1), np.zeros(1), limits)
     assert planned.duration == pytest.approx(0.2)
@@ -22,7 +22,7 @@ def test_a_stop_worked_out_by_hand() -> None:
     assert middle.velocities[0, 0] == pytest.approx(0.5)
 
 
-def test_joints_stop_each_as_fast_as_they_can() -> None:
+def test_each_joint_stops_as_fast_as_its_own_limits_allow() -> None:
     limits = Limits(np.array([[-9.0, 9.0]] * 3), np.full(3, 9.0), np.array([5, 50, 50.0]), np.full(3, 1000.0))
     planned = stop(np.zeros(3), np.array([2.0, 2.0, 0.0]), np.zeros(3), limits)
     velocities = planned.sample(np.linspace(0, planned.duration, 1001)).velocities
@@ -43,8 +43,8 @@ def test_without_limits_a_stop_is_short(a: float, j: float) -> None:
     assert planned.duration <= 0.2 + 1e-6
 
 
-def test_turning_back_before_stopping_shows_in_the_extremes() -> None:
-    """Moving at −1 with +20 rad/s²: the arm dips by about 0.022 rad before it comes back."""
+def test_extremes_include_a_reversal_before_the_stop() -> None:
+    """At −1 rad/s with +20 rad/s² the joint moves back by 0.027 rad before it reverses."""
     state = np.zeros(1), np.array([-1.0]), np.array([20.0])
     p_min, p_max, v_min, v_max = stop_extremes(*state, np.array([50.0]), np.array([100.0]))
     assert p_min[0] == pytest.approx(-0.0267, abs=2e-3)
@@ -53,7 +53,7 @@ def test_turning_back_before_stopping_shows_in_the_extremes() -> None:
     assert v_max[0] == pytest.approx(-1 + 400 / 200)
 
 
-def test_broadcasts_over_leading_shapes() -> None:
+def test_fastest_stop_broadcasts_over_leading_dimensions() -> None:
     rng = np.random.default_rng(0)
     p, v, a = rng.normal(size=(3, 4, 5, 2))
     limits = np.array([3.0, 4.0]), np.array([50.0, 60.0])
@@ -63,7 +63,7 @@ def test_broadcasts_over_leading_shapes() -> None:
         assert np.array_equal(each, total[2, 3])
 
 
-def test_no_first_stop_where_every_stop_leaves() -> None:
+def test_first_stop_is_none_if_every_stop_leaves_the_limits() -> None:
     limits = Limits(np.array([[-0.1, 0.1]]), np.array([9.0]), np.array([10.0]), np.array([100.0]))
     fast = Samples(np.zeros((3, 1)), np.full((3, 1), 5.0), np.zeros((3, 1)))
     assert first_stop(fast, limits) is None
@@ -71,8 +71,8 @@ def test_no_first_stop_where_every_stop_leaves() -> None:
     assert first_stop(slowing, limits) == 1
 
 
-def test_a_joint_at_rest_beside_one_that_turns_back() -> None:
-    """Neither divides by the other's zeros; numpy's warnings are errors here."""
+def test_joints_at_rest_reversing_and_moving_stop_together() -> None:
+    """No division by zero in any of them: numpy's warnings are errors in tests."""
     limits = Limits(np.array([[-9.0, 9.0]] * 3), np.full(3, 9.0), np.full(3, 50.0), np.full(3, 100.0))
     state = np.zeros(3), np.array([0.0, -1.0, 2.0]), np.array([0.0, 20.0, 0.0])
     planned = stop(*state, limits)
@@ -84,8 +84,8 @@ def test_a_joint_at_rest_beside_one_that_turns_back() -> None:
     assert not positions[:, 0].any()
 
 
-def test_the_last_piece_of_a_stop_leads_nowhere_else() -> None:
-    """On v = −a|a|/2J the stop is one piece of jerk, however v is rounded."""
+def test_a_stop_of_a_single_jerk_phase_does_not_overshoot() -> None:
+    """On v = −a|a|/2J the stop is a single phase of constant jerk, for any rounding of v."""
     a = np.random.default_rng(0).uniform(-50, 50, 1000)
     low, high, _, _ = stop_extremes(np.zeros(1000), -a * np.abs(a) / 200, a, np.array(60.0), np.array(100.0))
     assert np.where(a < 0, high, low) == pytest.approx(-(a**3) / (6 * 100.0**2), abs=1e-9)
@@ -93,7 +93,7 @@ def test_the_last_piece_of_a_stop_leads_nowhere_else() -> None:
 
 
 def test_a_stop_of_whole_ticks_ends_at_rest() -> None:
-    """Exactly, though its last sample may lie before its end by rounding."""
+    """Velocity and acceleration are exactly 0 in the last sample, even if rounding places it before the stop's end."""
     limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([1e3]), np.array([100.0]))
     for half in range(1, 300):
         halt = stop(np.zeros(1), np.array([100.0 * (half * 0.001) ** 2]), np.zeros(1), limits)
@@ -118,8 +118,8 @@ def test_a_stop_at_rest_takes_no_time() -> None:
     assert planned.sample(np.array([0.0, 3.0])).positions.tolist() == [[1.0, -2.0]] * 2
 
 
-def test_an_acceleration_beyond_its_limit_is_not_increased() -> None:
-    """As after a push: it goes straight to zero."""
+def test_an_acceleration_above_its_limit_is_only_reduced() -> None:
+    """A disturbance can leave such an acceleration."""
     limits = Limits(np.array([[-9.0, 9.0]]), np.array([9.0]), np.array([10.0]), np.array([100.0]))
     for velocity in (-3.0, 0.0, 3.0):
         for acceleration in (-14.0, 14.0):
@@ -129,7 +129,7 @@ def test_an_acceleration_beyond_its_limit_is_not_increased() -> None:
             assert planned.sample(np.array([planned.duration])).velocities[0, 0] == 0
 
 
-def test_pieces_join_twice_continuously_and_last_no_time_at_rest() -> None:
+def test_a_stop_is_twice_continuously_differentiable_and_ends_in_a_piece_at_rest() -> None:
     rng = np.random.default_rng(1)
     limits = Limits(np.array([[-9.0, 9.0]] * 4), np.full(4, 9.0), np.full(4, 50.0), np.full(4, 1000.0))
     for _ in range(200):
@@ -148,10 +148,10 @@ def test_pieces_join_twice_continuously_and_last_no_time_at_rest() -> None:
             assert np.abs(reached - begun).max() < 1e-9
 
 
-def test_the_first_stop_looks_at_position_and_velocity() -> None:
-    """In every direction a hair decides."""
+def test_first_stop_checks_position_and_velocity() -> None:
+    """1e-8 inside and outside of each bound."""
     limits = Limits(np.array([[-1.0, 1.0]]), np.array([2.0]), np.array([10.0]), np.array([100.0]))
-    # From 1 rad/s with A = 10 and J = 100 the way is 0.1 rad; from 2 rad/s² the velocity rises by 2²/2J.
+    # From 1 rad/s with A = 10 and J = 100 the stop takes 0.1 rad; from 2 rad/s² the velocity rises by 2²/2J.
     for p, v, a, inside in (
         (0.9 - 1e-8, 1.0, 0.0, True),
         (0.9 + 1e-8, 1.0, 0.0, False),

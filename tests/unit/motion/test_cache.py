@@ -1,4 +1,4 @@
-"""The cache that is bounded in bytes."""
+"""The cache of results, bounded in bytes."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from motion.program.cache import cached_within, size_of
 from motion.program.space import make_space
 
 
-def test_what_was_used_last_is_kept_while_it_fits() -> None:
+def test_the_least_recently_used_result_is_evicted() -> None:
     made: list[int] = []
 
     @cached_within(2_000)
@@ -17,14 +17,14 @@ def test_what_was_used_last_is_kept_while_it_fits() -> None:
     assert zeros(100) is zeros(100)
     zeros(120)
     zeros(100)
-    zeros(110)  # 800 + 960 + 880 bytes: the one of 120 goes
+    zeros(110)  # 800 + 960 + 880 bytes: the result for 120 is evicted
     zeros(100)
     assert made == [100, 120, 110]
     zeros(120)
     assert made == [100, 120, 110, 120]
 
 
-def test_one_that_is_too_large_is_kept_alone() -> None:
+def test_a_result_larger_than_the_cache_is_kept_alone() -> None:
     @cached_within(10)
     def zeros(count: int) -> np.ndarray:
         return np.zeros(count)
@@ -32,7 +32,7 @@ def test_one_that_is_too_large_is_kept_alone() -> None:
     assert zeros(100) is zeros(100)
 
 
-def test_the_size_is_that_of_all_arrays() -> None:
+def test_size_is_the_sum_of_all_arrays() -> None:
     space = make_space(20, 0.0)
     names = "factor", "whitening", "control_points", "drift"
     assert size_of(space) == sum(getattr(space, name).nbytes for name in names)

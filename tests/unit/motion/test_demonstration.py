@@ -1,4 +1,4 @@
-"""What a recording must be."""
+"""Validation of demonstrations."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,9 @@ POSITIONS = np.sin(TIMES)
         (TIMES, POSITIONS[:, None][:, :0], "positions"),
     ],
 )
-def test_malformed_demonstrations_are_refused(times: np.ndarray, positions: np.ndarray, field: str) -> None:
+def test_a_malformed_demonstration_is_refused_with_its_field(
+    times: np.ndarray, positions: np.ndarray, field: str
+) -> None:
     with pytest.raises(InvalidMotion) as refusal:
         Demonstration(times, positions)
     assert refusal.value.field == field
@@ -37,7 +39,7 @@ def test_malformed_demonstrations_are_refused(times: np.ndarray, positions: np.n
         (np.inf, "times: sample 7's time is inf; it must be finite"),
     ],
 )
-def test_the_sentence_names_the_sample(stamp: float, sentence: str) -> None:
+def test_the_message_names_the_sample(stamp: float, sentence: str) -> None:
     times = TIMES.copy()
     times[7] = stamp
     with pytest.raises(InvalidMotion) as refusal:
@@ -45,8 +47,7 @@ def test_the_sentence_names_the_sample(stamp: float, sentence: str) -> None:
     assert str(refusal.value) == sentence
 
 
-def test_phases_run_from_zero_to_one() -> None:
-    """Wherever the clock began."""
+def test_phases_run_from_0_to_1_for_any_first_time_stamp() -> None:
     demonstration = Demonstration(1.7e9 + 0.3 * TIMES, POSITIONS[:, None])
     assert demonstration.duration == pytest.approx(0.3, abs=1e-6)
     assert (demonstration.phases[0], demonstration.phases[-1]) == (0.0, 1.0)

@@ -1,8 +1,8 @@
-"""The DMPs beside those of the independent package movement-primitives.
+"""DMPs compared with those of the independent package movement-primitives.
 
-Its DMPWithFinalVelocity is not quite eq. 6–7: it takes a demonstration to start at rest and keeps its final
-acceleration as the goal's. So both are compared on one that starts at rest and ends without acceleration. Its
-DMP does not scale the forcing term by the amplitude of the goal, so goals have the demonstration's.
+Its DMPWithFinalVelocity differs from eq. 6–7: it assumes a demonstration that starts at rest and keeps its final
+acceleration for every goal. So the demonstration here starts at rest and ends with zero acceleration. Its
+DMP does not scale the forcing term by the goal's amplitude, so goals have the demonstration's amplitude.
 """
 
 import numpy as np
@@ -20,12 +20,12 @@ REST = Boundary(np.zeros(1), np.zeros(1), np.full(1, np.nan))
 
 
 def moved(position: float, velocity: float) -> Boundary:
-    """A state of one joint."""
+    """Return a boundary state of one joint with free acceleration, rad and rad/s."""
     return Boundary(np.array([position]), np.array([velocity]), np.full(1, np.nan))
 
 
 def strike(velocity: float) -> Demonstration:
-    """From rest at 0 to 1 rad at `velocity` by a detour, without acceleration at either end."""
+    """Return a movement from rest at 0 to 1 rad at `velocity`, rad/s, by a detour; both end accelerations are 0."""
     detour = np.sin(2 * np.pi * S) ** 4 * (1 - S)
     return Demonstration(S, moving_goal("polynomial", REST, moved(1.0, velocity), 1.0, S)[0] + 0.4 * detour[:, None])
 
@@ -39,8 +39,8 @@ def hit() -> Primitive:
 @pytest.mark.parametrize(
     ("position", "velocity", "duration"), [(1.0, 3.0, 1.0), (0.4, 6.0, 1.0), (-0.8, -2.0, 1.0), (1.5, 1.0, 0.8)]
 )
-def test_the_polynomial_goal_agrees(hit: Primitive, position: float, velocity: float, duration: float):
-    """To 1 % of the path and 3 % of the speed, which the regressions and Euler steps of both leave."""
+def test_polynomial_goals_agree_with_the_peer(hit: Primitive, position: float, velocity: float, duration: float):
+    """Within 1 % of the path and 3 % of the speed: the errors of regression and of Euler's rule in both packages."""
     theirs = peer.DMPWithFinalVelocity(1, execution_time=1.0, dt=0.001, n_weights_per_dim=100, int_dt=0.001)
     theirs.imitate(S, strike(3.0).positions)
     theirs.execution_time_ = duration
@@ -53,8 +53,8 @@ def test_the_polynomial_goal_agrees(hit: Primitive, position: float, velocity: f
 
 
 @pytest.mark.parametrize(("start", "duration"), [(0.0, 1.0), (0.7, 1.0), (-0.5, 0.6)])
-def test_the_discrete_one_agrees(start: float, duration: float):
-    """For start and goal moved together and another duration."""
+def test_the_discrete_system_agrees_with_the_peer(start: float, duration: float):
+    """With start and goal shifted by the same amount, and for another duration."""
     demonstration = strike(0.0)
     theirs = peer.DMP(1, execution_time=1.0, dt=0.001, n_weights_per_dim=100, int_dt=0.001)
     theirs.imitate(S, demonstration.positions)

@@ -1,4 +1,4 @@
-"""The paper's formulation: its optimum against CVXOPT, what its plans keep and report, what it refuses."""
+"""The paper's formulation: its optimum compared with CVXOPT, limits and report of its plans, and refusals."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,8 +17,8 @@ from motion.sampled import check_limits
 
 Ask = Callable[..., MotionRequest]
 
-HELD = 1e-7
-"""Of a limit's range: to the solver's tolerance."""
+TOLERANCE = 1e-7
+"""Violations up to this part of a limit's range are within the solver's tolerance."""
 
 FREE = np.full(1, np.nan)
 CASES: dict[str, dict] = {
@@ -32,13 +32,13 @@ CASES: dict[str, dict] = {
 
 
 def program_of(primitive: Primitive, request: MotionRequest) -> GaussianProgram:
-    """The program of the only joint."""
+    """Return the quadratic program of a single-joint request."""
     return make_programs(primitive, request, 50)[0]
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_optimum_is_cvxopt_s(figure: Primitive, ask: Ask, paper_limits: Limits, name: str) -> None:
-    """The same program by the paper's solver: the same cost to 1e-6, and nearly the same acceleration."""
+def test_the_optimum_agrees_with_cvxopt(figure: Primitive, ask: Ask, paper_limits: Limits, name: str) -> None:
+    """The paper's solver finds the same cost to 1e-6 and the same acceleration to 0.1 % of its peak."""
     cvxopt = pytest.importorskip("cvxopt", reason="the extra `paper` is not installed")
     request = ask(**CASES[name], limits=paper_limits)
     program = program_of(figure, request)
@@ -58,22 +58,22 @@ def test_the_optimum_is_cvxopt_s(figure: Primitive, ask: Ask, paper_limits: Limi
     assert np.abs(accelerations[:, 0] - accelerations[:, 1]).max() < 1e-3 * np.abs(accelerations).max()
 
 
-def test_every_limit_is_kept_at_every_instant(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_limits_hold_at_every_sample_of_the_program(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
     request = ask(goal=(-1.0, 10.0), limits=paper_limits)
     program = program_of(figure, request)
     w = optimum(program, 0, 1.0)
     values = program.G @ w
     width = np.ptp(paper_limits.ranges[0], axis=1)[program.quantity]
-    assert np.all(values >= program.low - HELD * width)
-    assert np.all(values <= program.high + HELD * width)
+    assert np.all(values >= program.low - TOLERANCE * width)
+    assert np.all(values <= program.high + TOLERANCE * width)
     assert np.abs(program.A @ w - program.b).max() < 1e-12
     assert len(program.G) == 4 * 1001 - 4  # without position and velocity of start and goal
     assert np.abs(optimum_without_limits(program) - w).max() > 1
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_what_is_played_is_the_optimum_and_meets_what_is_fixed(figure: Primitive, ask: Ask, name: str) -> None:
-    """Quintics between the instants: the sum of Gaussians to 1e-6 of it, and states that go on where pieces meet."""
+def test_the_trajectory_is_the_optimum_and_meets_goal_and_waypoints(figure: Primitive, ask: Ask, name: str) -> None:
+    """Quintics between samples approximate the sum of Gaussians to 1e-6 of its peak."""
     request = ask(**CASES[name])
     made = plan_gaussian(figure, request)
     end = made.sample(np.array([request.duration]))
@@ -90,10 +90,10 @@ def test_what_is_played_is_the_optimum_and_meets_what_is_fixed(figure: Primitive
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
 
 
-def test_what_runs_along_a_jerk_limit_is_played_with_a_safety_margin(
+def test_a_motion_along_its_jerk_limit_needs_the_safety_margin(
     figure: Primitive, ask: Ask, paper_limits: Limits
 ) -> None:
-    """Between instants a motion along its jerk limit leaves it, unless there is a margin; the margin costs little."""
+    """Without it the jerk exceeds its limit between samples; the margin raises the imitation error by less than 1 %."""
     tight = replace(paper_limits, jerks=np.array([2500.0]))
     request = ask(waypoints=(Waypoint(0.5, np.array([1.0]), np.array([-3.0])),), limits=tight, tail="coast")
     bare, inside = (plan_gaussian(figure, request, margin=margin) for margin in (0.0, SAFETY_MARGIN))
@@ -103,14 +103,13 @@ def test_what_runs_along_a_jerk_limit_is_played_with_a_safety_margin(
         check_limits(bare)
 
 
-def test_a_margin_leaves_room_for_what_is_fixed(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """A goal on its velocity limit is planned all the same."""
+def test_the_margin_does_not_refuse_a_goal_on_its_limit(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
     made = plan_gaussian(figure, ask(goal=(1.0, 15.0), limits=paper_limits, tail="coast"), margin=SAFETY_MARGIN)
     assert made.report.final_error_velocities[0] < 1e-10
     assert made.report.extremes["velocity"][0, 1] == pytest.approx(15.0, abs=1e-4)
 
 
-def test_the_report_says_what_the_samples_do(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_the_report_agrees_with_the_samples(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
     made = plan_gaussian(figure, ask(goal=(-1.0, 10.0), limits=paper_limits))
     report, samples = made.report, made.sample(np.linspace(0, made.total_duration, 20001))
     for name, values in (("position", samples.positions), ("acceleration", samples.accelerations)):
@@ -123,14 +122,14 @@ def test_the_report_says_what_the_samples_do(figure: Primitive, ask: Ask, paper_
     assert free.by_limits.max[0] == 0
 
 
-def test_it_imitates_as_the_splines_do(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """Two bases for one problem: the same error where limits and goal decide it."""
+def test_imitation_error_agrees_with_the_spline_formulation(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    """Limits and goal determine the error here, not the basis."""
     request = ask(goal=(-1.0, 10.0), limits=paper_limits)
     ratio = plan(figure, request).report.imitation_rms / plan_gaussian(figure, request).report.imitation_rms
     assert ratio[0] == pytest.approx(1.0, abs=0.02)
 
 
-def test_what_cannot_be_kept_is_named(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_limits_that_cannot_hold_are_refused(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
     with pytest.raises(Infeasible, match="method 'qp' names one that works") as refusal:
         plan_gaussian(figure, ask(start=(0.0, 0.0, 0.0), duration=0.1, limits=paper_limits))
     assert refusal.value.min_duration is None
@@ -143,7 +142,7 @@ def test_what_cannot_be_kept_is_named(figure: Primitive, ask: Ask, paper_limits:
         plan_gaussian(figure, ask(goal=(1.9, 12.0), limits=paper_limits))
 
 
-def test_what_it_does_not_know_is_refused(figure: Primitive, ask: Ask) -> None:
+def test_unsupported_requests_are_refused(figure: Primitive, ask: Ask) -> None:
     with pytest.raises(InvalidMotion, match="place_time"):
         plan_gaussian(figure, ask(place_time=0.5))
     many = tuple(Waypoint((k + 1) / 52, np.zeros(1), FREE) for k in range(51))

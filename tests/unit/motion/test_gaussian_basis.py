@@ -1,4 +1,4 @@
-"""Closed forms against quadrature and finite differences."""
+"""Closed forms of the Gaussian basis compared with quadrature and finite differences."""
 
 import numpy as np
 import pytest

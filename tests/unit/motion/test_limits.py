@@ -5,14 +5,14 @@ from motion.errors import InvalidMotion
 from motion.limits import Limits
 
 
-def test_tightened_takes_the_tighter_everywhere() -> None:
+def test_tightened_takes_the_tighter_of_each_bound() -> None:
     one = Limits(np.array([[-1.0, 5.0]]), np.array([3.0]), np.array([np.inf]), np.array([9.0]))
     two = Limits(np.array([[-2.0, 4.0]]), np.array([7.0]), np.array([2.0]), np.array([np.inf]))
     for both in (one.tightened(two), two.tightened(one)):
         assert both.ranges[0].tolist() == [[-1, 4], [-3, 3], [-2, 2], [-9, 9]]
 
 
-def test_ranges_that_do_not_meet_are_refused() -> None:
+def test_tightened_refuses_disjoint_ranges() -> None:
     one, two = Limits.unlimited(1), Limits.unlimited(1)
     low = Limits(np.array([[-2.0, -1.0]]), two.velocities, two.accelerations, two.jerks)
     high = Limits(np.array([[1.0, 2.0]]), one.velocities, one.accelerations, one.jerks)
@@ -22,7 +22,7 @@ def test_ranges_that_do_not_meet_are_refused() -> None:
 
 @pytest.mark.parametrize("name", ["velocities", "accelerations", "jerks"])
 @pytest.mark.parametrize("bad", [[0.0], [-1.0], [np.nan], [1.0, 2.0]])
-def test_bad_limits_are_refused_by_name(name: str, bad: list[float]) -> None:
+def test_invalid_limits_are_refused_with_their_field(name: str, bad: list[float]) -> None:
     good = {"velocities": [1.0], "accelerations": [1.0], "jerks": [1.0]}
     if name == "velocities" and len(bad) == 2:
         name = "positions"  # the other fields' lengths follow from this one
@@ -30,7 +30,7 @@ def test_bad_limits_are_refused_by_name(name: str, bad: list[float]) -> None:
         Limits(**{"positions": [[-1.0, 1.0]], **good, name if name != "positions" else "velocities": bad})  # type: ignore[arg-type]
 
 
-def test_what_lies_outside() -> None:
+def test_outside_marks_values_beyond_their_limits() -> None:
     limits = Limits(np.array([[-1.0, 2.0], [-5.0, 5.0]]), np.array([3.0, 4.0]), np.full(2, np.inf), np.full(2, np.inf))
     both = np.arange(2)
     assert not limits.outside(both, np.array([[2.0, -5.0], [-3.0, 4.0]])).any()
@@ -39,7 +39,7 @@ def test_what_lies_outside() -> None:
     assert np.argwhere(limits.outside(both, values)).tolist() == [[0, 0, 0], [0, 1, 1], [1, 0, 0]]
 
 
-def test_the_first_value_beyond_rounding_is_named() -> None:
+def test_exceeded_reports_the_first_value_beyond_its_limit_and_rounding() -> None:
     limits = Limits(np.array([[-1.0, 2.0], [-5.0, 5.0]]), np.array([3.0, 4.0]), np.full(2, np.inf), np.full(2, np.inf))
     both = np.arange(2)
     assert limits.exceeded(both, np.array([[2.0 + 2.9e-6, 0], [0, -4.0 - 7.9e-6]])) is None
@@ -49,8 +49,8 @@ def test_the_first_value_beyond_rounding_is_named() -> None:
     assert error and (error.joint, error.quantity, error.value, error.bound) == (1, "velocity", -4.1, -4.0)
 
 
-def test_clipped_moves_what_is_beyond_by_rounding() -> None:
-    """A millionth of the range, of every quantity; nothing where there is no limit."""
+def test_clipped_moves_values_beyond_their_limit_by_rounding() -> None:
+    """Rounding is a millionth of the range; quantities without a limit stay as they are."""
     limits = Limits(np.array([[-1.0, 3.0]] * 5), np.full(5, 2.0), np.full(5, np.inf), np.full(5, 50.0))
     values = np.array([3.0 + 3.9e-6, 3.0 + 4.1e-6, -1.0 - 3.9e-6, 0.3, np.nan])
     expected = [3.0, 3.0 + 4.1e-6, -1.0, 0.3, np.nan]

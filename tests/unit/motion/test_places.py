@@ -1,4 +1,4 @@
-"""Places that are weighted by how far several recordings spread there."""
+"""The place term of the cost, weighted by the spread of several recordings."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -26,7 +26,7 @@ AGREED = (S > 0.4) & (S < 0.6)
 FREE = np.full(2, np.nan)
 
 NARROW = np.where(np.abs(np.linspace(0, 1, 101) - 0.5) < 0.15, 0.002, 0.06)
-"""Spread of recordings that agree around the middle, rad."""
+"""Spread of recordings that agree around the middle of the phase, rad."""
 
 
 @pytest.fixture(scope="module")
@@ -38,22 +38,23 @@ def spread_by(primitive: Primitive, *columns: np.ndarray) -> Primitive:
     return replace(primitive, spread=np.stack(columns))
 
 
-def beside(primitive: Primitive, limits: Limits | None = None, **more: object) -> np.ndarray:
-    """Distance of the plan from the demonstration, (n, 2), that starts 0.2 rad beside it and ends there too."""
-    return np.abs(asked(primitive, limits, **more).sample(TIMES).positions - primitive.positions(S))
+def distances(primitive: Primitive, limits: Limits | None = None, **more: object) -> np.ndarray:
+    """Return the distance (n, 2), rad, between the plan of `planned_aside` and the demonstration."""
+    return np.abs(planned_aside(primitive, limits, **more).sample(TIMES).positions - primitive.positions(S))
 
 
-def asked(primitive: Primitive, limits: Limits | None = None, **more: object) -> Plan:
+def planned_aside(primitive: Primitive, limits: Limits | None = None, **more: object) -> Plan:
+    """Plan a motion of 4 s whose start and goal are 0.2 rad from the demonstration's."""
     start = Boundary(primitive.start.positions + 0.2, primitive.start.velocities, FREE)
     goal = Boundary(primitive.goal.positions + 0.2, primitive.goal.velocities, FREE)
     request = MotionRequest(start, goal, DURATION, limits or Limits.unlimited(2), tail="coast", **more)  # type: ignore[arg-type]
     return plan(primitive, request)
 
 
-def test_it_is_near_where_they_agree_and_free_where_they_do_not(plain: Primitive) -> None:
-    """The second joint's recordings spread evenly, so only the first one answers."""
+def test_a_plan_is_near_the_demonstration_where_recordings_agree(plain: Primitive) -> None:
+    """The second joint has an even spread, so its plan is the one without weights."""
     primitive = spread_by(plain, NARROW, np.full(101, 0.03))
-    weighted, even = beside(primitive), beside(plain, place_time=PLACE_TIME)
+    weighted, even = distances(primitive), distances(plain, place_time=PLACE_TIME)
     assert weighted[AGREED, 0].max() < 0.25 * even[AGREED, 0].max()
     assert weighted[AGREED, 0].max() < 0.003
     outside = (S > 0.05) & (S < 0.25)
@@ -61,8 +62,8 @@ def test_it_is_near_where_they_agree_and_free_where_they_do_not(plain: Primitive
     assert np.abs(weighted[:, 1] - even[:, 1]).max() < 1e-9
 
 
-def test_its_plan_is_the_optimum_of_the_weighted_cost(plain: Primitive) -> None:
-    """Integrals by a fine sum: no motion with the same ends costs less."""
+def test_a_plan_is_the_optimum_of_the_weighted_cost(plain: Primitive) -> None:
+    """The derivative of the cost along variations that keep the ends is zero; integrals by the trapezoidal rule."""
     primitive = spread_by(plain, NARROW, NARROW[::-1] + 0.01)
     fine = np.linspace(0, 1, 20_001)
     weights = np.stack(
@@ -71,44 +72,44 @@ def test_its_plan_is_the_optimum_of_the_weighted_cost(plain: Primitive) -> None:
     stiffness = DURATION / PLACE_TIME
 
     def slope(planned: Plan, bump: np.ndarray, bent: np.ndarray) -> np.ndarray:
-        """Half of how fast the cost grows along a bump, for each joint."""
+        """Return half the derivative of the cost along a variation `bump` with second derivative `bent`, (2,)."""
         samples, shown = planned.sample(DURATION * fine), primitive.sample(fine)
         apart = samples.positions - shown.positions, DURATION**2 * (samples.accelerations - shown.accelerations)
         integrand = apart[1] * bent[:, None] + stiffness**4 * weights * apart[0] * bump[:, None]
         return np.asarray(np.trapezoid(integrand, fine, axis=0))
 
-    planned = asked(primitive)
+    planned = planned_aside(primitive)
     size = stiffness**4 * (weights * (planned.sample(DURATION * fine).positions - primitive.positions(fine)) ** 2)
     for power in (3, 4, 6):
         bump = (fine * (1 - fine)) ** power
         bent = np.gradient(np.gradient(bump, fine), fine)
         scale = np.sqrt(np.trapezoid(size + 1e-12, fine, axis=0) * np.trapezoid(bent**2, fine))
         assert (np.abs(slope(planned, bump, bent)) < 0.01 * scale).all()
-        plain_slope = slope(asked(plain, place_time=PLACE_TIME), bump, bent)
+        plain_slope = slope(planned_aside(plain, place_time=PLACE_TIME), bump, bent)
         assert (np.abs(plain_slope) > 0.05 * scale).all()
 
 
-def test_an_even_spread_is_a_place_time(plain: Primitive) -> None:
+def test_an_even_spread_is_equivalent_to_a_place_time(plain: Primitive) -> None:
     even = spread_by(plain, np.full(30, 0.02), np.full(30, 0.05))
     middle = (Waypoint(2.0, SHOWN[200] + [0.05, np.nan], FREE),)
     limits = Limits(np.array([[-1.0, 1.0]] * 2), np.array([0.72, 0.4]), np.full(2, 20.0), np.full(2, np.inf))
     for limited in (None, limits):
-        one = asked(even, limited, waypoints=middle).sample(TIMES).positions
-        other = asked(plain, limited, waypoints=middle, place_time=PLACE_TIME).sample(TIMES).positions
+        one = planned_aside(even, limited, waypoints=middle).sample(TIMES).positions
+        other = planned_aside(plain, limited, waypoints=middle, place_time=PLACE_TIME).sample(TIMES).positions
         assert np.abs(one - other).max() < 1e-6
 
 
-def test_limits_hold_and_take_from_where_they_do_not_agree(plain: Primitive) -> None:
+def test_limits_hold_with_weights_and_change_the_plan_where_recordings_disagree(plain: Primitive) -> None:
     primitive = spread_by(plain, NARROW, NARROW)
     limits = Limits(np.array([[-1.0, 1.0]] * 2), np.array([0.605, 1.0]), np.full(2, 3.0), np.full(2, 60.0))
-    weighted, even = beside(primitive, limits), beside(plain, limits, place_time=PLACE_TIME)
-    samples = asked(primitive, limits).sample(np.linspace(0, DURATION, 40_001))
+    weighted, even = distances(primitive, limits), distances(plain, limits, place_time=PLACE_TIME)
+    samples = planned_aside(primitive, limits).sample(np.linspace(0, DURATION, 40_001))
     assert (np.abs(samples.velocities) <= limits.velocities).all()
     assert (np.abs(samples.accelerations) <= limits.accelerations).all()
     assert weighted[AGREED, 0].max() < 0.5 * even[AGREED, 0].max()
 
 
-def test_what_is_left_of_a_movement_has_the_weights_of_its_part(plain: Primitive) -> None:
+def test_the_rest_of_a_movement_has_the_weights_of_its_phases(plain: Primitive) -> None:
     primitive = spread_by(plain, NARROW, NARROW)
     rest = np.array(place_weights(primitive, 0.5, 1.0)[0])
     assert rest[0] > 100 * rest[-1]

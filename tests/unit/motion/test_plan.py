@@ -1,4 +1,4 @@
-"""Plans of single cases with independently known results."""
+"""Plans of single cases whose results are known independently."""
 
 import math
 from collections.abc import Callable
@@ -14,7 +14,8 @@ from motion.limits import QUANTITIES, Limits
 from motion.plan import Warm, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.program import constraint_generation, optimum
-from motion.program.constraint_generation import InfeasibleRows, Solution
+from motion.program.constraint_generation import Solution
+from motion.program.contradiction import InfeasibleRows
 from motion.program.terminal_set import final_accelerations
 from motion.request import Boundary, MotionRequest, Waypoint
 from tests.splines_of import TIMES, figure_strike, fitted, joint_of
@@ -27,13 +28,13 @@ FREE = np.full(1, np.nan)
 
 @pytest.fixture(scope="module")
 def strike() -> Primitive:
-    """The demonstration of the paper's figures, by 50 functions."""
+    """The demonstration of the paper's figures, with 50 basis functions."""
     return fitted(TIMES, figure_strike(TIMES)[:, None])
 
 
 @pytest.fixture(scope="module")
 def moves() -> Primitive:
-    """Six moves of 1.5 s each, 0.8 rad there and back, with pauses: 20 s."""
+    """Six moves of 1.5 s and 0.8 rad, there and back, with pauses; 20 s."""
     t = np.linspace(0, 20, 4001)
     positions = np.zeros_like(t)
     for k in range(6):
@@ -43,13 +44,13 @@ def moves() -> Primitive:
 
 
 def test_without_limits_the_optimum_is_the_demonstration_plus_a_line(strike: Primitive, ask: Ask) -> None:
-    """The optimum of eq. 10 is τ²d̈ plus a straight line in t, which two end conditions determine."""
+    """The optimum of eq. 10 is τ²d̈ plus a line in t, which the two final conditions determine."""
     request = ask(start=(0.2, -0.5), goal=(1.3, 6.0), duration=0.8, tail="coast")
     planned = plan(strike, request)
     t = np.linspace(0, 0.8, 1001)
     shown = strike.sample(t / 0.8)
     rate = 1 / 0.8
-    # With accelerations equal but for a + bt, what the line has to add to velocity and position at the end.
+    # Changes of velocity and position at the end that the line a + bt must add.
     gained = 6.0 + 0.5 - rate * (shown.velocities[-1, 0] - shown.velocities[0, 0])
     travelled = 1.3 - 0.2 + 0.5 * 0.8 - (shown.positions[-1, 0] - shown.positions[0, 0] - shown.velocities[0, 0])
     line = np.linalg.solve([[0.8, 0.8**2 / 2], [0.8**2 / 2, 0.8**3 / 6]], [gained, travelled])
@@ -61,7 +62,7 @@ def test_without_limits_the_optimum_is_the_demonstration_plus_a_line(strike: Pri
     assert planned.report.imitation_rms[0] == pytest.approx(error, rel=1e-9)
 
 
-def test_its_own_conditions_give_back_the_demonstration(strike: Primitive, moves: Primitive) -> None:
+def test_the_demonstrations_own_conditions_reproduce_it(strike: Primitive, moves: Primitive) -> None:
     for primitive in (strike, moves):
         start, goal = primitive.start, primitive.goal
         request = MotionRequest(start, goal, primitive.duration, Limits.unlimited(1), tail="coast")
@@ -75,7 +76,7 @@ def test_its_own_conditions_give_back_the_demonstration(strike: Primitive, moves
 @pytest.mark.parametrize(
     "case",
     [
-        {"duration": 0.8, "goal": (1.0, 6.0)},  # figure 2: other end velocity and duration
+        {"duration": 0.8, "goal": (1.0, 6.0)},  # figure 2: other final velocity and duration
         {"goal": (-1.0, 10.0)},  # figure 3: the position limit shapes the motion
         {"goal": (-1.0, 10.0), "duration": 0.8, "start": (0.2, 0.0, 0.0)},
         {"waypoints": (Waypoint(0.5, np.array([1.0]), np.array([1.0])),)},  # figure 4
@@ -104,7 +105,7 @@ def test_the_papers_cases(strike: Primitive, ask: Ask, paper_limits: Limits, cas
         assert there.velocities[0] == pytest.approx(waypoint.velocities, abs=1e-9)
 
 
-def test_an_active_limit_is_named_where_it_binds(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_the_report_has_quantity_and_time_of_an_active_limit(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
     planned = plan(strike, ask(goal=(-1.0, 10.0), limits=paper_limits))
     times = np.linspace(0, 1, 1001)
     lowest = times[planned.sample(times).positions[:, 0].argmin()]
@@ -117,7 +118,7 @@ def test_an_active_limit_is_named_where_it_binds(strike: Primitive, ask: Ask, pa
     assert planned.report.phase == 0
 
 
-def test_limits_take_nothing_away_where_none_is_active(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_limits_that_are_not_active_change_nothing(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
     free = plan(strike, ask(tail="coast"))
     wide = plan(strike, ask(limits=paper_limits, tail="coast"))
     assert wide.report.active == ()
@@ -131,10 +132,10 @@ def test_limits_take_nothing_away_where_none_is_active(strike: Primitive, ask: A
 
 @pytest.mark.parametrize("phase", [0.0, 0.37])
 @pytest.mark.parametrize("rest_fraction", [0.0, 0.2])
-def test_distances_in_the_report(
+def test_distances_in_the_report_agree_with_samples(
     strike: Primitive, ask: Ask, paper_limits: Limits, phase: float, rest_fraction: float
 ) -> None:
-    """From the demonstration in the motion's own time, and from the plan without limits, by sampling both here."""
+    """Distances from the demonstration at the same phase, and from the plan without limits."""
     narrow = replace(paper_limits, positions=np.array([[-1.15, 2.0]]))
     request = ask(goal=(-0.5, 3.0), limits=narrow, tail="coast", phase=phase, rest_fraction=rest_fraction, duration=0.9)
     planned = plan(strike, request)
@@ -159,8 +160,8 @@ def _knots(count: int, end: float) -> np.ndarray:
     return np.r_[np.zeros(5), np.linspace(0, end, count - 4), np.full(5, end)]
 
 
-def test_places_are_kept_under_limits(moves: Primitive) -> None:
-    """At 0.9 of the demonstrated speed. Without a place term the arm drifts 0.4 rad from where it was shown."""
+def test_limits_do_not_make_positions_drift(moves: Primitive) -> None:
+    """At 0.9 of the demonstrated peak velocity; without a place term the plan drifts 0.4 rad from the demonstration."""
     peak = np.abs(moves.sample(np.linspace(0, 1, 5001)).velocities).max()
     limits = replace(Limits.unlimited(1), velocities=np.array([0.9 * peak]))
     planned = plan(moves, MotionRequest(moves.start, moves.goal, 20.0, limits, tail="coast"))
@@ -170,8 +171,8 @@ def test_places_are_kept_under_limits(moves: Primitive) -> None:
 
 
 @pytest.mark.parametrize("place_time", [0.5, 1.0])
-def test_differences_of_the_ends_are_made_up_for_nearby(moves: Primitive, place_time: float) -> None:
-    """With a place time; without one they are spread over the whole motion."""
+def test_a_place_time_confines_differences_to_the_ends(moves: Primitive, place_time: float) -> None:
+    """Without it, differences of start and goal are spread over the whole motion."""
     start = replace(moves.start, positions=moves.start.positions + 0.3)
     request = MotionRequest(start, moves.goal, 20.0, Limits.unlimited(1), tail="coast")
     t = np.linspace(0, 19.9, 2000)
@@ -187,7 +188,7 @@ def test_differences_of_the_ends_are_made_up_for_nearby(moves: Primitive, place_
 
 
 def cut(primitive: Primitive, phase: float) -> Primitive:
-    """What is left of a demonstration from a phase on, with accelerations fitted again."""
+    """Return the rest of a demonstration from a phase on as a primitive, with accelerations fitted again."""
     s, count = np.linspace(0, 1, 20_001), primitive.basis_count
     left = (1 - phase) * primitive.duration
     accelerations = primitive.sample(phase + (1 - phase) * s).accelerations * left**2
@@ -206,10 +207,10 @@ def cut(primitive: Primitive, phase: float) -> Primitive:
 
 @pytest.mark.parametrize("place_time", [None, 0.2])
 @pytest.mark.parametrize("halvings", [0.5, 1, 2, 3.5])
-def test_the_rest_of_a_demonstration_is_a_demonstration(
+def test_planning_from_a_phase_imitates_the_rest_as_its_own_demonstration(
     strike: Primitive, ask: Ask, paper_limits: Limits, halvings: float, place_time: float | None
 ) -> None:
-    """From phases at which the metric is that of the rest exactly, within limits, too."""
+    """At phases for which a metric is prepared, with and without limits."""
     phase = 1 - 2.0**-halvings
     left = 1 - phase
     state = strike.sample(np.array([phase]))
@@ -230,7 +231,7 @@ def test_the_rest_of_a_demonstration_is_a_demonstration(
 
 
 @pytest.mark.parametrize("phase", [0.1, 0.5, 0.83, 0.97])
-def test_the_rest_from_the_demonstrated_state_keeps_its_places(strike: Primitive, phase: float) -> None:
+def test_the_rest_from_the_demonstrated_state_reproduces_the_demonstration(strike: Primitive, phase: float) -> None:
     state = strike.sample(np.array([phase]))
     start = Boundary(state.positions[0], state.velocities[0], state.accelerations[0])
     request = MotionRequest(start, strike.goal, 1 - phase, Limits.unlimited(1), tail="coast", phase=phase)
@@ -241,7 +242,7 @@ def test_the_rest_from_the_demonstrated_state_keeps_its_places(strike: Primitive
         assert planned.report.from_demonstration.max[0] < 1e-5
 
 
-def test_joints_are_planned_as_if_alone(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_joints_are_planned_independently(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
     both = fitted(TIMES, np.stack([figure_strike(TIMES), np.sin(TIMES)], axis=1))
     two = Limits(*(np.repeat(getattr(paper_limits, f), 2, axis=0) for f in LIMITED))
     free = np.full(2, np.nan)
@@ -259,13 +260,13 @@ def test_joints_are_planned_as_if_alone(strike: Primitive, ask: Ask, paper_limit
 
 
 @pytest.mark.parametrize("stuck", [0, 1, 2])
-def test_only_the_joint_that_could_not_stop_is_planned_again(
+def test_only_a_joint_that_could_not_stop_is_planned_again(
     strike: Primitive, stuck: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And as it would be alone, wherever it stands among the others."""
+    """Its second plan is the one that it has without the other joints."""
     free, sizes = np.full(3, np.nan), np.array([1.0, 0.7, 0.5])
     together = fitted(TIMES, figure_strike(TIMES)[:, None] * sizes)
-    # A hand's breadth behind the goal for one joint, room enough for the others.
+    # One joint has 0.035 rad behind its goal, the others 1 rad.
     highest = np.where(np.arange(3) == stuck, 0.535, 1.5)
     limits = Limits(
         np.stack([np.full(3, -3.0), highest], axis=1), np.full(3, 20.0), np.full(3, 200.0), np.full(3, 5000.0)
@@ -275,11 +276,11 @@ def test_only_the_joint_that_could_not_stop_is_planned_again(
     planned_joints = []
     solve = optimum.solve
 
-    def noting(*args: object) -> Solution:
+    def noted(*args: object) -> Solution:
         planned_joints.append(args[-1])
         return solve(*args)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(optimum, "solve", noting)
+    monkeypatch.setattr(optimum, "solve", noted)
     planned = plan(together, request)
     assert [None if joints is None else joints.tolist() for joints in planned_joints] == [None, [stuck]]
     one = slice(stuck, stuck + 1)
@@ -296,8 +297,8 @@ def _only(boundary: Boundary, joints: slice) -> Boundary:
     return Boundary(boundary.positions[joints], boundary.velocities[joints], boundary.accelerations[joints])
 
 
-def test_a_clash_of_the_second_plan_names_its_joint(strike: Primitive) -> None:
-    """The third joint could reach its goal in time, but not so that it comes to rest behind it."""
+def test_infeasible_rows_of_the_second_plan_name_their_joint(strike: Primitive) -> None:
+    """The third joint can reach its goal in time, but cannot come to rest behind it."""
     free, still = np.full(3, np.nan), np.zeros(3)
     three = fitted(TIMES, np.repeat(figure_strike(TIMES)[:, None], 3, axis=1))
     ranges = np.array([[-3.0, 3.0], [-3.0, 3.0], [-3.0, 0.548]])
@@ -319,14 +320,14 @@ def test_a_warm_plan_is_as_good_as_a_cold_one(strike: Primitive, ask: Ask, paper
     assert warm.report.certified
     assert warm.report.imitation_rms[0] == pytest.approx(cold.report.imitation_rms[0], rel=2e-3)
     assert np.abs(warm.control_points - cold.control_points).max() < 1e-3
-    # From its own rows at once.
+    # A warm start from the same request's rows needs no search for them.
     assert plan(strike, request, warm=cold.warm).report.rounds <= 2
 
 
-def test_no_verdict_rests_on_the_rows_of_an_earlier_motion(
+def test_a_warm_start_that_fails_is_followed_by_a_cold_start(
     strike: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A warm start imposes rows that this motion may not need; if it fails, a cold start follows."""
+    """A warm start imposes rows that this motion may not need, so its failure decides nothing."""
     request = ask(goal=(-1.0, 10.0), limits=paper_limits)
     cold = plan(strike, request)
     tried = []
@@ -343,8 +344,8 @@ def test_no_verdict_rests_on_the_rows_of_an_earlier_motion(
     assert tried == [True, False] * 2
 
 
-def test_rows_of_another_hull_are_left_aside(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """A waypoint on its limit changes the hull, and thus the indices of rows."""
+def test_a_warm_start_with_another_hull_is_ignored(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    """A waypoint on its limit changes the hull, and with it the indices of rows."""
     turning = Waypoint(0.5, np.array([2.0]), FREE)
     other = plan(strike, ask(limits=paper_limits, waypoints=(turning,))).warm
     request = ask(goal=(-1.0, 10.0), limits=paper_limits)
@@ -353,15 +354,17 @@ def test_rows_of_another_hull_are_left_aside(strike: Primitive, ask: Ask, paper_
     assert plan(strike, request, warm=other).control_points.tobytes() == cold.control_points.tobytes()
 
 
-def test_a_motion_that_is_over_at_once(strike: Primitive, ask: Ask) -> None:
-    """Its weights are large and cancel each other; the residuals of the equalities are rounding errors."""
+def test_a_large_rest_fraction_meets_its_goal(strike: Primitive, ask: Ask) -> None:
+    """Large weights cancel each other, so only rounding errors may remain in the equalities."""
     for goal in np.linspace(-1.0, 1.0, 21):
         hasty = ask(start=(0.5, 0.0), goal=(float(goal), 0.0), duration=10.0, rest_fraction=0.99)
         assert plan(strike, hasty).report.final_error_positions[0] < 1e-7
 
 
-def test_a_motion_of_a_millisecond(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """Without limits it is made; within them it is refused, with a duration that works."""
+def test_a_motion_of_1_ms_is_planned_without_limits_and_infeasible_with_them(
+    strike: Primitive, ask: Ask, paper_limits: Limits
+) -> None:
+    """The refusal names a duration that works."""
     hasty = ask(duration=0.001, goal=(1.0, 3.0))
     assert plan(strike, replace(hasty, tail="coast")).report.final_error_positions[0] < 1e-9
     with pytest.raises(Infeasible) as caught:
@@ -370,8 +373,8 @@ def test_a_motion_of_a_millisecond(strike: Primitive, ask: Ask, paper_limits: Li
     assert plan(strike, replace(hasty, limits=paper_limits, duration=caught.value.min_duration)).report.certified
 
 
-def test_more_values_than_a_motion_can_meet(strike: Primitive, ask: Ask) -> None:
-    """Functions are added where waypoints lie closer than two of the demonstration's intervals, but not without end."""
+def test_basis_functions_are_added_for_close_waypoints(strike: Primitive, ask: Ask) -> None:
+    """If waypoints are closer than two knot intervals of the demonstration, each interval is split."""
 
     def through(count: int) -> tuple[Waypoint, ...]:
         return tuple(Waypoint((k + 1) / (count + 1), np.zeros(1), FREE) for k in range(count))
@@ -382,7 +385,9 @@ def test_more_values_than_a_motion_can_meet(strike: Primitive, ask: Ask) -> None
         assert np.abs(planned.sample(np.arange(1, count + 1) / (count + 1)).positions).max() < 1e-9
 
 
-def test_rest_fraction_ends_in_a_straight_line(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_a_rest_fraction_ends_in_a_line_at_the_final_velocity(
+    strike: Primitive, ask: Ask, paper_limits: Limits
+) -> None:
     planned = plan(strike, ask(limits=paper_limits, rest_fraction=0.2))
     last = planned.sample(np.linspace(0.8, 1.0, 50)[1:-1])
     assert np.all(last.accelerations == 0)
@@ -394,7 +399,7 @@ def test_rest_fraction_ends_in_a_straight_line(strike: Primitive, ask: Ask, pape
         assert np.ptp(values) < 1e-4
 
 
-def test_follow_through_keeps_the_final_velocity(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_a_follow_through_keeps_the_final_velocity(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
     plain = plan(strike, ask(limits=paper_limits, goal=(0.5, 3.0, 0.0)))
     planned = plan(strike, ask(limits=paper_limits, goal=(0.5, 3.0), follow_through=0.1))
     assert planned.control_points == pytest.approx(plain.control_points, abs=1e-12)
@@ -409,8 +414,8 @@ def test_follow_through_keeps_the_final_velocity(strike: Primitive, ask: Ask, pa
     )
 
 
-def test_a_follow_through_without_room_cannot_stop(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """The stop would begin after the follow-through; with the velocity that is named the follow-through is shorter."""
+def test_a_follow_through_without_room_to_stop_is_refused(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    """The stop begins after the follow-through; the velocity named by the refusal allows both."""
     request = ask(limits=paper_limits, goal=(1.5, 5.0), follow_through=0.2)
     plan(strike, replace(request, follow_through=0.0))
     with pytest.raises(CannotStop) as caught:
@@ -422,7 +427,7 @@ def test_a_follow_through_without_room_cannot_stop(strike: Primitive, ask: Ask, 
     assert plan(strike, named).report.extremes["position"][0, 1] <= 2.0 + 1e-9
 
 
-def test_coasting_goes_on_at_the_final_velocity(strike: Primitive, ask: Ask) -> None:
+def test_coasting_continues_at_the_final_velocity(strike: Primitive, ask: Ask) -> None:
     planned = plan(strike, ask(tail="coast"))
     assert planned.total_duration == pytest.approx(1.0)
     later = planned.sample(np.array([1.5]))
@@ -454,14 +459,14 @@ BOUNDARY_CASES: dict[str, tuple[dict[str, object], dict[str, object]]] = {
     "waypoint off the grid, on the limit": ({"waypoints": (Waypoint(0.50037, np.array([1.5]), FREE),)}, {"high": 1.5}),
     "waypoint's velocity on its limit": ({"waypoints": (Waypoint(0.5, FREE, np.array([9.0])),)}, {"velocities": 9.0}),
     "goal a float32 beyond its limit": ({"goal": (float(np.float32(1.1)), 0.0)}, {"high": 1.1}),
-    "goal a hair inside": ({"goal": (1.0 - 1e-12, 0.0)}, {"high": 1.0}),
+    "goal just inside": ({"goal": (1.0 - 1e-12, 0.0)}, {"high": 1.0}),
     "start of a phase on the limit": ({"start": (0.0, 0.0, 0.0), "goal": (-1.0, 0.0), "phase": 0.3}, {"high": 0.0}),
-    "goal on the limit, places kept": ({"goal": (1.0, 0.0), "place_time": 0.1}, {"high": 1.0}),
+    "goal on the limit, with a place time": ({"goal": (1.0, 0.0), "place_time": 0.1}, {"high": 1.0}),
 }
 
 
 @pytest.mark.parametrize("name", BOUNDARY_CASES)
-def test_values_exactly_on_their_limits(strike: Primitive, ask: Ask, name: str) -> None:
+def test_values_exactly_on_their_limits_are_planned(strike: Primitive, ask: Ask, name: str) -> None:
     case, tight = BOUNDARY_CASES[name]
     limits = Limits(
         np.array([[-3.0, tight.get("high", 2.0)]]),
@@ -475,7 +480,7 @@ def test_values_exactly_on_their_limits(strike: Primitive, ask: Ask, name: str) 
         assert report.margin[quantity][0] >= -1e-6 * np.ptp(limits.ranges[0, k]), quantity
 
 
-def test_a_start_outside_the_position_limits_is_led_back(strike: Primitive, ask: Ask) -> None:
+def test_a_start_up_to_0_02_rad_outside_returns_inside_the_limits(strike: Primitive, ask: Ask) -> None:
     limits = Limits(np.array([[-3.0, 0.0]]), np.array([15.0]), np.array([300.0]), np.array([15000.0]))
     planned = plan(strike, ask(start=(0.015, 0.0, 0.0), goal=(-1.0, 0.0), limits=limits))
     positions = planned.sample(np.linspace(0, 1, 1001)).positions[:, 0]
@@ -498,7 +503,7 @@ def test_a_start_outside_the_position_limits_is_led_back(strike: Primitive, ask:
         ({"goal": (2.0 + 5e-6, 0.0)}, "position", 2.0 + 5e-6, 2.0),
     ],
 )
-def test_fixed_values_outside_are_named(
+def test_a_fixed_value_outside_its_limit_is_refused(
     strike: Primitive,
     ask: Ask,
     paper_limits: Limits,
@@ -513,7 +518,9 @@ def test_fixed_values_outside_are_named(
     assert (refusal.value.value, refusal.value.bound) == (value, bound)
 
 
-def test_a_goal_outside_is_a_limit_and_not_a_stop(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_a_goal_outside_its_limits_is_not_reported_as_cannot_stop(
+    strike: Primitive, ask: Ask, paper_limits: Limits
+) -> None:
     for goal in ((2.1, 5.0), (1.0, 16.0), (1.0, 3.0, 301.0)):
         with pytest.raises(LimitExceeded):
             plan(strike, ask(goal=goal, limits=paper_limits))
@@ -524,7 +531,7 @@ def test_the_velocity_named_by_cannot_stop_is_accepted(strike: Primitive, ask: A
         plan(strike, ask(goal=(1.9, 10.0), limits=paper_limits))
     top = refusal.value.max_velocity
     assert top is not None
-    # From a_f = −A the stop takes v²/2A + A³/24J² of the room, since A²/2J = 3 < v.
+    # From a_f = −A the stop takes v²/2A + A³/24J² rad of the room, since A²/2J = 3 < v.
     room, a, j = 0.1, 300.0, 15000.0
     assert top == pytest.approx(np.sqrt(2 * a * (room - a**3 / (24 * j**2))), rel=1e-5)
     assert plan(strike, ask(goal=(1.9, 0.999 * top), limits=paper_limits)).report.certified
@@ -532,15 +539,15 @@ def test_the_velocity_named_by_cannot_stop_is_accepted(strike: Primitive, ask: A
         plan(strike, ask(goal=(1.9, 1.001 * top), limits=paper_limits))
 
 
-def test_a_final_acceleration_from_which_nothing_stops(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """From 200 rad/s² even an arm at rest travels 200³/3J² = 0.012 rad until jerk has brought that to 0."""
+def test_a_final_acceleration_that_allows_no_stop_is_refused(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+    """From 200 rad/s² even a joint at rest travels 200³/3J² = 0.012 rad while the jerk limit brings it to 0."""
     with pytest.raises(CannotStop, match="leave it free") as refusal:
         plan(strike, ask(goal=(1.99, 1.0, 200.0), limits=paper_limits))
     assert refusal.value.max_velocity is None
 
 
-def test_a_braking_final_acceleration_wants_some_velocity(ask: Ask, paper_limits: Limits) -> None:
-    """Too fast exceeds the upper limit, too slow swings back below the lower one; the fastest feasible one is named."""
+def test_a_braking_final_acceleration_bounds_the_velocity_on_both_sides(ask: Ask, paper_limits: Limits) -> None:
+    """Faster motions pass the upper position limit, slower ones the lower; the refusal names the fastest that works."""
     narrow = replace(paper_limits, positions=np.array([[-0.01, 0.05]]))
 
     def hit(velocity: float) -> np.ndarray:
@@ -557,7 +564,7 @@ def test_a_braking_final_acceleration_wants_some_velocity(ask: Ask, paper_limits
             hit(velocity)
 
 
-def test_too_short_a_duration_gets_the_shortest_that_works(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_infeasible_names_the_shortest_duration_found(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
     waypoint = Waypoint(0.05, np.array([0.3]), np.array([np.nan]))
     hurried = ask(start=(0.0, 0.0, 0.0), duration=0.1, limits=paper_limits, waypoints=(waypoint,))
     with pytest.raises(Infeasible) as refusal:
@@ -571,17 +578,19 @@ def test_too_short_a_duration_gets_the_shortest_that_works(strike: Primitive, as
         return replace(hurried, duration=duration, waypoints=(replace(waypoint, time_from_start=duration / 2),))
 
     assert plan(strike, at(error.min_duration)).report.certified
-    # What is named is the shortest that was found in bounded time, not the shortest there is.
+    # It is the shortest duration found with bounded effort, so only a much shorter one is surely infeasible.
     with pytest.raises((Infeasible, SolverFailed)):
         plan(strike, at(error.min_duration / 3))
     with pytest.raises(Infeasible) as refusal:
         plan(strike, hurried, remedy=False)
     assert refusal.value.min_duration is None
-    assert "a later arrival may work" in str(refusal.value)
+    assert "allow more time" in str(refusal.value)
 
 
-def test_the_fastest_end_is_fast(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """Its duration needs no guess, and hardly less would do."""
+def test_the_fastest_duration_is_within_a_tenth_of_the_minimum(
+    strike: Primitive, ask: Ask, paper_limits: Limits
+) -> None:
+    """The request's own duration has no influence."""
     request = ask(start=(0.0, 0.0, 0.0), limits=paper_limits)
     fastest = plan_fastest(strike, request)
     assert fastest.report.certified
@@ -592,7 +601,9 @@ def test_the_fastest_end_is_fast(strike: Primitive, ask: Ask, paper_limits: Limi
         plan(strike, replace(request, duration=0.9 * fastest.duration))
 
 
-def test_no_fastest_end_where_the_arm_cannot_stop(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_plan_fastest_refuses_what_no_duration_makes_feasible(
+    strike: Primitive, ask: Ask, paper_limits: Limits
+) -> None:
     with pytest.raises(CannotStop):
         plan_fastest(strike, ask(goal=(1.9, 10.0), limits=paper_limits))
     outward = Waypoint(0.5, np.array([2.0]), np.array([1.0]))
@@ -601,8 +612,8 @@ def test_no_fastest_end_where_the_arm_cannot_stop(strike: Primitive, ask: Ask, p
     assert refusal.value.min_duration is None
 
 
-def test_a_duration_far_beyond_the_demonstrated_one_is_named(strike: Primitive, ask: Ask) -> None:
-    """The search goes on to the longest plan, not to ten seconds only."""
+def test_infeasible_names_durations_far_beyond_the_demonstrated_one(strike: Primitive, ask: Ask) -> None:
+    """The search extends to the longest plan, 60 s."""
     slow = Limits(np.array([[-2.0, 2.0]]), np.array([0.07]), np.array([300.0]), np.array([15000.0]))
     request = ask(start=(0.0, 0.0), goal=(1.0, 0.0), limits=slow)
     with pytest.raises(Infeasible) as refusal:
@@ -612,7 +623,7 @@ def test_a_duration_far_beyond_the_demonstrated_one_is_named(strike: Primitive, 
     assert plan(strike, replace(request, duration=refusal.value.min_duration)).report.certified
 
 
-def test_impossible_at_any_duration(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_infeasible_names_no_duration_if_none_works(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
     outward = Waypoint(0.5, np.array([2.0]), np.array([1.0]))
     with pytest.raises(Infeasible) as refusal:
         plan(strike, ask(limits=paper_limits, waypoints=(outward,)))
@@ -620,7 +631,7 @@ def test_impossible_at_any_duration(strike: Primitive, ask: Ask, paper_limits: L
     assert refusal.value.time == pytest.approx(0.5, abs=0.02)
 
 
-def test_mismatched_joints_are_refused(strike: Primitive, ask: Ask) -> None:
+def test_a_mismatched_joint_count_is_refused(strike: Primitive, ask: Ask) -> None:
     free = np.full(2, np.nan)
     ends = Boundary(np.zeros(2), np.zeros(2), free)
     with pytest.raises(InvalidMotion, match="primitive"):
@@ -630,27 +641,27 @@ def test_mismatched_joints_are_refused(strike: Primitive, ask: Ask) -> None:
 
 
 @pytest.mark.parametrize("part", [0.5, 0.99, 1.02, -1.0])
-def test_the_solver_is_not_believed(
+def test_a_wrong_solution_never_becomes_a_plan_beyond_limits(
     strike: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch, part: float
 ) -> None:
-    """A solver that claims success with a wrong answer never becomes a plan beyond limits."""
-    honest = constraint_generation.least_distance
+    """The solver reports success with multipliers scaled by `part`."""
+    exact = constraint_generation.least_distance
 
-    def liar(*program: object, **more: object) -> tuple[np.ndarray, str]:
-        multipliers, status = honest(*program, **more)  # type: ignore[arg-type]
+    def scaled(*program: object, **more: object) -> tuple[np.ndarray, str]:
+        multipliers, status = exact(*program, **more)  # type: ignore[arg-type]
         return part * multipliers, status
 
-    monkeypatch.setattr(constraint_generation, "least_distance", liar)
+    monkeypatch.setattr(constraint_generation, "least_distance", scaled)
     try:
         planned = plan(strike, ask(goal=(-1.0, 10.0), limits=paper_limits))
     except MotionError:
         assert part != 1.02
         return
-    assert part == 1.02  # worse than the optimum, but inside
+    assert part == 1.02  # worse than the optimum, but feasible
     assert all(planned.report.margin[name][0] >= 0 for name in QUANTITIES)
 
 
-def test_equalities_that_are_missed_are_no_plan(
+def test_a_solution_that_violates_the_equalities_is_refused(
     strike: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def shifted(*args: object, **more: object) -> Solution:
@@ -662,8 +673,8 @@ def test_equalities_that_are_missed_are_no_plan(
         plan(strike, ask(goal=(-1.0, 10.0), limits=paper_limits))
 
 
-def test_work_is_bounded_and_the_verdict_the_same_each_time(moves: Primitive) -> None:
-    """Six joints, fast waypoints, tight jerk: a request that could go on for long is answered, always alike."""
+def test_effort_is_bounded_and_the_refusal_deterministic(moves: Primitive) -> None:
+    """Six joints with fast waypoints and tight jerk limits, which would take long without a bound."""
     rng = np.random.default_rng(5)
     six = replace(moves, control_points=np.repeat(moves.control_points, 6, axis=0), spread=np.empty((6, 0)))
     still, free = np.zeros(6), np.full(6, np.nan)
@@ -681,8 +692,8 @@ def test_work_is_bounded_and_the_verdict_the_same_each_time(moves: Primitive) ->
     assert answers[0] == answers[1]
 
 
-def test_a_rich_demonstration_is_planned_faster_than_it_can_be_followed() -> None:
-    """Seven joints of 200 functions. Where the limits shape the motion everywhere, fewer functions are solved for."""
+def test_fewer_basis_functions_are_used_where_limits_are_active_everywhere() -> None:
+    """Seven joints of 200 functions, planned at two durations."""
     t = np.linspace(0, 4, 1001)
     strokes = np.linspace(0.02, 0.05, 7) * (1 - np.cos(6 * np.pi * t))[:, None]
     rich = fitted(t, strokes + np.linspace(0.2, 0.6, 7) * np.sin(np.pi * t / 4)[:, None] ** 2, 200)
@@ -693,14 +704,14 @@ def test_a_rich_demonstration_is_planned_faster_than_it_can_be_followed() -> Non
     assert slow.report.basis_count == 200 > fast.report.basis_count
     assert all((margin > -1e-9).all() for margin in fast.report.margin.values())
     assert (fast.report.from_demonstration.max < 0.3).all()
-    # What is far too fast is answered with a duration that works.
+    # A duration that is far too short is refused with one that works.
     with pytest.raises((Infeasible, OutOfTime)) as caught:
         plan(rich, MotionRequest(*ends, 0.3, limits))
     assert caught.value.min_duration is not None
     plan(rich, MotionRequest(*ends, caught.value.min_duration, limits))
 
 
-def test_no_effort_is_a_status_of_its_own(
+def test_exhausted_effort_has_the_status_time(
     strike: Primitive, ask: Ask, paper_limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(plan_module, "EFFORT", 10.0)
@@ -709,15 +720,17 @@ def test_no_effort_is_a_status_of_its_own(
     assert caught.value.status == "time"
 
 
-def test_the_same_request_gives_the_same_bytes(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
+def test_planning_is_deterministic_to_the_bit(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
     request = ask(goal=(-1.0, 10.0), limits=paper_limits)
     one, two = (plan(strike, request).samples() for _ in range(2))
     assert one.positions.tobytes() == two.positions.tobytes()
     assert one.accelerations.tobytes() == two.accelerations.tobytes()
 
 
-def test_a_rest_fraction_that_leaves_no_time(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:
-    """Is refused with one that works, where no duration does; or with the largest that begins inside the limits."""
+def test_a_rest_fraction_that_leaves_no_time_is_refused_with_one_that_works(
+    strike: Primitive, ask: Ask, paper_limits: Limits
+) -> None:
+    """If its line would begin outside the limits, the refusal names the largest one that begins inside."""
     hasty = ask(start=(0.0, 0.0), goal=(1.0, 0.5), limits=paper_limits, rest_fraction=0.99)
     with pytest.raises(Infeasible, match=r"a rest_fraction of 0\.\d+ works$") as caught:
         plan(strike, hasty)
@@ -731,7 +744,7 @@ def test_a_rest_fraction_that_leaves_no_time(strike: Primitive, ask: Ask, paper_
     assert low <= 1.0 - most * 10.0 < low + 0.01 + 1e-9
 
 
-def test_a_sentence_counts_the_waypoints_that_it_does_not_name() -> None:
+def test_infeasible_lists_five_waypoint_times_and_counts_the_others() -> None:
     error = Infeasible(0, "jerk", 0.25, 2.0, [0.02 * k for k in range(1, 99)])
     assert str(error).endswith("works with waypoints at 0.02 s, 0.04 s, 0.06 s, 0.08 s, 0.1 s and 93 more")
     assert len(error.waypoint_times or []) == 98

@@ -1,4 +1,4 @@
-"""What is kept of a demonstration."""
+"""Primitives learned from demonstrations."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ DEMOS = Path(__file__).parents[4] / "shared" / "demos"
 S = np.linspace(0, 1, 1001)
 
 
-def test_the_figures_demonstration_is_learned(figure: Primitive) -> None:
+def test_the_demonstration_of_the_figures_is_learned(figure: Primitive) -> None:
     assert (figure.joint_count, figure.basis_count, figure.samples, figure.duration) == (1, 50, 1001, 1.0)
     assert figure.start.positions == pytest.approx([0], abs=1e-7)
     assert figure.start.velocities == pytest.approx([-1], abs=1e-4)
@@ -25,8 +25,8 @@ def test_the_figures_demonstration_is_learned(figure: Primitive) -> None:
     assert figure.position_rms[0] <= figure.position_max[0]
 
 
-def test_samples_are_each_other_s_derivatives(figure: Primitive) -> None:
-    """At the demonstration's own speed; the weights are those of the acceleration."""
+def test_velocities_and_accelerations_are_derivatives_at_any_duration(figure: Primitive) -> None:
+    """The weights are those of the acceleration."""
     slow = learn(Demonstration(2 * S, strike(S)[:, None]))
     fast, half = figure.sample(S), slow.sample(S)
     assert np.allclose(half.positions, fast.positions, atol=1e-7)
@@ -46,8 +46,8 @@ def test_basis_count_is_bounded(count: int) -> None:
 
 
 @pytest.mark.skipif(not DEMOS.is_dir(), reason="the shared recordings are not here")
-def test_recordings_of_an_arm_are_followed() -> None:
-    """Within 1 % of each joint's range, or what their own steps allow."""
+def test_recordings_of_an_arm_are_fitted() -> None:
+    """Within 1 % of each joint's range, or within the recording's largest step."""
     paths = sorted(DEMOS.glob("*.csv"))
     recordings = [np.loadtxt(path, delimiter=",", skiprows=1)[:, 1:] for path in paths]
     recordings += list(np.load(DEMOS / "robottasks_pouring_ee.npz")["pose"][:2])

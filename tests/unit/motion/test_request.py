@@ -48,26 +48,26 @@ def waypoint(time: float, position: float = 0.0, velocity: float = np.nan) -> Wa
         ({"waypoints": (Waypoint(0.5, np.zeros(2), np.zeros(1)),)}, "waypoints[0].positions"),
     ],
 )
-def test_malformed_requests_name_their_field(ask: Ask, more: dict[str, object], field: str) -> None:
+def test_a_malformed_request_is_refused_with_its_field(ask: Ask, more: dict[str, object], field: str) -> None:
     with pytest.raises(InvalidMotion) as refusal:
         ask(**more)
     assert refusal.value.field == field
     assert str(refusal.value).startswith(field)
 
 
-def test_final_acceleration_is_free_only_where_the_arm_moves_on(ask: Ask) -> None:
+def test_the_final_acceleration_is_free_only_with_a_final_velocity(ask: Ask) -> None:
     assert np.isnan(ask(goal=(1.0, 3.0)).final_accelerations[0])
     assert ask(goal=(1.0, 0.0)).final_accelerations[0] == 0
     assert ask(goal=(1.0, 3.0, 7.0)).final_accelerations[0] == 7
     assert ask(goal=(1.0, 3.0), rest_fraction=0.1).final_accelerations[0] == 0
 
 
-def test_final_acceleration_is_zero_before_a_straight_part(ask: Ask) -> None:
+def test_the_final_acceleration_is_zero_before_a_follow_through(ask: Ask) -> None:
     assert ask(goal=(1.0, 3.0), follow_through=0.1).final_accelerations[0] == 0
     assert ask(goal=(1.0, 3.0, 0.0), follow_through=0.1, rest_fraction=0.1).final_accelerations[0] == 0
 
 
-def test_times_of_the_parts(ask: Ask) -> None:
+def test_durations_and_phases_of_the_parts(ask: Ask) -> None:
     request = ask(duration=2.0, rest_fraction=0.25, follow_through=0.1, phase=0.5)
     assert request.moving_duration == 1.5
     assert request.straight_duration == pytest.approx(0.6)
@@ -75,7 +75,7 @@ def test_times_of_the_parts(ask: Ask) -> None:
 
 
 def test_values_beyond_a_limit_by_rounding_are_moved_onto_it(ask: Ask) -> None:
-    """As of float32; what lies farther beyond stays, to be refused."""
+    """Rounding as of float32; values farther beyond stay as they are and are refused later."""
     limits = Limits(np.array([[-1.0, 1.0]]), np.array([3.0]), np.array([np.inf]), np.array([np.inf]))
     beyond = ask(goal=(1.0 + 1.9e-6, -3.0 - 5.9e-6), limits=limits, waypoints=(waypoint(0.5, -1.0 - 1e-7, np.nan),))
     clipped = beyond.clipped()
@@ -96,7 +96,7 @@ def test_values_beyond_a_limit_by_rounding_are_moved_onto_it(ask: Ask) -> None:
         (LimitExceeded(2, "velocity", 9.5, 8.0), ["joint 2", "velocity", "9.5 rad/s lies", "at most 8 rad/s"]),
         (LimitExceeded(0, "position", -3.0, -2.0), ["joint 0", "position", "-3 rad lies", "at least -2 rad"]),
         (Infeasible(1, "jerk", 0.25, 1.234, [0.5]), ["joint 1", "jerk", "0.250 s", "1.234 s works", "0.5 s"]),
-        (Infeasible(1, "jerk", 0.25, None, None), ["joint 1", "no longer duration"]),
+        (Infeasible(1, "jerk", 0.25, None, None), ["joint 1", "allow more time"]),
         (CannotStop(3, -4.5), ["joint 3", "-4.5 rad/s", "rest"]),
         (SolverFailed(4, "PIQP_NUMERICS"), ["joint 4", "PIQP_NUMERICS"]),
     ],

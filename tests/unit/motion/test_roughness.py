@@ -1,4 +1,4 @@
-"""The closed forms against plain least squares."""
+"""Closed forms of smoothing compared with dense least squares."""
 
 import numpy as np
 import pytest
@@ -13,8 +13,8 @@ POSITIONS = np.stack([strike(S), S**2], axis=1) + 1e-2 * np.random.default_rng(1
 
 @pytest.mark.parametrize("gap", [(0.0, 0.0), (0.3, 0.5)])
 @pytest.mark.parametrize("count", [22, 30, 52, 90, 150])
-def test_condensed_rows_say_the_same(count: int, gap: tuple[float, float]) -> None:
-    """The squares of any control points are the same, with samples on knots and with knot intervals without samples."""
+def test_condensed_rows_have_the_same_sum_of_squares(count: int, gap: tuple[float, float]) -> None:
+    """For any control points, with samples on knots and with knot intervals without samples."""
     s = np.unique(np.concatenate([S, np.linspace(0, 1, 101), [1.0]]))
     s = s[(s <= gap[0]) | (s >= gap[1])]
     positions = np.stack([np.sin(9 * s), s**3], axis=1)
@@ -27,8 +27,8 @@ def test_condensed_rows_say_the_same(count: int, gap: tuple[float, float]) -> No
 
 
 @pytest.mark.parametrize("order", [2, 3, 4, 5, 6])
-def test_the_fit_is_the_penalised_one(order: int) -> None:
-    """Solved densely, with the penalty's matrix written down."""
+def test_the_fit_solves_the_penalised_least_squares(order: int) -> None:
+    """Compared with a dense solution that has the penalty's matrix."""
     count, weight = 40, 10.0 ** (2 - 3 * order)
     design = splines.rows(count, 5, S)
     derivative = np.eye(count)
@@ -54,7 +54,7 @@ def test_the_largest_weight_leaves_a_polynomial(order: int) -> None:
     assert np.allclose(found, wanted, atol=1e-6)
 
 
-def test_the_standard_error_is_that_of_the_dense_problem() -> None:
+def test_the_standard_error_agrees_with_the_dense_problem() -> None:
     """The square root of the mean variance of d″ under the posterior covariance of the control points."""
     count, weight = 30, 1e-5
     second = splines.differentiation(count - 1, 4) @ splines.differentiation(count, 5)
@@ -65,8 +65,8 @@ def test_the_standard_error_is_that_of_the_dense_problem() -> None:
     assert Smoother(condense(S, POSITIONS, count), 2).acceleration_error(weight) == pytest.approx(wanted, rel=1e-6)
 
 
-def test_equal_errors_of_neighbours_count_once() -> None:
-    """Each sample of a line written down ten times makes it no better known: its noise is not fitted."""
+def test_repeated_samples_do_not_make_noise_look_like_signal() -> None:
+    """Each noisy sample of a line is repeated ten times; with the correlation length known, noise is not fitted."""
     s = np.linspace(0, 1, 1000)
     steps = np.repeat(1e-2 * np.random.default_rng(3).standard_normal(100), 10)
     smoother = Smoother(condense(s, (s + steps)[:, None], 52), 4)

@@ -1,4 +1,4 @@
-"""Plans without a certificate: what is checked of them is what is played."""
+"""Plans without a certificate: the check against limits covers the trajectory that is played."""
 
 import numpy as np
 import pytest
@@ -12,8 +12,8 @@ from motion.primitive import Primitive
 from motion.sampled import check_limits
 
 
-def test_the_paper_s_case_leaves_the_limits(figure: Primitive, ask, paper_limits: Limits):
-    """Fig. 3: planned all the same, with a negative margin, and named by the check."""
+def test_a_dmp_exceeds_the_position_limit_of_fig_3(figure: Primitive, ask, paper_limits: Limits):
+    """It is planned with a negative margin, and `check_limits` refuses it."""
     made = plan_dmp(figure, ask(goal=(-1.0, 10.0), limits=paper_limits))
     assert made.report.margin["position"][0] < -0.1
     with pytest.raises(LimitExceeded) as caught:
@@ -21,8 +21,8 @@ def test_the_paper_s_case_leaves_the_limits(figure: Primitive, ask, paper_limits
     assert caught.value.quantity == "position"
 
 
-def test_each_limit_is_checked(figure: Primitive, ask):
-    """One is enough; none is left by the demonstration itself."""
+def test_velocity_acceleration_and_jerk_limits_are_checked(figure: Primitive, ask):
+    """A plan that violates one of them is refused; the demonstration without limits passes."""
     names = ("velocities", "accelerations", "jerks")
     free = Limits.unlimited(1)
     check_limits(plan_dmp(figure, ask(start=(0.0, -1.0, float(figure.start.accelerations[0])), tail="coast")))
@@ -34,8 +34,8 @@ def test_each_limit_is_checked(figure: Primitive, ask):
         assert (caught.value.quantity, caught.value.bound) in ((quantity, bound), (quantity, -bound))
 
 
-def test_a_limit_passed_above_alone_is_found(figure: Primitive, ask):
-    """The demonstration ends at 1 rad, its highest place."""
+def test_a_violation_of_the_upper_position_limit_alone_is_refused(figure: Primitive, ask):
+    """The demonstration ends at 1 rad, its highest position."""
     free = np.array([np.inf])
     made = plan_dmp(figure, ask(limits=Limits(np.array([[-5.0, 0.5]]), free, free, free), tail="coast"))
     with pytest.raises(LimitExceeded) as caught:
@@ -45,8 +45,9 @@ def test_a_limit_passed_above_alone_is_found(figure: Primitive, ask):
 
 
 @pytest.mark.parametrize("method", [plan_dmp, plan_gaussian])
-def test_the_trajectory_is_smooth_and_ends_at_rest(figure: Primitive, ask, paper_limits: Limits, method):
-    """Positions, velocities and accelerations go on where pieces meet; the last piece rests."""
+def test_the_trajectory_is_twice_continuously_differentiable_and_ends_at_rest(
+    figure: Primitive, ask, paper_limits: Limits, method
+):
     made = method(figure, ask(goal=(0.5, 4.0), duration=0.9, limits=paper_limits))
     motion = made.trajectory
     lengths = np.diff(motion.breaks)[:-1, None]
@@ -54,8 +55,8 @@ def test_the_trajectory_is_smooth_and_ends_at_rest(figure: Primitive, ask, paper
     powers = np.arange(6)
     position = (c * lengths ** powers[:, None, None]).sum(axis=0)
     velocity = (powers[1:, None, None] * c[1:] * lengths ** powers[:5, None, None]).sum(axis=0)
-    bend = (powers[2:] * powers[1:5])[:, None, None]
-    acceleration = (bend * c[2:] * lengths ** powers[:4, None, None]).sum(axis=0)
+    factors = (powers[2:] * powers[1:5])[:, None, None]
+    acceleration = (factors * c[2:] * lengths ** powers[:4, None, None]).sum(axis=0)
     assert np.abs(after[0] - position).max() < 1e-12
     assert np.abs(after[1] - velocity).max() < 1e-9
     assert np.abs(2 * after[2] - acceleration).max() < 1e-6
@@ -63,13 +64,12 @@ def test_the_trajectory_is_smooth_and_ends_at_rest(figure: Primitive, ask, paper
     assert made.total_duration >= motion.duration
 
 
-def test_extremes_are_those_between_samples_too(figure: Primitive, ask):
-    """Every quantity of every piece, the jerk by its own polynomial."""
+def test_extremes_include_those_between_samples(figure: Primitive, ask):
     made = plan_gaussian(figure, ask(start=(0.5, -1.0), goal=(1.0, 5.0), duration=0.8, tail="coast"))
     x = np.linspace(0, 1, 41) * 0.8 / 1000
     c = made.trajectory.coefficients[:-1, 0]
     jerks = np.polynomial.polynomial.polyval(x, (c[:, 3:] * [6, 24, 60]).T)
-    # Where pieces meet the jerk itself jumps a little.
+    # The jerk jumps slightly between pieces, hence the tolerance.
     assert made.report.extremes["jerk"][0] == pytest.approx([jerks.min(), jerks.max()], rel=1e-5)
 
 

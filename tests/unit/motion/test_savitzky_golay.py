@@ -1,4 +1,4 @@
-"""The paper's filter, and the spline that follows it."""
+"""The Savitzky-Golay filter of the paper, and the spline fitted to its output."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ POSITIONS = strike(TIMES)
 
 
 def test_window_is_in_seconds() -> None:
-    """The same recording at half the speed needs twice the window to be smoothed alike."""
+    """The same recording at half the speed needs twice the window for the same result."""
     noisy = POSITIONS + np.random.default_rng(0).uniform(-1e-3, 1e-3, len(TIMES))
     used, places, accelerations = filtered(Demonstration(TIMES, noisy[:, None]), SavitzkyGolay(0.1, 5))
     _, slow_places, slow_accelerations = filtered(Demonstration(2 * TIMES, noisy[:, None]), SavitzkyGolay(0.2, 5))
@@ -32,7 +32,7 @@ def test_uneven_times_are_resampled() -> None:
     assert np.abs(accelerations[:, 0] - strike_acceleration(TIMES)).max() < 2
 
 
-def test_times_too_close_for_a_filter_are_named() -> None:
+def test_times_too_close_for_the_filter_are_refused_with_their_samples() -> None:
     times = np.sort(np.append(TIMES, TIMES[100] + 1e-9))
     with pytest.raises(InvalidMotion, match="samples 100 and 101 are 1e-09 s apart"):
         filtered(Demonstration(times, times[:, None]), SavitzkyGolay(0.1, 5))
@@ -40,8 +40,8 @@ def test_times_too_close_for_a_filter_are_named() -> None:
 
 @pytest.mark.parametrize("window", [0.02, 0.05, 0.1])
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
-def test_the_imitated_accelerations_are_the_filter_s(window: float, noise: float) -> None:
-    """As well as the functions can: no worse than if nothing but accelerations were fitted."""
+def test_the_splines_accelerations_are_the_filters(window: float, noise: float) -> None:
+    """Within 10 % of the error of a spline fitted to the accelerations alone."""
     noisy = POSITIONS + noise * np.random.default_rng(0).standard_normal(len(TIMES))
     wanted = np.asarray(savgol_filter(noisy, round(window * 1000) | 1, 5, deriv=2, delta=1e-3))
     primitive = learn(Demonstration(TIMES, noisy[:, None]), SavitzkyGolay(window, 5))
@@ -52,8 +52,8 @@ def test_the_imitated_accelerations_are_the_filter_s(window: float, noise: float
     assert primitive.position_max[0] < 0.002
 
 
-def test_places_do_not_drift() -> None:
-    """A minute of the filter's accelerations, integrated twice, ends where the demonstration does."""
+def test_positions_do_not_drift() -> None:
+    """The spline of 60 s of filtered accelerations stays within 5 mrad of the demonstration."""
     times = np.linspace(0, 60, 6001)
     shown = 0.5 * np.sin(times)[:, None]
     noisy = shown + 1e-3 * np.random.default_rng(0).standard_normal(shown.shape)
@@ -72,6 +72,6 @@ def test_places_do_not_drift() -> None:
         (SavitzkyGolay(0.1, 1), "at least 2"),
     ],
 )
-def test_windows_that_do_not_fit_are_refused(smoothing: SavitzkyGolay, words: str) -> None:
+def test_invalid_windows_and_degrees_are_refused(smoothing: SavitzkyGolay, words: str) -> None:
     with pytest.raises(InvalidMotion, match=words):
         learn(Demonstration(TIMES, POSITIONS[:, None]), smoothing)

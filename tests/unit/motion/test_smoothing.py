@@ -1,4 +1,4 @@
-"""Splines fitted to samples: positions are kept for every recorder; accelerations come near the best filter's."""
+"""Splines fitted to samples: errors of their positions and accelerations for various recorders."""
 
 import numpy as np
 import pytest
@@ -22,18 +22,18 @@ TWELVE_BITS = 2 * np.pi / 4096
 
 
 def learned(times: np.ndarray, positions: np.ndarray, basis_count: int | None = None) -> Fit:
-    """The fit of one joint."""
+    """Fit one joint's samples: times (n,), s, and positions (n,), rad."""
     duration = times[-1] - times[0]
     return fit((times - times[0]) / duration, positions[:, None], duration, basis_count)
 
 
-def place(found: Fit, s: np.ndarray) -> np.ndarray:
-    """Positions of the first joint."""
+def positions_of(found: Fit, s: np.ndarray) -> np.ndarray:
+    """Return positions of the first joint at phases (n,)."""
     return splines.derivative(found.control_points, s, 0)[:, 0]
 
 
-def bend(found: Fit, s: np.ndarray, duration: float = 1.0) -> np.ndarray:
-    """Accelerations of the first joint, rad/s²."""
+def accelerations_of(found: Fit, s: np.ndarray, duration: float = 1.0) -> np.ndarray:
+    """Return accelerations of the first joint at phases (n,), rad/s²."""
     return splines.derivative(found.control_points, s, 2)[:, 0] / duration**2
 
 
@@ -50,44 +50,48 @@ def rms(values: np.ndarray) -> float:
     ("rate", "noise", "tick"),
     [(500, 0, 0), (500, 1e-3, 0), (500, 0, 1e-3), (1000, 0, 1e-3), (200, 0, TWELVE_BITS), (1000, 0, TWELVE_BITS)],
 )
-def test_places_are_kept(curve: Curve, duration: float, rate: float, noise: float, tick: float) -> None:
-    """Within 1 % of the range or 5 mrad, and so few functions that planning stays quick."""
+def test_positions_are_within_1_percent_or_5_mrad(
+    curve: Curve, duration: float, rate: float, noise: float, tick: float
+) -> None:
+    """With at most 400 functions, 50 for the strike of 1 s."""
     times = stamped(duration, rate)
     shown = curve(times)
     recorded = shown + noise * np.random.default_rng(1).standard_normal(len(times))
     found = learned(times, rounded(recorded, tick) if tick else recorded)
-    assert np.abs(place(found, times / duration) - shown).max() < max(0.01 * np.ptp(shown), 0.005)
+    assert np.abs(positions_of(found, times / duration) - shown).max() < max(0.01 * np.ptp(shown), 0.005)
     assert found.basis_count <= (50 if duration == 1 else 400)
 
 
-def test_a_minute_is_followed() -> None:
+def test_a_recording_of_60_s_is_fitted() -> None:
     times = stamped(60.0, 100)
     shown = 0.5 * np.sin(0.7 * times) + 0.2 * np.sin(2.3 * times)
     found = learned(times, shown)
     assert found.basis_count <= 140
-    assert np.abs(place(found, times / 60) - shown).max() < 5e-4
+    assert np.abs(positions_of(found, times / 60) - shown).max() < 5e-4
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
-def test_a_strike_of_a_second_needs_fifty_functions(noise: float) -> None:
+def test_the_noise_of_a_strike_is_estimated_and_50_functions_suffice(noise: float) -> None:
     times = stamped(1.0, 500)
     found = learned(times, strike(times) + noise * np.random.default_rng(0).standard_normal(len(times)))
     assert found.basis_count == 50
     assert found.noise[0] == pytest.approx(noise, rel=0.2, abs=1e-8)
 
 
-def test_jittered_stamps_are_no_noise() -> None:
-    """Each sample counts at its own time."""
+def test_jitter_of_time_stamps_is_not_taken_for_noise() -> None:
+    """Each sample is fitted at its own time."""
     times = stamped(1.0, 100, jitter=0.3)
     s = (times - times[0]) / (times[-1] - times[0])
     found = learned(times, strike(times))
-    assert np.abs(place(found, s) - strike(times)).max() < 1e-4
+    assert np.abs(positions_of(found, s) - strike(times)).max() < 1e-4
 
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize(("curve", "noise", "rate"), [(strike, 1e-3, 500), (strike, 1e-2, 1000), ("reach", 1e-3, 500)])
-def test_accelerations_come_near_the_best_filter(curve: Curve | str, noise: float, rate: int, seed: int) -> None:
-    """The best window in hindsight, which nobody knows beforehand."""
+def test_acceleration_error_is_within_4_times_that_of_the_best_filter(
+    curve: Curve | str, noise: float, rate: int, seed: int
+) -> None:
+    """The best Savitzky-Golay window is chosen with knowledge of the true accelerations."""
     times = stamped(1.0, rate)
     if isinstance(curve, str):
         shown, truth = 0.5 * minimum_jerk(times), 30 * times * (1 + times * (2 * times - 3))
@@ -97,23 +101,23 @@ def test_accelerations_come_near_the_best_filter(curve: Curve | str, noise: floa
     windows = np.unique(np.geomspace(7, len(times) - 2, 30).astype(int) | 1)
     best = min(rms(savgol_filter(recorded, w, 5, deriv=2, delta=1 / rate) - truth) for w in windows.tolist())
     found = learned(times, recorded)
-    assert rms(bend(found, times) - truth) < 4 * best
-    assert rms(bend(found, times) - truth) < 0.1 * rms(truth)
+    assert rms(accelerations_of(found, times) - truth) < 4 * best
+    assert rms(accelerations_of(found, times) - truth) < 0.1 * rms(truth)
 
 
-def test_the_standard_error_is_one() -> None:
-    """It is neither too large nor too small, on the average of some recordings."""
+def test_the_standard_error_estimates_the_acceleration_error() -> None:
+    """The ratio of error to estimate is between 0.5 and 2, rms over ten recordings."""
     times = stamped(1.0, 500)
     ratios = []
     for seed in range(10):
         found = learned(times, strike(times) + 1e-3 * np.random.default_rng(seed).standard_normal(len(times)))
-        ratios.append(rms(bend(found, times) - strike_acceleration(times)) / found.acceleration_error[0])
+        ratios.append(rms(accelerations_of(found, times) - strike_acceleration(times)) / found.acceleration_error[0])
     assert 0.5 < rms(np.array(ratios)) < 2
 
 
 @pytest.mark.parametrize("tick", [0.0, 1e-3])
-def test_a_joint_that_stands_still_stays_still(tick: float) -> None:
-    """With noise, and where an encoder flickers by one tick; whatever the other joint does."""
+def test_noise_of_a_joint_at_rest_is_smoothed_away(tick: float) -> None:
+    """White noise, or an encoder that toggles by one tick; the other joint moves and is fitted closely."""
     times = stamped(2.0, 1000)
     if tick:
         still = np.where((times > 0.7) & (times < 0.705), 0.3 + tick, 0.3)
@@ -127,43 +131,42 @@ def test_a_joint_that_stands_still_stays_still(tick: float) -> None:
     assert rms(found_accelerations[:, 1] - strike_acceleration(s) / 4) < 0.02 * rms(strike_acceleration(s) / 4)
 
 
-def test_equal_samples_are_a_rest() -> None:
+def test_equal_samples_give_a_joint_at_rest() -> None:
     found = learned(stamped(1.0, 100), np.full(101, 0.7))
     s = np.linspace(0, 1, 101)
-    assert np.abs(place(found, s) - 0.7).max() < 1e-9
-    assert np.abs(bend(found, s)).max() < 1e-6
+    assert np.abs(positions_of(found, s) - 0.7).max() < 1e-9
+    assert np.abs(accelerations_of(found, s)).max() < 1e-6
 
 
-def test_a_gap_is_bridged() -> None:
-    """Smoothly, as the rest of the movement goes on."""
+def test_a_gap_in_the_samples_is_interpolated_smoothly() -> None:
     times = stamped(4.0, 500)
     shown = 0.5 * np.sin(2 * times)
     there = (times < 1.5) | (times > 2.0)
     recorded = shown + 1e-3 * np.random.default_rng(0).standard_normal(len(times))
     found = learned(times[there], recorded[there])
-    assert np.abs(place(found, times / 4) - shown).max() < 0.005
+    assert np.abs(positions_of(found, times / 4) - shown).max() < 0.005
 
 
 @pytest.mark.parametrize("samples", [10, 11, 23, 40])
-def test_few_samples_do(samples: int) -> None:
+def test_few_samples_suffice(samples: int) -> None:
     times = np.linspace(0, 1, samples)
     found = learned(times, minimum_jerk(times))
     assert 20 <= found.basis_count <= max(samples, 20)
-    assert np.abs(place(found, times) - minimum_jerk(times)).max() < 1e-3
+    assert np.abs(positions_of(found, times) - minimum_jerk(times)).max() < 1e-3
 
 
-def test_without_smoothing_the_samples_are_met() -> None:
-    """By fifty functions where these do, by as many as it takes otherwise."""
+def test_without_smoothing_the_samples_are_interpolated() -> None:
+    """With 50 functions if they suffice, otherwise with up to 400."""
     times = stamped(1.0, 500)
     exact = interpolate(times, strike(times)[:, None], 1.0)
     assert exact.basis_count == 50
-    assert np.abs(place(exact, times) - strike(times)).max() < 1e-6
+    assert np.abs(positions_of(exact, times) - strike(times)).max() < 1e-6
     rough = strike(times) + 1e-4 * np.random.default_rng(0).standard_normal(len(times))
     close = interpolate(times, rough[:, None], 1.0)
     assert close.basis_count == 400
-    assert rms(place(close, times) - rough) < 1e-4
+    assert rms(positions_of(close, times) - rough) < 1e-4
 
 
-def test_the_number_of_functions_can_be_given() -> None:
+def test_the_number_of_functions_can_be_chosen() -> None:
     times = stamped(1.0, 500)
     assert learned(times, strike(times), 30).basis_count == 30

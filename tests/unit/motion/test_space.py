@@ -1,4 +1,4 @@
-"""The spline space, its metric and its hulls against quadrature and fine sampling."""
+"""The spline space, its metric and its hulls compared with quadrature and fine sampling."""
 
 import numpy as np
 import pytest
@@ -61,7 +61,7 @@ def test_curves_lie_in_their_hulls(refinement: int, touched: tuple[float, ...]) 
         curve = space.rows_at(quantity, S) @ x
         assert curve.max() <= points[own].max() + 1e-12 * np.ptp(curve)
         assert curve.min() >= points[own].min() - 1e-12 * np.ptp(curve)
-        # They act most where they are said to: finer ones lie near the curve there.
+        # Refined control points lie near the curve at their abscissae.
         away = np.abs(points[own] - np.interp(hull.s[own], S, curve)).max() / np.ptp(curve)
         assert away < (2.0, 0.3, 0.02)[(1, 3, 16).index(refinement)]
         for place in touched:
@@ -70,8 +70,8 @@ def test_curves_lie_in_their_hulls(refinement: int, touched: tuple[float, ...]) 
 
 
 @pytest.mark.parametrize("refinement", [1, 3])
-def test_a_control_point_ceases_to_act(refinement: int) -> None:
-    """Behind that place the curve no longer knows of it."""
+def test_a_control_point_has_no_influence_behind_its_support(refinement: int) -> None:
+    """`ceases` is at most degree + 1 knot intervals behind the abscissa."""
     space = make_space(20, 2.0)
     hull = make_hull(space, refinement)
     degree = 5 - hull.quantity
@@ -81,8 +81,8 @@ def test_a_control_point_ceases_to_act(refinement: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_extremes_are_those_of_the_curve(seed: int) -> None:
-    """Of random waves, a constant, a line, and one whose peak lies on a knot."""
+def test_extremes_agree_with_fine_sampling(seed: int) -> None:
+    """For random waves, a constant, a line, and a curve with its peak on a knot."""
     rng = np.random.default_rng(seed)
     waves = rng.uniform(1, 25, (5, 6, 1)) * splines.greville(30, 5) + rng.uniform(0, 6, (5, 6, 1))
     points = (rng.normal(size=(5, 6, 1)) * np.sin(waves)).sum(axis=1)
@@ -106,8 +106,8 @@ def test_extremes_are_those_of_the_curve(seed: int) -> None:
 
 
 @pytest.mark.parametrize("count", [7, 22, 52, 402])
-def test_trajectories_are_scipys_polynomials(count: int) -> None:
-    """On both sides of every knot, in any duration."""
+def test_trajectories_agree_with_scipys_splines(count: int) -> None:
+    """On both sides of every knot, for a duration other than 1 s."""
     points = np.random.default_rng(count).normal(size=(3, count))
     trajectory = trajectory_of(curves_of(points), 2.5)
     assert trajectory.coefficients.shape == (count - 5, 3, 6)

@@ -1,4 +1,4 @@
-"""B-splines against scipy's, and against what they are defined by."""
+"""B-splines compared with scipy's and with their defining properties."""
 
 import numpy as np
 import pytest
@@ -11,18 +11,18 @@ S = np.linspace(0, 1, 4001)
 
 
 def scipys(points: np.ndarray, degree: int) -> BSpline:
-    """The curve of control points (n,) or (n, J) on clamped uniform knots, made here."""
+    """Return scipy's spline with control points (n,) or (n, J) on clamped uniform knots."""
     inner = np.linspace(0, 1, len(points) - degree + 1)
     return BSpline(np.r_[np.zeros(degree), inner, np.ones(degree)], points, degree)
 
 
-def drawn(count: int, joints: int | None = None) -> np.ndarray:
+def random_points(count: int, joints: int | None = None) -> np.ndarray:
     return np.random.default_rng(count).normal(size=count if joints is None else (count, joints))
 
 
 @pytest.mark.parametrize(("count", "degree"), CASES)
-def test_rows_are_the_functions(count: int, degree: int) -> None:
-    rows, points = splines.rows(count, degree, S), drawn(count)
+def test_rows_are_the_basis_functions(count: int, degree: int) -> None:
+    rows, points = splines.rows(count, degree, S), random_points(count)
     assert rows.shape == (len(S), count)
     assert np.abs(rows @ points - scipys(points, degree)(S)).max() < 1e-12
     assert np.abs(rows.sum(axis=1) - 1).max() < 1e-13
@@ -31,7 +31,7 @@ def test_rows_are_the_functions(count: int, degree: int) -> None:
 
 @pytest.mark.parametrize(("count", "degree"), CASES)
 def test_integration_and_differentiation(count: int, degree: int) -> None:
-    points = drawn(count)
+    points = random_points(count)
     curve = scipys(points, degree)
     integral = splines.integration(count, degree) @ points
     assert np.abs(scipys(integral, degree + 1)(S) - curve.antiderivative()(S)).max() < 1e-13
@@ -52,12 +52,12 @@ def test_greville_abscissae_are_the_control_points_of_a_line(count: int, degree:
 @pytest.mark.parametrize(("count", "degree"), CASES[:6])
 @pytest.mark.parametrize("refinement", [1, 2, 3, 16])
 def test_insertion_is_exact(count: int, degree: int, refinement: int) -> None:
-    """The curve stays the same on the finer knots, and its control points come nearer to it."""
+    """The curve is the same on refined knots, and its control points approach it."""
     inner = np.linspace(0, 1, (count - degree) * refinement + 1)
     inner[::refinement] = splines.knots(count, degree)[degree:-degree]
     finer = np.concatenate([np.zeros(degree), inner, np.ones(degree)])
     matrix = splines.insertion(count, degree, finer)
-    points = drawn(count)
+    points = random_points(count)
     refined = matrix @ points
     curve = scipys(points, degree)
     assert np.abs(BSpline(finer, refined, degree)(S) - curve(S)).max() < 1e-12 * np.abs(points).max()
@@ -70,9 +70,9 @@ def test_insertion_is_exact(count: int, degree: int, refinement: int) -> None:
 
 @pytest.mark.parametrize("degree", [2, 3, 4, 5])
 @pytest.mark.parametrize("s", [0.01, 0.31, 0.5, 0.99])
-def test_repeated_knots_make_the_curve_a_control_point(degree: int, s: float) -> None:
-    """As a waypoint on its limit needs it."""
-    points = drawn(20)
+def test_a_knot_of_full_multiplicity_makes_the_curve_pass_through_a_control_point(degree: int, s: float) -> None:
+    """A waypoint on its limit needs such a knot."""
+    points = random_points(20)
     curve = scipys(points, degree)
     finer = np.sort(np.concatenate([curve.t, np.full(degree, s)]))
     refined = splines.insertion(20, degree, finer) @ points
@@ -80,7 +80,7 @@ def test_repeated_knots_make_the_curve_a_control_point(degree: int, s: float) ->
     assert np.abs(refined - curve(s)).min() < 1e-12
 
 
-def test_what_is_shared_cannot_be_changed() -> None:
+def test_cached_arrays_are_read_only() -> None:
     shared = splines.knots(20, 3), splines.integration(20, 3), splines.differentiation(20, 3), splines.greville(20, 3)
     for array in shared:
         with pytest.raises(ValueError, match="read-only"):

@@ -1,4 +1,4 @@
-"""What is kept of a primitive on disk."""
+"""Primitives as arrays on disk."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ S = np.linspace(0, 1, 1001)
 
 @pytest.fixture(scope="module")
 def figure() -> Primitive:
-    """The figures' demonstration."""
+    """The demonstration of the paper's figures."""
     return learn(Demonstration(S, strike(S)[:, None]))
 
 
@@ -36,7 +36,7 @@ def test_round_trip_is_exact(tmp_path: Path, smoothing: SavitzkyGolay) -> None:
     assert (after.duration, after.samples, after.basis_count) == (before.duration, 200, 20)
 
 
-def test_malformed_arrays_are_refused_by_name(figure: Primitive) -> None:
+def test_missing_or_malformed_arrays_are_refused_by_name(figure: Primitive) -> None:
     arrays = to_arrays(figure)
     for name in arrays.keys() - {"spread"}:
         with pytest.raises(InvalidMotion, match="is missing") as refusal:
@@ -57,7 +57,7 @@ def test_malformed_arrays_are_refused_by_name(figure: Primitive) -> None:
 
 
 def gaussian_arrays(positions: np.ndarray, duration: float) -> dict[str, np.ndarray]:
-    """What the version of the Gaussian weights wrote of smoothed positions (1001, J)."""
+    """Return arrays as written by the version with Gaussian weights, for smoothed positions (1001, J)."""
     joints = positions.shape[1]
     accelerations = np.gradient(np.gradient(positions, duration / 1000, axis=0), duration / 1000, axis=0)
     return {
@@ -73,8 +73,8 @@ def gaussian_arrays(positions: np.ndarray, duration: float) -> dict[str, np.ndar
     }
 
 
-def test_the_form_with_gaussian_weights_is_read() -> None:
-    """Its positions are what it showed; what was known of the recording is kept."""
+def test_arrays_with_gaussian_weights_are_converted() -> None:
+    """Positions and metadata of the recording are kept."""
     positions = np.stack([strike(S), np.full(1001, 0.3)], axis=1)
     primitive = from_arrays(gaussian_arrays(positions, 2.0))
     assert np.abs(primitive.positions(S) - positions).max() < 1e-6
@@ -88,7 +88,7 @@ def test_the_form_with_gaussian_weights_is_read() -> None:
     ("name", "value"),
     [("positions", np.zeros((7, 2))), ("positions", np.full((1001, 2), np.nan)), ("duration", np.array(-1.0))],
 )
-def test_a_malformed_one_is_refused_by_name(name: str, value: np.ndarray) -> None:
+def test_malformed_arrays_with_gaussian_weights_are_refused_by_name(name: str, value: np.ndarray) -> None:
     arrays = gaussian_arrays(np.zeros((1001, 2)), 1.0)
     for broken in (arrays | {name: value}, {k: v for k, v in arrays.items() if k != name}):
         with pytest.raises(InvalidMotion) as refusal:

@@ -1,4 +1,4 @@
-"""Which motion a goal corrects, and where in the demonstration it goes on."""
+"""The motion that a goal corrects, and the phase of the demonstration at which the correction begins."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from services.planner.corrections import KEPT, Correction, Corrections
 ZEROS = [0.0] * 2
 
 END = (0.5, 1.0)
-"""The posture at the hit."""
+"""Posture at the hit, rad."""
 
 
 def goal(goal_id: str, revises: str | None = None, primitive: str = "forehand") -> m.Goal:
@@ -22,32 +22,32 @@ def reference(time: float, goal_id: str | None) -> m.Reference:
 
 @pytest.fixture
 def corrections() -> Corrections:
-    """One motion from 10 s that hits at 12 s, and another after it."""
+    """Corrections with one motion from 10 s that hits at 12 s."""
     kept = Corrections()
     kept.note(goal("first"), "first", 10.0, 2.0, 0.0, END)
     return kept
 
 
-def test_a_goal_that_corrects_nothing(corrections: Corrections):
+def test_a_goal_without_revises_is_no_correction(corrections: Corrections):
     assert corrections.correction(goal("new"), reference(10.5, "first")) is None
 
 
-def test_the_phase_runs_evenly_to_the_hit(corrections: Corrections):
-    """Of the demonstration, from where the motion itself began; so does that of a correction."""
+def test_the_phase_increases_uniformly_to_the_hit(corrections: Corrections):
+    """From the phase at which the motion, or the correction, began."""
     assert corrections.correction(goal("a", "first"), reference(10.5, "first")) == Correction(0.25, 12.0, END)
     corrections.note(goal("a", "first"), "a", 10.5, 1.0, 0.25, END)
     assert corrections.correction(goal("b", "first"), reference(11.0, "a")) == Correction(0.625, 11.5, END)
 
 
-def test_any_goal_of_the_chain_names_it(corrections: Corrections):
+def test_any_goal_of_a_chain_of_corrections_can_be_revised(corrections: Corrections):
     corrections.note(goal("a", "first"), "a", 10.5, 1.5, 0.25, END)
     corrections.note(goal("b", "a"), "b", 11.0, 1.0, 0.5, END)
     for revised in ("first", "a", "b"):
         assert corrections.correction(goal("c", revised), reference(11.5, "b")) == Correction(0.75, 12.0, END)
 
 
-def test_a_correction_before_one_that_was_accepted_continues_what_is_played(corrections: Corrections):
-    """The reference says whose motion it is a point of."""
+def test_a_correction_before_the_start_of_an_accepted_one_continues_the_present_motion(corrections: Corrections):
+    """The reference has the goal id of its motion."""
     corrections.note(goal("a", "first"), "a", 11.0, 1.0, 0.5, END)
     assert corrections.correction(goal("b", "a"), reference(10.5, "first")) == Correction(0.25, 12.0, END)
 
@@ -60,14 +60,14 @@ def test_a_correction_before_one_that_was_accepted_continues_what_is_played(corr
         (goal("x", "first"), reference(10.5, "first"), 0.0),
         (goal("x", "first"), reference(11.5, None), 0.0),
         (goal("x", "old"), reference(0.5, None), 0.0),
-        (goal("x", "nobody"), reference(9.5, None), 0.0),
+        (goal("x", "absent"), reference(9.5, None), 0.0),
         (goal("x"), reference(9.5, None), 0.0),
     ],
 )
-def test_a_correction_waits_until_its_motion_begins(
+def test_a_correction_waits_for_the_start_of_its_motion(
     corrections: Corrections, asked: m.Goal, at: m.Reference, ahead: float
 ):
-    """A first motion has a longer lead than a correction, which may be asked for before."""
+    """A motion has a longer lead than its correction, which can be requested before the motion starts."""
     corrections.note(goal("a", "first"), "a", 11.0, 1.0, 0.5, END)
     corrections.note(goal("old"), "old", 70.0, 1.0, 0.0, END)  # of an earlier run
     assert corrections.until_begin(asked, at) == pytest.approx(ahead)
@@ -76,7 +76,7 @@ def test_a_correction_waits_until_its_motion_begins(
 @pytest.mark.parametrize(
     ("asked", "at", "code"),
     [
-        (goal("x", "nobody"), reference(10.5, "first"), "unknown_goal"),
+        (goal("x", "absent"), reference(10.5, "first"), "unknown_goal"),
         (goal("x", "first", "backhand"), reference(10.5, "first"), "invalid_goal"),
         (goal("x", "first"), reference(12.0, "first"), "late"),
         (goal("x", "first"), reference(13.0, None), "late"),
@@ -85,7 +85,9 @@ def test_a_correction_waits_until_its_motion_begins(
         (goal("x", "first"), reference(11.0, "unknown"), "superseded"),
     ],
 )
-def test_what_cannot_be_corrected(corrections: Corrections, asked: m.Goal, at: m.Reference, code: str):
+def test_corrections_that_are_impossible_are_refused(
+    corrections: Corrections, asked: m.Goal, at: m.Reference, code: str
+):
     corrections.note(goal("other"), "other", 11.0, 1.0, 0.0, END)
     with pytest.raises(Refusal) as refusal:
         corrections.correction(asked, at)
@@ -94,7 +96,7 @@ def test_what_cannot_be_corrected(corrections: Corrections, asked: m.Goal, at: m
         assert f"the hit of goal 'first' is at 12.000 s, but a correction can begin at {at.time:.3f} s" in str(refusal)
 
 
-def test_the_oldest_are_forgotten(corrections: Corrections):
+def test_the_oldest_motions_are_forgotten(corrections: Corrections):
     for index in range(KEPT):
         corrections.note(goal(f"g{index}"), f"g{index}", 20.0, 1.0, 0.0, END)
     with pytest.raises(Refusal, match="first"):
@@ -102,8 +104,8 @@ def test_the_oldest_are_forgotten(corrections: Corrections):
     assert corrections.correction(goal("x", "g0"), reference(20.5, "g0")) == Correction(0.5, 21.0, END)
 
 
-def test_the_first_of_a_long_chain_stays_known(corrections: Corrections):
-    """While corrections name it, however many there are."""
+def test_the_first_goal_of_a_long_chain_is_not_forgotten(corrections: Corrections):
+    """As long as corrections refer to it."""
     for index in range(2 * KEPT):
         corrections.note(goal(f"g{index}", "first"), f"g{index}", 10.0, 2.0, 0.0, END)
     last = f"g{2 * KEPT - 1}"

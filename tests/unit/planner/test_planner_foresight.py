@@ -1,4 +1,4 @@
-"""Where a correction begins, without a question to the controller."""
+"""Prediction of the reference at which a correction begins, without a request to the controller."""
 
 import time
 from dataclasses import dataclass, field
@@ -25,12 +25,12 @@ from tests.closed_loop import ClosedLoop
 ROBOT = load_robot()
 REST = np.zeros(ROBOT.joint_count)
 PACE = 0.5
-"""Robot time over wall time."""
+"""Robot time per wall-clock time."""
 
 
 @dataclass
 class Swing:
-    """An arm that plays a motion of the planner, and what the planner foresees; the wall clock is twice as fast."""
+    """A closed loop that plays a motion of the planner, the planner's prediction, and a fake wall clock."""
 
     loop: ClosedLoop
     foresight: Foresight
@@ -38,7 +38,7 @@ class Swing:
     wall: list[float] = field(default_factory=lambda: [100.0])
 
     def turn(self, ticks: int) -> None:
-        """Let time pass; the planner receives a status every 20 ticks, at once."""
+        """Advance the loop and the clock; the planner receives a status every 20 ticks, without delay."""
         for tick in range(ticks):
             self.loop.turn(1)
             self.wall[0] += ROBOT.tick / PACE
@@ -46,7 +46,7 @@ class Swing:
                 self.foresight.receive(self.loop.controller.status())
 
     def both(self, lead: float) -> tuple[m.Reference | None, m.Reference]:
-        """What is foreseen, and what the controller says at the same time."""
+        """Return the predicted reference and the controller's own at the same time."""
         return self.foresight.reference(lead), self.loop.controller.reference(m.ReferenceRequest(lead=lead))
 
 
@@ -72,41 +72,41 @@ def swing(forehand: Primitive, monkeypatch: pytest.MonkeyPatch) -> Swing:
     return swing
 
 
-def test_it_is_what_the_controller_says(swing: Swing):
+def test_the_prediction_agrees_with_the_controllers_reference(swing: Swing):
     swing.turn(210)
     for lead in (0.0, 0.0123, 0.2):
-        foreseen, said = swing.both(lead)
-        assert foreseen is not None
-        assert (foreseen.time, foreseen.epoch, foreseen.goal_id) == (pytest.approx(said.time), said.epoch, "g1")
+        predicted, said = swing.both(lead)
+        assert predicted is not None
+        assert (predicted.time, predicted.epoch, predicted.goal_id) == (pytest.approx(said.time), said.epoch, "g1")
         for name in ("positions", "velocities", "accelerations"):
-            assert getattr(foreseen, name) == pytest.approx(getattr(said, name), abs=1e-9), name
-        assert max(map(abs, foreseen.velocities)) > 0.01
+            assert getattr(predicted, name) == pytest.approx(getattr(said, name), abs=1e-9), name
+        assert max(map(abs, predicted.velocities)) > 0.01
 
 
-def test_a_status_that_is_taken_in_late_does_not_matter(swing: Swing):
+def test_a_status_received_late_does_not_change_the_prediction(swing: Swing):
     swing.turn(200)
     late = swing.loop.controller.status()
     swing.loop.turn(5)
     swing.wall[0] += 5 * ROBOT.tick / PACE
     swing.foresight.receive(late)
-    foreseen, said = swing.both(0.01)
-    assert foreseen is not None
-    assert foreseen.time == pytest.approx(said.time, abs=1.1 * ROBOT.tick)
+    predicted, said = swing.both(0.01)
+    assert predicted is not None
+    assert predicted.time == pytest.approx(said.time, abs=1.1 * ROBOT.tick)
 
 
-def test_the_pace_is_that_of_the_robot(swing: Swing):
+def test_the_robots_pace_is_estimated(swing: Swing):
     assert swing.foresight.pace is None
     swing.turn(100)
     assert swing.foresight.pace == pytest.approx(PACE)
 
 
-def test_what_only_the_controller_knows(swing: Swing):
-    assert swing.foresight.reference(0.01) is None  # nothing was received
+def test_there_is_no_prediction_without_a_current_status_and_motion(swing: Swing):
+    assert swing.foresight.reference(0.01) is None  # no status yet
     swing.turn(100)
     assert swing.foresight.reference(0.01) is not None
-    assert swing.foresight.reference(5.0) is None  # after the end
+    assert swing.foresight.reference(5.0) is None  # after the motion's end
     swing.wall[0] += 0.2
-    assert swing.foresight.reference(0.01) is None  # the controller is silent
+    assert swing.foresight.reference(0.01) is None  # no status for too long
     swing.turn(100)
     assert swing.foresight.reference(0.01) is not None
     swing.loop.controller.cancel(m.Cancel())
@@ -114,26 +114,26 @@ def test_what_only_the_controller_knows(swing: Swing):
     assert swing.foresight.reference(0.01) is None  # another epoch
 
 
-def test_a_motion_that_has_not_begun(swing: Swing):
+def test_there_is_no_prediction_before_the_motion_begins(swing: Swing):
     swing.foresight.note("g2", swing.loop.controller.status().time + 0.3, 1, swing.played)
     swing.turn(100)
     assert swing.foresight.reference(0.01) is None
 
 
-def test_a_correction_that_was_foreseen_in_an_old_epoch_moves_nothing(swing: Swing):
+def test_a_correction_predicted_in_an_old_epoch_is_refused_by_the_controller(swing: Swing):
     swing.turn(100)
-    foreseen = swing.foresight.reference(0.02)
-    assert foreseen is not None
+    predicted = swing.foresight.reference(0.02)
+    assert predicted is not None
     swing.loop.controller.cancel(m.Cancel())
     stale = m.Trajectory(
         goal_id="g2",
-        epoch=foreseen.epoch,
+        epoch=predicted.epoch,
         joint_names=list(ROBOT.joint_names),
-        start_time=foreseen.time,
+        start_time=predicted.time,
         dt=ROBOT.tick,
         count=1,
         hit_index=0,
-        positions=np.array(foreseen.positions).tobytes(),
+        positions=np.array(predicted.positions).tobytes(),
         velocities=REST.tobytes(),
         accelerations=REST.tobytes(),
     )
@@ -142,8 +142,8 @@ def test_a_correction_that_was_foreseen_in_an_old_epoch_moves_nothing(swing: Swi
     assert refused.value.code == "superseded"
 
 
-def test_another_controller_plays_nothing_of_this_planner(swing: Swing):
-    """Its epochs begin again, so that one of them may be that of the motion."""
+def test_there_is_no_prediction_after_another_controller_took_over(swing: Swing):
+    """Its epochs start again, so one of them can be equal to the motion's."""
     swing.turn(110)
     assert swing.foresight.reference(0.02) is not None
     status = swing.loop.controller.status()

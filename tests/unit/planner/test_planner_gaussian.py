@@ -1,10 +1,11 @@
-"""Goals of the method "gaussian" are planned beside the planner's loop, on a real bus and in a real process.
+"""Goals of the method "gaussian" are planned concurrently with the planner's loop, by a worker process.
 
-What happens while such a goal is planned is tested with that process stopped, so that no test depends on its speed.
+Tests of what happens during planning suspend the worker, so that they do not depend on its speed.
 """
 
 import logging
 import os
+import pickle
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ from typing import Any
 import pytest
 
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
+from motion.sampled import SampledPlan
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
@@ -29,6 +31,7 @@ from services.planner.lead_time import LeadTime
 from services.planner.learning import learn_from_csv
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
+from services.planner.worker import Task
 from tests.connections import unread
 from tests.waiting import PATIENCE_S, eventually
 
@@ -40,12 +43,12 @@ STRIKE: dict[str, Any] = {"primitive": "forehand", "positions": list(HIT), "velo
 
 
 def strike(**fields: Any) -> m.Goal:
-    """The forehand by the paper's own formulation, unless `fields` say otherwise."""
+    """Return a goal for the forehand by the paper's formulation, with changed `fields`."""
     return m.Goal(**{**STRIKE, "method": "gaussian", **fields})
 
 
 class Controller:
-    """A controller at rest that accepts what is planned under its newest epoch; its clock stands still."""
+    """A controller at rest, with a constant clock, that accepts plans of its newest epoch."""
 
     def __init__(self, bus: Bus) -> None:
         self.executed: list[str] = []
@@ -89,8 +92,8 @@ class Controller:
         return m.Accepted(goal_id=asked.goal_id, start_time=asked.start_time)
 
 
-class Desk:
-    """A client, the controller, and the planner's loop between them."""
+class PlannerHarness:
+    """A client, a controller, and the planner's loop between them."""
 
     def __init__(self, client: Bus, controller: Controller, loop: Loop) -> None:
         self.controller = controller
@@ -98,7 +101,7 @@ class Desk:
         self._client = client
 
     def send(self, goal: m.Goal) -> Callable[[], m.GoalReply]:
-        """Send a goal; what is returned waits for its answer."""
+        """Send a goal, and return a function that waits for its answer."""
         return self._client.send(topics.GOAL, goal, PATIENCE_S)
 
     def ask(self, goal: m.Goal) -> m.GoalReply:
@@ -106,20 +109,20 @@ class Desk:
         return self.send(goal)()
 
     def refusal(self, answer: Callable[[], m.GoalReply]) -> Refusal:
-        """The refusal of a goal that was sent."""
+        """Return the refusal that a goal must get."""
         with pytest.raises(Refusal) as caught:
             answer()
         return caught.value
 
     @property
     def pid(self) -> int:
-        """Of the process that plans, 0 without one."""
+        """The id of the worker process, 0 without one."""
         process = self.loop.plan_worker.process
         return process.pid if process else 0
 
     @contextmanager
     def planning(self, goal: m.Goal) -> Iterator[Callable[[], m.GoalReply]]:
-        """Send a goal whose plan is not made before the block ends; what is yielded waits for its answer."""
+        """Send a goal, suspend its planning until the block ends, and yield a function that waits for the answer."""
         os.kill(self.pid, signal.SIGSTOP)
         try:
             answer = self.send(goal)
@@ -129,7 +132,7 @@ class Desk:
             os.kill(self.pid, signal.SIGCONT)
 
     def _has_sent_the_task(self) -> bool:
-        """Whether bytes lie unread in the socket of the process that plans."""
+        """Return whether the worker's socket has unread bytes."""
         connection = self.loop.plan_worker.connection
         assert connection
         return unread(connection.fileno()) > 0
@@ -137,7 +140,7 @@ class Desk:
 
 @pytest.fixture(scope="module")
 def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A library that knows the forehand."""
+    """Directory of a library with the forehand."""
     folder = tmp_path_factory.mktemp("library")
     forehand = learn_from_csv(DEMONSTRATIONS / "forehand.csv", ROBOT.joint_names)
     assert forehand is not None
@@ -146,8 +149,8 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def started(shipped: Path) -> Iterator[Desk]:
-    """A planner whose process has planned once, so that it is there and its caches are full."""
+def started(shipped: Path) -> Iterator[PlannerHarness]:
+    """A planner whose worker has planned once, so that it runs and its caches are filled."""
     endpoint = free_endpoint()
     stopping, lead = threading.Event(), LeadTime(ROBOT.tick)
     with Bus(open_session(listen=[endpoint])) as bus, Bus(open_session(connect=[endpoint])) as client:
@@ -159,9 +162,9 @@ def started(shipped: Path) -> Iterator[Desk]:
         thread.start()
         try:
             assert eventually(lambda: client.is_alive("planner"))
-            desk = Desk(client, controller, loop)
-            desk.ask(strike(plan_only=True))
-            yield desk
+            harness = PlannerHarness(client, controller, loop)
+            harness.ask(strike(plan_only=True))
+            yield harness
         finally:
             stopping.set()
             thread.join()
@@ -169,87 +172,102 @@ def started(shipped: Path) -> Iterator[Desk]:
 
 
 @pytest.fixture
-def desk(started: Desk) -> Desk:
-    """The planner, and a controller that has played nothing."""
+def harness(started: PlannerHarness) -> PlannerHarness:
+    """The planner, with a controller that has executed nothing."""
     started.controller.executed.clear()
     return started
 
 
-def test_it_is_played(desk: Desk) -> None:
-    """Not certified, with the paper's number of functions; the motion begins when the plan is there."""
-    reply = desk.ask(strike(goal_id="one"))
+def test_a_goal_is_planned_and_executed(harness: PlannerHarness) -> None:
+    """Its plan has the paper's 50 functions and no certificate."""
+    reply = harness.ask(strike(goal_id="one"))
     assert (reply.report.certified, reply.report.basis_count) == (False, 50)
-    assert desk.controller.executed == ["one"]
+    assert harness.controller.executed == ["one"]
 
 
-def test_a_goal_of_the_other_method_does_not_wait(desk: Desk) -> None:
-    """It is answered while the one before it is planned."""
-    with desk.planning(strike(plan_only=True)) as slow:
-        assert desk.ask(strike(method="qp", plan_only=True)).report.certified
+def test_a_goal_of_method_qp_does_not_wait_for_it(harness: PlannerHarness) -> None:
+    with harness.planning(strike(plan_only=True)) as slow:
+        assert harness.ask(strike(method="qp", plan_only=True)).report.certified
     assert not slow().report.certified
 
 
-def test_a_later_goal_is_not_replaced_by_an_earlier_one(desk: Desk) -> None:
-    """What came last is played, however long the one before it took."""
-    with desk.planning(strike(goal_id="slow")) as slow:
-        desk.ask(strike(method="qp", goal_id="quick"))
-    refusal = desk.refusal(slow)
+def test_a_goal_overtaken_by_a_later_one_is_superseded(harness: PlannerHarness) -> None:
+    with harness.planning(strike(goal_id="slow")) as slow:
+        harness.ask(strike(method="qp", goal_id="quick"))
+    refusal = harness.refusal(slow)
     assert (refusal.code, refusal.detail) == ("superseded", {"goal_id": "slow", "cause": "plan"})
-    assert desk.controller.executed == ["quick"]
-    desk.ask(strike(goal_id="next"))
-    assert desk.controller.executed == ["quick", "next"]
+    assert harness.controller.executed == ["quick"]
+    harness.ask(strike(goal_id="next"))
+    assert harness.controller.executed == ["quick", "next"]
 
 
 @pytest.mark.parametrize(("code", "detail"), [("late", {}), ("superseded", {"cause": "plan"})])
-def test_a_plan_that_is_late_or_overtaken_is_made_once_more(desk: Desk, code: str, detail: dict[str, str]) -> None:
-    """But not twice, and not for another reason."""
+def test_a_plan_that_is_late_or_superseded_is_made_once_more(
+    harness: PlannerHarness, code: str, detail: dict[str, str]
+) -> None:
+    """It is not made a third time, nor again after another refusal."""
     refusal = Refusal(code, "no", goal_id="g", **detail)
-    desk.controller.refuse[:], before = [refusal], desk.controller.references
-    desk.ask(strike(goal_id=f"again, {code}"))
-    assert desk.controller.executed == [f"again, {code}"]
-    assert desk.controller.references == before + 2
-    desk.controller.refuse[:] = [refusal, refusal]
-    assert desk.refusal(desk.send(strike(goal_id=f"never, {code}"))).code == code
-    desk.controller.refuse[:] = [Refusal("busy", "no", goal_id="g")]
-    assert desk.refusal(desk.send(strike(goal_id=f"busy, {code}"))).code == "busy"
-    assert desk.controller.executed == [f"again, {code}"]
+    harness.controller.refuse[:], before = [refusal], harness.controller.references
+    harness.ask(strike(goal_id=f"again, {code}"))
+    assert harness.controller.executed == [f"again, {code}"]
+    assert harness.controller.references == before + 2
+    harness.controller.refuse[:] = [refusal, refusal]
+    assert harness.refusal(harness.send(strike(goal_id=f"never, {code}"))).code == code
+    harness.controller.refuse[:] = [Refusal("busy", "no", goal_id="g")]
+    assert harness.refusal(harness.send(strike(goal_id=f"busy, {code}"))).code == "busy"
+    assert harness.controller.executed == [f"again, {code}"]
 
 
-def test_a_goal_sent_twice_moves_the_arm_once(desk: Desk) -> None:
-    """Also while it is planned; another one of its id is a duplicate."""
-    with desk.planning(strike(goal_id="twice")) as first:
-        second, other = desk.send(strike(goal_id="twice")), desk.send(strike(goal_id="twice", duration=1.1))
-        assert eventually(lambda: len(desk.loop.repeated["twice"]) == 2)
+def test_a_repeated_goal_is_executed_once(harness: PlannerHarness) -> None:
+    """Also while it is planned; a different goal with its id is refused as a duplicate."""
+    with harness.planning(strike(goal_id="twice")) as first:
+        second, other = harness.send(strike(goal_id="twice")), harness.send(strike(goal_id="twice", duration=1.1))
+        assert eventually(lambda: len(harness.loop.repeated["twice"]) == 2)
     answer = first()
     assert answer == second()
-    assert desk.refusal(other).code == "duplicate"
-    assert desk.ask(strike(goal_id="twice")) == answer
-    assert desk.controller.executed == ["twice"]
+    assert harness.refusal(other).code == "duplicate"
+    assert harness.ask(strike(goal_id="twice")) == answer
+    assert harness.controller.executed == ["twice"]
 
 
-def test_what_is_malformed_waits_for_nothing(desk: Desk) -> None:
-    """It is refused before its turn."""
-    with desk.planning(strike(plan_only=True)) as slow:
-        assert desk.refusal(desk.send(strike(duration=-1.0))).code == "invalid_goal"
+def test_a_malformed_goal_is_refused_without_waiting(harness: PlannerHarness) -> None:
+    with harness.planning(strike(plan_only=True)) as slow:
+        assert harness.refusal(harness.send(strike(duration=-1.0))).code == "invalid_goal"
     slow()
 
 
-def test_what_cannot_be_planned_is_refused(desk: Desk) -> None:
-    """By what stands in its way, joints by name, as every other goal."""
-    refusal = desk.refusal(desk.send(strike(duration=0.05)))
+def test_a_goal_that_cannot_be_planned_is_refused_with_its_joint(harness: PlannerHarness) -> None:
+    refusal = harness.refusal(harness.send(strike(duration=0.05)))
     assert refusal.code in ("infeasible", "cannot_stop", "limit")
     assert refusal.detail["joint"] in ROBOT.joint_names
 
 
-def test_a_process_that_dies_is_named_and_replaced(desk: Desk) -> None:
-    """Nothing moves, and the same goal sent again is played."""
-    first = desk.pid
-    with desk.planning(strike(goal_id="lost")) as answer:
+def test_the_death_of_the_worker_is_reported_and_another_one_started(harness: PlannerHarness) -> None:
+    """Nothing is executed until the goal is sent again."""
+    first = harness.pid
+    with harness.planning(strike(goal_id="lost")) as answer:
         os.kill(first, signal.SIGKILL)
-    refusal = desk.refusal(answer)
+    refusal = harness.refusal(answer)
     assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner"})
     assert "the plan process died; send this again" in refusal.message
-    assert desk.controller.executed == []
-    desk.ask(strike(goal_id="lost"))
-    assert desk.controller.executed == ["lost"]
-    assert desk.pid != first
+    assert harness.controller.executed == []
+    harness.ask(strike(goal_id="lost"))
+    assert harness.controller.executed == ["lost"]
+    assert harness.pid != first
+
+
+def test_an_error_of_the_link_to_the_process_is_a_refusal(
+    harness: PlannerHarness, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The goal and its repetition are refused, and the next goal is planned."""
+
+    def fail(_: Task) -> SampledPlan:
+        raise pickle.UnpicklingError("invalid load key")
+
+    monkeypatch.setattr(harness.loop.plan_worker, "plan", fail)
+    for _ in range(2):
+        refusal = harness.refusal(harness.send(strike(goal_id="garbled")))
+        assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner", "goal_id": "garbled"})
+    monkeypatch.undo()
+    harness.ask(strike(goal_id="garbled"))
+    assert harness.controller.executed == ["garbled"]

@@ -1,4 +1,4 @@
-"""Goals on the wire become motion requests, and motion's errors become refusals."""
+"""Conversion of goals to motion requests, and of errors of motion to refusals."""
 
 from dataclasses import replace
 
@@ -29,40 +29,40 @@ SHORT = m.Waypoint(time_from_start=0.4, velocities=[1.0])
 
 @pytest.fixture(scope="module")
 def primitive() -> Primitive:
-    """A swing of all joints in 0.7334 s."""
+    """A movement of all joints in 0.7334 s."""
     times = np.linspace(0.0, 0.7334, 200)
     return learn(Demonstration(times, np.sin(np.outer(times, np.linspace(1.0, 2.0, JOINTS)))))
 
 
 def goal(**fields: object) -> m.Goal:
-    """A goal at home."""
+    """Return a goal at home with changed `fields`."""
     return m.Goal(**{"primitive": "swing", "positions": HOME, **fields})  # type: ignore[arg-type]
 
 
 def requested(primitive: Primitive, **fields: object) -> MotionRequest:
-    """Check a goal and return the request to be solved."""
+    """Check a goal, and return its motion request."""
     asked = goal(**fields)
     check_goal(asked, primitive, ROBOT)
     return motion_request(asked, primitive, ROBOT, ORIGIN)
 
 
 def refused(primitive: Primitive, **fields: object) -> Refusal:
-    """Request a goal that must be refused, and return the refusal."""
+    """Return the refusal that a goal must get."""
     with pytest.raises(Refusal) as caught:
         requested(primitive, **fields)
     return caught.value
 
 
-def test_without_positions_the_primitive_s_own_end(primitive: Primitive):
-    """The end has the primitive's velocities too, unless others are given."""
+def test_without_positions_the_end_is_the_primitives_own(primitive: Primitive):
+    """With the primitive's final velocities, unless others are given."""
     request = requested(primitive, positions=None)
     assert request.goal.positions.tolist() == primitive.goal.positions.tolist()
     assert request.goal.velocities.tolist() == primitive.goal.velocities.tolist()
     assert requested(primitive, positions=None, velocities=HOME).goal.velocities.tolist() == HOME
 
 
-def test_what_is_left_out_has_its_default(primitive: Primitive):
-    """Final velocities zero, final accelerations free, the demonstration's duration, the robot's limits."""
+def test_omitted_fields_have_defaults(primitive: Primitive):
+    """Zero final velocities, free final accelerations, the demonstration's duration, the robot's limits."""
     request = requested(primitive)
     assert request.goal.positions.tolist() == HOME
     assert not request.goal.velocities.any()
@@ -141,8 +141,7 @@ def test_an_arrival_that_has_passed_is_late(primitive: Primitive, time: float):
         ("waypoints[0].time_from_start", {"waypoints": [m.Waypoint(time_from_start=0.2)] * 2}),
     ],
 )
-def test_goals_that_contradict_themselves(primitive: Primitive, field: str, fields: dict[str, object]):
-    """They are refused as invalid; the refusal names the field."""
+def test_invalid_goals_are_refused_with_their_field(primitive: Primitive, field: str, fields: dict[str, object]):
     refusal = refused(primitive, **fields)
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", field)
     assert field.partition("[")[0].partition(".")[0] in refusal.message
@@ -159,7 +158,7 @@ def test_goals_that_contradict_themselves(primitive: Primitive, field: str, fiel
         (m.GoalLimits(positions=[(3.0, 4.0), *FREE]), "joint_1 are 3 to 4 rad; the robot's own are -2.2 to 2.2 rad"),
     ],
 )
-def test_limits_that_nothing_keeps_name_the_joint_and_its_value(primitive: Primitive, limits: m.GoalLimits, said: str):
+def test_impossible_limits_are_refused_with_joint_and_value(primitive: Primitive, limits: m.GoalLimits, said: str):
     assert said in refused(primitive, limits=limits).message
 
 
@@ -174,15 +173,16 @@ def test_limits_that_nothing_keeps_name_the_joint_and_its_value(primitive: Primi
         ("waypoints[1].velocities", {"waypoints": [m.Waypoint(time_from_start=0.2), SHORT]}),
     ],
 )
-def test_wrong_lengths(primitive: Primitive, field: str, fields: dict[str, object]):
-    """The refusal names the field and both lengths."""
+def test_lists_of_the_wrong_length_are_refused_with_field_and_joint_count(
+    primitive: Primitive, field: str, fields: dict[str, object]
+):
     refusal = refused(primitive, **fields)
     assert (refusal.code, refusal.detail["field"]) == ("bad_message", field)
     assert f"the arm has {JOINTS} joints" in refusal.message
 
 
-def test_a_waypoint_at_once_that_repeats_the_start_is_left_out(primitive: Primitive):
-    """Many clients send the arm's believed position as their first point."""
+def test_a_waypoint_at_time_zero_at_the_start_is_left_out(primitive: Primitive):
+    """Many clients send the arm's estimated position as their first point."""
     start = m.Waypoint(time_from_start=0.0, positions=[HOME[0] + 0.005, *HOME[1:]])
     later = m.Waypoint(time_from_start=0.5, positions=HOME)
     kept = requested(primitive, waypoints=[start, later]).waypoints
@@ -191,16 +191,8 @@ def test_a_waypoint_at_once_that_repeats_the_start_is_left_out(primitive: Primit
     assert refused(primitive, waypoints=[elsewhere]).detail["field"] == "waypoints[0].time_from_start"
 
 
-def test_without_positions_it_plays_to_the_demonstrated_end(primitive: Primitive):
-    """With the demonstrated velocities, unless some are given."""
-    goal = requested(primitive, positions=None).goal
-    assert goal.positions.tolist() == primitive.goal.positions.tolist()
-    assert goal.velocities.tolist() == primitive.goal.velocities.tolist()
-    assert not requested(primitive, positions=None, velocities=[0.0] * 6).goal.velocities.any()
-
-
-def test_alternatives_differ_from_the_goal_in_what_they_name(primitive: Primitive):
-    """Durations in whole ticks, arrival times from where the motion begins."""
+def test_alternatives_override_the_goals_fields(primitive: Primitive):
+    """Durations are whole ticks; arrival times count from the motion's start."""
     goal = m.Goal(
         primitive="forehand",
         positions=HOME,
@@ -217,7 +209,7 @@ def test_alternatives_differ_from_the_goal_in_what_they_name(primitive: Primitiv
     assert elsewhere.goal.velocities.tolist() == [0.1] * 6
 
 
-def test_an_alternative_too_far_ahead_is_named(primitive: Primitive):
+def test_an_alternative_too_far_ahead_is_refused_with_its_index(primitive: Primitive):
     alternatives = [m.Alternative(), m.Alternative(arrival_time=900.0)]
     goal = m.Goal(primitive="forehand", positions=HOME, alternatives=alternatives)
     with pytest.raises(Refusal, match=r"^alternatives\[1\]\.arrival_time 900.0 s") as caught:
@@ -225,8 +217,8 @@ def test_an_alternative_too_far_ahead_is_named(primitive: Primitive):
     assert caught.value.code == "invalid_goal"
 
 
-def test_an_alternative_that_is_late_is_no_end(primitive: Primitive):
-    """The other ends may be played."""
+def test_a_late_alternative_is_left_out(primitive: Primitive):
+    """The other ends remain."""
     alternatives = [m.Alternative(arrival_time=1.0), m.Alternative(duration=0.5)]
     goal = m.Goal(primitive="forehand", positions=HOME, alternatives=alternatives)
     found, late = ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
@@ -235,15 +227,14 @@ def test_an_alternative_that_is_late_is_no_end(primitive: Primitive):
     assert late[1].code == "late"
 
 
-def test_another_arms_primitive(primitive: Primitive):
-    """It is refused because it moves another number of joints."""
+def test_a_primitive_with_another_joint_count_is_refused(primitive: Primitive):
     fewer = replace(primitive, control_points=primitive.control_points[:-1], spread=primitive.spread[:-1])
     refusal = refused(fewer)
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "primitive")
 
 
-def test_the_tighter_limit_holds(primitive: Primitive):
-    """The goal's limit holds where it is tighter, the robot's elsewhere; null stands for the robot's."""
+def test_limits_are_the_tighter_of_goal_and_robot(primitive: Primitive):
+    """Null stands for the robot's limit."""
     limits = m.GoalLimits(
         positions=[(-9.0, 0.5), *FREE], velocities=[2.0, 99.0, *[None] * 4], accelerations=None, jerks=[100.0, *FREE]
     )
@@ -255,8 +246,8 @@ def test_the_tighter_limit_holds(primitive: Primitive):
     assert got.jerks[:2].tolist() == [100.0, ROBOT.limits.jerks[1]]
 
 
-def test_null_is_free(primitive: Primitive):
-    """Null leaves final accelerations and waypoint entries free; velocities that a start leaves out are zero."""
+def test_null_leaves_accelerations_and_waypoint_entries_free(primitive: Primitive):
+    """Velocities that a start omits are zero."""
     request = requested(
         primitive,
         accelerations=[1.0, *FREE],
@@ -298,11 +289,11 @@ def test_null_is_free(primitive: Primitive):
         (CannotStop(0, 3.5), "cannot_stop", {"joint": "joint_1", "max_velocity": 3.5}),
         (CannotStop(0, None), "cannot_stop", {"joint": "joint_1", "max_velocity": None}),
         (SolverFailed(5, "MAX_ITER"), "solver_failed", {"joint": "joint_6", "status": "MAX_ITER"}),
-        (InvalidMotion("goal.velocities", "has to be finite"), "invalid_goal", {"field": "velocities"}),
+        (InvalidMotion("goal.velocities", "must be finite"), "invalid_goal", {"field": "velocities"}),
     ],
 )
-def test_errors_become_refusals(error: MotionError, code: str, detail: dict[str, object]):
-    """The sentence has the joint's name instead of its index."""
+def test_errors_of_motion_become_refusals(error: MotionError, code: str, detail: dict[str, object]):
+    """The message has the joint's name instead of its index."""
     refusal = refusal_of(error, joints_of(ROBOT))
     assert (refusal.code, refusal.detail) == (code, detail)
     assert str(detail.get("joint", "velocities")) in refusal.message
@@ -320,5 +311,5 @@ def test_errors_become_refusals(error: MotionError, code: str, detail: dict[str,
     ],
 )
 def test_a_refusal_has_the_units_of_its_joint(error: MotionError, words: str):
-    """Of a slide m and N, of a hinge rad and N·m."""
+    """m and N for a slide, rad and N·m for a hinge."""
     assert words in refusal_of(error, Joints(("turn", "lift"), (False, True))).message

@@ -1,4 +1,4 @@
-"""The planner asks an arm that appears for its clock until it is answered."""
+"""The planner requests the description of an arm that appears, until it is answered."""
 
 import logging
 import threading
@@ -23,8 +23,8 @@ LIMITS = m.RobotLimits(positions=[], velocities=[], accelerations=[], jerks=[], 
 STEPPED = m.Description(joint_names=[], home=[], limits=LIMITS, rate_hz=1000.0, clock="stepped", run=1)
 
 
-def test_a_greeting_that_is_not_answered_is_repeated(tmp_path: Path):
-    """As beside other work, where an answer may take longer than the planner waits."""
+def test_a_request_for_the_description_that_is_not_answered_is_repeated(tmp_path: Path):
+    """On a busy machine an answer can take longer than the planner's timeout."""
     endpoint, stopping, lead = free_endpoint(), threading.Event(), LeadTime(ROBOT.tick)
     with Bus(open_session(listen=[endpoint])) as arm, Bus(open_session([endpoint])) as bus:
         library = Library(tmp_path, ARM, LOG)
@@ -35,7 +35,7 @@ def test_a_greeting_that_is_not_answered_is_repeated(tmp_path: Path):
             greetings: Inbox[PendingQuery] = Inbox()
             arm.serve(topics.DESCRIPTION, greetings)
             arm.announce(topics.ROBOT_SIDE)
-            assert greetings.take(PATIENCE_S) is not None, "the first, which is left without an answer"
+            assert greetings.take(PATIENCE_S) is not None, "the first, which is not answered"
             again = greetings.take(PATIENCE_S)
             assert again is not None
             again.reply(STEPPED)

@@ -1,4 +1,4 @@
-"""A goal sent twice is answered alike; what is remembered is bounded."""
+"""The cache of replies: a repeated goal gets the same reply, within bounds on number and bytes."""
 
 import msgspec
 import pytest
@@ -22,14 +22,14 @@ def reply(goal_id: str, trajectory_bytes: int = 0) -> m.GoalReply:
     return msgspec.structs.replace(REPLY, goal_id=goal_id, trajectory=trajectory if trajectory_bytes else None)
 
 
-def test_the_same_goal_gets_the_same_answer():
+def test_a_repeated_goal_gets_the_same_reply():
     answers = ReplyCache()
     answers.keep(goal("a"), reply("a"))
     assert answers.find(goal("a")) == reply("a")
     assert answers.find(goal("b")) is None
 
 
-def test_another_goal_of_that_name_is_a_duplicate():
+def test_another_goal_with_the_same_id_is_refused_as_duplicate():
     answers = ReplyCache()
     answers.keep(goal("a"), reply("a"))
     with pytest.raises(Refusal, match="another goal") as caught:
@@ -37,14 +37,14 @@ def test_another_goal_of_that_name_is_a_duplicate():
     assert caught.value.code == "duplicate"
 
 
-def test_the_oldest_is_forgotten_first():
+def test_the_oldest_reply_is_evicted_first():
     answers = ReplyCache(kept=2)
     for name in "abc":
         answers.keep(goal(name), reply(name))
     assert [answers.find(goal(name)) is not None for name in "abc"] == [False, True, True]
 
 
-def test_included_trajectories_are_bounded_together():
+def test_the_total_size_of_replies_is_bounded():
     answers = ReplyCache(kept_bytes=1000)
     for name in "abc":
         answers.keep(goal(name), reply(name, trajectory_bytes=160))

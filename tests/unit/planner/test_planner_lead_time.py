@@ -1,11 +1,11 @@
-"""How far ahead the planner lets a plan begin."""
+"""The lead time between a request and the start of its plan."""
 
 import pytest
 
 from services.planner.lead_time import LeadTime
 
 
-def test_it_follows_what_planning_takes():
+def test_the_lead_adapts_to_planning_times():
     lead = LeadTime(0.001)
     unknown = lead.seconds()
     for _ in range(50):
@@ -17,8 +17,8 @@ def test_it_follows_what_planning_takes():
     assert lead.seconds() == pytest.approx(0.001 + 0.02)
 
 
-def test_one_quick_plan_is_not_believed():
-    """The first goals after a start run into cold caches and a busy bus: 9 ms once do not make a lead."""
+def test_the_lead_does_not_adapt_before_ten_measurements():
+    """The first goals after a start are slower, because of cold caches and a busy bus."""
     lead = LeadTime(0.001)
     unknown = lead.seconds()
     assert unknown >= 0.025
@@ -30,7 +30,7 @@ def test_one_quick_plan_is_not_believed():
     assert lead.seconds() == pytest.approx(0.001 + 0.009)
 
 
-def test_one_slow_plan_counts_only_after_a_late_one():
+def test_a_single_slow_plan_affects_only_the_lead_of_a_second_try():
     lead = LeadTime(0.001)
     for seconds in [0.1, *[0.004] * 49]:
         lead.note(seconds)
@@ -40,7 +40,7 @@ def test_one_slow_plan_counts_only_after_a_late_one():
     assert lead.seconds(again=True, kind="correction") == pytest.approx(0.007)
 
 
-def test_the_second_try_has_twice_what_the_first_took_and_a_correction_half_more():
+def test_a_second_try_has_twice_the_last_planning_time_and_a_correction_1_5_times():
     lead = LeadTime(0.001)
     for seconds in [0.004] * 50 + [0.2]:
         lead.note(seconds)
@@ -49,15 +49,15 @@ def test_the_second_try_has_twice_what_the_first_took_and_a_correction_half_more
     assert lead.seconds(again=True, kind="correction") == pytest.approx(0.001 + 0.3)
 
 
-def test_fixed_and_stepped_leads_do_not_adapt():
+def test_a_fixed_lead_and_that_of_the_stepped_clock_do_not_adapt():
     for lead, expected in ((LeadTime(0.001, 0.03), 0.03), (LeadTime(0.001), 0.02)):
         lead.stepped = expected == 0.02
         lead.note(1.0)
         assert lead.seconds() == lead.seconds(again=True) == expected
 
 
-def test_a_late_plan_took_at_least_the_lead_that_it_had():
-    """Where the robot's time was foreseen too early, planning itself was quick; the next leads must be longer."""
+def test_a_late_plan_increases_the_lead_even_if_planning_was_quick():
+    """The robot's time was then predicted too early."""
     lead = LeadTime(0.001)
     for _ in range(50):
         lead.note(0.004, "correction")

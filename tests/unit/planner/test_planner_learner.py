@@ -1,4 +1,4 @@
-"""Learning beside the planner's loop: a thread learns one demonstration after another."""
+"""Learning concurrently with the planner's loop, in a thread that takes one demonstration after another."""
 
 import logging
 import threading
@@ -23,8 +23,8 @@ LOG = logging.getLogger("planner")
 ARM = Arm("two", NAMES)
 
 
-class Question:
-    """A request that keeps its answer."""
+class FakeRequest:
+    """A `learn` request that records its answer."""
 
     topic = topics.LEARN
 
@@ -33,7 +33,7 @@ class Question:
         self.answered = threading.Event()
 
     def reply(self, answer: object) -> None:
-        """Keep the answer."""
+        """Record the answer."""
         self.answer = answer
         self.answered.set()
 
@@ -41,7 +41,7 @@ class Question:
 
 
 class HeldWorker:
-    """A worker that learns in this process once a test permits it."""
+    """A worker that learns in this process, once permitted by the test."""
 
     role = "learn"
 
@@ -50,21 +50,21 @@ class HeldWorker:
         self.asked: list[bytes] = []
 
     def learn(self, asked: bytes) -> Lesson:
-        """Wait for the permission, then learn."""
+        """Wait for permission, then learn."""
         self.asked.append(asked)
         self.may.acquire()
         return learned(asked, LIMITS, NAMES)
 
     def kill(self) -> None:
-        """Permit the present request, so that it ends."""
+        """Permit the current request, so that it ends."""
         self.may.release()
 
     def close(self) -> None:
         """Do nothing: there is no process."""
 
 
-class Desk:
-    """A learner, whose library is kept as the planner's loop keeps it."""
+class LearnerHarness:
+    """A learner with a library, which is updated as by the planner's loop."""
 
     def __init__(self, folder: Path) -> None:
         self.library = Library(folder, ARM, LOG)
@@ -73,98 +73,101 @@ class Desk:
         self.learner = Learner(self.library, self.worker, self.keep, self.inbox, LOG)  # type: ignore[arg-type]
 
     def keep(self, written: Written, replace: bool) -> None:
-        """Keep a primitive as the planner does."""
+        """Add a primitive to the library, as the planner does."""
         self.library.check_name(written.name, replace)
         self.library.keep(written)
 
-    def submit(self, name: str = "wave", replace: bool = False, sent: bytes | None = None) -> Question:
+    def submit(self, name: str = "wave", replace: bool = False, sent: bytes | None = None) -> FakeRequest:
         """Submit a demonstration to be learned."""
-        question = Question()
-        self.learner.submit(question, Head(name, replace), sent or body(name))  # type: ignore[arg-type]
-        return question
+        request = FakeRequest()
+        self.learner.submit(request, Head(name, replace), sent or body(name))  # type: ignore[arg-type]
+        return request
 
-    def serve(self, question: Question) -> Any:
-        """Permit the next request, run the learner's calls until `question` is answered, and return the answer."""
+    def serve(self, request: FakeRequest) -> Any:
+        """Permit the next request, run the learner's calls until `request` is answered, and return the answer."""
         self.worker.may.release()
-        while not question.answered.is_set():
+        while not request.answered.is_set():
             call = self.inbox.take(0.01)
             if call is not None:
                 assert isinstance(call, LoopCall)
                 call.run()
-        return question.answer
+        return request.answer
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Iterator[Desk]:
-    """A learner beside a loop that does nothing else."""
-    desk = Desk(tmp_path)
-    yield desk
-    desk.learner.close()
+def harness(tmp_path: Path) -> Iterator[LearnerHarness]:
+    """A learner whose loop runs only in `serve`."""
+    harness = LearnerHarness(tmp_path)
+    yield harness
+    harness.learner.close()
 
 
-def test_what_is_learned_is_on_disk_before_it_is_said(desk: Desk, tmp_path: Path):
-    reply = desk.serve(desk.submit())
+def test_a_primitive_is_on_disk_before_the_reply(harness: LearnerHarness, tmp_path: Path):
+    reply = harness.serve(harness.submit())
     assert isinstance(reply, m.Learned)
-    assert (reply.name, reply.samples, reply.warnings) == ("wave", 101, reply.warnings)
+    assert (reply.name, reply.samples) == ("wave", 101)
     assert [entry.name for entry in Library(tmp_path, ARM, LOG)] == ["wave"]
-    assert desk.library.get("wave").samples == 101
+    assert harness.library.get("wave").samples == 101
 
 
-def test_while_one_is_learned_the_loop_is_free(desk: Desk):
-    """The loop's queue stays empty until there is a primitive to keep."""
-    question = desk.submit()
-    assert desk.inbox.take(0.1) is None
-    assert not question.answered.is_set()
-    desk.serve(question)
+def test_learning_does_not_block_the_loop(harness: LearnerHarness):
+    """Its queue stays empty until there is a primitive to add."""
+    request = harness.submit()
+    assert eventually(lambda: harness.worker.asked)
+    assert harness.inbox.take() is None
+    assert not request.answered.is_set()
+    harness.serve(request)
 
 
-def test_several_are_learned_in_turn(desk: Desk):
-    questions = [desk.submit(name) for name in ("one", "two", "three")]
-    for question, name in zip(questions, ("one", "two", "three"), strict=True):
-        assert desk.serve(question).name == name
-    assert len(desk.worker.asked) == 3
+def test_requests_are_served_in_order(harness: LearnerHarness):
+    requests = [harness.submit(name) for name in ("one", "two", "three")]
+    for request, name in zip(requests, ("one", "two", "three"), strict=True):
+        assert harness.serve(request).name == name
+    assert len(harness.worker.asked) == 3
 
 
-def test_of_two_with_one_name_the_second_exists(desk: Desk, tmp_path: Path):
-    """The name was free when both were submitted; only `replace` overwrites it."""
-    first, second, third = desk.submit(), desk.submit(), desk.submit(replace=True)
-    assert isinstance(desk.serve(first), m.Learned)
-    assert desk.serve(second).code == "exists"
-    assert isinstance(desk.serve(third), m.Learned)
+def test_of_two_requests_with_the_same_name_the_second_is_refused(harness: LearnerHarness, tmp_path: Path):
+    """The name was free when both were submitted; `replace` overwrites it."""
+    first, second, third = harness.submit(), harness.submit(), harness.submit(replace=True)
+    assert isinstance(harness.serve(first), m.Learned)
+    assert harness.serve(second).code == "exists"
+    assert isinstance(harness.serve(third), m.Learned)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["wave.npz"]
 
 
-def test_one_that_fails_leaves_the_name_free(desk: Desk):
-    first, second = desk.submit(sent=b"{"), desk.submit()
-    assert desk.serve(first).code == "bad_message"
-    assert isinstance(desk.serve(second), m.Learned)
+def test_a_failed_request_leaves_its_name_free(harness: LearnerHarness):
+    first, second = harness.submit(sent=b"{"), harness.submit()
+    assert harness.serve(first).code == "bad_message"
+    assert isinstance(harness.serve(second), m.Learned)
 
 
-def test_what_is_forgotten_meanwhile_comes_back(desk: Desk, tmp_path: Path):
-    """In memory and on disk alike."""
-    desk.serve(desk.submit())
-    question = desk.submit(replace=True)
-    desk.library.remove("wave")
-    assert isinstance(desk.serve(question), m.Learned)
-    assert [entry.name for entry in desk.library] == [entry.name for entry in Library(tmp_path, ARM, LOG)] == ["wave"]
+def test_a_primitive_forgotten_while_it_is_learned_again_exists_afterwards(harness: LearnerHarness, tmp_path: Path):
+    """In memory and on disk."""
+    harness.serve(harness.submit())
+    request = harness.submit(replace=True)
+    harness.library.remove("wave")
+    assert isinstance(harness.serve(request), m.Learned)
+    assert (
+        [entry.name for entry in harness.library] == [entry.name for entry in Library(tmp_path, ARM, LOG)] == ["wave"]
+    )
 
 
-def test_too_many_are_busy(desk: Desk):
-    desk.submit()
-    assert eventually(lambda: desk.worker.asked)
+def test_requests_beyond_the_queue_are_refused_as_busy(harness: LearnerHarness):
+    harness.submit()
+    assert eventually(lambda: harness.worker.asked)
     for number in range(16):
-        desk.submit(f"n{number}")
+        harness.submit(f"n{number}")
     with pytest.raises(Refusal, match="16 requests wait") as caught:
-        desk.submit("last")
+        harness.submit("last")
     assert caught.value.code == "busy"
 
 
-def test_an_error_that_nobody_foresaw_is_one_request_s(desk: Desk, monkeypatch: pytest.MonkeyPatch):
+def test_an_unexpected_error_fails_only_its_request(harness: LearnerHarness, monkeypatch: pytest.MonkeyPatch):
     def broken(*_: object) -> Callable[[], None]:
         raise ZeroDivisionError
 
     with monkeypatch.context() as patched:
-        patched.setattr(desk.library, "write", broken)
-        refusal = desk.serve(desk.submit())
+        patched.setattr(harness.library, "write", broken)
+        refusal = harness.serve(harness.submit())
     assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner"})
-    assert isinstance(desk.serve(desk.submit()), m.Learned)
+    assert isinstance(harness.serve(harness.submit()), m.Learned)

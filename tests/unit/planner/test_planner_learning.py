@@ -1,4 +1,4 @@
-"""From `learn` requests and recordings to primitives."""
+"""Learning primitives from `learn` requests and recordings."""
 
 from pathlib import Path
 
@@ -18,17 +18,17 @@ NAMES = ("a", "b", "c")
 
 
 def request(**fields: object) -> m.Learn:
-    """A demonstration of three joints at 200 Hz."""
+    """Return a `learn` request of three joints at 200 Hz."""
     return m.Learn(**{"name": "wave", "positions": PATH.tolist(), "rate": 200.0, **fields})  # type: ignore[arg-type]
 
 
 def learn_from_request(asked: m.Learn) -> Primitive:
-    """Return what is learned from a request."""
+    """Return the primitive learned from a request."""
     return learn_demonstration(demonstration_of(asked, NAMES), asked.smoothing, spread_of(asked, NAMES))
 
 
-def test_every_way_to_say_the_same_gives_the_same():
-    """Rows or a matrix, a rate or times."""
+def test_equivalent_forms_of_a_request_give_the_same_primitive():
+    """Rows or a matrix, with a rate or times."""
     matrix = {"positions": matrix_bytes(PATH), "joint_count": 3}
     times = {"rate": None, "times": TIMES.tolist()}
     made = [learn_from_request(request(**fields)) for fields in ({}, matrix, times, {**matrix, **times})]
@@ -38,8 +38,7 @@ def test_every_way_to_say_the_same_gives_the_same():
     assert made[0].samples == 200
 
 
-def test_smoothing_is_used_as_asked_and_told():
-    """Chosen, none, or given."""
+def test_the_reply_reports_the_requested_smoothing():
     assert learned_message("wave", learn_from_request(request(smoothing="none"))).smoothing is None
     given = m.SavitzkyGolay(window_s=0.105, order=4)
     said = learned_message("wave", learn_from_request(request(smoothing=given)))
@@ -52,8 +51,7 @@ def test_smoothing_is_used_as_asked_and_told():
     assert said.warnings == ["it ends moving"]
 
 
-def test_the_ends_are_told():
-    """Where the movement begins and ends, and how fast."""
+def test_the_reply_has_positions_and_velocities_at_both_ends():
     said = learned_message("wave", learn_from_request(request()))
     assert said.start is not None
     assert said.goal is not None
@@ -95,8 +93,8 @@ def test_the_ends_are_told():
         ("smoothing.window_s", {"smoothing": m.SavitzkyGolay(window_s=0.01, order=5)}),
     ],
 )
-def test_what_cannot_be_learned(field: str, fields: dict[str, object]):
-    """Is refused by field, before anything overflows."""
+def test_an_invalid_request_is_refused_with_its_field(field: str, fields: dict[str, object]):
+    """Also if its numbers would overflow."""
     with pytest.raises(Refusal) as caught:
         learn_from_request(request(**fields))
     assert (caught.value.code, caught.value.detail["field"]) == ("bad_message", field)
@@ -119,26 +117,26 @@ def test_a_spread_is_kept_in_the_order_of_the_arm():
 @pytest.mark.parametrize(
     "spread", [[], [[0.1, 0.1, 0.1]], [[0.1, 0.1]] * 2, [[0.1, 0.1, 0.0]] * 2, [[0.1], [0.1, 0.2]]]
 )
-def test_a_spread_that_fits_no_arm_is_refused(spread: list[list[float]]):
+def test_a_malformed_spread_is_refused(spread: list[list[float]]):
     with pytest.raises(Refusal) as caught:
         learn_from_request(request(spread=spread))
     assert caught.value.detail["field"] == "spread"
     assert "spread" in caught.value.message
 
 
-def test_another_arm_is_named_with_ours():
+def test_joint_names_of_another_arm_are_refused_with_both_lists():
     with pytest.raises(Refusal, match=r"joint_names are a, b, z; the arm's are a, b, c: send the name on this arm"):
         learn_from_request(request(joint_names=["a", "b", "z"]))
 
 
-def test_stamps_that_run_backwards_are_said_so():
+def test_times_that_go_back_are_refused_with_the_samples():
     times = TIMES.tolist()
     times[7] = 0.02
     with pytest.raises(Refusal, match=r"sample 7's time 0.02 s lies before sample 6's"):
         learn_from_request(request(rate=None, times=times))
 
 
-def test_of_samples_with_one_stamp_the_mean_is_learned():
+def test_samples_with_the_same_time_are_averaged():
     times, path = np.repeat(TIMES, 2), np.repeat(PATH, 2, axis=0)
     path[::2] += 0.01
     path[1::2] -= 0.01
@@ -147,14 +145,12 @@ def test_of_samples_with_one_stamp_the_mean_is_learned():
     assert np.abs(primitive.sample(TIMES / TIMES[-1]).positions - PATH).max() < 1e-4
 
 
-def test_stamps_that_nearly_meet_are_learned():
-    """The samples count where they were taken."""
+def test_samples_at_nearly_the_same_time_are_learned():
     times = [0.0, 1e-300, *TIMES[1:-1].tolist()]
     assert learn_from_request(request(rate=None, times=times)).position_max.max() < 0.02
 
 
-def test_a_recording_of_this_arm_is_learned(tmp_path: Path):
-    """Another arm's is left to it."""
+def test_a_csv_file_is_learned_only_for_its_own_arm(tmp_path: Path):
     path = tmp_path / "wave.csv"
     np.savetxt(path, np.column_stack([TIMES, PATH]), delimiter=",", header="time,a,b,c", comments="")
     primitive = learn_from_csv(path, ("a", "b", "c"))
@@ -178,7 +174,7 @@ def test_a_recording_of_this_arm_is_learned(tmp_path: Path):
         ({"rate": 1e-3}, "so 0.0553 to 1.99e+04 Hz"),
     ],
 )
-def test_a_refusal_has_the_place_the_value_and_what_works(fields: dict[str, object], said: str):
+def test_a_refusal_names_place_value_and_remedy(fields: dict[str, object], said: str):
     with pytest.raises(Refusal) as caught:
         learn_from_request(request(**fields))
     assert said in caught.value.message

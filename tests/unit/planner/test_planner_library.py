@@ -1,4 +1,4 @@
-"""Primitives on disk."""
+"""The library of primitives on disk."""
 
 import logging
 import subprocess
@@ -27,12 +27,11 @@ def primitive() -> Primitive:
 
 
 def names(library: Library) -> list[str]:
-    """Return what the library lists."""
+    """Return the names of the library's primitives."""
     return [entry.name for entry in library]
 
 
-def test_what_is_put_is_found_by_the_next_process(tmp_path: Path, primitive: Primitive):
-    """Another process reads the same primitive, bit by bit."""
+def test_a_stored_primitive_is_read_back_exactly(tmp_path: Path, primitive: Primitive):
     first = Library(tmp_path / "library", ARM, LOG)
     assert first.is_new
     first.put("swing", primitive)
@@ -46,8 +45,8 @@ def test_what_is_put_is_found_by_the_next_process(tmp_path: Path, primitive: Pri
     assert second.get("swing").smoothing == primitive.smoothing
 
 
-def test_what_is_removed_is_gone(tmp_path: Path, primitive: Primitive):
-    """It is removed from memory and disk; removing it again is refused as unknown."""
+def test_a_removed_primitive_is_removed_from_memory_and_disk(tmp_path: Path, primitive: Primitive):
+    """Removing it again is refused as unknown."""
     library = Library(tmp_path, ARM, LOG)
     library.put("swing", primitive)
     library.remove("swing")
@@ -57,8 +56,7 @@ def test_what_is_removed_is_gone(tmp_path: Path, primitive: Primitive):
     assert (caught.value.code, caught.value.detail["name"]) == ("unknown_primitive", "swing")
 
 
-def test_an_unknown_name_lists_what_there_is(tmp_path: Path, primitive: Primitive):
-    """If the library is empty, the refusal says so."""
+def test_an_unknown_name_is_refused_with_the_existing_ones(tmp_path: Path, primitive: Primitive):
     library = Library(tmp_path, ARM, LOG)
     with pytest.raises(Refusal, match="none yet"):
         library.get("lob")
@@ -69,14 +67,13 @@ def test_an_unknown_name_lists_what_there_is(tmp_path: Path, primitive: Primitiv
 
 @pytest.mark.parametrize("name", ["", "../escape", "/etc/passwd", "a.b", "a b", "-a", "_a", "ä", "x" * 65, "a\n"])
 def test_invalid_names_are_refused(tmp_path: Path, name: str):
-    """Above all, no name may lead out of the directory."""
+    """In particular no name may lead out of the directory."""
     with pytest.raises(Refusal) as caught:
         Library(tmp_path, ARM, LOG).check_name(name, replace=True)
     assert (caught.value.code, caught.value.detail["field"]) == ("bad_message", "name")
 
 
-def test_a_name_is_taken_unless_replaced(tmp_path: Path, primitive: Primitive):
-    """A new name may be written either way."""
+def test_an_existing_name_is_refused_unless_replaced(tmp_path: Path, primitive: Primitive):
     library = Library(tmp_path, ARM, LOG)
     library.check_name("swing", replace=False)
     library.put("swing", primitive)
@@ -86,10 +83,10 @@ def test_a_name_is_taken_unless_replaced(tmp_path: Path, primitive: Primitive):
     library.check_name("swing", replace=True)
 
 
-def test_files_that_are_no_primitives_are_left_alone(
+def test_files_that_are_no_primitives_are_reported_and_kept(
     tmp_path: Path, primitive: Primitive, caplog: pytest.LogCaptureFixture
 ):
-    """They are reported, and the valid ones are loaded."""
+    """The valid ones are loaded."""
     Library(tmp_path, ARM, LOG).put("swing", primitive)
     whole = (tmp_path / "swing.npz").read_bytes()
     bad = {"cut": whole[: len(whole) // 2], "empty": b"", "noise": bytes(range(256)) * 10}
@@ -103,8 +100,8 @@ def test_files_that_are_no_primitives_are_left_alone(
         assert f"{name}.npz is not a primitive" in caplog.text
 
 
-def test_a_damaged_file_is_left_alone(tmp_path: Path, primitive: Primitive):
-    """The damage may be anywhere, here in the headers of the archive and its arrays."""
+def test_a_damaged_file_is_kept(tmp_path: Path, primitive: Primitive):
+    """The damage is in the headers of the archive and its arrays."""
     Library(tmp_path, ARM, LOG).put("swing", primitive)
     whole = (tmp_path / "swing.npz").read_bytes()
     headers = [place for place in range(len(whole)) if whole.startswith(b"PK\x03\x04", place)]
@@ -116,7 +113,7 @@ def test_a_damaged_file_is_left_alone(tmp_path: Path, primitive: Primitive):
 
 
 def test_a_file_with_gaussian_weights_is_converted(tmp_path: Path):
-    """The previous version wrote such files; the time of learning is kept."""
+    """A previous version wrote such files; the time of learning is kept."""
     s = np.linspace(0, 1, 1001)
     positions = np.stack([0.5 * np.sin(3 * s), s**2], axis=1)
     old = {"duration": 2.0, "theta": np.zeros((2, 50)), "positions": positions, "accelerations": positions}
@@ -131,8 +128,8 @@ def test_a_file_with_gaussian_weights_is_converted(tmp_path: Path):
     assert np.abs(again.get("swing").positions(s) - positions).max() < 1e-6
 
 
-def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: Primitive, monkeypatch):
-    """The new file takes the old one's place whole or not at all; leftovers of a killed planner are swept up."""
+def test_a_failed_write_keeps_the_previous_file(tmp_path: Path, primitive: Primitive, monkeypatch):
+    """Temporary files are removed, also those of a planner that was killed."""
     library = Library(tmp_path, ARM, LOG)
     library.put("swing", primitive)
     before = (tmp_path / "swing.npz").read_bytes()
@@ -151,8 +148,8 @@ def test_a_write_that_was_cut_off_leaves_the_old_one(tmp_path: Path, primitive: 
     assert not list(tmp_path.glob(".*.tmp"))
 
 
-def test_a_full_library_takes_no_new_name(tmp_path: Path, primitive: Primitive, monkeypatch: pytest.MonkeyPatch):
-    """Existing names may be replaced, and forgetting one makes room."""
+def test_a_full_library_refuses_new_names(tmp_path: Path, primitive: Primitive, monkeypatch: pytest.MonkeyPatch):
+    """Existing names can be replaced, and removing one makes room."""
     monkeypatch.setattr("services.planner.library.MAX_PRIMITIVES", 2)
     library = Library(tmp_path, ARM, LOG)
     for name in ("one", "two"):
@@ -165,8 +162,7 @@ def test_a_full_library_takes_no_new_name(tmp_path: Path, primitive: Primitive, 
     library.check_name("three", replace=False)
 
 
-def test_of_many_names_some_are_listed(tmp_path: Path, primitive: Primitive):
-    """A refusal must fit into a reply."""
+def test_a_refusal_lists_ten_names_and_counts_the_others(tmp_path: Path, primitive: Primitive):
     library = Library(tmp_path, ARM, LOG)
     for number in range(12):
         library.put(f"swing-{number:02}", primitive)
@@ -174,8 +170,8 @@ def test_of_many_names_some_are_listed(tmp_path: Path, primitive: Primitive):
         library.get("serve")
 
 
-def test_a_primitive_keeps_its_arm(tmp_path: Path, primitive: Primitive):
-    """Another arm lists the primitive but does not play it."""
+def test_a_primitive_is_stored_with_its_arm(tmp_path: Path, primitive: Primitive):
+    """Another arm lists it but refuses to play it."""
     Library(tmp_path, ARM, LOG).put("swing", primitive)
     (entry,) = Library(tmp_path, ARM, LOG)
     assert (entry.robot, entry.joint_names) == ("two", ["a", "b"])
@@ -188,7 +184,7 @@ def test_a_primitive_keeps_its_arm(tmp_path: Path, primitive: Primitive):
     assert namesake.playable("swing").duration == primitive.duration
 
 
-def test_a_primitive_of_an_earlier_version_is_anybodys(tmp_path: Path, primitive: Primitive):
+def test_a_primitive_of_an_earlier_version_is_playable_by_any_arm(tmp_path: Path, primitive: Primitive):
     np.savez(tmp_path / "swing.npz", created=5.0, **to_arrays(primitive))  # type: ignore[arg-type]
     library = Library(tmp_path, ARM, LOG)
     (entry,) = library
@@ -196,10 +192,10 @@ def test_a_primitive_of_an_earlier_version_is_anybodys(tmp_path: Path, primitive
     assert library.playable("swing").duration == primitive.duration
 
 
-def test_the_shipped_arm_takes_over_the_library_of_all(
+def test_the_shipped_arm_takes_over_the_library_that_arms_shared(
     tmp_path: Path, primitive: Primitive, caplog: pytest.LogCaptureFixture
 ):
-    """Another arm only says where it is: its primitives do not name their arm."""
+    """Another arm only logs where it is, because these primitives do not name their arm."""
     np.savez(tmp_path / "swing.npz", created=5.0, **to_arrays(primitive))  # type: ignore[arg-type]
     (tmp_path / "noise.npz").write_bytes(b"noise")
     shipped = Library(tmp_path / "two", ARM, LOG)
@@ -216,7 +212,7 @@ def test_the_shipped_arm_takes_over_the_library_of_all(
     assert f"move this robot's into {tmp_path / 'other'}" in caplog.text
 
 
-def test_a_library_that_cannot_be_made_is_a_sentence(tmp_path: Path):
+def test_a_library_that_cannot_be_created_is_reported_in_a_sentence(tmp_path: Path):
     (tmp_path / "file").touch()
     command = [sys.executable, "-m", "services.planner", "--library", str(tmp_path / "file")]
     planner = subprocess.run(command, capture_output=True, text=True, check=False)

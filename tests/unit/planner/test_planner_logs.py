@@ -1,4 +1,4 @@
-"""What the planner logs of goals and refusals: in fields, beside the sentence."""
+"""The planner's log of goals and refusals: level, goal id and code as fields."""
 
 import logging
 import time
@@ -31,25 +31,25 @@ GOAL = m.Goal(primitive="forehand", positions=ROBOT.home.tolist(), duration=0.5)
 
 
 class FakeBus:
-    """A bus whose controller refuses the first `late` trajectories as late; keeps the ids of all it is sent."""
+    """A bus and a controller at rest that refuses the first `late` trajectories as late and records all goal ids."""
 
     def __init__(self, late: int = 0) -> None:
         self.late = late
         self.goal_ids: list[str] = []
-        self.heard: Callable[[], object] = lambda: None
+        self.on_reference: Callable[[], object] = lambda: None
 
     def publisher(self, *_: object, **__: object) -> SimpleNamespace:
-        """Let what is published go nowhere."""
+        """Return a publisher that discards messages."""
         return SimpleNamespace(put=lambda _: None)
 
     def send(self, topic: topics.Query, asked: Any) -> Callable[[], Any]:
-        """Answer once the answer is wanted."""
+        """Return a function that returns the answer."""
         return lambda: self.ask(topic, asked)
 
     def ask(self, topic: topics.Query, request: Any) -> object:
         """Answer as a controller at rest."""
         if topic is topics.REFERENCE:
-            self.heard()
+            self.on_reference()
             rest = [0.0] * ROBOT.joint_count
             return m.Reference(time=1.0, positions=ROBOT.home.tolist(), velocities=rest, accelerations=rest, epoch=0)
         self.goal_ids.append(request.goal_id)
@@ -58,8 +58,8 @@ class FakeBus:
         return m.Accepted(goal_id=request.goal_id, start_time=1.0)
 
 
-class Question:
-    """A request that keeps its answer."""
+class FakeRequest:
+    """A request that records its answers."""
 
     def __init__(self, topic: topics.Query, request: object) -> None:
         self.topic, self._request = topic, request
@@ -67,7 +67,7 @@ class Question:
         self.answers: list[Any] = []
 
     def decode(self) -> object:
-        """Return the request, or raise it."""
+        """Return the request, or raise it if it is a refusal."""
         if isinstance(self._request, Refusal):
             raise self._request
         if isinstance(self._request, m.Learn):
@@ -75,14 +75,14 @@ class Question:
         return self._request
 
     def reply(self, reply: object) -> None:
-        """Keep the answer."""
+        """Record an answer."""
         self.answers.append(reply)
 
     refuse = reply
 
 
-class Desk:
-    """A planner with the shipped library, asked one thing after another."""
+class PlannerHarness:
+    """A planner with the shipped library that answers one request at a time."""
 
     def __init__(self, folder: Path, caplog: pytest.LogCaptureFixture) -> None:
         self.bus = FakeBus()
@@ -95,13 +95,13 @@ class Desk:
         self._caplog = caplog
 
     def ask(self, topic: topics.Query, request: object) -> tuple[Any, list[tuple[str, str | None, str | None]]]:
-        """Return the answer, and of each line logged meanwhile the level, the goal's id and the code."""
+        """Return the answer, and level, goal id and code of each line logged meanwhile."""
         self._caplog.clear()
-        question = Question(topic, request)
-        self.loop.answer(question)  # type: ignore[arg-type]
-        while not question.answers:  # a demonstration is learned beside the loop
+        asked = FakeRequest(topic, request)
+        self.loop.answer(asked)  # type: ignore[arg-type]
+        while not asked.answers:  # demonstrations are learned in another thread
             self.loop.do(self.loop.inbox.take(0.1))
-        (given,) = question.answers
+        (given,) = asked.answers
         lines = [
             (each.levelname, each.__dict__.get("goal_id"), each.__dict__.get("code")) for each in self._caplog.records
         ]
@@ -109,66 +109,65 @@ class Desk:
 
 
 @pytest.fixture
-def desk(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> Iterator[Desk]:
-    """A planner beside a controller at rest."""
-    desk = Desk(tmp_path, caplog)
-    yield desk
-    desk.loop.close()
+def harness(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> Iterator[PlannerHarness]:
+    """A planner with a controller at rest."""
+    harness = PlannerHarness(tmp_path, caplog)
+    yield harness
+    harness.loop.close()
 
 
-def test_a_goal_that_is_played(desk: Desk):
-    """Under the id that the reply names."""
-    reply, lines = desk.ask(topics.GOAL, GOAL)
+def test_a_played_goal_is_logged_with_its_id(harness: PlannerHarness):
+    reply, lines = harness.ask(topics.GOAL, GOAL)
     assert lines == [("INFO", reply.goal_id, None)]
-    assert desk.bus.goal_ids == [reply.goal_id]
+    assert harness.bus.goal_ids == [reply.goal_id]
 
 
-def test_a_goal_that_came_late_once(desk: Desk):
-    desk.bus.late = 1
-    reply, lines = desk.ask(topics.GOAL, GOAL)
+def test_a_goal_that_was_late_once_is_logged_as_warning(harness: PlannerHarness):
+    harness.bus.late = 1
+    reply, lines = harness.ask(topics.GOAL, GOAL)
     assert lines == [("WARNING", reply.goal_id, "late"), ("INFO", reply.goal_id, None)]
 
 
-def test_what_a_plan_took_is_noted_in_robot_time(desk: Desk, monkeypatch: pytest.MonkeyPatch):
-    """Which passes at a tenth of the wall clock's pace."""
+def test_planning_time_is_noted_in_robot_time(harness: PlannerHarness, monkeypatch: pytest.MonkeyPatch):
+    """Robot time passes at a tenth of wall-clock time here."""
     wall, noted = [100.0], list[float]()
     monkeypatch.setattr(time, "monotonic", lambda: wall[0])
-    monkeypatch.setattr(desk.lead, "note", lambda seconds, *_: noted.append(seconds))
+    monkeypatch.setattr(harness.lead, "note", lambda seconds, *_: noted.append(seconds))
     status = ClosedLoop(ROBOT).controller.status()
     for time_s in (1.0, 1.02):
         wall[0] += 0.2
-        desk.planner.receive_status(msgspec.structs.replace(status, time=time_s))
-    accept = desk.bus.ask
+        harness.planner.receive_status(msgspec.structs.replace(status, time=time_s))
+    accept = harness.bus.ask
 
     def ask(topic: topics.Query, request: Any) -> object:
         wall[0] += 0.5 if topic is topics.EXECUTE else 0.0
         return accept(topic, request)
 
-    monkeypatch.setattr(desk.bus, "ask", ask)
-    desk.ask(topics.GOAL, GOAL)
+    monkeypatch.setattr(harness.bus, "ask", ask)
+    harness.ask(topics.GOAL, GOAL)
     assert noted == [pytest.approx(0.05)]
 
 
-def test_a_goal_without_an_id_keeps_the_one_it_is_given(desk: Desk):
-    """From the first line to the refusal."""
-    desk.bus.late = 2
-    refusal, lines = desk.ask(topics.GOAL, GOAL)
+def test_a_goal_without_an_id_is_logged_with_its_assigned_one(harness: PlannerHarness):
+    harness.bus.late = 2
+    refusal, lines = harness.ask(topics.GOAL, GOAL)
     goal_id = refusal.detail["goal_id"]
-    assert desk.bus.goal_ids == [goal_id] * 2
+    assert harness.bus.goal_ids == [goal_id] * 2
     assert lines == [("WARNING", goal_id, "late"), ("INFO", goal_id, "late")]
 
 
 @pytest.mark.parametrize(("sent", "shown"), [("g-1", "g-1"), ("g" * 5000, "g" * 128)])
-def test_a_goal_that_is_refused(desk: Desk, sent: str, shown: str):
-    """Under its own id, as much of it as an id may have."""
+def test_a_refused_goal_is_logged_with_its_id(harness: PlannerHarness, sent: str, shown: str):
+    """Long ids are shortened to 128 characters."""
     goal = m.Goal(primitive="forehand", positions=GOAL.positions, goal_id=sent, duration=-1.0)
-    refusal, lines = desk.ask(topics.GOAL, goal)
+    refusal, lines = harness.ask(topics.GOAL, goal)
     assert lines == [("INFO", shown, refusal.code)]
     assert refusal.code == "invalid_goal"
 
 
-def test_what_is_refused_and_no_goal(desk: Desk, caplog: pytest.LogCaptureFixture):
-    """Or cannot be read as one."""
+def test_refusals_of_other_or_malformed_requests_are_logged_without_an_id(
+    harness: PlannerHarness, caplog: pytest.LogCaptureFixture
+):
     for topic, request, code in (
         (topics.FORGET, m.Forget(name="none"), "unknown_primitive"),
         (topics.LEARN, m.Learn(name="-", positions=[]), "bad_message"),
@@ -176,7 +175,7 @@ def test_what_is_refused_and_no_goal(desk: Desk, caplog: pytest.LogCaptureFixtur
         (topics.LEARN, m.Learn(name="forehand", positions=[]), "exists"),
         (topics.GOAL, Refusal("bad_message", "no map", field=""), "bad_message"),
     ):
-        refusal, lines = desk.ask(topic, request)
+        refusal, lines = harness.ask(topic, request)
         assert refusal.code == code
         assert lines == [("INFO", None, code)]
         assert caplog.messages[-1] == f"{topic.key} refused as {code}: {refusal}"
@@ -184,12 +183,16 @@ def test_what_is_refused_and_no_goal(desk: Desk, caplog: pytest.LogCaptureFixtur
 
 @pytest.mark.parametrize(
     ("change", "order"),
-    [({}, ["plan", "heard"]), ({"arrival_time": 2.0}, ["heard", "plan"]), ({"start": None}, ["heard", "plan"])],
+    [
+        ({}, ["plan", "reference"]),
+        ({"arrival_time": 2.0}, ["reference", "plan"]),
+        ({"start": None}, ["reference", "plan"]),
+    ],
 )
-def test_what_has_its_own_start_is_planned_while_the_controller_is_asked(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], order: list[str]
+def test_a_goal_with_its_own_start_is_planned_while_the_reference_is_requested(
+    harness: PlannerHarness, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], order: list[str]
 ):
-    """Unless its duration follows from the answer."""
+    """Unless its duration depends on the reference."""
     events: list[str] = []
 
     def noted(*arguments: Any) -> Plan:
@@ -197,28 +200,29 @@ def test_what_has_its_own_start_is_planned_while_the_controller_is_asked(
         return plan(*arguments)
 
     monkeypatch.setattr("services.planner.solving.plan", noted)
-    desk.bus.heard = lambda: events.append("heard")
+    harness.bus.on_reference = lambda: events.append("reference")
     start = m.Start(positions=ROBOT.home.tolist(), velocities=[0.0] * 6)
     goal = m.Goal(primitive="forehand", positions=GOAL.positions, plan_only=True, start=start)
-    reply, _ = desk.ask(topics.GOAL, structs.replace(goal, **change))
+    reply, _ = harness.ask(topics.GOAL, structs.replace(goal, **change))
     assert events == order
     assert reply.start_time == 1.0
 
 
-def test_an_error_that_nobody_foresaw(desk: Desk, monkeypatch: pytest.MonkeyPatch):
-    """Is one request's; its traceback is in the log."""
+def test_an_unexpected_error_fails_only_its_request_and_is_logged(
+    harness: PlannerHarness, monkeypatch: pytest.MonkeyPatch
+):
 
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
     with monkeypatch.context() as patched:
         patched.setattr("services.planner.solving.plan", broken)
-        refusal, lines = desk.ask(topics.GOAL, GOAL)
+        refusal, lines = harness.ask(topics.GOAL, GOAL)
     goal_id = refusal.detail["goal_id"]
     assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner", "goal_id": goal_id})
     assert lines == [("ERROR", goal_id, None), ("INFO", goal_id, "unavailable")]
-    reply, _ = desk.ask(topics.GOAL, GOAL)
-    assert desk.bus.goal_ids == [reply.goal_id]
+    reply, _ = harness.ask(topics.GOAL, GOAL)
+    assert harness.bus.goal_ids == [reply.goal_id]
 
 
 @pytest.mark.parametrize(
@@ -230,33 +234,32 @@ def test_an_error_that_nobody_foresaw(desk: Desk, monkeypatch: pytest.MonkeyPatc
         ({"method": "dmp", "limits": {"jerks": [1e-8] * 6}}, "invalid_goal", "duration"),
     ],
 )
-def test_what_no_motion_can_do_is_refused(desk: Desk, change: dict[str, Any], code: str, field: str | None):
-    """Every one of these ended the planner, or took all memory, once."""
+def test_extreme_goals_are_refused(harness: PlannerHarness, change: dict[str, Any], code: str, field: str | None):
+    """Regression: each of these once ended the planner or exhausted memory."""
     body = {"primitive": "forehand", "positions": GOAL.positions, "duration": 2.0, "plan_only": True, **change}
     body["waypoints"] = [
         {"time_from_start": time, "positions": positions, "velocities": velocities}
         for time, positions, velocities in body.get("waypoints", [])
     ]
-    refusal, lines = desk.ask(topics.GOAL, msgspec.convert(body, m.Goal))
+    refusal, lines = harness.ask(topics.GOAL, msgspec.convert(body, m.Goal))
     assert (refusal.code, refusal.detail.get("field")) == (code, field)
     assert [level for level, _, _ in lines] == ["INFO"]
 
 
-def test_a_demonstration_that_takes_too_long_needs_a_duration(desk: Desk):
-    desk.ask(topics.LEARN, m.Learn(name="slow", positions=[ROBOT.home.tolist()] * 100, rate=1.0))
+def test_a_goal_for_a_demonstration_over_60_s_needs_a_duration(harness: PlannerHarness):
+    harness.ask(topics.LEARN, m.Learn(name="slow", positions=[ROBOT.home.tolist()] * 100, rate=1.0))
     for method in ("qp", "dmp"):
         goal = m.Goal(primitive="slow", positions=ROBOT.home.tolist(), method=method)
-        refusal, _ = desk.ask(topics.GOAL, goal)
+        refusal, _ = harness.ask(topics.GOAL, goal)
         assert (refusal.code, refusal.detail) == ("invalid_goal", {"field": "duration"})
         assert "give a duration of at most 60" in refusal.message
 
 
-def test_every_request_has_its_answer(desk: Desk):
-    """Of its own kind."""
+def test_every_request_has_a_reply_of_its_type(harness: PlannerHarness):
     for query in topics.QUERIES:
         if query.owner == "planner" and query is not topics.GOAL:
             request = {
                 topics.LEARN: m.Learn(name="rest", positions=[ROBOT.home.tolist()] * 50, rate=100.0),
                 topics.FORGET: m.Forget(name="forehand"),
             }.get(query, m.Empty())
-            assert type(desk.ask(query, request)[0]) is query.reply
+            assert type(harness.ask(query, request)[0]) is query.reply

@@ -1,4 +1,4 @@
-"""The planner's loop on a real bus: while a demonstration is learned, everything else is answered."""
+"""The planner's loop on a real bus: other requests are answered while a demonstration is learned."""
 
 import logging
 import threading
@@ -31,7 +31,7 @@ LEARN = m.Learn(name="wave", positions=PATH.tolist(), rate=100.0)
 
 @pytest.fixture
 def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespace]:
-    """A client of a planner whose worker learns once it may."""
+    """A client of a planner whose worker waits for permission to learn."""
     endpoint = free_endpoint()
     worker, stopping = HeldWorker(), threading.Event()
     monkeypatch.setattr("services.planner.loop.Worker", lambda *_: worker)
@@ -47,12 +47,12 @@ def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNa
 
 
 def names(client: Bus) -> list[str]:
-    """What the planner lists."""
+    """Return the names of the planner's primitives."""
     return [entry.name for entry in client.ask(topics.PRIMITIVES, m.Empty()).primitives]
 
 
-def test_what_is_asked_meanwhile_is_answered(served: SimpleNamespace):
-    """Listing, forgetting, and what is refused at a glance."""
+def test_requests_are_answered_while_a_demonstration_is_learned(served: SimpleNamespace):
+    """Lists, `forget`, and `learn` requests that are refused at once."""
     answer = served.client.send(topics.LEARN, LEARN)
     while not served.worker.asked:
         assert names(served.client) == []
@@ -70,8 +70,8 @@ def test_what_is_asked_meanwhile_is_answered(served: SimpleNamespace):
     assert names(served.client) == ["wave"]
 
 
-def test_every_form_of_a_demonstration_comes_through(served: SimpleNamespace):
-    """Rows and a matrix; a name that is taken is refused before anything is learned."""
+def test_demonstrations_as_rows_or_matrix_are_learned(served: SimpleNamespace):
+    """A name in use is refused before learning."""
     for _ in range(2):
         served.worker.may.release()
     rows = served.client.ask(topics.LEARN, LEARN)

@@ -1,4 +1,4 @@
-"""What the planner says of a plan."""
+"""Messages made of a plan: trajectory, reply and publication."""
 
 import numpy as np
 import pytest
@@ -38,18 +38,18 @@ def primitive() -> Primitive:
 
 @pytest.fixture(scope="module")
 def made(primitive: Primitive) -> Made:
-    """A plan of it."""
+    """A plan of the forehand."""
     return Made(plan(primitive, motion_request(GOAL, primitive, ROBOT, ORIGIN), ROBOT.tick), 3, ORIGIN, 1.25)
 
 
 @pytest.fixture(scope="module")
 def trajectory(made: Made) -> m.Trajectory:
-    """The plan on the wire, as samples."""
+    """The plan as a message with samples."""
     return sampled_message(made, GOAL, "g", ROBOT, STAMPS)
 
 
 def test_the_trajectory_has_every_sample(made: Made, trajectory: m.Trajectory):
-    """From the start to rest, with the hit where it is, and all that the controller has to know."""
+    """From the start to rest, with the index of the hit and the goal's fields for the controller."""
     samples = made.plan.samples()
     assert (trajectory.goal_id, trajectory.client_id, trajectory.lease, trajectory.preempt) == (
         "g",
@@ -70,8 +70,8 @@ def test_the_trajectory_has_every_sample(made: Made, trajectory: m.Trajectory):
 
 
 @pytest.mark.parametrize("include", [False, True])
-def test_the_reply_has_samples_only_where_asked(made: Made, trajectory: m.Trajectory, include: bool):
-    """And goes over the wire and back unchanged: plain numbers, nothing of numpy."""
+def test_the_reply_has_samples_only_on_request(made: Made, trajectory: m.Trajectory, include: bool):
+    """It is encoded and decoded without change."""
     reply = goal_reply(made, "g", trajectory if include else None, ROBOT)
     assert (reply.trajectory is not None) == include
     assert (reply.goal_id, reply.start_time, reply.duration) == ("g", 3.5, 1.0)
@@ -87,8 +87,10 @@ def test_the_reply_has_samples_only_where_asked(made: Made, trajectory: m.Trajec
         assert len(vector) == JOINTS
 
 
-def test_the_published_plan_tells_what_it_was_made_of(made: Made, trajectory: m.Trajectory, primitive: Primitive):
-    """Limits, waypoints, and the demonstration warped to the plan's duration."""
+def test_the_published_plan_has_limits_waypoints_and_demonstration(
+    made: Made, trajectory: m.Trajectory, primitive: Primitive
+):
+    """The demonstration is scaled to the plan's duration."""
     said = plan_message(made, trajectory, GOAL, primitive)
     assert decode(encode(said), m.Plan, max_bytes=1 << 20) == said
     assert (said.primitive, said.waypoints, said.goal_id) == ("forehand", GOAL.waypoints, "g")
@@ -98,8 +100,8 @@ def test_the_published_plan_tells_what_it_was_made_of(made: Made, trajectory: m.
     assert np.abs(demonstration[-1] - HIT).max() < 1e-3
 
 
-def test_the_controller_gets_polynomials(made: Made):
-    """The same motion: evaluated where the samples are it is these samples."""
+def test_the_executed_trajectory_is_sent_as_polynomials(made: Made):
+    """Evaluated at the sample times they are equal to the samples."""
     message = executed_message(made, GOAL, "g", ROBOT, STAMPS)
     assert message.positions is None
     assert message.pieces
@@ -110,8 +112,8 @@ def test_the_controller_gets_polynomials(made: Made):
     assert len(encode(message)) < 40_000
 
 
-def test_of_a_long_motion_every_nth_sample_is_told(primitive: Primitive):
-    """`dt` says so, and the polynomials are there as well."""
+def test_a_long_motion_is_sent_with_every_nth_sample_and_polynomials(primitive: Primitive):
+    """`dt` is the interval between these samples."""
     goal = m.Goal(primitive="forehand", positions=list(HIT), duration=45.0)
     made = Made(plan(primitive, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT.tick), 0, ORIGIN, 1.0)
     message = sampled_message(made, goal, "g", ROBOT, STAMPS)

@@ -1,4 +1,4 @@
-"""A goal is answered before it is published, also one that is refused, for whatever reason."""
+"""Goals are answered before their plan or refusal is published."""
 
 import logging
 import threading
@@ -31,8 +31,8 @@ GOAL = m.Goal(primitive="forehand", positions=HOME, goal_id="g1", client_id="she
 REFERENCE = m.Reference(time=4.5, epoch=3, positions=HOME, velocities=STILL, accelerations=STILL)
 
 
-class RequestT:
-    """A request whose answer goes into `events`."""
+class FakeRequest:
+    """A request that records its answer in `events`."""
 
     def __init__(self, topic: topics.Query, body: bytes, events: list[Any]) -> None:
         self.topic = topic
@@ -46,9 +46,9 @@ class RequestT:
 
 
 class FakeBus:
-    """A bus that brings the planner `requests`; `events` are what it answers and publishes, in order.
+    """A bus with queued `requests`; `events` has the planner's answers and publications in order.
 
-    The controller's reference is `origin`, and unless it `accepts` it refuses whatever it shall execute.
+    Stands in for the controller, too: its reference is `origin`, and it executes plans only if `accepts`.
     """
 
     def __init__(
@@ -64,18 +64,18 @@ class FakeBus:
         self._accepts = accepts
 
     def serve(self, topic: topics.Query, inbox: Inbox[PendingQuery]) -> None:
-        """Bring all requests at once, those of other topics too."""
+        """Queue all requests, including those of other topics."""
         if topic is topics.GOAL:
             for each, body in self.requests:
-                inbox.offer(RequestT(each, body, self.events))  # type: ignore[arg-type]
+                inbox.offer(FakeRequest(each, body, self.events))  # type: ignore[arg-type]
 
     def publisher(self, topic: topics.Publication, blocking: bool = False) -> "FakeBus":
-        """Check that only a plan waits for a listener with a dead link; a refusal would delay the next answer."""
+        """Check that only plans are published blocking; a blocked refusal would delay the next answer."""
         assert blocking is (topic is topics.PLAN)
         return self
 
     def send(self, topic: topics.Query, asked: Any) -> Callable[[], Any]:
-        """Answer when the answer is awaited."""
+        """Return a function that returns the answer."""
         return lambda: self.ask(topic, asked)
 
     def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
@@ -95,7 +95,7 @@ class FakeBus:
         """Do nothing."""
 
     def take_puts(self) -> list[str]:
-        """Nobody puts a request."""
+        """No requests are sent as publications."""
         return []
 
     def listen(self, *_: object) -> None:
@@ -104,7 +104,7 @@ class FakeBus:
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
-    """A library that knows the forehand."""
+    """A library with the shipped forehand."""
     library = Library(tmp_path_factory.mktemp("library"), ARM, LOG)
     forehand = learn_from_csv(DEMONSTRATIONS / "forehand.csv", ROBOT.joint_names)
     assert forehand is not None
@@ -113,13 +113,13 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
 
 
 def answered(library: Library, bus: FakeBus, lead: LeadTime | None = None) -> list[Any]:
-    """Let the planner answer all that `bus` brings, and return what it says, in order."""
+    """Run the planner's loop for all requests of `bus`, and return its events."""
 
     class Stopping(threading.Event):
-        """Set once every request had its turn."""
+        """Set after one turn of the loop for each request."""
 
         def is_set(self) -> bool:
-            """The requests wait from the start, so each turn takes one."""
+            """Count a turn; all requests are queued, so each turn takes one."""
             turns.pop()
             return not turns
 
@@ -128,6 +128,16 @@ def answered(library: Library, bus: FakeBus, lead: LeadTime | None = None) -> li
     planner = Planner(bus, ROBOT, library, lead, LOG)  # type: ignore[arg-type]
     Loop(bus, planner, library, ROBOT, lead, LOG).serve(Stopping())  # type: ignore[arg-type]
     return bus.events
+
+
+def test_a_value_given_by_its_index_is_followed_by_its_joint(library: Library):
+    """In the reply and in the publication."""
+    goal = msgspec.structs.replace(GOAL, positions=[*HOME[:-1], float("nan")])
+    refusal, refused = answered(library, FakeBus([(topics.GOAL, encode(goal))]))
+    last = ROBOT.joint_count - 1
+    assert refusal.message == f"positions[{last}] (joint {ROBOT.joint_names[-1]}) is nan; it must be finite"
+    assert refusal.detail == {"field": f"positions[{last}]"}
+    assert (refused.message, refused.detail) == (refusal.message, refusal.detail)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +153,7 @@ def answered(library: Library, bus: FakeBus, lead: LeadTime | None = None) -> li
         ("busy", {"goal_id": None}),
     ],
 )
-def test_it_is_published_after_the_answer(library: Library, code: str, changes: dict[str, Any]):
+def test_a_refusal_is_published_after_the_answer(library: Library, code: str, changes: dict[str, Any]):
     goal = msgspec.structs.replace(GOAL, **changes)
     refusal, refused = answered(library, FakeBus([(topics.GOAL, encode(goal))]))
     assert refusal.code == code
@@ -156,11 +166,11 @@ def test_it_is_published_after_the_answer(library: Library, code: str, changes: 
         detail=refusal.detail,
         requested=ARRIVED_NS,
     )
-    assert refused.goal_id, "a goal without an id is given one"
+    assert refused.goal_id, "a goal without an id gets one"
 
 
-def test_what_is_played_is_published_after_the_answer(library: Library):
-    """A listener with a dead link does not delay the answer; a repeated goal is played once."""
+def test_a_plan_is_published_after_the_answer(library: Library):
+    """So a subscriber with a dead link does not delay the answer; a repeated goal is played once."""
     requests = [(topics.GOAL, encode(GOAL))] * 2
     reply, played, again = answered(library, FakeBus(requests, accepts=True))
     assert (type(reply), type(played)) == (m.GoalReply, m.Plan)
@@ -168,16 +178,16 @@ def test_what_is_played_is_published_after_the_answer(library: Library):
     assert again == reply
 
 
-def test_a_motion_too_long_with_its_stop_names_what_made_it_so(library: Library):
-    """Before the controller would refuse a number of samples, of which no goal speaks."""
+def test_a_motion_that_is_too_long_with_its_stop_is_refused_with_its_duration(library: Library):
+    """The controller's own refusal would name a number of samples, which is not part of the goal."""
     goal = msgspec.structs.replace(GOAL, duration=59.999, velocities=[1.0] * ROBOT.joint_count)
     refusal, _ = answered(library, FakeBus([(topics.GOAL, encode(goal))], accepts=True))
     assert (refusal.code, refusal.detail["field"]) == ("invalid_goal", "duration")
     assert "59.999 s and its stop 0.0" in refusal.message
 
 
-def test_a_plan_that_execute_does_not_take_is_no_fault_of_the_body(library: Library):
-    """A client that sent 200 bytes is not told that its body is too large."""
+def test_a_plan_that_is_too_large_for_execute_is_not_reported_as_bad_message(library: Library):
+    """The goal's own body has only some 200 bytes."""
 
     class Strict(FakeBus):
         def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
@@ -190,8 +200,8 @@ def test_a_plan_that_execute_does_not_take_is_no_fault_of_the_body(library: Libr
     assert refusal.message == "the plan cannot be executed: `execute` takes at most 4 bytes, and this body has 5"
 
 
-def test_a_correction_that_has_no_time_left_is_checked_to_its_end(library: Library):
-    """Its racket would go into the floor, 6 s ahead: the motion that it corrects goes on."""
+def test_a_correction_without_time_left_is_checked_for_collisions_to_its_end(library: Library):
+    """6 s ahead its racket would hit the floor, so the motion that it corrects continues."""
 
     class Moving(FakeBus):
         def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
@@ -208,22 +218,21 @@ def test_a_correction_that_has_no_time_left_is_checked_to_its_end(library: Libra
     assert {refusal.detail["body"], refusal.detail["other"]} == {"racket", "floor"}
 
 
-def test_a_controller_that_is_silent(library: Library):
+def test_a_goal_without_an_answer_of_the_controller_is_refused_as_unavailable(library: Library):
     refusal, refused = answered(library, FakeBus([(topics.GOAL, encode(GOAL))], origin=None))
     assert (refusal.code, refused.code, refused.goal_id) == ("unavailable", "unavailable", "g1")
 
 
 @pytest.mark.parametrize("body", [b"", b"{", encode(m.Forget(name="forehand"))])
-def test_of_what_does_not_decode_only_the_refusal_is_known(library: Library, body: bytes):
-    """The published refusal contains nothing of the request before it."""
+def test_the_published_refusal_of_a_malformed_goal_has_no_fields_of_a_goal(library: Library, body: bytes):
+    """In particular none of the previous goal."""
     first, second = (topics.GOAL, encode(GOAL)), (topics.GOAL, body)
     *_, refusal, refused = answered(library, FakeBus([first, second]))
     assert (refusal.code, refused.code, refused.message) == ("bad_message", "bad_message", refusal.message)
     assert (refused.goal_id, refused.client_id, refused.primitive) == (None, "", "")
 
 
-def test_nothing_else_is_published(library: Library):
-    """Neither other requests that are refused nor goals that are not."""
+def test_refusals_of_other_requests_and_plans_not_executed_are_not_published(library: Library):
     plan_only = msgspec.structs.replace(GOAL, plan_only=True)
     requests = [(topics.FORGET, encode(m.Forget(name="backhand"))), (topics.GOAL, encode(plan_only))]
     refusal, reply = answered(library, FakeBus(requests))

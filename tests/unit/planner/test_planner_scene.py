@@ -1,4 +1,4 @@
-"""What moves in the robot's model without the planner: the check in space must know where it is."""
+"""The scene of the collision check: held joints and other robots follow their messages."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -34,7 +34,7 @@ def state(tick: int, held: dict[str, float]) -> m.State:
     return m.State(run=1, tick=tick, time=tick / 1000, brake=False, applied_tick=tick, held=held, **still)
 
 
-def test_a_gripper_is_checked_where_it_was_opened_to(bus: Bus, tmp_path: Path):
+def test_held_joints_are_placed_by_states(bus: Bus, tmp_path: Path):
     config = small_arm(tmp_path, "[held]\ngrip = 0.0\n")
     motions = MotionCheck(config)
     clearance = motions.clearance
@@ -48,9 +48,9 @@ def test_a_gripper_is_checked_where_it_was_opened_to(bus: Bus, tmp_path: Path):
 
     assert grip.qpos[0] == 0.0
     opened = state(1, {"grip": 0.4, "shoulder": 0.1})
-    assert eventually(lambda: seen(0.4, opened)), "the arm's own joints are the plan's"
+    assert eventually(lambda: seen(0.4, opened)), "the state's other joints are ignored"
     scene.look()
-    assert grip.qpos[0] == 0.4, "without news it stays"
+    assert grip.qpos[0] == 0.4, "it stays without a further state"
     clearance.place(config.home)
     finger = clearance.data.body("finger").xpos
     assert finger[0] == pytest.approx(-0.4, abs=2e-3)
@@ -60,7 +60,7 @@ LEFT, RIGHT = (load_robot(DEFAULT_ROBOT_CONFIG.with_name(f"{name}.toml")) for na
 
 
 def plan(goal_id: str, start: float, epoch: int, to: float) -> m.Plan:
-    """A motion of the right arm's first joint from 0, over 1 s."""
+    """Return a plan that moves the right arm's first joint from 0 to `to` rad in 1 s."""
     positions = np.tile(RIGHT.home, (1001, 1))
     positions[:, 0] = np.linspace(0, to, 1001)
     still = matrix_bytes(np.zeros((1001, 6)))
@@ -89,10 +89,10 @@ FIRST, CORRECTION, NEXT = plan("a", 4.0, 3, 0.5), plan("b", 4.5, 4, 0.6), plan("
     ("plans", "time", "said", "ids"),
     [
         ([FIRST], 4.3, status(4.29), "a"),
-        ([FIRST], 3.98, status(3.97, "holding"), "a"),  # accepted since
+        ([FIRST], 3.98, status(3.97, "holding"), "a"),  # accepted after the status
         ([FIRST], 4.3, status(4.29, "stopping"), ""),
         ([FIRST], 4.3, status(4.29, "fault"), ""),
-        ([FIRST], 4.3, status(3.7), ""),  # silent
+        ([FIRST], 4.3, status(3.7), ""),  # an outdated status
         ([FIRST], 5.1, status(5.09, "holding"), ""),
         ([FIRST], 0.5, status(0.49), ""),  # of an earlier run
         ([FIRST, CORRECTION], 4.48, status(4.47), "ab"),
@@ -101,11 +101,11 @@ FIRST, CORRECTION, NEXT = plan("a", 4.0, 3, 0.5), plan("b", 4.5, 4, 0.6), plan("
         ([], 4.0, status(4.0), ""),
     ],
 )
-def test_which_plans_are_in_force(plans: list[m.Plan], time: float, said: m.Status, ids: str):
+def test_plans_in_force_follow_from_plans_and_status(plans: list[m.Plan], time: float, said: m.Status, ids: str):
     assert "".join(found.goal_id for found in in_force(plans, time, said)) == ids
 
 
-def test_another_robots_plan_is_looked_at_on_this_robots_clock(bus: Bus):
+def test_another_robots_plan_is_converted_to_this_robots_clock(bus: Bus):
     left, right = Bus(bus.session, "left"), Bus(bus.session, "right")
     motions = MotionCheck(LEFT)
     scene = Scene(left, LEFT, motions)
@@ -127,8 +127,8 @@ def test_another_robots_plan_is_looked_at_on_this_robots_clock(bus: Bus):
     (other,) = motions.others
     assert other.until == pytest.approx(12.7)
     assert other.sample(np.array([12.0, 12.2, 20.0]))[0, :, 0] == pytest.approx([0.15, 0.25, 0.5])
-    assert not scene.look(), "no news"
-    assert motions.others, "but the plan goes on"
+    assert not scene.look(), "nothing new"
+    assert motions.others, "the plan is still in force"
     right.publisher(topics.STATUS).put(status(4.3, "stopping"))
     assert eventually(lambda: not (scene.look() or motions.others))
     assert motions.clearance.data.joint("right/joint_1").qpos[0] == 0.25

@@ -1,4 +1,4 @@
-"""Plans of the planner's solver, which remembers the rows of the last one."""
+"""Plans of the planner's solver, which starts from the rows of the previous plan."""
 
 import msgspec
 import numpy as np
@@ -21,20 +21,20 @@ HOME = Origin(0.0, 0, Boundary(ROBOT.home, np.zeros(6), np.zeros(6)))
 
 @pytest.fixture(scope="module")
 def forehand() -> Primitive:
-    """The one that ships with Volley."""
+    """The shipped forehand."""
     recorded = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
     return learn(Demonstration(recorded[:, 0], recorded[:, 1:]))
 
 
 def solved(solver: Solver, wanted: m.Goal, primitive: Primitive) -> Made:
-    """What the solver makes of a goal of method "qp", which has no steps elsewhere."""
+    """Return the solver's plan for a goal of method "qp"."""
     with pytest.raises(StopIteration) as done:
         next(solver.solve(wanted, primitive, HOME))
     return done.value.value
 
 
-def verdict(solver: Solver, wanted: m.Goal, primitive: Primitive) -> str:
-    """The code of the refusal, "planned" where there is none."""
+def code_of(solver: Solver, wanted: m.Goal, primitive: Primitive) -> str:
+    """Return the code of the refusal, or "planned"."""
     try:
         solved(solver, wanted, primitive)
     except Refusal as refusal:
@@ -42,28 +42,28 @@ def verdict(solver: Solver, wanted: m.Goal, primitive: Primitive) -> str:
     return "planned"
 
 
-def test_a_verdict_does_not_depend_on_the_goals_before(forehand: Primitive):
-    """Goals around the shortest duration, each after the fastest motion and each as the first."""
+def test_a_refusal_does_not_depend_on_previous_goals(forehand: Primitive):
+    """For durations around the shortest, each goal after a fastest motion and as the first goal."""
     rng = np.random.default_rng(1)
     for duration in (0.015, 0.022, 0.03, 0.04, 0.1, 0.13, 0.2):
         positions = (HIT + rng.uniform(-0.05, 0.05, 6)).tolist()
         wanted = msgspec.structs.replace(goal(duration=duration), positions=positions)
         after, first = Solver(ROBOT), Solver(ROBOT)
         solved(after, goal(fastest=True), forehand)
-        assert verdict(after, wanted, forehand) == verdict(first, wanted, forehand), duration
+        assert code_of(after, wanted, forehand) == code_of(first, wanted, forehand), duration
 
 
-def test_the_own_end_is_refused_among_others_as_it_is_alone(forehand: Primitive):
-    """An end whose share of the effort ran out is no refusal of the goal."""
+def test_the_goals_own_end_is_refused_with_the_same_code_with_and_without_alternatives(forehand: Primitive):
+    """Even if an alternative exhausts its share of the effort."""
     wanted = goal(duration=0.03)
     others = [m.Alternative(duration=0.02), m.Alternative(positions=[9.0, *HIT[1:]], duration=1.0)]
     with pytest.raises(Refusal) as caught:
         solved(Solver(ROBOT), msgspec.structs.replace(wanted, alternatives=others), forehand)
-    assert caught.value.code == verdict(Solver(ROBOT), wanted, forehand) == "infeasible"
+    assert caught.value.code == code_of(Solver(ROBOT), wanted, forehand) == "infeasible"
     assert caught.value.detail["alternatives"][1] == "limit"
 
 
-def test_a_late_alternative_is_refused_alone(forehand: Primitive):
+def test_a_late_alternative_does_not_refuse_the_others(forehand: Primitive):
     late, good = m.Alternative(arrival_time=-1.0), m.Alternative(duration=1.2)
     hopeless = msgspec.structs.replace(goal(duration=0.03), alternatives=[late, good])
     assert solved(Solver(ROBOT), hopeless, forehand).alternative == 2
@@ -72,8 +72,8 @@ def test_a_late_alternative_is_refused_alone(forehand: Primitive):
     assert (caught.value.code, caught.value.detail["alternatives"]) == ("infeasible", ["late", "late"])
 
 
-def test_short_goals_are_planned_or_infeasible(forehand: Primitive):
-    """Their demonstration passes its limits everywhere; whether they can be met is found out all the same."""
+def test_short_goals_are_planned_or_refused_as_infeasible(forehand: Primitive):
+    """Although the demonstration, at that speed, exceeds its limits everywhere."""
     rng = np.random.default_rng(2)
     for duration in np.linspace(0.03, 0.1, 8):
         wanted = msgspec.structs.replace(goal(duration=float(duration)), checks=m.Checks(collision=False, torque=False))
@@ -87,33 +87,31 @@ def test_short_goals_are_planned_or_infeasible(forehand: Primitive):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_hardly_less_than_the_fastest_duration_would_do(forehand: Primitive, seed: int):
+def test_the_fastest_duration_is_within_a_tenth_of_the_minimum(forehand: Primitive, seed: int):
     nearby = (ROBOT.home + np.random.default_rng(seed).uniform(-0.1, 0.1, 6)).tolist()
     wanted = m.Goal(
         primitive="forehand", positions=nearby, fastest=True, checks=m.Checks(collision=False, torque=False)
     )
     found = solved(Solver(ROBOT), wanted, forehand).plan.duration
     less = msgspec.structs.replace(wanted, fastest=False, duration=0.9 * found)
-    assert verdict(Solver(ROBOT), less, forehand) in ("infeasible", "solver_failed")
+    assert code_of(Solver(ROBOT), less, forehand) in ("infeasible", "solver_failed")
 
 
 @pytest.mark.parametrize("duration", [0.001, 0.01, 0.02])
-def test_a_goal_far_too_short_gets_a_duration_that_works(forehand: Primitive, duration: float):
-    """Its search would spend all effort on small steps."""
+def test_a_goal_far_too_short_is_refused_with_a_duration_that_works(forehand: Primitive, duration: float):
+    """A search in small steps would exhaust the effort."""
     wanted = m.Goal(primitive="forehand", positions=list(HIT), duration=duration)
     with pytest.raises(Refusal) as caught:
         solved(Solver(ROBOT), wanted, forehand)
     works = caught.value.detail["min_duration"]
     assert (caught.value.code, works) == ("infeasible", pytest.approx(0.1, abs=0.04))
-    assert verdict(Solver(ROBOT), msgspec.structs.replace(wanted, duration=works), forehand) == "planned"
+    assert code_of(Solver(ROBOT), msgspec.structs.replace(wanted, duration=works), forehand) == "planned"
 
 
 @pytest.mark.parametrize(("field", "value"), [("positions", [9.0, *HIT[1:]]), ("velocities", [99.0] + [0.0] * 5)])
-def test_the_fastest_end_outside_the_limits_is_refused_as_any_other(
-    forehand: Primitive, field: str, value: list[float]
-):
+def test_a_fastest_goal_outside_the_limits_is_refused_as_limit(forehand: Primitive, field: str, value: list[float]):
     wanted = msgspec.structs.replace(goal(fastest=True), **{field: value})
-    assert verdict(Solver(ROBOT), wanted, forehand) == "limit"
+    assert code_of(Solver(ROBOT), wanted, forehand) == "limit"
 
 
 @pytest.mark.parametrize(("method", "plan_only", "code"), [("qp", False, "limit"), ("dmp", True, "invalid_goal")])
@@ -124,4 +122,4 @@ def test_numbers_that_overflow_are_refused(
 ):
     """They are finite, but not everything that is computed from them is."""
     wanted = msgspec.structs.replace(goal(), method=method, plan_only=plan_only, **{field: [size] * 6})
-    assert verdict(Solver(ROBOT), wanted, forehand) == code
+    assert code_of(Solver(ROBOT), wanted, forehand) == code

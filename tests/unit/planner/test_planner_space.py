@@ -1,4 +1,4 @@
-"""Goals that would drive an arm through itself, through a table or beyond its torques, on arms of other people."""
+"""Goals that would move an arm through itself or a table, or beyond its torques, for arms of other projects."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,11 +24,11 @@ from tests import arms
 
 ARMS = {"ur5e": arms.UR5E, "panda": arms.PANDA}
 TABLE = 0.02
-"""Half the height of the table under the arm, m."""
+"""Half height of the table under the arm, m."""
 
 
 def on_a_table(arm: arms.Arm, folder: Path) -> Path:
-    """Write a scene in which the arm stands on a table, and return its file."""
+    """Write a scene with the arm on a table, and return its path."""
     spec = mujoco.MjSpec.from_file(str(arm.model))
     spec.meshdir = str((arm.model.parent / spec.meshdir).resolve())
     for key in spec.keys:
@@ -42,8 +42,8 @@ def on_a_table(arm: arms.Arm, folder: Path) -> Path:
 
 
 @dataclass(frozen=True)
-class Lab:
-    """An arm on a table, with a planner's solver."""
+class SolverHarness:
+    """An arm on a table, with the planner's solver."""
 
     name: str
     config: RobotConfig
@@ -64,12 +64,12 @@ class Lab:
         return caught.value
 
     def home(self, moved: dict[str, float]) -> list[float | None]:
-        """Home, but for joints that are named."""
+        """Return the home pose with the named joints at other positions, rad."""
         values: list[float] = self.config.home.tolist()
         return [moved.get(name, value) for name, value in zip(self.config.joint_names, values, strict=True)]
 
     def distances(self, made: Made, bodies: tuple[str, ...]) -> np.ndarray:
-        """The distance of two bodies at every millisecond (n,), m."""
+        """Return the distance of two bodies at 1 kHz, (n,), m."""
         clearance = Clearance(self.config, self.config.load_model())
         pairs = [index for index, pair in enumerate(clearance.pairs) if pair.bodies == bodies]
         found = []
@@ -79,13 +79,13 @@ class Lab:
         return np.array(found)
 
     def torques(self, made: Made) -> np.ndarray:
-        """Torques at every millisecond (n, J), N·m."""
+        """Return torques at 1 kHz, (n, J), N·m."""
         dynamics, samples = InverseDynamics(self.config, self.config.load_model()), made.plan.samples()
         states = zip(samples.positions, samples.velocities, samples.accelerations, strict=True)
         return np.array([dynamics.torques(*state) for state in states])
 
 
-def lab_of(name: str, arm: arms.Arm, folder: Path) -> Lab:
+def harness_of(name: str, arm: arms.Arm, folder: Path) -> SolverHarness:
     arm = replace(arm, model=on_a_table(arm, folder))
     file = arm.write(folder)
     file.write_text(file.read_text().replace("20.0", "80.0").replace("500.0", "9e3").replace("3.0", "6.0"))
@@ -93,102 +93,104 @@ def lab_of(name: str, arm: arms.Arm, folder: Path) -> Lab:
     times = np.linspace(0, 1, 101)
     shape = times**3 * (10 - 15 * times + 6 * times**2)
     movement = config.home + np.outer(shape, np.resize([0.2, -0.15], config.joint_count))
-    return Lab(name, config, Solver(config), learn(Demonstration(2 * times, movement)))
+    return SolverHarness(name, config, Solver(config), learn(Demonstration(2 * times, movement)))
 
 
 @pytest.fixture(scope="module", params=["ur5e", "panda"])
-def lab(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Lab:
+def harness(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> SolverHarness:
     """A UR5e, and a Panda with its hand."""
-    return lab_of(request.param, ARMS[request.param], tmp_path_factory.mktemp(request.param))
+    return harness_of(request.param, ARMS[request.param], tmp_path_factory.mktemp(request.param))
 
 
 @dataclass(frozen=True)
-class Trap:
-    """Joints that a goal moves away from home, and what it is refused for."""
+class BadGoal:
+    """A goal that must be refused: the joints that it moves, rad, and the bodies or joints named by the refusal."""
 
     moved: dict[str, float]
     names: tuple[str, ...]
 
 
 SELF = {
-    "ur5e": Trap({"elbow_joint": 3.1}, ("wrist_3_link", "upper_arm_link")),
-    "panda": Trap({"joint2": -0.3, "joint4": -3.05, "joint6": 0.0}, ("left_finger", "link2")),
+    "ur5e": BadGoal({"elbow_joint": 3.1}, ("wrist_3_link", "upper_arm_link")),
+    "panda": BadGoal({"joint2": -0.3, "joint4": -3.05, "joint6": 0.0}, ("left_finger", "link2")),
 }
 SCENE = {
-    "ur5e": Trap({"shoulder_lift_joint": 0.3}, ("wrist_3_link", "table")),
-    "panda": Trap({"joint2": 1.7}, ("left_finger", "table")),
+    "ur5e": BadGoal({"shoulder_lift_joint": 0.3}, ("wrist_3_link", "table")),
+    "panda": BadGoal({"joint2": 1.7}, ("left_finger", "table")),
 }
 STRONG = {
-    "ur5e": Trap({"shoulder_lift_joint": -2.7, "elbow_joint": 0.2}, ("shoulder_lift_joint",)),
-    "panda": Trap({"joint2": 0.8, "joint4": -0.5}, ("joint2",)),
+    "ur5e": BadGoal({"shoulder_lift_joint": -2.7, "elbow_joint": 0.2}, ("shoulder_lift_joint",)),
+    "panda": BadGoal({"joint2": 0.8, "joint4": -0.5}, ("joint2",)),
 }
 FAST = 0.45
 
 
-@pytest.mark.parametrize("traps", [SELF, SCENE], ids=["itself", "table"])
-def test_a_plan_through_something_is_refused(lab: Lab, traps: dict[str, Trap]):
-    """With the bodies and the first instant that a replay at 1 kHz finds."""
-    trap = traps[lab.name]
-    refusal = lab.refused(positions=lab.home(trap.moved))
-    assert (refusal.code, refusal.detail["body"], refusal.detail["other"]) == ("collision", *trap.names)
-    made = lab.solved(positions=lab.home(trap.moved), checks=m.Checks(collision=False))
-    distances = lab.distances(made, trap.names)
-    margin = lab.config.collision.margin
+@pytest.mark.parametrize("bad_goals", [SELF, SCENE], ids=["itself", "table"])
+def test_a_plan_with_a_collision_is_refused(harness: SolverHarness, bad_goals: dict[str, BadGoal]):
+    """The refusal has the bodies, and the first instant found by a replay at 1 kHz."""
+    bad = bad_goals[harness.name]
+    refusal = harness.refused(positions=harness.home(bad.moved))
+    assert (refusal.code, refusal.detail["body"], refusal.detail["other"]) == ("collision", *bad.names)
+    made = harness.solved(positions=harness.home(bad.moved), checks=m.Checks(collision=False))
+    distances = harness.distances(made, bad.names)
+    margin = harness.config.collision.margin
     assert refusal.detail["time_from_start"] == pytest.approx(np.flatnonzero(distances < margin)[0] / 1e3, abs=0.0021)
     assert refusal.detail["distance"] == pytest.approx(distances.min(), abs=5e-3)
     assert made.findings.nearest is None
 
 
-def test_a_plan_beyond_the_torques_is_refused_with_a_duration_that_works(lab: Lab):
-    trap = STRONG[lab.name]
-    refusal = lab.refused(positions=lab.home(trap.moved), duration=FAST)
-    assert (refusal.code, refusal.detail["quantity"], refusal.detail["joint"]) == ("limit", "torque", *trap.names)
-    joint = lab.config.joint_names.index(trap.names[0])
-    torques = lab.torques(lab.solved(positions=lab.home(trap.moved), duration=FAST, checks=m.Checks(torque=False)))
-    beyond = np.flatnonzero((np.abs(torques) > lab.config.torques).any(axis=1))
+def test_a_plan_beyond_the_torques_is_refused_with_a_duration_that_works(harness: SolverHarness):
+    bad = STRONG[harness.name]
+    refusal = harness.refused(positions=harness.home(bad.moved), duration=FAST)
+    assert (refusal.code, refusal.detail["quantity"], refusal.detail["joint"]) == ("limit", "torque", *bad.names)
+    joint = harness.config.joint_names.index(bad.names[0])
+    torques = harness.torques(
+        harness.solved(positions=harness.home(bad.moved), duration=FAST, checks=m.Checks(torque=False))
+    )
+    beyond = np.flatnonzero((np.abs(torques) > harness.config.torques).any(axis=1))
     assert refusal.detail["time_from_start"] == pytest.approx(beyond[0] / 1e3, abs=0.0021)
     assert abs(refusal.detail["value"]) == pytest.approx(np.abs(torques[:, joint]).max(), rel=0.01)
-    slower = lab.solved(positions=lab.home(trap.moved), duration=refusal.detail["min_duration"])
+    slower = harness.solved(positions=harness.home(bad.moved), duration=refusal.detail["min_duration"])
     assert slower.findings.torque_use is not None
     assert slower.findings.torque_use[joint] == pytest.approx(
-        np.abs(lab.torques(slower)[:, joint]).max() / lab.config.torques[joint], rel=0.01
+        np.abs(harness.torques(slower)[:, joint]).max() / harness.config.torques[joint], rel=0.01
     )
 
 
-def test_the_report_says_what_was_found(lab: Lab):
-    made = lab.solved()
-    report = goal_reply(made, "", None, lab.config).report
+def test_the_report_has_clearance_and_torque_use(harness: SolverHarness):
+    made = harness.solved()
+    report = goal_reply(made, "", None, harness.config).report
     assert (report.checked, report.certified) == ("all", True)
     assert report.torque_use is not None
-    assert len(report.torque_use) == lab.config.joint_count
+    assert len(report.torque_use) == harness.config.joint_count
     assert report.clearance is not None
     assert 0.01 < report.clearance.distance < 0.05
-    unchecked = lab.solved(checks=m.Checks(collision=False, torque=False))
-    report = goal_reply(unchecked, "", None, lab.config).report
+    unchecked = harness.solved(checks=m.Checks(collision=False, torque=False))
+    report = goal_reply(unchecked, "", None, harness.config).report
     assert (report.checked, report.torque_use, report.clearance) == ("none", None, None)
 
 
-def test_an_end_that_collides_leaves_the_next(lab: Lab):
-    trap = SELF[lab.name]
-    other = m.Alternative(positions=(lab.config.home + 0.05).tolist())
-    assert lab.solved(positions=lab.home(trap.moved), alternatives=[other]).alternative == 1
-    refusal = lab.refused(positions=lab.home(trap.moved), alternatives=[m.Alternative(duration=2.5)])
+def test_after_an_end_that_collides_the_next_alternative_is_planned(harness: SolverHarness):
+    bad = SELF[harness.name]
+    other = m.Alternative(positions=(harness.config.home + 0.05).tolist())
+    assert harness.solved(positions=harness.home(bad.moved), alternatives=[other]).alternative == 1
+    refusal = harness.refused(positions=harness.home(bad.moved), alternatives=[m.Alternative(duration=2.5)])
     assert (refusal.code, refusal.detail["alternatives"]) == ("collision", ["collision"])
 
 
-def test_without_an_alternative_that_works_a_duration_is_named(lab: Lab):
-    """As without alternatives, and as goals in tool space, whose postures are alternatives."""
+def test_a_refusal_of_all_alternatives_names_a_duration(harness: SolverHarness):
+    """Goals in tool space depend on this: their postures are alternatives."""
     ends = [m.Alternative(duration=1.01 * FAST)]
-    refusal = lab.refused(positions=lab.home(STRONG[lab.name].moved), duration=FAST, alternatives=ends)
+    refusal = harness.refused(positions=harness.home(STRONG[harness.name].moved), duration=FAST, alternatives=ends)
     assert (refusal.code, refusal.detail["quantity"]) == ("limit", "torque")
     assert refusal.detail["min_duration"] > FAST
 
 
-def test_the_fastest_keeps_the_torques(lab: Lab):
-    made = lab.solved(positions=lab.home(STRONG[lab.name].moved), fastest=True, duration=None)
-    assert np.all(np.abs(lab.torques(made)) <= lab.config.torques * 1.001)
+def test_the_fastest_motion_keeps_the_torque_limits(harness: SolverHarness):
+    made = harness.solved(positions=harness.home(STRONG[harness.name].moved), fastest=True, duration=None)
+    assert np.all(np.abs(harness.torques(made)) <= harness.config.torques * 1.001)
 
 
-def test_motions_of_other_methods_are_checked_too(lab: Lab):
-    refusal = lab.refused(positions=lab.home(SELF[lab.name].moved), method="dmp", duration=3.0)
+def test_motions_of_other_methods_are_checked(harness: SolverHarness):
+    refusal = harness.refused(positions=harness.home(SELF[harness.name].moved), method="dmp", duration=3.0)
     assert refusal.code == "collision"

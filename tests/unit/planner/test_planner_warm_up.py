@@ -1,4 +1,4 @@
-"""What the planner does before the first goal."""
+"""The planner's warm-up before the first goal."""
 
 from robot.description import load_robot
 from robot.shipped import DEMONSTRATIONS
@@ -6,8 +6,8 @@ from services.planner.learning import learn_from_csv
 from services.planner.warm_up import warm_up
 
 
-def test_limits_shape_the_rehearsal():
-    """Else the solver would meet its first program with the first goal."""
+def test_the_warm_up_plan_has_active_limits_in_every_joint():
+    """Otherwise the solver would run for the first time with the first goal."""
     robot = load_robot()
     primitive = learn_from_csv(DEMONSTRATIONS / "forehand.csv", robot.joint_names)
     assert primitive is not None

@@ -1,4 +1,4 @@
-"""What the planner logs of the controller."""
+"""The planner's log of the controller's state."""
 
 import logging
 from collections.abc import Callable
@@ -12,55 +12,55 @@ from services.planner.watch import ControllerWatch
 from tests.golden.examples import EXAMPLES
 
 
-class Heard:
-    """A bus on which only this test publishes."""
+class FakeBus:
+    """A bus on which only the test publishes."""
 
     def listen(self, _: object, callback: Callable[[bytes], object]) -> None:
-        """Keep what wants to hear."""
-        self.say = callback
+        """Store the callback."""
+        self.publish = callback
 
 
 def status(fault: str | None) -> bytes:
-    """Return a status."""
+    """Return an encoded status."""
     example = EXAMPLES["Status"]
     assert isinstance(example, m.Status)
     return encode(msgspec.structs.replace(example, fault=fault))
 
 
-def test_every_change_is_logged_once(caplog: pytest.LogCaptureFixture):
-    """Present, in fault, out of it, silent, back: one line each, however often the watch looks."""
+def test_every_change_of_the_controllers_state_is_logged_once(caplog: pytest.LogCaptureFixture):
+    """Present, in fault, without fault, silent, present again."""
     caplog.set_level(logging.INFO)
-    bus, heard = Heard(), list[m.Status]()
-    watch = ControllerWatch(bus, logging.getLogger("planner"), heard.append)  # type: ignore[arg-type]
+    bus, received = FakeBus(), list[m.Status]()
+    watch = ControllerWatch(bus, logging.getLogger("planner"), received.append)  # type: ignore[arg-type]
     watch.look(0.0)
     watch.look(9.0)
     assert caplog.messages == []
     for k, fault in enumerate([None, None, "hot", "hot", None]):
-        bus.say(status(fault))
+        bus.publish(status(fault))
         watch.look(10.0 + k / 10)
     watch.look(10.8)
     assert "fell silent" not in caplog.text
     watch.look(11.0)
     watch.look(12.0)
-    bus.say(status(None))
+    bus.publish(status(None))
     watch.look(13.0)
     words = ["is there", "in fault: hot", "left its fault", "fell silent", "is there"]
     assert len(caplog.messages) == len(words)
     assert all(word in line for word, line in zip(words, caplog.messages, strict=True))
-    assert [status.fault for status in heard] == [None, None, "hot", "hot", None, None]
+    assert [status.fault for status in received] == [None, None, "hot", "hot", None, None]
 
 
-def test_noise_is_no_sign_of_life(caplog: pytest.LogCaptureFixture):
-    """Noise does not replace a status that arrived just before it either."""
+def test_malformed_statuses_do_not_count(caplog: pytest.LogCaptureFixture):
+    """Neither as a sign of life nor as a replacement of the status before."""
     caplog.set_level(logging.INFO)
-    bus, heard = Heard(), list[m.Status]()
-    watch = ControllerWatch(bus, logging.getLogger("planner"), heard.append)  # type: ignore[arg-type]
-    bus.say(status("hot"))
-    bus.say(b"\xc1")
+    bus, received = FakeBus(), list[m.Status]()
+    watch = ControllerWatch(bus, logging.getLogger("planner"), received.append)  # type: ignore[arg-type]
+    bus.publish(status("hot"))
+    bus.publish(b"\xc1")
     watch.look(10.0)
     assert "in fault: hot" in caplog.text
-    assert len(heard) == 1
+    assert len(received) == 1
     for k in range(1, 10):
-        bus.say(b"\xc1")
+        bus.publish(b"\xc1")
         watch.look(10.0 + k / 10)
     assert "fell silent" in caplog.text

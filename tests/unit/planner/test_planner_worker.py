@@ -1,4 +1,4 @@
-"""The processes that learn and plan, and the planner's connection to them."""
+"""The worker processes that learn and plan, and the planner's connection to them."""
 
 import logging
 import os
@@ -34,14 +34,14 @@ PATH = np.stack([0.5 * np.sin(np.pi * TIMES) ** 2, 0.1 * TIMES], axis=1)
 
 
 def body(name: str = "wave", positions: np.ndarray = PATH, **more: Any) -> bytes:
-    """A request of two joints at 100 Hz."""
+    """Return a `learn` request of two joints at 100 Hz."""
     return encode(m.Learn(name=name, positions=positions.tolist(), rate=100.0, **more))
 
 
-# --- what the process does ------------------------------------------------------------------------------
+# --- functions of the worker process ---------------------------------------------------------------------
 
 
-def test_a_lesson_warns():
+def test_a_lesson_has_warnings_about_the_demonstration():
     lesson = learned(body(positions=PATH + np.array([0.0, 1.2])), LIMITS, NAMES)
     assert lesson.primitive.joint_count == 2
     assert any(sentence.startswith("b reaches 1.3 rad, outside its range") for sentence in lesson.warnings)
@@ -51,13 +51,13 @@ def test_a_lesson_warns():
     ("sent", "field"),
     [(b"{", ""), (encode(m.Learn(name="w", positions=[[0.0, 0.0]], rate=1.0)), "rate"), (body(times=[0.0]), "rate")],
 )
-def test_a_bad_request_is_refused_by_field(sent: bytes, field: str):
+def test_a_malformed_request_is_refused_with_its_field(sent: bytes, field: str):
     failure = outcome(learned, sent, LIMITS, NAMES)
     assert isinstance(failure, Failure)
     assert (failure.code, failure.detail, failure.report) == ("bad_message", {"field": field}, "")
 
 
-def test_an_error_that_nobody_foresaw_is_reported(monkeypatch: pytest.MonkeyPatch):
+def test_an_unexpected_error_is_reported_with_its_traceback(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("services.planner.worker.warnings_of", None)
     failure = outcome(learned, body(), LIMITS, NAMES)
     assert isinstance(failure, Failure)
@@ -65,24 +65,24 @@ def test_an_error_that_nobody_foresaw_is_reported(monkeypatch: pytest.MonkeyPatc
     assert "TypeError" in failure.report
 
 
-# --- the process itself ---------------------------------------------------------------------------------
+# --- the learning process --------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def worker() -> Iterator[Worker]:
-    """A process that learns; where a test ends it, the next one that learns starts another."""
+    """A worker that learns; it starts another process if a test ended the previous one."""
     worker = Worker("learn", LIMITS, NAMES, LOG)
     yield worker
     worker.close()
 
 
 def pid_of(worker: Worker) -> int:
-    """The number of its process."""
+    """Return the id of the worker's process."""
     assert worker.process is not None
     return worker.process.pid
 
 
-def test_it_learns_what_this_process_would(worker: Worker):
+def test_the_worker_learns_the_same_as_this_process(worker: Worker):
     here = learned(body(), LIMITS, NAMES)
     there = worker.learn(body())
     assert np.allclose(there.primitive.control_points, here.primitive.control_points, atol=1e-9)
@@ -94,16 +94,14 @@ def test_it_learns_what_this_process_would(worker: Worker):
     assert pid_of(worker) == first
 
 
-def test_a_process_that_is_ended_did_not_die(worker: Worker, caplog: pytest.LogCaptureFixture):
-    """The log reports no exit status, because the planner ended the process."""
+def test_closing_a_worker_is_not_logged_as_a_death(worker: Worker, caplog: pytest.LogCaptureFixture):
     caplog.set_level(logging.INFO)
     worker.learn(body())
     worker.close()
     assert caplog.text == ""
 
 
-def test_a_process_that_died_is_replaced(worker: Worker):
-    """Its death is detected only by the next request."""
+def test_a_process_that_died_is_replaced_at_the_next_request(worker: Worker):
     worker.learn(body())
     first = pid_of(worker)
     os.kill(first, signal.SIGKILL)
@@ -112,8 +110,8 @@ def test_a_process_that_died_is_replaced(worker: Worker):
     assert pid_of(worker) != first
 
 
-def kill_once_asked(worker: Worker) -> None:
-    """Suspend its process, and kill it when a request was sent to it that it has not read."""
+def kill_at_next_request(worker: Worker) -> None:
+    """Suspend the worker's process, and kill it once an unread request is in its socket."""
     os.kill(pid_of(worker), signal.SIGSTOP)
     connection = worker.connection
     assert connection is not None
@@ -125,18 +123,18 @@ def kill_once_asked(worker: Worker) -> None:
     threading.Thread(target=kill).start()
 
 
-def test_what_a_dying_process_learned_is_unavailable(worker: Worker):
-    """And the next is learned."""
+def test_a_lesson_of_a_process_that_dies_is_unavailable(worker: Worker):
+    """The next request is served by another process."""
     worker.learn(body())
-    kill_once_asked(worker)
+    kill_at_next_request(worker)
     with pytest.raises(Refusal, match="send this again") as caught:
         worker.learn(body())
     assert (caught.value.code, caught.value.detail) == ("unavailable", {"service": "planner"})
     assert worker.learn(body()).primitive.samples == 101
 
 
-def test_it_ends_with_the_planner_however_that_ends():
-    """A small planner starts a process, sends it a long fit, and is killed."""
+def test_the_process_ends_when_the_planner_is_killed():
+    """A stand-in for the planner starts a worker, sends it a long fit, and is killed."""
     lines = """
 import threading, time
 import numpy as np
@@ -156,7 +154,7 @@ time.sleep(60)
         assert planner.stdout is not None
         number = int(planner.stdout.readline())
         planner.kill()
-    assert eventually(lambda: not is_running(number)), "the process that learns outlived the planner"
+    assert eventually(lambda: not is_running(number)), "the worker process outlived the planner"
 
 
 # --- planning -------------------------------------------------------------------------------------------
@@ -164,7 +162,7 @@ time.sleep(60)
 
 @pytest.fixture(scope="module")
 def task() -> Task:
-    """A motion of two joints along what is learned of PATH, with room."""
+    """A motion of two joints along the primitive of PATH, feasible within the limits."""
     primitive, free = learned(body(), LIMITS, NAMES).primitive, np.full(2, np.nan)
     start = Boundary(primitive.start.positions, np.zeros(2), np.zeros(2))
     goal = Boundary(primitive.goal.positions, np.zeros(2), free)
@@ -173,21 +171,20 @@ def task() -> Task:
 
 @pytest.fixture(scope="module")
 def planner() -> Iterator[Worker]:
-    """A process that plans; where a test ends it, the next one that plans starts another."""
+    """A worker that plans; it starts another process if a test ended the previous one."""
     worker = Worker("plan", LIMITS, NAMES, LOG)
     yield worker
     worker.close()
 
 
-def test_it_plans_what_this_process_would(planner: Worker, task: Task):
+def test_the_worker_plans_the_same_as_this_process(planner: Worker, task: Task):
     here = plan_gaussian(task.primitive, task.request, task.tick, margin=SAFETY_MARGIN)
     there = planner.plan(task)
     assert there.samples().positions == pytest.approx(here.samples().positions, abs=1e-9)
     assert there.request.goal.positions.tolist() == task.request.goal.positions.tolist()
 
 
-def test_what_cannot_be_planned_is_refused_by_name(planner: Worker, task: Task):
-    """As in the planner's own process."""
+def test_an_infeasible_task_is_refused_with_the_joints_name(planner: Worker, task: Task):
     with pytest.raises(Refusal) as caught:
         planner.plan(replace(task, request=replace(task.request, duration=0.02)))
     assert caught.value.code == "infeasible"
@@ -195,9 +192,9 @@ def test_what_cannot_be_planned_is_refused_by_name(planner: Worker, task: Task):
     assert caught.value.message.startswith(caught.value.detail["joint"])
 
 
-def test_a_plan_of_a_dying_process_is_unavailable(planner: Worker, task: Task):
+def test_a_plan_of_a_process_that_dies_is_unavailable(planner: Worker, task: Task):
     planner.plan(task)
-    kill_once_asked(planner)
+    kill_at_next_request(planner)
     with pytest.raises(Refusal, match="the plan process died; send this again") as caught:
         planner.plan(task)
     assert (caught.value.code, caught.value.detail) == ("unavailable", {"service": "planner"})

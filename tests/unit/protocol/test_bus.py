@@ -1,4 +1,4 @@
-"""The bus on real Zenoh sessions: a router and a client on a free loopback port."""
+"""The bus on real Zenoh sessions: a router and clients on a free loopback port."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -22,7 +22,7 @@ from tests.waiting import PATIENCE_S, eventually
 
 @pytest.fixture
 def endpoint() -> str:
-    """An endpoint on loopback that nobody listens on."""
+    """A free endpoint on loopback."""
     return free_endpoint()
 
 
@@ -44,7 +44,7 @@ def inbox() -> Inbox[PendingQuery]:
 
 
 def answering(inbox: Inbox[PendingQuery], answer: Callable[[PendingQuery], None]) -> threading.Thread:
-    """A thread that answers the next request of `inbox`."""
+    """Start a thread that answers the next request of `inbox`, and return it."""
 
     def serve() -> None:
         pending = inbox.take(PATIENCE_S)
@@ -56,18 +56,18 @@ def answering(inbox: Inbox[PendingQuery], answer: Callable[[PendingQuery], None]
     return thread
 
 
-def refuse_by_code(pending: PendingQuery) -> None:
+def refuse_unknown_goal(pending: PendingQuery) -> None:
     pending.refuse(Refusal("unknown_goal", "no goal is called wipe-3; ask for one of forehand-7", goal_id="wipe-3"))
 
 
-def test_request_and_reply(router, client, inbox):
+def test_a_request_gets_its_reply(router, client, inbox):
     router.serve(STATUS_QUERY, inbox)
     thread = answering(inbox, lambda pending: pending.reply(STATUS))
     assert client.ask(STATUS_QUERY, m.Empty()) == STATUS
     thread.join()
 
 
-def test_request_arrives_as_it_was_sent(router, client, inbox):
+def test_a_request_is_received_as_sent(router, client, inbox):
     router.serve(CANCEL, inbox)
     seen = []
 
@@ -81,17 +81,17 @@ def test_request_arrives_as_it_was_sent(router, client, inbox):
     assert seen == [m.Cancel(goal_id="forehand-7")]
 
 
-def test_refusal_reaches_the_client_whole(router, client, inbox):
+def test_a_refusal_reaches_the_client_with_message_and_detail(router, client, inbox):
     router.serve(CANCEL, inbox)
-    thread = answering(inbox, refuse_by_code)
+    thread = answering(inbox, refuse_unknown_goal)
     with pytest.raises(Refusal, match="ask for one of forehand-7") as refused:
         client.ask(CANCEL, m.Cancel(goal_id="wipe-3"))
     thread.join()
     assert (refused.value.code, refused.value.detail) == ("unknown_goal", {"goal_id": "wipe-3"})
 
 
-def test_bare_clients_are_understood(router, client, inbox):
-    """A request without payload and encoding, as zenoh-cli sends it; the answer says that it is msgpack."""
+def test_a_request_without_payload_and_encoding_is_served(router, client, inbox):
+    """As sent by zenoh-cli; the reply's encoding is msgpack."""
     router.serve(CANCEL, inbox)
 
     def answer(pending: PendingQuery) -> None:
@@ -104,7 +104,7 @@ def test_bare_clients_are_understood(router, client, inbox):
     assert msgpack.unpackb(reply.ok.payload.to_bytes()) == {"version": 1, "goal_id": None, "stop_time": 0.5}
 
 
-def test_malformed_request_is_refused_when_decoded(router, client, inbox):
+def test_a_malformed_request_is_refused_when_decoded(router, client, inbox):
     router.serve(CANCEL, inbox)
 
     def answer(pending: PendingQuery) -> None:
@@ -121,7 +121,7 @@ def test_malformed_request_is_refused_when_decoded(router, client, inbox):
     assert "int 123" in body["message"]
 
 
-def test_wildcards_may_read_but_not_write(router, client, inbox):
+def test_wildcard_requests_are_served_only_if_they_change_nothing(router, client, inbox):
     router.serve(CANCEL, inbox)
     (reply,) = client.session.get("volley/*/cancel", timeout=PATIENCE_S)
     body = msgpack.unpackb(reply.err.payload.to_bytes())
@@ -136,8 +136,8 @@ def test_wildcards_may_read_but_not_write(router, client, inbox):
     thread.join()
 
 
-def test_requests_that_are_put_are_noticed(router, client, inbox):
-    """They get no answer; a publication under a request's key is no request."""
+def test_requests_sent_as_publications_are_reported(router, client, inbox):
+    """They cannot be answered and are not served."""
     for query in (CANCEL, PRIMITIVES, STATUS_QUERY):
         router.serve(query, inbox)
     assert router.take_puts() == []
@@ -156,7 +156,7 @@ def test_robots_do_not_receive_each_others_requests(router, endpoint, inbox):
     assert inbox.take() is None
 
 
-def test_full_inbox_is_refused_at_once(router, client):
+def test_requests_beyond_a_full_inbox_are_refused_at_once(router, client):
     taken: list[bool] = []
 
     class Counted(Inbox[PendingQuery]):
@@ -173,20 +173,20 @@ def test_full_inbox_is_refused_at_once(router, client):
     assert refused.value.code == "busy"
 
 
-def test_no_owner_is_no_answer(client):
+def test_an_absent_service_is_reported_at_once(client):
     with pytest.raises(NoAnswer, match="volley/arm/status: the controller is not running") as unanswered:
         client.ask(STATUS_QUERY, m.Empty())
     assert unanswered.value.service == "controller"
 
 
-def test_silent_owner_is_no_answer(router, client, inbox):
+def test_a_service_that_does_not_answer_is_reported_after_the_timeout(router, client, inbox):
     router.serve(STATUS_QUERY, inbox)
     with pytest.raises(NoAnswer):
         client.ask(STATUS_QUERY, m.Empty(), timeout=0.2)
     assert inbox.take(PATIENCE_S) is not None
 
 
-def test_ask_later_hands_the_body_over(router, client, inbox):
+def test_ask_later_passes_the_body_of_the_reply(router, client, inbox):
     router.serve(STATUS_QUERY, inbox)
     bodies = []
     client.ask_later(STATUS_QUERY, m.Empty(), bodies.append)
@@ -198,7 +198,7 @@ def test_ask_later_hands_the_body_over(router, client, inbox):
 
 
 @pytest.mark.parametrize(("topic", "message"), [(STATE, EXAMPLES["State"]), (CONTACT, EXAMPLES["Contact"])])
-def test_publications_arrive(router, client, topic, message):
+def test_publications_are_received(router, client, topic, message):
     stream = Stream()
     client.stream(topic, stream)
     publisher = router.publisher(topic, blocking=True)
@@ -213,7 +213,7 @@ def test_publications_arrive(router, client, topic, message):
     assert received[-1] == encode(message)
 
 
-def test_liveliness(router, client, endpoint):
+def test_announcements_are_visible_and_watched(router, client, endpoint):
     seen = []
     router.watch_alive(alive_key("client/shell"), lambda key, alive: seen.append((key, alive)))
     assert not client.is_alive("sim")
@@ -226,14 +226,14 @@ def test_liveliness(router, client, endpoint):
 
 
 class Claimant(Bus):
-    """Declares its claim, looks for others once `may_look` is set, and acts on what it saw once `may_act` is."""
+    """A bus whose claim waits for `may_look` before it queries rivals and for `may_act` before it acts on them."""
 
     def __init__(self, session: zenoh.Session) -> None:
         super().__init__(session)
         self.may_look, self.has_looked, self.may_act = threading.Event(), threading.Event(), threading.Event()
 
     def rivals(self, service: str) -> set[str]:
-        """Look, when the test lets it."""
+        """Query rivals once permitted, and return them once permitted."""
         assert self.may_look.wait(PATIENCE_S)
         seen = super().rivals(service)
         self.has_looked.set()
@@ -243,14 +243,14 @@ class Claimant(Bus):
 
 @pytest.fixture
 def claimants(router: Bus, endpoint: str) -> Iterator[list[Claimant]]:
-    """Two, the one with the smaller id first."""
+    """Two claimants, the one with the smaller id first."""
     with Claimant(open_session(connect=[endpoint])) as one, Claimant(open_session(connect=[endpoint])) as other:
         yield sorted((one, other), key=lambda claimant: str(claimant.session.zid()))
 
 
 @pytest.mark.parametrize("attempt", range(6))
-def test_of_two_that_claim_a_place_at_once_the_smaller_id_gets_it(router, claimants, attempt):
-    """Both have declared before either looks, so one waits for the other to give way, however slow that is."""
+def test_of_two_simultaneous_claims_the_smaller_id_succeeds(router, claimants, attempt):
+    """Both have declared before either queries, so one waits for the other to withdraw."""
     with ThreadPoolExecutor(2) as pool:
         claims = [pool.submit(each.claim, "sim", PATIENCE_S) for each in claimants]
         assert eventually(lambda: len(router.rivals("sim")) == 2)
@@ -260,8 +260,8 @@ def test_of_two_that_claim_a_place_at_once_the_smaller_id_gets_it(router, claima
         assert [claim.result() for claim in claims] == [True, False]
 
 
-def test_of_two_that_claim_a_place_at_once_one_gets_it_though_both_stall(router, claimants):
-    """The smaller id times out and withdraws. The larger one withdraws too, looks again, and gets the place."""
+def test_of_two_simultaneous_claims_that_stall_one_succeeds(router, claimants):
+    """The smaller id times out and withdraws. The larger one withdraws too, queries again, and succeeds."""
     smaller, larger = claimants
     with ThreadPoolExecutor(2) as pool:
         claims = [pool.submit(each.claim, "sim", 0.0) for each in claimants]
@@ -276,8 +276,8 @@ def test_of_two_that_claim_a_place_at_once_one_gets_it_though_both_stall(router,
         assert eventually(lambda: len(router.rivals("sim")) == 1)
 
 
-def test_a_later_claim_gets_no_place_that_is_taken(router, endpoint):
-    """Whether its id is larger, or smaller, in which case it waits for the other to give way."""
+def test_a_later_claim_fails(router, endpoint):
+    """With a larger id, and with a smaller one, which waits for the other to withdraw."""
     buses = [Bus(open_session(connect=[endpoint])) for _ in range(3)]
     with buses[0], buses[1], buses[2]:
         smaller, holder, larger = sorted(buses, key=lambda bus: str(bus.session.zid()))
@@ -286,7 +286,7 @@ def test_a_later_claim_gets_no_place_that_is_taken(router, endpoint):
         assert not smaller.claim("sim", timeout=0.1)
 
 
-def test_client_waits_for_a_router_and_outlives_one(endpoint, inbox):
+def test_a_client_waits_for_a_router_and_reconnects_after_its_restart(endpoint, inbox):
     patience = iter(range(3))
     with pytest.raises(zenoh.ZError, match="Unable to connect"):
         open_session(connect=[endpoint], give_up=lambda: next(patience) == 1)
@@ -309,6 +309,6 @@ def test_client_waits_for_a_router_and_outlives_one(endpoint, inbox):
         assert eventually(lambda: answers)
 
 
-def test_taken_endpoint_is_an_error(router, endpoint):
+def test_an_endpoint_in_use_is_an_error(router, endpoint):
     with pytest.raises(zenoh.ZError):
         open_session(listen=[endpoint])

@@ -1,4 +1,4 @@
-"""The codec's sentences: each names the field and what would work."""
+"""The codec: refusals that name the field and a remedy, bounds on size and memory, and matrices."""
 
 import tracemalloc
 from typing import Any, cast
@@ -44,7 +44,7 @@ def refusal(body: Any, kind: type = m.Goal) -> Refusal:
         ),
     ],
 )
-def test_sentences(change, field, sentence):
+def test_a_malformed_body_is_refused_with_its_field(change, field, sentence):
     refused = refusal(GOAL | change)
     assert (refused.message, refused.detail) == (sentence, {"field": field})
 
@@ -59,26 +59,26 @@ def test_sentences(change, field, sentence):
     ],
     ids=["large", "large itself", "deceptive", "deceptive in a list"],
 )
-def test_a_key_that_is_not_found(body: dict[Any, Any], kind: type, sentence: str):
-    """In a body too large to be explained, or where a field's name passes for msgspec's own words."""
+def test_an_invalid_key_is_refused_without_being_named(body: dict[Any, Any], kind: type, sentence: str):
+    """If the body is too large to be searched, or if a field's name imitates msgspec's error message."""
     with pytest.raises(Refusal) as refused:
         decode(cast(bytes, msgpack.packb(body)), kind, EXECUTE.max_bytes)
     assert refused.value.message.startswith(sentence)
 
 
-def test_unknown_field_lists_the_known_ones():
+def test_an_unknown_field_is_refused_with_a_list_of_the_known_ones():
     assert "; Step has version, ticks" in refusal({"ticks": 1, "tocks": 2}, m.Step).message
 
 
 @pytest.mark.parametrize("body", [123, [GOAL], "goal", None, 1.5])
-def test_body_that_is_not_a_map(body):
+def test_a_body_that_is_not_a_map_is_refused(body):
     assert refusal(body).message.endswith("send a msgpack map with string keys")
 
 
 @pytest.mark.parametrize(
     "body", [b'{"primitive": "forehand"}', b' \n{"a": 1}', b"{}", b"[1, 2]", b'{"long": "' + b"x" * 10_000 + b'"}']
 )
-def test_json_is_told_to_be_json(body: bytes):
+def test_a_body_in_json_is_recognised(body: bytes):
     with pytest.raises(Refusal) as refused:
         decode(body, m.Goal)
     assert refused.value.message == "the body looks like JSON; send the same as msgpack"
@@ -91,7 +91,7 @@ def test_other_bytes_are_not_taken_for_json(body: bytes):
     assert "JSON" not in refused.value.message
 
 
-def test_a_request_that_is_too_large_is_told_what_its_topic_takes():
+def test_a_request_that_is_too_large_is_refused_with_its_topics_limit():
     check_request_size(EXECUTE, EXECUTE.max_bytes)
     with pytest.raises(Refusal) as refused:
         check_request_size(EXECUTE, EXECUTE.max_bytes + 1)
@@ -103,7 +103,7 @@ def test_a_request_that_is_too_large_is_told_what_its_topic_takes():
 
 
 def test_any_plan_fits_execute_as_pieces():
-    """60 s of 64 joints: 400 functions, and five pieces of a stop in every joint."""
+    """The largest plan: 64 joints, 400 functions, and five pieces of the stop for each joint."""
     count = 400 + 5 * m.MAX_JOINTS
     pieces = m.Pieces(
         breaks=np.linspace(0, 60, count + 1).tolist(),
@@ -123,7 +123,7 @@ def test_text_is_not_taken_for_a_matrix():
 
 
 def array(length: int, entry: bytes) -> bytes:
-    """A msgpack array of `length` equal entries."""
+    """Return a msgpack array of `length` equal entries."""
     return b"\xdd" + length.to_bytes(4, "big") + entry * length
 
 
@@ -139,8 +139,8 @@ def array(length: int, entry: bytes) -> bytes:
     ],
     ids=["lists", "texts", "numbers", "breaks", "unknown", "deceptive"],
 )
-def test_of_what_does_not_fit_nothing_is_built(field: str, value: bytes, sentence: str):
-    """A 1 kHz loop in the same process would have to wait meanwhile."""
+def test_nothing_is_built_of_a_body_of_the_wrong_type(field: str, value: bytes, sentence: str):
+    """Building it would delay a 1 kHz loop in the same process."""
     body = b"\x81" + cast(bytes, msgpack.packb(field)) + value
     tracemalloc.start()
     with pytest.raises(Refusal) as refused:
@@ -151,25 +151,25 @@ def test_of_what_does_not_fit_nothing_is_built(field: str, value: bytes, sentenc
     assert peak < 5 * len(field) + 200_000
 
 
-def test_numbers_that_are_not_finite_are_named_in_a_large_body():
+def test_a_number_that_is_not_finite_is_named_in_a_large_body():
     samples = [[0.0, 1.0]] * 10_000 + [[0.0, float("nan")]]
     with pytest.raises(Refusal) as refused:
         decode(cast(bytes, msgpack.packb({"name": "wipe", "positions": samples, "rate": 100.0})), m.Learn, 16 * MIB)
     assert refused.value.message == "positions[10000][1] is not finite; it must be finite"
 
 
-def test_refusal_stays_short_whatever_was_sent():
+def test_a_refusal_is_short_for_any_body():
     refused = refusal(GOAL | {"x" * 500_000: 1})
     assert len(refused.message) <= 400
     assert len(refused.detail["field"]) <= 120
 
 
-def test_version_may_be_left_out_and_integers_stand_for_numbers():
+def test_the_version_is_optional_and_integers_are_accepted_as_numbers():
     goal = decode(cast(bytes, msgpack.packb({"primitive": "forehand", "positions": [1, 2]})), m.Goal)
     assert goal == m.Goal(primitive="forehand", positions=[1.0, 2.0])
 
 
-def test_null_fields_are_sent():
+def test_null_fields_are_encoded():
     assert msgpack.unpackb(encode(m.Cancel())) == {"version": 1, "goal_id": None}
 
 
@@ -180,13 +180,13 @@ def test_matrix_round_trip():
 
 
 @pytest.mark.parametrize(("rows", "columns"), [(3, 3), (2, 2), (-1, -6), (6, 0), (0, 0)])
-def test_matrix_of_another_size(rows, columns):
+def test_a_matrix_of_the_wrong_size_is_refused(rows, columns):
     with pytest.raises(Refusal, match="positions has 48 bytes; it must be"):
         matrix(bytes(48), rows, columns, "positions")
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
-def test_matrix_with_a_number_that_is_not_finite(number):
+def test_a_matrix_with_a_number_that_is_not_finite_is_refused(number):
     values = np.zeros((3, 2))
     values[1, 0] = number
     with pytest.raises(Refusal) as refused:
@@ -194,7 +194,7 @@ def test_matrix_with_a_number_that_is_not_finite(number):
     assert refused.value.message == f"velocities[1][0] is {number}; it must be finite"
 
 
-def test_refusals_carry_what_their_code_promises():
+def test_a_refusal_needs_the_details_of_its_code():
     with pytest.raises(TypeError, match=r"\['bound', 'value'\]"):
         Refusal("limit", "too far", joint="joint_1", quantity="positions")
     with pytest.raises(KeyError):

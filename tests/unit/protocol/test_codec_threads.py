@@ -1,4 +1,4 @@
-"""Threads that decode the first messages of a process at the same time."""
+"""Decoding in several threads at once."""
 
 import subprocess
 import sys
@@ -25,7 +25,7 @@ for thread in threads:
 """
 
 
-def test_the_first_messages_may_be_decoded_by_several_threads() -> None:
-    """Without a lock msgspec crashes the process with a segmentation fault."""
+def test_several_threads_can_decode_the_first_messages_of_a_process() -> None:
+    """Without a lock msgspec crashes with a segmentation fault."""
     done = subprocess.run([sys.executable, "-c", DECODE], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")

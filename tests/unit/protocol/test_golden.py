@@ -1,4 +1,4 @@
-"""The golden files hold what the codec makes, and every message type with every field has one."""
+"""Golden files agree with the codec and cover every field of every message type."""
 
 from typing import Any, cast
 
@@ -21,15 +21,15 @@ TYPES: list[type[msgspec.Struct]] = [
 
 
 @pytest.mark.parametrize("stem", EXAMPLES)
-def test_file_is_what_the_codec_makes(stem):
+def test_a_golden_file_is_the_encoded_example(stem):
     data = (FOLDER / f"{stem}.msgpack").read_bytes()
     assert encode(EXAMPLES[stem]) == data
     assert decode(data, type(EXAMPLES[stem])) == EXAMPLES[stem]
 
 
 @pytest.mark.parametrize("path", sorted((FOLDER / "first").glob("*.msgpack")), ids=lambda path: path.stem)
-def test_what_the_first_clients_say_and_hear_still_decodes(path):
-    """To the same values: what came later has a default."""
+def test_messages_of_the_first_version_still_decode(path):
+    """To the same values; later fields have defaults."""
     data = path.read_bytes()
     kind = type(EXAMPLES[path.stem])
     stored = msgpack.unpackb(data)
@@ -40,7 +40,7 @@ def test_what_the_first_clients_say_and_hear_still_decodes(path):
 
 
 def _with_defaults(now: Any, stored: Any) -> Any:
-    """`stored` with the fields that only `now` has: those of maps inside maps and lists."""
+    """Return `stored` with the fields that only `now` has, also in nested maps and lists."""
     if isinstance(now, dict) and isinstance(stored, dict):
         return now | {name: _with_defaults(now.get(name), value) for name, value in stored.items()}
     if isinstance(now, list) and isinstance(stored, list) and len(now) == len(stored):
@@ -49,23 +49,23 @@ def _with_defaults(now: Any, stored: Any) -> Any:
 
 
 @pytest.mark.parametrize("stem", ["Trajectory", "GoalReply"])
-def test_trajectories_have_no_field_that_the_first_clients_do_not_know(stem):
-    """They refuse one, in a reply too: pieces are left out where there are none."""
+def test_trajectories_without_pieces_have_only_fields_of_the_first_version(stem):
+    """Clients of the first version refuse unknown fields."""
     known = msgpack.unpackb((FOLDER / "first" / "Trajectory.msgpack").read_bytes()).keys()
     body = msgpack.unpackb(encode(EXAMPLES[stem]))
     assert body.get("trajectory", body).keys() == known
 
 
-def test_no_file_is_left_over():
+def test_every_golden_file_has_an_example():
     assert {path.stem for path in FOLDER.glob("*.msgpack")} == set(EXAMPLES)
 
 
-def test_stems_name_their_type():
+def test_names_of_examples_begin_with_their_type():
     assert all(stem.split("-")[0] == type(message).__name__ for stem, message in EXAMPLES.items())
 
 
 @pytest.mark.parametrize("kind", TYPES)
-def test_every_field_has_a_value_of_its_own(kind):
+def test_every_field_has_an_example_other_than_its_default(kind):
     examples = [message for message in EXAMPLES.values() if type(message) is kind]
     assert examples, f"no golden message of type {kind.__name__}"
     for field in msgspec.structs.fields(kind):

@@ -1,4 +1,4 @@
-"""Queues between Zenoh's threads and a loop: bounded, in order."""
+"""Queues between Zenoh's threads and a loop: bounds and order."""
 
 from protocol.bus.queues import Inbox, Stream
 from protocol.bus.sessions import open_session
@@ -11,8 +11,8 @@ def test_inbox_is_bounded_and_in_order():
     assert [inbox.take(), inbox.take(0.001), inbox.take(), inbox.take(0.001)] == [1, 2, None, None]
 
 
-def test_an_inbox_wakes_a_loop_that_waits_for_something_else():
-    """Once for the item that enters the empty queue: a flood does not wake it again and again."""
+def test_an_inbox_calls_wake_once_for_an_item_that_enters_it_empty():
+    """So a flood does not wake the loop repeatedly."""
     woken: list[str] = []
     inbox = Inbox[int](length=2, wake=lambda: woken.append("up"))
     assert [inbox.offer(item) for item in (1, 2, 3)] == [True, True, False]
@@ -22,7 +22,7 @@ def test_an_inbox_wakes_a_loop_that_waits_for_something_else():
     assert woken == ["up", "up"]
 
 
-def test_a_stream_that_is_woken_returns_nothing_and_loses_nothing():
+def test_waking_a_stream_returns_none_and_loses_no_message():
     stream = Stream()
     with open_session(listen=[free_endpoint()]) as session:
         subscriber = session.declare_subscriber("numbers", stream.callback)

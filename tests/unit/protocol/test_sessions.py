@@ -1,4 +1,4 @@
-"""Timeouts and queues for a process that is suspended."""
+"""Timeouts and queues of sessions whose peer is suspended, and errors of configurations."""
 
 import signal
 import socket
@@ -47,8 +47,8 @@ COUNT, BODY = 2000, bytes(3000)
         ('{mode: "blob"}', "FILE is not a Zenoh configuration: unknown variant `blob`, expected one of `router`"),
     ],
 )
-def test_a_configuration_that_cannot_be_read_is_named(tmp_path: Path, setting: str | None, sentence: str):
-    """By its file, without Zenoh's source."""
+def test_an_unreadable_configuration_is_an_error_with_its_path(tmp_path: Path, setting: str | None, sentence: str):
+    """Without references to Zenoh's source code."""
     file = tmp_path / "cell.json5"
     if setting:
         file.write_text(setting)
@@ -58,22 +58,22 @@ def test_a_configuration_that_cannot_be_read_is_named(tmp_path: Path, setting: s
     assert ".rs:" not in str(error.value)
 
 
-def test_errors_of_endpoints_are_sentences():
+def test_invalid_endpoints_are_errors_in_one_sentence():
     with pytest.raises(zenoh.ZError, match=r"^Endpoints must be of the form .*: x$"):
         open_session(["x"])
     with pytest.raises(zenoh.ZError, match=r"^Can not create a new TCP listener .*\(os error 99\)\]$"):
         open_session(listen=["tcp/192.0.2.1:7447"])
 
 
-def test_the_kernel_keeps_a_backlog():
+def test_the_backlog_sets_the_sockets_receive_buffer():
     timeouts = SessionTimeouts(lease_ms=2000, backlog_bytes=100_000)
     endpoint = free_endpoint()
     with open_session(listen=[endpoint]), open_session([endpoint], timeouts=timeouts):
         kept = [each.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) for each in connections(port_of(endpoint))]
-    assert 200_000 in kept  # the kernel counts twice what is asked for
+    assert 200_000 in kept  # the kernel doubles the requested value
 
 
-def test_what_the_kernel_does_not_grant_is_not_asked_for():
+def test_a_backlog_beyond_the_kernels_limit_is_not_requested():
     too_much = SessionTimeouts(lease_ms=2000, backlog_bytes=1 << 30)
     assert not too_much.is_granted
     for timeouts in (too_much, CLIENT):
@@ -81,8 +81,8 @@ def test_what_the_kernel_does_not_grant_is_not_asked_for():
 
 
 @pytest.mark.skipif(not RECORDER.is_granted, reason="net.core.rmem_max is too small for a recorder's backlog")
-def test_what_is_sent_to_a_suspended_recorder_waits_for_it():
-    """Six megabytes, as much as is published in ten seconds; a publisher that waited would end the connection."""
+def test_messages_to_a_suspended_recorder_are_kept():
+    """6 MB, published in about ten seconds; if the publisher blocked, it would close the connection."""
     endpoint = free_endpoint()
     with open_session(listen=[endpoint]) as session:
         ready = session.declare_subscriber("ready", zenoh.handlers.FifoChannel(1))
@@ -106,8 +106,8 @@ def test_what_is_sent_to_a_suspended_recorder_waits_for_it():
     assert int(count) == COUNT
 
 
-def test_a_stopped_subscriber_is_waited_for_once_and_not_for_long():
-    """A debugger that stops it stops nobody else: what blocks for it is let go, and its connection is closed."""
+def test_a_suspended_subscriber_blocks_a_publisher_only_once():
+    """After one timeout its connection is closed, so a debugger that stops it does not stop the publisher."""
     endpoint = free_endpoint()
     with open_session(listen=[endpoint]) as session:
         ready = session.declare_subscriber("ready", zenoh.handlers.FifoChannel(1))
@@ -138,8 +138,8 @@ with open_session(listen=[sys.argv[1]], timeouts=SERVICE) as session:
 """
 
 
-def test_a_router_waits_for_nobody_as_long_as_a_client_for_it(tmp_path: Path):
-    """Where its configuration makes it the router too."""
+def test_a_router_blocks_for_a_shorter_time_than_a_client(tmp_path: Path):
+    """Also if it is a router by its configuration file."""
     file = tmp_path / "router.json5"
     file.write_text('{mode: "router", listen: {endpoints: ["tcp/127.0.0.1:0"]}}')
     key = "transport/link/tx/queue/congestion_control/block/wait_before_close"
@@ -148,8 +148,8 @@ def test_a_router_waits_for_nobody_as_long_as_a_client_for_it(tmp_path: Path):
     assert int(session_config(("tcp/127.0.0.1:1",), (), None).get_json(key)) > BLOCKED_US
 
 
-def test_a_large_request_waits_for_a_router_that_stalls():
-    """Its own session gives up later than a subscriber's: beside busy programs a router may read nothing for 1 s."""
+def test_a_large_request_survives_a_router_that_stalls():
+    """On a busy machine a router may read nothing for 1 s, so a client's timeout is longer."""
     endpoint, body = free_endpoint(), bytes(16 << 20)
     line = [sys.executable, "-c", ROUTER, endpoint]
     with subprocess.Popen(line, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as router:
@@ -166,6 +166,6 @@ def test_a_large_request_waits_for_a_router_that_stalls():
         router.communicate("\n")
 
 
-def test_a_stream_may_fall_behind_by_more_than_a_tick():
-    """Zenoh's default is two; what that loses, the drill's row of a suspended recorder shows."""
+def test_real_time_queues_hold_16_messages():
+    """With Zenoh's default of two, the drill's suspended recorder loses messages."""
     assert session_config((), (), None).get_json("transport/link/tx/queue/size/real_time") == "16"

@@ -30,16 +30,16 @@ VALUES = [0.1, 0.2, 1 / 3, -0.4, 5e-324, 0.6]
 SAMPLES = np.arange(24.0).reshape(4, 6) / 7
 
 
-class Waiting(deque[tuple[bytes, int]]):
-    """Bodies that wait, in place of the bus."""
+class FakeStream(deque[tuple[bytes, int]]):
+    """Bodies waiting to be taken, with their wall times in Unix ns; stands in for a subscription."""
 
     def take(self) -> tuple[bytes, int] | None:
-        """The oldest, or None."""
+        """Remove and return the oldest, or None."""
         return self.popleft() if self else None
 
 
 def state(tick: int, run: int = RUN, seed: int = 0, brake: bool = False, truth: bool = True, **changes: Any) -> m.State:
-    """A state whose numbers use all their bits."""
+    """Return a state whose numbers use the whole mantissa."""
     noise = np.random.default_rng((tick, seed))
     return m.State(
         run=run,
@@ -57,7 +57,7 @@ def state(tick: int, run: int = RUN, seed: int = 0, brake: bool = False, truth: 
 
 
 def command(tick: int, run: int = RUN, goal_id: str | None = None) -> m.Command:
-    """A command whose numbers use all their bits."""
+    """Return a command whose numbers use the whole mantissa."""
     noise = np.random.default_rng((tick, 77))
     return m.Command(
         run=run,
@@ -71,7 +71,7 @@ def command(tick: int, run: int = RUN, goal_id: str | None = None) -> m.Command:
 
 
 def plan(start_time: float, count: int = 4, goal_id: str = "g1", **changes: object) -> m.Plan:
-    """A plan through distinct numbers, hit at its last sample but one."""
+    """Return a plan of distinct numbers with its hit at the last sample but one."""
     positions = np.random.default_rng(count).normal(0, 0.3, (count, 6))
     fields: dict[str, object] = {
         "goal_id": goal_id,
@@ -95,7 +95,7 @@ def plan(start_time: float, count: int = 4, goal_id: str = "g1", **changes: obje
 
 
 def status(time: float, mode: m.Mode = "tracking", fault: str | None = None, refused: int = 0) -> m.Status:
-    """A status of the controller."""
+    """Return a status of the controller."""
     point = m.Point(positions=VALUES, velocities=VALUES)
     lateness = m.Lateness(p50=120.5, p99=400.25, max=900.125)
     return m.Status(
@@ -113,14 +113,14 @@ def status(time: float, mode: m.Mode = "tracking", fault: str | None = None, ref
 
 
 def result(outcome: m.Outcome = "succeeded", goal_id: str = "g1", reason: str = "") -> m.Result:
-    """How a goal went, with a hit at 2 ms."""
+    """Return the result of a goal with a hit at 2 ms."""
     hit = m.Hit(time=0.002, position_error=VALUES, velocity_error=VALUES)
     stamps = m.Stamps(requested=RUN, planned=RUN + 1, accepted=RUN + 2, first_command=None)
     return m.Result(goal_id=goal_id, outcome=outcome, reason=reason, hit=hit, peak_tracking_error=0.0625, stamps=stamps)
 
 
 def refused(goal_id: str | None = "g2") -> m.Refused:
-    """A goal that was refused."""
+    """Return the refusal of a goal."""
     return m.Refused(
         goal_id=goal_id,
         client_id="shell-1",
@@ -133,7 +133,7 @@ def refused(goal_id: str | None = "g2") -> m.Refused:
 
 
 def push(time: float, **values: list[float]) -> m.Disturbance:
-    """Pushes by kind; without any, all is quiet."""
+    """Return the active disturbances, their values by kind; none without values."""
     active = [m.ActiveDisturbance(kind=kind, values=numbers, end_time=9.0) for kind, numbers in values.items()]
     return m.Disturbance(time=time, active=active)
 
@@ -153,4 +153,4 @@ MESSAGES: dict[Publication, m.Message] = {
     BALL: m.BallState(time=0.003, position=[0.4, -0.7, 0.9], velocity=[0.0, 0.0, 0.0]),
     DISTURBANCE: push(0.003, acceleration=[100.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
 }
-"""One of each."""
+"""One message of every recorded publication."""

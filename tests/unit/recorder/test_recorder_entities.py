@@ -1,4 +1,4 @@
-"""The table of entities, and the page made from it."""
+"""The table of entities, and the page generated from it."""
 
 from collections import Counter
 from pathlib import Path
@@ -24,12 +24,12 @@ def test_every_entity_of_the_module_is_in_the_table() -> None:
     assert Counter(map(id, defined)) == Counter(map(id, ENTITIES))
 
 
-def test_paths_are_different() -> None:
+def test_paths_are_unique() -> None:
     paths = Counter((entity.path, entity.static) for entity in ENTITIES)
     assert max(paths.values()) == 1
 
 
-def test_names_take_their_places() -> None:
+def test_names_replace_the_placeholders_of_a_path() -> None:
     assert entities.SHAPE.at("racket", "box") == "/world/racket/box"
     assert entities.TORQUES.at() == "/arm/torques"
     with pytest.raises(ValueError, match="zip"):

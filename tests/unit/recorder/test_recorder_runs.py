@@ -1,16 +1,16 @@
-"""Runs placed one behind the other in the trace."""
+"""Runs are placed one after another in the trace."""
 
 from services.recorder.runs import Runs
 
 
-def test_first_run_keeps_its_ticks() -> None:
+def test_the_first_run_keeps_its_ticks() -> None:
     runs = Runs(1000.0)
     assert [runs.add_state(7, tick) for tick in (3, 4, 5)] == [3, 4, 5]
     assert runs.tick_at(0.004) == 4
     assert (runs.count, runs.present.run, runs.offset) == (1, 7, 0)
 
 
-def test_next_run_is_placed_behind() -> None:
+def test_the_next_run_follows_the_last_tick_of_the_first() -> None:
     runs = Runs(1000.0)
     for tick in range(10):
         runs.add_state(7, tick)
@@ -21,13 +21,13 @@ def test_next_run_is_placed_behind() -> None:
     assert runs.newest == 11
 
 
-def test_tick_that_goes_back_begins_a_run_of_the_same_number() -> None:
+def test_a_tick_that_goes_back_starts_another_run_with_the_same_number() -> None:
     runs = Runs(1000.0)
     assert [runs.add_state(0, tick) for tick in (0, 1, 2, 0, 1)] == [0, 1, 2, 3, 4]
     assert runs.count == 2
 
 
-def test_tick_that_is_published_again_begins_no_run() -> None:
+def test_a_tick_that_is_published_again_begins_no_run() -> None:
     """An arm that is guided publishes its tick again, also tick 0; an arm that was reset is ready."""
     runs = Runs(1000.0)
     assert [runs.add_state(0, 0), runs.add_state(0, 0, ready=False), runs.add_state(0, 1)] == [0, 0, 1]
@@ -37,7 +37,7 @@ def test_tick_that_is_published_again_begins_no_run() -> None:
     assert runs.count == 3
 
 
-def test_late_command_is_placed_in_its_own_run() -> None:
+def test_a_late_command_is_placed_in_its_own_run() -> None:
     runs = Runs(1000.0)
     for tick in range(5):
         runs.add_state(7, tick)
@@ -46,14 +46,14 @@ def test_late_command_is_placed_in_its_own_run() -> None:
     assert runs.add_command(8, 0) == 5
 
 
-def test_command_before_any_state_begins_the_run() -> None:
+def test_a_command_before_any_state_starts_the_run() -> None:
     runs = Runs(1000.0)
     assert runs.add_command(7, 12) == 12
     assert runs.add_state(7, 12) == 12
     assert runs.count == 1
 
 
-def test_late_event_of_the_run_before_is_placed_there() -> None:
+def test_a_late_event_of_the_previous_run_is_placed_there() -> None:
     runs = Runs(1000.0)
     for tick in range(5000):
         runs.add_state(7, tick)
@@ -62,7 +62,7 @@ def test_late_event_of_the_run_before_is_placed_there() -> None:
     assert runs.tick_at(0.0) == 5000
 
 
-def test_gaps_are_counted_and_beginnings_are_not() -> None:
+def test_gaps_are_counted_within_a_run_but_not_before_its_first_tick() -> None:
     runs = Runs(1000.0)
     for tick in (100, 101, 104):
         runs.add_state(7, tick)

@@ -1,16 +1,16 @@
-"""The tick of the arm at a wall time."""
+"""The arm's newest tick at a wall-clock time."""
 
 from services.recorder.state_times import StateTimes
 
 
-def test_the_newest_tick_at_a_wall_time() -> None:
+def test_tick_at_a_wall_time_is_the_newest_state_received() -> None:
     state_times = StateTimes()
     assert (state_times.tick_at(5), state_times.oldest) == (0, None)
     state_times.add_batch([100, 110, 120], [7, 8, 9])
     assert [state_times.tick_at(wall) for wall in (99, 100, 115, 120, 999)] == [7, 7, 8, 9, 9]
 
 
-def test_two_batches_are_known() -> None:
+def test_the_last_two_batches_are_kept() -> None:
     state_times = StateTimes()
     for first in (0, 10, 20):
         state_times.add_batch([100 + first, 105 + first], [first, first + 5])

@@ -1,4 +1,4 @@
-"""The recorder's file, read back number by number."""
+"""The recorder's trace, written to a file and read back."""
 
 import logging
 import random
@@ -46,7 +46,7 @@ from tests.unit.recorder.recorder_messages import (
     MESSAGES,
     RUN,
     VALUES,
-    Waiting,
+    FakeStream,
     command,
     plan,
     push,
@@ -73,13 +73,13 @@ def strict() -> Iterator[None]:
     rr.set_strict_mode(False)
 
 
-class Desk:
-    """A recorder fed by hand, writing into a file."""
+class RecorderToFile:
+    """A recorder with fake subscriptions that writes into a file."""
 
     def __init__(self, file: Path) -> None:
         self._file = file
         self._writer = TraceWriter(build_blueprint(CONFIG, live=False), file, None)
-        self._sources = {topic: Waiting() for topic in RECORDED}
+        self._sources = {topic: FakeStream() for topic in RECORDED}
         self._recorder = Recorder(CONFIG, self._writer, self._sources, LOG)
 
     def publish(self, topic: Publication, *messages: m.Message, at: int = 1) -> None:
@@ -91,7 +91,7 @@ class Desk:
         self._sources[topic].append((body, 1))
 
     def end_batch(self) -> None:
-        """End a batch."""
+        """Write the messages published since the last batch."""
         self._recorder.write_batch()
 
     def read(self) -> Trace:
@@ -102,12 +102,12 @@ class Desk:
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Desk:
-    return Desk(tmp_path / "trace.rrd")
+def recorder(tmp_path: Path) -> RecorderToFile:
+    return RecorderToFile(tmp_path / "trace.rrd")
 
 
 def _joints(trace: Trace, path: str) -> np.ndarray:
-    """(N, J) of an entity a joint."""
+    """Return the scalars (N, J) of an entity that exists for each joint."""
     return np.stack([trace.scalars(path.format(name)) for name in JOINTS], axis=1)
 
 
@@ -120,20 +120,19 @@ def test_every_recorded_topic_has_a_writer(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("topic", RECORDED, ids=lambda topic: topic.key)
-def test_what_is_valid_can_be_written(desk: Desk, topic: Publication) -> None:
-    """Whatever is changed in a valid message, in a known run or a new one."""
+def test_mutated_messages_are_refused_or_written(recorder: RecorderToFile, topic: Publication) -> None:
+    """Random changes of a valid message, in the current run or a new one, raise no error."""
     rng, body = random.Random(20_26), msgspec.to_builtins(MESSAGES[topic], builtin_types=(bytes,))
-    desk.publish(STATE, state(0))
+    recorder.publish(STATE, state(0))
     for _ in range(100):
         for _ in range(50):
-            desk.publish_bytes(topic, mutate(body, rng))
-        desk.end_batch()
+            recorder.publish_bytes(topic, mutate(body, rng))
+        recorder.end_batch()
 
 
 @pytest.mark.filterwarnings("ignore:RRD file has no footer")
 @pytest.mark.parametrize("index", [True, False])
-def test_a_trace_reads_alike_with_and_without_its_index(tmp_path: Path, index: bool) -> None:
-    """The index makes a file larger and nothing else."""
+def test_a_trace_reads_the_same_with_and_without_its_index(tmp_path: Path, index: bool) -> None:
     file = tmp_path / "trace.rrd"
     writer = TraceWriter(build_blueprint(CONFIG, live=False), file, None, index)
     values = np.arange(1000.0)
@@ -146,8 +145,8 @@ def test_a_trace_reads_alike_with_and_without_its_index(tmp_path: Path, index: b
 
 
 @pytest.mark.parametrize("beyond", [0, 7, 16, 100])
-def test_a_trace_reads_up_to_a_message_that_is_being_written(tmp_path: Path, beyond: int) -> None:
-    """Of the last message nothing, a part of its header, its header, or some of its data is in the file."""
+def test_a_trace_reads_up_to_an_incomplete_last_message(tmp_path: Path, beyond: int) -> None:
+    """The file has nothing of it, a part of its header, its header, or a part of its data."""
     file = tmp_path / "trace.rrd"
     writer = TraceWriter(build_blueprint(CONFIG, live=False), file, None, False)
     lengths = []
@@ -160,13 +159,13 @@ def test_a_trace_reads_up_to_a_message_that_is_being_written(tmp_path: Path, bey
     assert np.array_equal(read_trace(file).scalars("/x").ravel(), np.arange(20.0))
 
 
-def test_states_read_back_to_the_last_bit(desk: Desk) -> None:
+def test_states_read_back_exactly(recorder: RecorderToFile) -> None:
     states = [state(tick, brake=tick > 320) for tick in range(350)]
     states += [state(tick, condition="reflex", reason="joint 4 was pushed") for tick in range(350, 360)]
     for some in (states[:7], states[7:200], states[200:]):
-        desk.publish(STATE, *some, at=1_700_000_000_000_000_123)
-        desk.end_batch()
-    trace = desk.read()
+        recorder.publish(STATE, *some, at=1_700_000_000_000_000_123)
+        recorder.end_batch()
+    trace = recorder.read()
     assert np.array_equal(_joints(trace, "/joints/{}/position/measured"), [s.positions for s in states])
     assert np.array_equal(_joints(trace, "/joints/{}/velocity/measured"), [s.velocities for s in states])
     assert np.array_equal(trace.scalars("/arm/torques"), [s.torques for s in states])
@@ -188,17 +187,16 @@ def test_states_read_back_to_the_last_bit(desk: Desk) -> None:
     assert "the arm is reflex: joint 4 was pushed" in trace.texts("/events/controller")
 
 
-def test_states_of_an_arm_that_does_not_know_its_truth(desk: Desk) -> None:
-    desk.publish(STATE, *(state(tick, truth=False) for tick in range(5)))
-    assert "/arm/true_position" not in desk.read().entities
+def test_states_without_true_values_have_no_entity_for_them(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, *(state(tick, truth=False) for tick in range(5)))
+    assert "/arm/true_position" not in recorder.read().entities
 
 
-def test_static_data_is_of_the_table_and_of_the_model(tmp_path: Path) -> None:
-    """Styles lie on entities of the table; the geometry is that of every body."""
-    desk = Desk(tmp_path / "trace.rrd")
-    desk.publish(STATE, state(0))
-    desk.publish(BALL, MESSAGES[BALL])
-    desk.read()
+def test_static_data_are_styles_of_the_table_and_geometry_of_the_model(tmp_path: Path) -> None:
+    recorder = RecorderToFile(tmp_path / "trace.rrd")
+    recorder.publish(STATE, state(0))
+    recorder.publish(BALL, MESSAGES[BALL])
+    recorder.read()
     scene, geometry_of = Scene(CONFIG), Geometry(CONFIG.load_model(visual=True), np.zeros(3), 1.0)
     bodies = {name: [part for part, _ in geometry_of.shapes(body)] for body, name in enumerate(scene.names)}
     geometry = {entities.SHAPE.at(name, part) for name, parts in bodies.items() if name != "world" for part in parts}
@@ -210,15 +208,15 @@ def test_static_data_is_of_the_table_and_of_the_model(tmp_path: Path) -> None:
     assert static - geometry - styled == {"/__properties", *fixed}
 
 
-def test_commands_and_the_error_against_the_state_they_answer(desk: Desk) -> None:
+def test_commands_are_written_with_the_error_of_the_state_they_answer(recorder: RecorderToFile) -> None:
     states = [state(tick) for tick in range(300)]
     commands = [command(tick, goal_id="g1" if tick >= 100 else None) for tick in range(300)]
-    desk.publish(STATE, *states[:150])
-    desk.publish(COMMAND, *commands[:140])
-    desk.end_batch()
-    desk.publish(STATE, *states[150:])
-    desk.publish(COMMAND, *commands[140:])
-    trace = desk.read()
+    recorder.publish(STATE, *states[:150])
+    recorder.publish(COMMAND, *commands[:140])
+    recorder.end_batch()
+    recorder.publish(STATE, *states[150:])
+    recorder.publish(COMMAND, *commands[140:])
+    trace = recorder.read()
     assert np.array_equal(_joints(trace, "/joints/{}/position/reference"), [c.positions for c in commands])
     assert np.array_equal(_joints(trace, "/joints/{}/velocity/reference"), [c.velocities for c in commands])
     assert np.array_equal(_joints(trace, "/joints/{}/acceleration/commanded"), [c.accelerations for c in commands])
@@ -227,28 +225,28 @@ def test_commands_and_the_error_against_the_state_they_answer(desk: Desk) -> Non
     assert trace.column("/lanes/goal", "StateChange:state").times["tick"].tolist() == [100]
 
 
-def test_no_error_without_the_state(desk: Desk) -> None:
-    desk.publish(STATE, state(0), state(2))
-    desk.publish(COMMAND, *(command(tick) for tick in range(3)))
-    trace = desk.read()
+def test_a_command_without_its_state_has_no_error_and_is_counted(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, state(0), state(2))
+    recorder.publish(COMMAND, *(command(tick) for tick in range(3)))
+    trace = recorder.read()
     assert trace.column("/joints/joint_1/error").ticks().tolist() == [0, 2]
     assert trace.scalars("/recorder/states_missing").tolist()[-1] == 1
     assert any("1 more states missing" in text for text in trace.texts("/events/recorder"))
 
 
-def test_error_of_a_batch_longer_than_the_memory(desk: Desk) -> None:
-    """A recorder that got no processor for seconds finds them all in one batch."""
-    desk.publish(STATE, *(state(tick) for tick in range(2500)))
-    desk.publish(COMMAND, *(command(tick) for tick in range(2500)))
-    assert len(desk.read().scalars("/joints/joint_6/error")) == 2500
+def test_errors_are_written_for_a_batch_longer_than_the_history(recorder: RecorderToFile) -> None:
+    """After seconds without CPU time the recorder takes all messages in one batch."""
+    recorder.publish(STATE, *(state(tick) for tick in range(2500)))
+    recorder.publish(COMMAND, *(command(tick) for tick in range(2500)))
+    assert len(recorder.read().scalars("/joints/joint_6/error")) == 2500
 
 
-def test_further_run_is_placed_behind_the_first(desk: Desk) -> None:
-    desk.publish(STATE, *(state(tick) for tick in range(100)))
-    desk.end_batch()
-    desk.publish(STATE, *(state(tick, run=RUN + 1, seed=1) for tick in range(50)))
-    desk.publish(BALL, m.BallState(time=0.01, position=[1.0, 2.0, 3.0], velocity=[0.0] * 3))
-    trace = desk.read()
+def test_a_second_run_follows_the_first_in_the_trace(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, *(state(tick) for tick in range(100)))
+    recorder.end_batch()
+    recorder.publish(STATE, *(state(tick, run=RUN + 1, seed=1) for tick in range(50)))
+    recorder.publish(BALL, m.BallState(time=0.01, position=[1.0, 2.0, 3.0], velocity=[0.0] * 3))
+    trace = recorder.read()
     times = trace.column("/joints/joint_2/position/measured").times
     assert np.array_equal(times["tick"], range(150))
     assert np.array_equal(times["sim_time"], np.arange(150) * 1_000_000)
@@ -259,7 +257,7 @@ def test_further_run_is_placed_behind_the_first(desk: Desk) -> None:
     assert "tick 0 is tick 100 of the trace" in trace.texts("/events/run")[1]
 
 
-def test_a_trace_in_an_absent_directory_is_a_sentence(
+def test_a_trace_in_an_absent_directory_is_refused_in_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     file = tmp_path / "absent" / "trace.rrd"
@@ -271,13 +269,13 @@ def test_a_trace_in_an_absent_directory_is_a_sentence(
     assert (stopped.value.code, caplog.messages) == (2, [f"--record {file}: there is no directory {file.parent}"])
 
 
-def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:
+def test_a_plan_is_written_as_time_passes_and_reads_back(recorder: RecorderToFile) -> None:
     published = plan(0.010, count=40)
-    desk.publish(STATE, *(state(tick) for tick in range(20)))
-    desk.publish(PLAN, published)
-    desk.end_batch()
-    desk.publish(STATE, *(state(tick) for tick in range(20, 90)))
-    trace = desk.read()
+    recorder.publish(STATE, *(state(tick) for tick in range(20)))
+    recorder.publish(PLAN, published)
+    recorder.end_batch()
+    recorder.publish(STATE, *(state(tick) for tick in range(20, 90)))
+    trace = recorder.read()
     positions = np.frombuffer(published.positions).reshape(40, 6)
     assert np.array_equal(_joints(trace, "/joints/{}/position/planned"), positions)
     assert np.array_equal(
@@ -295,12 +293,12 @@ def test_plan_grows_with_time_and_reads_back(desk: Desk) -> None:
     assert (target.ticks().tolist(), target.array().tolist()) == ([48], [positions[38, 2]])
 
 
-def test_limits_in_force_are_the_plan_s_while_it_lasts(desk: Desk) -> None:
-    desk.publish(STATE, *(state(tick) for tick in range(5)))
-    desk.end_batch()
-    desk.publish(PLAN, plan(0.010, count=40))
-    desk.publish(STATE, *(state(tick) for tick in range(5, 90)))
-    trace = desk.read()
+def test_limits_are_the_plans_while_it_lasts_and_the_robots_otherwise(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, *(state(tick) for tick in range(5)))
+    recorder.end_batch()
+    recorder.publish(PLAN, plan(0.010, count=40))
+    recorder.publish(STATE, *(state(tick) for tick in range(5, 90)))
+    trace = recorder.read()
     own = CONFIG.limits.positions[0].tolist()
     bounds = trace.column("/joints/joint_1/position/limits")
     assert bounds.values == [own, [-1.0, 1.5], own]
@@ -308,46 +306,46 @@ def test_limits_in_force_are_the_plan_s_while_it_lasts(desk: Desk) -> None:
     assert trace.column("/joints/joint_2/velocity/limits").values[1] == [-4.0, 4.0]
 
 
-def test_limits_that_do_not_change_are_repeated_every_second(desk: Desk) -> None:
-    """So that a view of the last seconds shows them."""
+def test_limits_that_do_not_change_are_repeated_every_second(recorder: RecorderToFile) -> None:
+    """A view of the last seconds then shows them."""
     for first in range(0, 2400, 400):
-        desk.publish(STATE, *(state(tick) for tick in range(first, first + 400)))
-        desk.end_batch()
-    assert desk.read().column("/joints/joint_1/velocity/limits").ticks().tolist() == [0, 1199, 2399]
+        recorder.publish(STATE, *(state(tick) for tick in range(first, first + 400)))
+        recorder.end_batch()
+    assert recorder.read().column("/joints/joint_1/velocity/limits").ticks().tolist() == [0, 1199, 2399]
 
 
-def test_a_free_limit_of_a_plan_is_left_out(desk: Desk) -> None:
-    """The plan of this test limits the position of joint_1 alone, and no acceleration."""
-    desk.publish(STATE, *(state(tick) for tick in range(90)))
-    desk.publish(PLAN, plan(0.010, count=40))
-    trace = desk.read()
+def test_quantities_that_a_plan_does_not_limit_have_no_limits_meanwhile(recorder: RecorderToFile) -> None:
+    """This plan limits the position of joint_1 only, and no acceleration."""
+    recorder.publish(STATE, *(state(tick) for tick in range(90)))
+    recorder.publish(PLAN, plan(0.010, count=40))
+    trace = recorder.read()
     assert trace.column("/joints/joint_1/position/limits").ticks().tolist() == [10, 50]
     for path in ("/joints/joint_2/position/limits", "/joints/joint_1/acceleration/limits"):
         assert trace.column(path).ticks().tolist() == [50], path
 
 
-def test_replaced_plan_ends_where_the_next_begins(desk: Desk) -> None:
-    desk.publish(STATE, *(state(tick) for tick in range(30)))
-    desk.publish(PLAN, plan(0.010, count=60))
-    desk.end_batch()
+def test_a_replaced_plan_ends_where_the_next_begins(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, *(state(tick) for tick in range(30)))
+    recorder.publish(PLAN, plan(0.010, count=60))
+    recorder.end_batch()
     after = plan(0.040, count=30, goal_id="g2")
-    desk.publish(PLAN, after)
-    desk.publish(STATE, *(state(tick) for tick in range(30, 100)))
-    trace = desk.read()
+    recorder.publish(PLAN, after)
+    recorder.publish(STATE, *(state(tick) for tick in range(30, 100)))
+    trace = recorder.read()
     assert np.array_equal(trace.column("/joints/joint_1/position/planned").ticks(), range(10, 70))
     positions = np.frombuffer(after.positions).reshape(30, 6)
     assert np.array_equal(trace.scalars("/joints/joint_1/position/planned")[30:], positions[:, 0])
 
 
-def test_a_correction_is_an_event_and_breaks_the_curves(desk: Desk) -> None:
-    """The old curve ends one tick before the new one begins, which a point marks; the event has the phase."""
-    desk.publish(STATE, *(state(tick) for tick in range(30)))
-    desk.publish(PLAN, plan(0.010, count=60))
-    desk.end_batch()
+def test_a_correction_is_an_event_with_its_phase_and_breaks_the_curves(recorder: RecorderToFile) -> None:
+    """The old curve ends one tick before the new one, whose start is marked by a point."""
+    recorder.publish(STATE, *(state(tick) for tick in range(30)))
+    recorder.publish(PLAN, plan(0.010, count=60))
+    recorder.end_batch()
     after = plan(0.040, count=30, goal_id="g2", revises="g1", phase=0.625)
-    desk.publish(PLAN, after)
-    desk.publish(STATE, *(state(tick) for tick in range(30, 100)))
-    trace = desk.read()
+    recorder.publish(PLAN, after)
+    recorder.publish(STATE, *(state(tick) for tick in range(30, 100)))
+    trace = recorder.read()
     planned = trace.column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), [*range(10, 39), *range(40, 70)])
     assert 39 in planned.times["tick"]  # the curve is broken
@@ -358,42 +356,42 @@ def test_a_correction_is_an_event_and_breaks_the_curves(desk: Desk) -> None:
     assert any("g2 (forehand) accepted, corrects g1 at phase 0.625: starts at 0.040 s" in text for text in sentences)
 
 
-def test_stopped_plan_is_written_no_further(desk: Desk) -> None:
-    desk.publish(STATE, *(state(tick) for tick in range(30)))
-    desk.publish(PLAN, plan(0.010, count=60))
-    desk.publish(ENDED, result("canceled"))
-    desk.end_batch()
-    desk.publish(STATE, *(state(tick) for tick in range(30, 100)))
-    planned = desk.read().column("/joints/joint_1/position/planned")
+def test_a_canceled_plan_ends_at_the_present_tick(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, *(state(tick) for tick in range(30)))
+    recorder.publish(PLAN, plan(0.010, count=60))
+    recorder.publish(ENDED, result("canceled"))
+    recorder.end_batch()
+    recorder.publish(STATE, *(state(tick) for tick in range(30, 100)))
+    planned = recorder.read().column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), range(10, 30))
     assert planned.times["tick"][-1] == 30
 
 
-def test_plan_of_an_earlier_run_is_written_no_further(desk: Desk) -> None:
-    desk.publish(STATE, *(state(tick) for tick in range(30)))
-    desk.publish(PLAN, plan(0.010, count=60))
-    desk.end_batch()
-    desk.publish(STATE, *(state(tick, run=RUN + 1) for tick in range(60)))
-    assert np.array_equal(desk.read().column("/joints/joint_1/position/planned").ticks(), range(10, 30))
+def test_a_plan_of_an_earlier_run_ends_with_the_run(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, *(state(tick) for tick in range(30)))
+    recorder.publish(PLAN, plan(0.010, count=60))
+    recorder.end_batch()
+    recorder.publish(STATE, *(state(tick, run=RUN + 1) for tick in range(60)))
+    assert np.array_equal(recorder.read().column("/joints/joint_1/position/planned").ticks(), range(10, 30))
 
 
-def test_plan_is_written_to_its_end_where_the_next_run_begins_in_the_same_batch(desk: Desk) -> None:
-    desk.publish(STATE, *(state(tick) for tick in range(30)))
-    desk.publish(PLAN, plan(0.010, count=40))
-    desk.end_batch()
-    desk.publish(STATE, *(state(tick) for tick in range(30, 90)), *(state(tick, run=RUN + 1) for tick in range(60)))
-    planned = desk.read().column("/joints/joint_1/position/planned")
+def test_a_plan_is_written_to_its_end_if_the_next_run_begins_in_the_same_batch(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, *(state(tick) for tick in range(30)))
+    recorder.publish(PLAN, plan(0.010, count=40))
+    recorder.end_batch()
+    recorder.publish(STATE, *(state(tick) for tick in range(30, 90)), *(state(tick, run=RUN + 1) for tick in range(60)))
+    planned = recorder.read().column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), range(10, 50))
     assert planned.times["tick"][-1] == 50  # the curve is broken
 
 
-def test_curves_of_two_plans_with_a_pause_between_are_not_joined(desk: Desk) -> None:
-    """Though both are over when the batch is written; in the pause the robot's own limits are in force."""
-    desk.publish(STATE, *(state(tick) for tick in range(5)))
-    desk.publish(PLAN, plan(0.010, count=20), plan(0.050, count=20, goal_id="g2"))
-    desk.end_batch()
-    desk.publish(STATE, *(state(tick) for tick in range(5, 90)))
-    trace = desk.read()
+def test_curves_of_two_plans_with_a_pause_in_between_are_not_joined(recorder: RecorderToFile) -> None:
+    """Both have ended when the batch is written; during the pause the limits are the robot's."""
+    recorder.publish(STATE, *(state(tick) for tick in range(5)))
+    recorder.publish(PLAN, plan(0.010, count=20), plan(0.050, count=20, goal_id="g2"))
+    recorder.end_batch()
+    recorder.publish(STATE, *(state(tick) for tick in range(5, 90)))
+    trace = recorder.read()
     planned = trace.column("/joints/joint_1/position/planned")
     assert np.array_equal(planned.ticks(), [*range(10, 30), *range(50, 70)])
     assert [tick for tick, row in zip(planned.times["tick"].tolist(), planned.values, strict=True) if not row] == [
@@ -403,28 +401,28 @@ def test_curves_of_two_plans_with_a_pause_between_are_not_joined(desk: Desk) -> 
     assert trace.column("/joints/joint_1/position/limits").ticks().tolist() == [0, 10, 30, 50, 70]
 
 
-def test_a_plan_that_comes_after_its_cancel_is_written_no_further(desk: Desk) -> None:
-    """The planner publishes it after its reply, and the client may cancel as soon as it has the reply."""
-    desk.publish(STATE, *(state(tick) for tick in range(5)))
-    desk.publish(ENDED, result("canceled"))
-    desk.end_batch()
-    desk.publish(PLAN, plan(0.002, count=40))
-    desk.end_batch()
-    desk.publish(STATE, *(state(tick) for tick in range(5, 90)))
-    planned = desk.read().column("/joints/joint_1/position/planned")
+def test_a_plan_received_after_its_cancellation_is_not_written(recorder: RecorderToFile) -> None:
+    """The planner publishes a plan after its reply, and a client can cancel as soon as it has the reply."""
+    recorder.publish(STATE, *(state(tick) for tick in range(5)))
+    recorder.publish(ENDED, result("canceled"))
+    recorder.end_batch()
+    recorder.publish(PLAN, plan(0.002, count=40))
+    recorder.end_batch()
+    recorder.publish(STATE, *(state(tick) for tick in range(5, 90)))
+    planned = recorder.read().column("/joints/joint_1/position/planned")
     assert max(planned.ticks()) <= 5
 
 
-def test_status_and_its_changes(desk: Desk) -> None:
+def test_status_is_written_as_curves_lanes_and_events(recorder: RecorderToFile) -> None:
     statuses = [
         status(0.000, "holding"),
         status(0.020, "tracking"),
         status(0.040, "tracking", refused=2),
         status(0.060, "fault", "joint_1 is 0.31 rad off"),
     ]
-    desk.publish(STATE, *(state(tick) for tick in range(80)))
-    desk.publish(STATUS, *statuses)
-    trace = desk.read()
+    recorder.publish(STATE, *(state(tick) for tick in range(80)))
+    recorder.publish(STATUS, *statuses)
+    trace = recorder.read()
     assert trace.scalars("/timing/late_us").tolist() == [[120.5, 400.25, 900.125]] * 4
     assert trace.scalars("/timing/on_time_ratio").tolist() == [0.997] * 4
     assert trace.scalars("/timing/refused").tolist() == [0, 0, 2, 0]
@@ -439,10 +437,10 @@ def test_status_and_its_changes(desk: Desk) -> None:
     assert any("joint_1 is 0.31 rad off" in text for text in published)
 
 
-def test_results(desk: Desk) -> None:
-    desk.publish(STATE, *(state(tick) for tick in range(10)))
-    desk.publish(ENDED, result("aborted", reason="fault"))
-    trace = desk.read()
+def test_a_result_is_written_with_its_event(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, *(state(tick) for tick in range(10)))
+    recorder.publish(ENDED, result("aborted", reason="fault"))
+    trace = recorder.read()
     assert trace.column("/goals", "outcome").values == [["aborted"]]
     assert trace.column("/goals", "accepted").values == [[RUN + 2]]
     assert trace.column("/goals", "peak_tracking_error").values == [[0.0625]]
@@ -451,13 +449,13 @@ def test_results(desk: Desk) -> None:
     assert "goal g1 aborted (fault)" in trace.texts("/events/goal")[0]
 
 
-def test_a_refused_goal_is_an_event_at_the_arm_s_tick(desk: Desk) -> None:
-    """With its id where it has one, as a warning beside what becomes of the other goals."""
+def test_a_refused_goal_is_a_warning_at_the_arms_tick(recorder: RecorderToFile) -> None:
+    """With its id if it has one, among the events of other goals."""
     for tick in range(10):
-        desk.publish(STATE, state(tick), at=100 + tick)
-    desk.publish(REFUSED, refused(), at=104)
-    desk.publish(REFUSED, refused(goal_id=None), at=107)
-    trace = desk.read()
+        recorder.publish(STATE, state(tick), at=100 + tick)
+    recorder.publish(REFUSED, refused(), at=104)
+    recorder.publish(REFUSED, refused(goal_id=None), at=107)
+    trace = recorder.read()
     why = "refused as limit: joint_1 would end at 2.5 rad"
     assert trace.texts("/events/goal") == [f"goal g2 {why}", f"a goal {why}"]
     assert trace.column("/events/goal", "TextLog:text").times["tick"].tolist() == [4, 7]
@@ -473,27 +471,27 @@ def test_a_refused_goal_is_an_event_at_the_arm_s_tick(desk: Desk) -> None:
         assert trace.column("/goals/refused", name).values == [[value] for value in values], name
 
 
-def test_a_message_a_batch_late_is_placed_where_it_happened(desk: Desk) -> None:
-    """Its topic is looked at before the states: those behind it are then in the batch before."""
+def test_a_message_one_batch_late_is_placed_at_its_own_time(recorder: RecorderToFile) -> None:
+    """Its topic is taken before the states, so later states can be in the previous batch."""
     for tick in range(30):
-        desk.publish(STATE, state(tick), at=100 + tick)
-    desk.end_batch()
-    desk.publish(REFUSED, refused(), at=104)
-    desk.publish(STATE, state(30), at=130)
-    assert desk.read().column("/goals/refused", "code").times["tick"].tolist() == [4]
+        recorder.publish(STATE, state(tick), at=100 + tick)
+    recorder.end_batch()
+    recorder.publish(REFUSED, refused(), at=104)
+    recorder.publish(STATE, state(30), at=130)
+    assert recorder.read().column("/goals/refused", "code").times["tick"].tolist() == [4]
 
 
-def test_contact_and_ball(desk: Desk) -> None:
+def test_contacts_and_ball_positions_are_written(recorder: RecorderToFile) -> None:
     places = [[0.1 * k, 1 / 3, -0.7] for k in range(5)]
-    desk.publish(STATE, *(state(tick) for tick in range(50)))
+    recorder.publish(STATE, *(state(tick) for tick in range(50)))
     touch = m.Contact(time=0.012, bodies=["racket", "ball"], impulse=0.02, ball_velocity=None, ended=False)
-    desk.publish(
+    recorder.publish(
         CONTACT, touch, msgspec.structs.replace(touch, impulse=0.42, ball_velocity=[3.0, 0.0, 4.0], ended=True)
     )
-    desk.publish(
+    recorder.publish(
         BALL, *(m.BallState(time=k / 100, position=place, velocity=[0.0] * 3) for k, place in enumerate(places))
     )
-    trace = desk.read()
+    trace = recorder.read()
     assert trace.scalars("/contacts").tolist() == [0.42]
     assert trace.column("/contacts").ticks().tolist() == [12]
     assert trace.texts("/events/contact") == [
@@ -505,12 +503,12 @@ def test_contact_and_ball(desk: Desk) -> None:
     assert tee.reshape(-1) == pytest.approx([0.0, 1 / 3, -0.733], abs=1e-6)
 
 
-def test_disturbances_are_steps_lanes_and_arrows(desk: Desk) -> None:
-    desk.publish(STATE, *(state(tick) for tick in range(50)))
-    desk.publish(
+def test_disturbances_are_written_as_steps_lanes_and_arrows(recorder: RecorderToFile) -> None:
+    recorder.publish(STATE, *(state(tick) for tick in range(50)))
+    recorder.publish(
         DISTURBANCE, push(0.010, acceleration=[30.0, 0, 0, 0, 0, 0], torque=[0, -2.0, 0, 0, 0, 0]), push(0.030)
     )
-    trace = desk.read()
+    trace = recorder.read()
     steps = trace.column("/joints/joint_1/disturbance/acceleration")
     assert list(zip(steps.ticks().tolist(), steps.array().tolist(), strict=True)) == [
         (9, 0.0),
@@ -526,43 +524,45 @@ def test_disturbances_are_steps_lanes_and_arrows(desk: Desk) -> None:
     assert [len(row) for row in trace.column("/world/upper_arm/push", "Arrows3D:vectors").values] == [1, 0]
 
 
-def test_racket_is_where_the_kinematics_place_it(desk: Desk) -> None:
-    """Poses come from the states, quaternions in Rerun's order: seen from the racket's pose, the tool stays."""
+def test_the_rackets_pose_agrees_with_the_kinematics(recorder: RecorderToFile) -> None:
+    """Quaternions are in Rerun's order; the tool is fixed relative to the racket."""
     states = [state(tick) for tick in range(60)]
-    desk.publish(STATE, *states)
-    trace = desk.read()
+    recorder.publish(STATE, *states)
+    trace = recorder.read()
     places = trace.column("/world/racket", "Transform3D:translation")
     turns = trace.column("/world/racket", "Transform3D:quaternion")
     assert places.times["tick"].tolist() == [0, 10, 20, 30, 40, 50]
     kinematics = Kinematics(CONFIG)
     for tick, place, turn in zip(places.times["tick"].tolist(), places.values, turns.values, strict=True):
         x, y, z, w = turn[0]
-        local = np.array([0.0, 0.0, 0.39])  # the tool's site in the racket's body
+        local = np.array([0.0, 0.0, 0.39])  # the tool's site in the racket's frame
         vector = np.array([x, y, z])
         turned = local + 2 * np.cross(vector, np.cross(vector, local) + w * local)
         tool, _ = kinematics.tool_pose(np.array(states[tick].positions))
         assert np.array(place[0]) + turned == pytest.approx(tool, abs=1e-5)
 
 
-def test_malformed_messages_are_counted_and_harm_nothing(desk: Desk, caplog: pytest.LogCaptureFixture) -> None:
+def test_malformed_messages_are_counted_and_the_others_written(
+    recorder: RecorderToFile, caplog: pytest.LogCaptureFixture
+) -> None:
     for topic in RECORDED:
-        desk.publish_bytes(topic, b"\xc1")
-        desk.publish(topic, MESSAGES[topic])
-    trace = desk.read()
+        recorder.publish_bytes(topic, b"\xc1")
+        recorder.publish(topic, MESSAGES[topic])
+    trace = recorder.read()
     assert trace.scalars("/recorder/messages_malformed").tolist() == [len(RECORDED)]
     refused = [each for each in caplog.records if "was left out" in each.getMessage()]
     assert [each.__dict__["code"] for each in refused] == ["bad_message"] * len(RECORDED)
     assert trace.scalars("/joints/joint_1/position/measured").tolist() == [state(3).positions[0]]
 
 
-def test_from_a_real_bus_nothing_is_lost(tmp_path: Path) -> None:
+def test_nothing_is_lost_from_a_real_bus(tmp_path: Path) -> None:
     endpoint, file = free_endpoint(), tmp_path / "trace.rrd"
     writer = TraceWriter(build_blueprint(CONFIG, live=False), file, None)
     with Bus(open_session(listen=[endpoint])) as router, Bus(open_session(connect=[endpoint])) as bus:
         sources = listen(bus)
         recorder = Recorder(CONFIG, writer, sources, LOG)
         router.announce("ready")
-        assert bus.is_alive("ready")  # the subscriptions made before have reached the router
+        assert bus.is_alive("ready")  # earlier subscriptions have then reached the router
         states, commands = router.publisher(STATE, blocking=True), router.publisher(COMMAND, blocking=True)
         others = [(router.publisher(topic), topic) for topic in RECORDED if not topic.stream]
         for tick in range(1000):

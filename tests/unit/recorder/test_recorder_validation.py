@@ -1,4 +1,4 @@
-"""Messages that the recorder accepts and refuses."""
+"""Validation of messages, and the order in which the recorder takes them."""
 
 import struct
 from typing import Any
@@ -23,7 +23,7 @@ from protocol.topics import (
     Publication,
 )
 from services.recorder.validation import Receiver, read
-from tests.unit.recorder.recorder_messages import MESSAGES, Waiting
+from tests.unit.recorder.recorder_messages import MESSAGES, FakeStream
 
 INF, NAN = float("inf"), float("nan")
 
@@ -36,12 +36,12 @@ def _pack(body: dict[str, Any]) -> bytes:
 
 
 @pytest.mark.parametrize("topic", RECORDED, ids=lambda topic: topic.key)
-def test_every_publication_is_read_as_sent(topic: Publication) -> None:
+def test_every_recorded_publication_round_trips(topic: Publication) -> None:
     assert read(topic, encode(MESSAGES[topic]), 6) == MESSAGES[topic]
 
 
 @pytest.mark.parametrize("topic", RECORDED, ids=lambda topic: topic.key)
-def test_further_fields_are_ignored(topic: Publication) -> None:
+def test_unknown_fields_are_ignored(topic: Publication) -> None:
     body = msgpack.unpackb(encode(MESSAGES[topic])) | {"later": [1, {"version": 2}]}
     assert read(topic, _pack(body), 6) == MESSAGES[topic]
 
@@ -86,7 +86,7 @@ def test_further_fields_are_ignored(topic: Publication) -> None:
         (STRIKES, "landing", {"time": 6.0, "position": [1e7, 0.0, 0.0], "distance": 0.1}),
     ],
 )
-def test_what_cannot_be_written_is_refused_naming_the_field(topic: Publication, field: str, value: Any) -> None:
+def test_a_message_that_cannot_be_written_is_refused_with_its_field(topic: Publication, field: str, value: Any) -> None:
     body = msgpack.unpackb(encode(MESSAGES[topic]))
     body[field] = value
     with pytest.raises(Refusal) as caught:
@@ -94,19 +94,19 @@ def test_what_cannot_be_written_is_refused_naming_the_field(topic: Publication, 
     assert field in str(caught.value)
 
 
-def test_a_wind_of_six_values_is_not_compared_with_joints() -> None:
+def test_wind_with_six_values_is_refused_for_an_arm_of_six_joints() -> None:
     wind = m.Disturbance(time=1.0, active=[m.ActiveDisturbance(kind="wind", values=[1.0] * 6)])
     with pytest.raises(Refusal, match=r"^active\.values has 6 entries; space has 3$"):
         read(DISTURBANCE, encode(wind), 6)
 
 
-def test_wind_has_three_values_for_an_arm_of_six_joints() -> None:
+def test_wind_with_three_values_is_accepted_for_an_arm_of_six_joints() -> None:
     wind = m.Disturbance(time=1.0, active=[m.ActiveDisturbance(kind="wind", values=[1.0, 0.0, 0.0])])
     assert read(DISTURBANCE, encode(wind), 6) == wind
 
 
 @pytest.mark.parametrize("quantity", ["positions", "velocities"])
-def test_limits_of_a_plan_are_checked(quantity: str) -> None:
+def test_invalid_limits_of_a_plan_are_refused(quantity: str) -> None:
     body = msgpack.unpackb(encode(MESSAGES[PLAN]))
     body["limits"][quantity] = ["far"] * 6
     with pytest.raises(Refusal, match=f"limits.{quantity}"):
@@ -115,9 +115,9 @@ def test_limits_of_a_plan_are_checked(quantity: str) -> None:
 
 @pytest.mark.parametrize("body", [b"", b"{", b"\xc1", b"\x80", b"\x80\x80", b"\xff" * 4096, msgpack.packb([1, 2])])
 @pytest.mark.parametrize("topic", RECORDED, ids=lambda topic: topic.key)
-def test_noise_is_counted_and_the_rest_goes_on(topic: Publication, body: bytes) -> None:
+def test_a_malformed_message_is_counted_and_the_next_is_read(topic: Publication, body: bytes) -> None:
     complaints: list[tuple[str, str]] = []
-    sources = {each: Waiting() for each in RECORDED}
+    sources = {each: FakeStream() for each in RECORDED}
     receiver = Receiver(sources, 6, lambda sentence, code: complaints.append((sentence, code)))
     for each in (body, encode(MESSAGES[topic])):
         sources[topic].append((each, 5))
@@ -129,11 +129,11 @@ def test_noise_is_counted_and_the_rest_goes_on(topic: Publication, body: bytes) 
     assert code == "bad_message"
 
 
-def test_the_states_behind_a_command_are_never_in_a_later_batch() -> None:
-    """They are taken after it: what is published between the two takes belongs to the next batch, not to this one."""
+def test_states_are_taken_after_commands() -> None:
+    """So the state that a command answers is never in a later batch than the command."""
     order: list[str] = []
 
-    class Noting(Waiting):
+    class OrderedSource(FakeStream):
         def __init__(self, topic: Publication) -> None:
             super().__init__()
             self._topic = topic
@@ -142,16 +142,16 @@ def test_the_states_behind_a_command_are_never_in_a_later_batch() -> None:
             order.append(self._topic.key)
             return super().take()
 
-    Receiver({topic: Noting(topic) for topic in RECORDED}, 6, lambda *_: None).take()
+    Receiver({topic: OrderedSource(topic) for topic in RECORDED}, 6, lambda *_: None).take()
     assert order[-3:] == ["command", "state", "plan"]
 
 
-def test_a_batch_with_states_of_a_plan_has_the_plan_too() -> None:
-    """Also where plan and states come while the batch is taken; and the plan has states behind it."""
-    sources = {topic: Waiting() for topic in RECORDED}
+def test_a_plan_is_in_the_same_batch_as_its_states() -> None:
+    """Also if plan and states arrive while the batch is taken."""
+    sources = {topic: FakeStream() for topic in RECORDED}
 
-    class Late(Waiting):
-        """States that are taken slowly: meanwhile a plan comes, and a state behind it."""
+    class SlowSource(FakeStream):
+        """A source of states; while its first is taken, a plan and another state arrive."""
 
         def take(self) -> tuple[bytes, int] | None:
             taken = super().take()
@@ -160,7 +160,7 @@ def test_a_batch_with_states_of_a_plan_has_the_plan_too() -> None:
                 self.append((encode(MESSAGES[STATE]), 3))
             return taken
 
-    sources[STATE] = Late([(encode(MESSAGES[STATE]), 1)])
+    sources[STATE] = SlowSource([(encode(MESSAGES[STATE]), 1)])
     batch = Receiver(sources, 6, lambda *_: None).take()
     assert [one.wall_ns for one in batch[PLAN]] == [2]
     assert [one.wall_ns for one in batch[STATE]] == [1, 3]

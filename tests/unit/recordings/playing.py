@@ -1,4 +1,4 @@
-"""What an arm makes of a recording: the planner's mathematics, the controller and the simulated arm, in one process."""
+"""Play a recording with the planner's mathematics, the controller and the simulated arm in one process."""
 
 import numpy as np
 import pytest
@@ -16,23 +16,23 @@ from tests.closed_loop import ClosedLoop
 from tools.recordings.recording import Recording
 
 LEAD = 0.05
-"""s, from asking for a motion until it begins."""
+"""Time from the request to the motion's start, s."""
 
 DEVIATION_SHARE, DEVIATION = 0.01, 0.005
-"""Of a joint's range, and rad: the larger is the bound of a played movement."""
+"""Bound on the deviation of a played movement: the larger of a part of the joint's range and a distance, rad."""
 
 HOUSEHOLD = {"bottle2shelf": 10.0, "platestandingtolying": 12.0, "pouring": 8.0}
-"""Tasks and their durations, s, which the recordings do not have; the arm's limits lead a shorter plate beside it."""
+"""Tasks and their durations, s, which the recordings lack; the plate moved faster would exceed the arm's limits."""
 
 
-def in_bounds(played: np.ndarray, shown: np.ndarray) -> np.ndarray:
-    """Distance of positions from those that were shown, both (n, J), rad, in units of the bound."""
+def relative_deviation(played: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    """Return the distance of played from shown positions, both (n, J), rad, as a multiple of its bound."""
     bound = np.maximum(DEVIATION_SHARE * np.ptp(shown, axis=0), DEVIATION)
     return np.abs(played - shown) / bound
 
 
 def play(recording: Recording, robot: RobotConfig) -> np.ndarray:
-    """Learn a recording and play it on a robot that rests where it begins, inside the robot's limits.
+    """Learn a recording and play it within the robot's limits, on a robot at rest at its start.
 
     Returns the arm's positions at the recording's times (n, J), rad.
     """

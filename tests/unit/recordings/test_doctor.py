@@ -1,4 +1,4 @@
-"""Every fault is found in recordings that have it, and none in clean ones; the full run is `experiments.doctor`."""
+"""The doctor finds each fault in faulty recordings and none in clean ones; `experiments.doctor` measures the rates."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +23,7 @@ def test_a_fault_is_found(mutation: Mutation) -> None:
     assert caught == FILES
 
 
-def test_clean_recordings_raise_no_alarm() -> None:
+def test_clean_recordings_have_no_findings() -> None:
     assert false_alarms(seed=5, count=12) == []
 
 
@@ -41,26 +41,26 @@ def sentences(examination: Examination) -> str:
     return " ".join(finding.sentence for finding in examination.findings)
 
 
-def test_a_clean_recording_comes_back_as_it_was() -> None:
+def test_a_clean_recording_is_returned_unchanged() -> None:
     examination = examine(recording(swing()), ARM)
     assert not examination.findings
     assert np.array_equal(examination.recording.values, swing())
     assert examination.recording.unit == "rad"
 
 
-def test_what_the_file_calls_rad_is_not_converted() -> None:
+def test_values_declared_as_rad_are_not_converted() -> None:
     examination = examine(recording(np.degrees(swing()), unit="rad"), ARM)
     assert "--unit deg" in sentences(examination)
     assert np.array_equal(examination.recording.values, np.degrees(swing()))
 
 
-def test_what_the_file_calls_degrees_is_converted_without_a_word() -> None:
+def test_values_declared_as_degrees_are_converted_without_a_finding() -> None:
     examination = examine(recording(np.degrees(swing()), unit="deg"), ARM)
     assert not examination.findings
     assert np.allclose(examination.recording.values, swing())
 
 
-def test_an_outlier_is_named_by_joint_and_time_and_replaced() -> None:
+def test_an_outlier_is_reported_with_joint_and_time_and_replaced() -> None:
     values = swing()
     values[100, 1] += 0.4
     examination = examine(recording(values), ARM)
@@ -70,13 +70,13 @@ def test_an_outlier_is_named_by_joint_and_time_and_replaced() -> None:
     assert np.abs(examination.recording.values - swing()).max() < 1e-3
 
 
-def test_a_sharp_turn_is_no_outlier() -> None:
+def test_an_abrupt_change_of_velocity_is_no_outlier() -> None:
     values = swing()
     values[100:] += np.linspace(0, -1.5, 101)[:, None]
     assert not [finding for finding in examine(recording(values), ARM).findings if finding.code == "spikes"]
 
 
-def test_idle_ends_keep_a_short_rest() -> None:
+def test_rests_at_both_ends_are_trimmed_to_a_short_one() -> None:
     rest = np.ones((150, 1))
     values = np.concatenate([rest * swing()[0], swing(), rest * swing()[-1]])
     examination = examine(recording(values), ARM)
@@ -93,14 +93,14 @@ def test_idle_ends_keep_a_short_rest() -> None:
         (np.tile(swing(), (2, 1)), np.tile(np.arange(201) / 100, 2), "goes back from 2 s to 0 s at sample 201"),
     ],
 )
-def test_what_cannot_be_learned_is_refused(values: np.ndarray, times: np.ndarray | None, said: str) -> None:
+def test_a_recording_that_cannot_be_learned_is_refused(values: np.ndarray, times: np.ndarray | None, said: str) -> None:
     made = recording(values)
     refusal = examine(made if times is None else replace(made, times=times), ARM).refusal
     assert refusal is not None
     assert said in refusal.sentence
 
 
-def test_faults_do_not_hide_each_other() -> None:
+def test_several_faults_in_one_recording_are_all_found() -> None:
     rng = np.random.default_rng(3)
     clean = synthetic(rng, shipped())
     faulty, codes = clean.recording, ("idle", "spikes", "gap", "degrees")
@@ -111,13 +111,13 @@ def test_faults_do_not_hide_each_other() -> None:
     assert set(codes) <= found
 
 
-def test_without_an_arm_angles_beyond_two_turns_are_degrees() -> None:
+def test_without_an_arm_angles_beyond_two_turns_are_taken_for_degrees() -> None:
     assert not examine(recording(5 * swing()), None).findings
     assert examine(recording(50 * swing()), None).findings[0].code == "degrees"
 
 
 @pytest.mark.parametrize("held", [3, 5])
-def test_samples_held_by_a_slower_source_keep_their_time(held: int) -> None:
+def test_repeated_samples_of_a_slower_source_keep_the_duration(held: int) -> None:
     values = swing()[np.arange(201) // held * held]
     repaired = examine(recording(values), ARM).recording
     assert np.ptp(repaired.times) == pytest.approx(2.0, abs=0.05)
@@ -126,20 +126,20 @@ def test_samples_held_by_a_slower_source_keep_their_time(held: int) -> None:
 
 
 def strokes(hertz: float, rate: float) -> np.ndarray:
-    """Strokes in which all joints turn round together, sampled at `rate` for 10 s."""
+    """Return 10 s of oscillations at `hertz`, in which all joints reverse together, sampled at `rate` Hz."""
     times = np.arange(round(10 * rate) + 1) / rate
     s = np.clip(np.minimum(times, 10 - times) / 0.5, 0, 1)
     return (0.1 * s**2 * (3 - 2 * s) * np.sin(2 * np.pi * hertz * times))[:, None] * [1.0, 0.7]
 
 
 @pytest.mark.parametrize(("hertz", "rate"), [(2.0, 100.0), (4.0, 30.0)])
-def test_times_of_fast_strokes_stay(hertz: float, rate: float) -> None:
+def test_fast_oscillations_are_not_repaired(hertz: float, rate: float) -> None:
     examination = examine(recording(strokes(hertz, rate), rate), ARM)
     assert not any(finding.repaired for finding in examination.findings)
 
 
 @pytest.mark.parametrize("row", [0, -1])
-def test_a_first_or_last_sample_that_jumps_is_replaced(row: int) -> None:
+def test_an_outlier_in_the_first_or_last_sample_is_replaced(row: int) -> None:
     values = swing()
     values[row, 1] = 0.4
     examination = examine(recording(values), ARM)
@@ -148,7 +148,7 @@ def test_a_first_or_last_sample_that_jumps_is_replaced(row: int) -> None:
     assert np.abs(examination.recording.values - swing()).max() < 0.001
 
 
-def test_samples_from_the_last_to_the_first_are_sorted() -> None:
+def test_samples_in_reverse_order_are_sorted() -> None:
     clean = recording(swing() + 0.1)
     examination = examine(replace(clean, times=clean.times[::-1], values=clean.values[::-1]), ARM)
     assert [(finding.code, finding.repaired) for finding in examination.findings] == [("backwards", True)]

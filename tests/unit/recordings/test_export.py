@@ -1,4 +1,4 @@
-"""A played motion is written in every format, and read back the same."""
+"""Export of played motions to every format."""
 
 from pathlib import Path
 
@@ -12,13 +12,13 @@ from tools.recordings.writers import WRITERS, write
 
 
 def played(times: np.ndarray) -> Recording:
-    """A motion as a trace has it, with numbers that use all their bits."""
+    """Return a motion as read from a trace, with numbers that use the whole mantissa."""
     values = np.stack([np.interp(times, others.TIMES, column) for column in others.movement().T], axis=1) + 1 / 3
     return Recording(times, others.JOINTS, values, "rad", Path("trace.rrd"), "forehand-1", True)
 
 
 @pytest.mark.parametrize("ending", WRITERS)
-def test_read_back_it_is_the_same(tmp_path: Path, ending: str):
+def test_an_exported_motion_is_read_back_unchanged(tmp_path: Path, ending: str):
     recording = played(np.arange(1001) / 1000)
     output = tmp_path / f"swing{ending}"
     write(recording, output)
@@ -29,8 +29,8 @@ def test_read_back_it_is_the_same(tmp_path: Path, ending: str):
         write(recording, output)
 
 
-def test_missing_ticks_become_even_frames(tmp_path: Path):
-    """LeRobot has no gaps: what is missing is interpolated."""
+def test_missing_ticks_are_interpolated_for_lerobot(tmp_path: Path):
+    """LeRobot's frames are evenly spaced and cannot have gaps."""
     whole = played(np.arange(1001) / 1000)
     kept = np.delete(np.arange(1001), [300, 301])
     holed = Recording(
@@ -46,6 +46,6 @@ def test_missing_ticks_become_even_frames(tmp_path: Path):
     ("output", "sentence"),
     [("swing.xlsx", "unknown ending; it must be .csv"), ("absent/swing.csv", "cannot be written")],
 )
-def test_refusals(tmp_path: Path, output: str, sentence: str):
+def test_an_unknown_ending_or_absent_directory_is_refused(tmp_path: Path, output: str, sentence: str):
     with pytest.raises(Unreadable, match=sentence):
         write(played(np.arange(11) / 10), tmp_path / output)

@@ -1,4 +1,4 @@
-"""Which column is which joint: names as other programs write them."""
+"""Matching columns to joints by the names that other programs write."""
 
 import pytest
 
@@ -12,7 +12,7 @@ NAMED = {
     "the same": (ARM, ARM, (0, 1, 2)),
     "another order": (("joint_3", "joint_1", "joint_2"), ARM, (1, 2, 0)),
     "a robot's prefix": (("panda_joint1", "panda_joint2", "panda_joint3"), ARM, (0, 1, 2)),
-    "a robot's prefix of ours": (ARM, ("panda_joint1", "panda_joint2", "panda_joint3"), (0, 1, 2)),
+    "a robot's prefix in the joints": (ARM, ("panda_joint1", "panda_joint2", "panda_joint3"), (0, 1, 2)),
     "a namespace": (("left/Joint1", "left/Joint3", "left/Joint2"), ARM, (0, 2, 1)),
     "letters": (("q3", "q2", "q1"), ARM, (2, 1, 0)),
     "axes": (("axis-1", "axis-2", "axis-3"), ARM, (0, 1, 2)),
@@ -30,16 +30,16 @@ NAMED = {
     "the elbow first": ((UR[2], UR[1], UR[0], *UR[3:]), UR, (2, 1, 0, 3, 4, 5)),
     "UR's targets beside": (tuple(f"{kind}_q_{k}" for kind in ("target", "actual") for k in (0, 1, 2)), ARM, (3, 4, 5)),
 }
-"""Columns, joints, and the column of each joint."""
+"""For each case the columns, the joints, and the column index of each joint."""
 
 
 @pytest.mark.parametrize("name", NAMED)
-def test_names(name: str):
+def test_columns_are_matched_by_name(name: str):
     columns, joints, expected = NAMED[name]
     assert match(columns, len(columns), joints, {}).columns == expected
 
 
-def test_an_order_is_put_right_and_the_rest_left_out():
+def test_columns_are_reordered_and_others_left_out():
     found = match(("t2", "joint_3", "gripper", "joint_1", "joint_2"), 5, ARM, {})
     assert found.columns == (3, 4, 1)
     assert found.notes == ("not a joint of the robot, left out: t2, gripper",)
@@ -48,19 +48,19 @@ def test_an_order_is_put_right_and_the_rest_left_out():
 @pytest.mark.parametrize(
     ("columns", "count", "order", "note"),
     [
-        ((), 3, (0, 1, 2), "the columns have no names; they are taken in the robot's order"),
-        ((), 4, (0, 1, 2), "column 3 is left out: beyond the robot's joints it is taken for a gripper's"),
+        ((), 3, (0, 1, 2), "the columns have no names; they are assigned in the robot's order"),
+        ((), 4, (0, 1, 2), "column 3 is left out: beyond the robot's joints it is assumed to be a gripper's"),
         (("actual_q_0", "actual_q_2", "actual_q_1"), 3, (0, 2, 1), "are numbered, not named"),
         (("field.position0", "field.position1", "field.position2", "field.velocity0"), 4, (0, 1, 2), "are numbered"),
     ],
 )
-def test_columns_without_names_go_by_their_order(columns, count, order, note):
+def test_columns_without_names_are_matched_by_order(columns, count, order, note):
     found = match(columns, count, ("base", "shoulder", "elbow"), {})
     assert found.columns == order
     assert any(note in said for said in found.notes)
 
 
-def test_mapping():
+def test_a_mapping_overrides_names():
     columns = "a", "b", "c", "left_joint_1", "left_joint_2", "left_joint_3", "right_joint_1"
     assert match(columns, 7, ARM, {"a": "joint_3", "b": "joint_1", "c": "joint_2"}).columns == (1, 2, 0)
     assert match(columns, 7, ARM, {"left_*": "*"}).columns == (3, 4, 5)
@@ -88,7 +88,7 @@ def test_mapping():
         ((), {}, "no column for joint_1, joint_2, joint_3; its columns are 0, 1, 2, 3, 4, 5"),
     ],
 )
-def test_refusals(columns, mapping, sentence):
+def test_ambiguous_and_missing_columns_are_refused(columns, mapping, sentence):
     with pytest.raises(Mismatch) as caught:
         match(columns, len(columns) or 6, ARM, mapping)
     assert sentence in str(caught.value)
@@ -108,7 +108,7 @@ def test_the_mapping_of_a_numbered_family_is_proposed():
         ({"a": "joint_1", "a*": "joint_2"}, "--map a=joint_1: a is mapped to joint_2, too"),
     ],
 )
-def test_a_mapping_that_says_two_things_is_refused(mapping: dict[str, str], said: str):
+def test_a_contradictory_mapping_is_refused(mapping: dict[str, str], said: str):
     with pytest.raises(Mismatch) as refused:
         match(("a", "b", "c"), 3, ARM, mapping)
     assert said in str(refused.value)

@@ -1,4 +1,4 @@
-"""Names of columns and units that files of arrays have in places of their own."""
+"""Names of columns and units that files of arrays keep in separate fields."""
 
 import json
 import subprocess
@@ -24,20 +24,20 @@ VALUES = THEIR_VALUES[:, ::-1]
 
 
 @pytest.mark.parametrize("name", ["joint_names", "joint_name", "joints", "name", "labels"])
-def test_names_in_an_npz(tmp_path: Path, name: str):
+def test_joint_names_in_an_npz_file_are_read(tmp_path: Path, name: str):
     arrays: dict[str, Any] = {"t": TIMES, "positions": THEIR_VALUES, name: np.array(THEIRS)}
     np.savez(tmp_path / "a.npz", **arrays)
     assert np.array_equal(load(tmp_path / "a.npz", JOINTS).values, VALUES)
 
 
-def test_names_that_would_run_code_are_refused_and_not_passed_over(tmp_path: Path):
+def test_names_stored_as_python_objects_are_refused(tmp_path: Path):
     np.savez(tmp_path / "a.npz", t=TIMES, positions=THEIR_VALUES, joint_names=np.array(THEIRS, dtype=object))
     with pytest.raises(Unreadable, match=r"joint_names has Python objects.*np.array\(joint_names, dtype=str\)"):
         load(tmp_path / "a.npz", JOINTS)
 
 
 @pytest.mark.parametrize("where", ["attribute", "array beside it", "attribute of the file"])
-def test_names_in_an_hdf5_file(tmp_path: Path, where: str):
+def test_joint_names_in_an_hdf5_file_are_read(tmp_path: Path, where: str):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["demo/t"], file["demo/qpos"] = TIMES, THEIR_VALUES
         if where == "array beside it":
@@ -47,7 +47,7 @@ def test_names_in_an_hdf5_file(tmp_path: Path, where: str):
     assert np.array_equal(load(tmp_path / "a.h5", JOINTS).values, VALUES)
 
 
-def test_names_with_their_places_in_a_lerobot_data_set(tmp_path: Path):
+def test_joint_names_with_indices_in_a_lerobot_data_set_are_read(tmp_path: Path):
     state = {"names": dict(zip(THEIRS, (0, 1), strict=True))}
     files = {"info.json": {"codebase_version": "v2.1", "fps": 100, "features": {"observation.state": state}}}
     files["episodes.jsonl"] = {"episode_index": 0, "length": 12}
@@ -65,19 +65,19 @@ def test_names_with_their_places_in_a_lerobot_data_set(tmp_path: Path):
         assert np.array_equal(load(tmp_path, JOINTS, rate=100.0).values, VALUES)
 
 
-def test_the_unit_in_the_name_of_an_array(tmp_path: Path):
+def test_the_unit_in_an_arrays_name_is_recognised(tmp_path: Path):
     np.savez(tmp_path / "a.npz", t=TIMES, positions_deg=VALUES)
     assert load(tmp_path / "a.npz", JOINTS).unit == "deg"
 
 
 @pytest.mark.parametrize(("own", "taken"), [([0, 2, 4], [0, 2, 4]), ([0, 0, 4], [0, 1, 2]), ([3, 0, 4], [0, 1, 2])])
-def test_stamps_of_which_some_are_missing_are_not_taken(own: list[int], taken: list[int]):
+def test_header_stamps_are_used_only_if_all_messages_have_one(own: list[int], taken: list[int]):
     times, notes = _times(np.stack([own, [7, 8, 9]], axis=1) * NS)
     assert (times.tolist(), bool(notes)) == (taken, own != taken)
 
 
 def log(path: Path, name: str, index: rr.TimeColumn) -> None:
-    """Write the positions as scalars, under an index."""
+    """Write the positions as scalars on the timeline `index`."""
     stream = rr.RecordingStream("other", recording_id=name)
     stream.save(path)
     for joint, values in zip(JOINTS, VALUES.T, strict=True):
@@ -85,7 +85,7 @@ def log(path: Path, name: str, index: rr.TimeColumn) -> None:
     stream.disconnect()
 
 
-def test_the_first_of_several_recordings_of_rerun_is_read_and_said(tmp_path: Path):
+def test_the_first_recording_of_a_rerun_file_is_read_and_a_note_says_so(tmp_path: Path):
     times = rr.TimeColumn("t", duration=TIMES)
     for name in "ab":
         log(tmp_path / f"{name}.rrd", name, times)
@@ -96,7 +96,7 @@ def test_the_first_of_several_recordings_of_rerun_is_read_and_said(tmp_path: Pat
     assert recording.notes == ("the first of its 2 recordings is read; save the others in files of their own",)
 
 
-def test_scalars_that_are_only_counted_are_refused_with_their_timeline(tmp_path: Path):
+def test_scalars_on_a_timeline_without_times_are_refused(tmp_path: Path):
     log(tmp_path / "a.rrd", "a", rr.TimeColumn("frame", sequence=np.arange(12)))
     with pytest.raises(Unreadable, match=r"without times, on frame; log them with rr\.set_time"):
         load(tmp_path / "a.rrd", JOINTS)

@@ -1,4 +1,4 @@
-"""`volley inspect`, and the pictures of what a recording would become."""
+"""`volley inspect` and its plots of a recording and the primitive learned from it."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ HOME = np.array([0.0, 0.52, 0.82, -0.2, 0.0, 0.09])
 
 @pytest.fixture
 def spiked(tmp_path: Path) -> Path:
-    """A reach of the shipped arm in degrees, with an outlier and a long rest."""
+    """Table of a reach of the shipped arm in degrees, with an outlier and a long rest."""
     s = np.clip(np.linspace(0, 2, 401), 0, 1)[:, None]
     values = np.degrees(HOME + 0.4 * s**3 * (10 + s * (6 * s - 15)))
     values[90, 2] += 40
@@ -25,7 +25,7 @@ def spiked(tmp_path: Path) -> Path:
     return path
 
 
-def test_inspect_says_what_it_finds_and_draws_it(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_inspect_reports_findings_and_plots_the_curves(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
     picture = spiked.with_suffix(".png")
     assert main(["inspect", str(spiked), "--plot", str(picture)]) == 0
     said = capsys.readouterr().out
@@ -37,14 +37,14 @@ def test_inspect_says_what_it_finds_and_draws_it(spiked: Path, capsys: pytest.Ca
     assert fitted.sum() > 1000
 
 
-def test_inspect_says_which_duration_keeps_the_limits(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_inspect_reports_the_duration_that_keeps_the_limits(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", str(spiked), "--duration", "0.2"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "the movement passes limits of the arm (joint_" in said
     assert "s or more it keeps them" in said
 
 
-def test_a_picture_for_the_viewer_has_the_curves(spiked: Path) -> None:
+def test_a_plot_for_the_viewer_has_curves_and_findings(spiked: Path) -> None:
     picture = spiked.with_suffix(".rrd")
     assert main(["inspect", str(spiked), "--plot", str(picture)]) == 0
     trace = read_trace(picture)
@@ -55,7 +55,9 @@ def test_a_picture_for_the_viewer_has_the_curves(spiked: Path) -> None:
     assert any("outlier" in text for text in trace.texts("/preview/findings"))
 
 
-def test_what_cannot_be_learned_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_recording_that_cannot_be_learned_is_reported_in_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "still.csv"
     np.savetxt(path, np.column_stack([np.arange(50) / 50, np.tile(HOME, (50, 1))]), delimiter=",",
                header="time," + ",".join(JOINTS), comments="")  # fmt: skip
@@ -63,12 +65,12 @@ def test_what_cannot_be_learned_is_one_sentence(tmp_path: Path, capsys: pytest.C
     assert "cannot be learned: no joint moves farther than" in capsys.readouterr().err.splitlines()[-1]
 
 
-def test_a_plot_needs_a_known_ending(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_plot_with_an_unknown_ending_is_refused(spiked: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", str(spiked), "--plot", "picture.bmp"]) == 2
     assert "must end in .png, or in .rrd" in capsys.readouterr().err
 
 
-def test_a_picture_needs_a_directory_and_spares_the_recording(
+def test_a_plot_into_an_absent_directory_or_onto_the_recording_is_refused(
     spiked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for ending in ("png", "rrd"):
@@ -92,7 +94,7 @@ def test_a_picture_needs_a_directory_and_spares_the_recording(
         (("--map", "a=joint_1", "--map", "a=joint_2"), "--map a=joint_1: 'a' is also mapped to 'joint_2'"),
     ],
 )
-def test_flags_that_no_recording_fits_are_a_sentence(
+def test_invalid_flags_are_reported_in_a_sentence(
     spiked: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], said: str
 ) -> None:
     assert main(["inspect", str(spiked), *words]) == 2

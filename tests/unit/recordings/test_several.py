@@ -1,4 +1,4 @@
-"""Several recordings of one movement become one: aligned in phase, their mean and their spread."""
+"""Several recordings of one movement: alignment in phase, mean and spread."""
 
 from pathlib import Path
 
@@ -9,22 +9,22 @@ from tools.recordings.recording import Recording, Unreadable
 from tools.recordings.several import combine
 
 
-def hand(phase: np.ndarray) -> np.ndarray:
+def shape(phase: np.ndarray) -> np.ndarray:
     return np.stack([0.5 * np.sin(7 * phase), 0.4 * phase + 0.2 * np.cos(5 * phase)], axis=1)
 
 
-def shown(bend: float, duration: float = 2.0, noise: float = 0.0, columns: tuple[str, ...] = ("a", "b")) -> Recording:
+def warped(bend: float, duration: float = 2.0, noise: float = 0.0, columns: tuple[str, ...] = ("a", "b")) -> Recording:
     times = np.linspace(0, duration, 301)
     s = times / duration
-    values = hand(s + bend * np.sin(np.pi * s) * s * (1 - s))
+    values = shape(s + bend * np.sin(np.pi * s) * s * (1 - s))
     values += noise * np.random.default_rng(1).standard_normal(values.shape)
     return Recording(times, columns, values, "rad", Path("swing.csv"), "swing", True)
 
 
-def test_recordings_that_differ_in_phase_only_have_one_shape() -> None:
-    together = combine([shown(bend, 2.0 + bend) for bend in (-0.6, -0.2, 0.3, 0.5)])
+def test_recordings_that_differ_only_in_phase_are_aligned() -> None:
+    together = combine([warped(bend, 2.0 + bend) for bend in (-0.6, -0.2, 0.3, 0.5)])
     assert together.mean.times[-1] == pytest.approx(2.0, abs=0.01)
-    apart = np.stack([shown(bend).values for bend in (-0.6, -0.2, 0.3, 0.5)]).std(axis=0, ddof=1)
+    apart = np.stack([warped(bend).values for bend in (-0.6, -0.2, 0.3, 0.5)]).std(axis=0, ddof=1)
     assert np.sqrt(np.mean(together.spread**2)) < 0.15 * np.sqrt(np.mean(apart**2))
     assert "4 recordings are learned together" in together.sentence()
     warps = together.warps
@@ -32,9 +32,9 @@ def test_recordings_that_differ_in_phase_only_have_one_shape() -> None:
     assert np.abs(warps.mean(axis=0) - np.linspace(0, 1, warps.shape[1])).max() < 1e-6
 
 
-def test_a_joint_that_hardly_moves_does_not_align_the_others() -> None:
-    """Its noise is 0.2 of a range of a tenth of the other's."""
-    still = [shown(bend) for bend in (-0.6, -0.2, 0.3, 0.5)]
+def test_a_joint_that_hardly_moves_has_no_influence_on_the_alignment() -> None:
+    """Its positions differ between recordings, with an amplitude of 0.01 rad beside the other joint's 0.5 rad."""
+    still = [warped(bend) for bend in (-0.6, -0.2, 0.3, 0.5)]
     for number, recording in enumerate(still):
         s = np.linspace(0, 1, len(recording.values))
         recording.values[:, 1] = 0.01 * np.sin((5 + 3 * number) * s + number)
@@ -43,8 +43,8 @@ def test_a_joint_that_hardly_moves_does_not_align_the_others() -> None:
     assert np.sqrt(np.mean(together.spread[:, 0] ** 2)) < 0.15 * np.sqrt(np.mean(apart**2))
 
 
-def test_the_spread_is_reported_where_it_is() -> None:
-    wide = [shown(0.0) for _ in range(5)]
+def test_the_spread_is_reported_at_the_joint_and_phase_that_differ() -> None:
+    wide = [warped(0.0) for _ in range(5)]
     for number, recording in enumerate(wide):
         recording.values[100:200, 1] += 0.05 * (number - 2) * np.sin(np.linspace(0, np.pi, 100))
     together = combine(wide)
@@ -54,14 +54,14 @@ def test_the_spread_is_reported_where_it_is() -> None:
     assert together.spread.max() == pytest.approx(0.05 * np.sqrt(2.5), rel=0.15)
 
 
-def test_the_weighting_takes_no_agreement_for_exact() -> None:
-    together = combine([shown(0.0) for _ in range(3)])
+def test_the_weighting_has_a_lower_bound_of_1_percent_of_the_range() -> None:
+    together = combine([warped(0.0) for _ in range(3)])
     assert together.spread.max() < 1e-9
     weighting = together.weighting()
     assert weighting.shape == (100, 2)
     assert weighting == pytest.approx(np.tile(0.01 * np.ptp(together.mean.values, axis=0), (100, 1)), rel=1e-6)
 
 
-def test_other_joints_are_refused() -> None:
+def test_recordings_with_different_joints_are_refused() -> None:
     with pytest.raises(Unreadable, match="has other joints than"):
-        combine([shown(0.0), shown(0.0, columns=("a", "c"))])
+        combine([warped(0.0), warped(0.0, columns=("a", "c"))])

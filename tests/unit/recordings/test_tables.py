@@ -13,7 +13,7 @@ TWO = "joint_1", "joint_2"
 
 
 def table(tmp_path: Path, text: str, **options) -> Recording:
-    """What is read of a table of two joints."""
+    """Write a table of two joints and load it."""
     path = tmp_path / "demo.csv"
     path.write_text(text, encoding="utf-8")
     return load(path, TWO, **options)
@@ -56,7 +56,7 @@ def table(tmp_path: Path, text: str, **options) -> Recording:
         "t [min],q1,q2\n0,1,2\n0.008333333333,3,4\n",
     ],
 )
-def test_dialects(tmp_path: Path, text: str):
+def test_dialects_of_tables_are_read_alike(tmp_path: Path, text: str):
     recording = table(tmp_path, text)
     assert recording.values.tolist() == [[1, 2], [3, 4]]
     assert recording.times - recording.times[0] == pytest.approx([0, 0.5], abs=1e-6)
@@ -66,7 +66,7 @@ def test_dialects(tmp_path: Path, text: str):
 @pytest.mark.parametrize(
     ("step", "unit"), [(0.002, 1.0), (0.5, 1.0), (2, 1e-3), (33, 1e-3), (500, 1e-6), (2000, 1e-6), (2_000_000, 1e-9)]
 )
-def test_a_unit_of_time_that_nobody_says_is_the_one_that_fits(tmp_path: Path, step: float, unit: float):
+def test_an_undeclared_unit_of_time_follows_from_the_sample_period(tmp_path: Path, step: float, unit: float):
     recording = table(tmp_path, "t,q1,q2\n" + "".join(f"{k * step},1,2\n" for k in range(20)))
     assert recording.times[1] == pytest.approx(step * unit)
     assert (unit == 1.0) == (recording.notes == ())
@@ -84,14 +84,14 @@ def test_a_column_of_words_that_names_several_joints_is_refused(tmp_path: Path):
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1", "cp1252", "utf-8"])
-def test_encodings(tmp_path: Path, encoding: str):
-    """Of spreadsheets and older programs; the unit is kept with its °."""
+def test_encodings_of_text_are_recognised(tmp_path: Path, encoding: str):
+    """Those of spreadsheets and older programs; the unit ° is recognised in all of them."""
     (tmp_path / "demo.csv").write_text("Zeit [s];q1 [°];q2 [°]\n0,0;1;2\n0,5;3;4\n", encoding=encoding)
     recording = load(tmp_path / "demo.csv", TWO)
     assert (recording.values.tolist(), recording.unit) == ([[1, 2], [3, 4]], "deg")
 
 
-def test_letters_of_another_encoding_further_on_are_passed_over(tmp_path: Path):
+def test_letters_in_another_encoding_far_down_the_file_are_ignored(tmp_path: Path):
     lines = "".join(f"{k / 100},{k},{k}\n" for k in range(500)) + "# geprüft\n5,500,500\n"
     (tmp_path / "demo.csv").write_bytes(("t,q1,q2\n" + lines).encode("latin-1"))
     assert load(tmp_path / "demo.csv", TWO).values[-1].tolist() == [500, 500]
@@ -116,13 +116,13 @@ def test_other_units_of_angles_are_converted(tmp_path: Path, word: str, size: fl
 
 
 @pytest.mark.parametrize("word", ["ticks", "counts", "%", "percent"])
-def test_units_that_are_no_angles_are_refused(tmp_path: Path, word: str):
+def test_units_other_than_angles_are_refused(tmp_path: Path, word: str):
     for mapping in ({}, {f"joint_*_{word}": "joint_*"}):
         with pytest.raises(Unreadable, match="not an angle by its name"):
             table(tmp_path, f"t,joint_1_{word},joint_2_{word}\n0,1,2\n0.1,3,4\n", mapping=mapping)
 
 
-def test_a_column_of_times_or_indices_is_no_joint(tmp_path: Path):
+def test_a_column_of_times_or_indices_is_not_taken_for_a_joint(tmp_path: Path):
     timed = "".join(f"{k / 100},{k % 3},{k % 2}\n" for k in range(9))
     recording = table(tmp_path, timed, rate=50.0)
     assert (recording.values[:3].tolist(), recording.times[1]) == ([[0, 0], [1, 1], [2, 0]], 0.02)
@@ -131,20 +131,20 @@ def test_a_column_of_times_or_indices_is_no_joint(tmp_path: Path):
         table(tmp_path, "".join(f"{k},{line}\n" for k, line in enumerate(timed.splitlines())))
 
 
-def test_degrees_in_names(tmp_path: Path):
+def test_units_in_column_names_are_recognised(tmp_path: Path):
     assert table(tmp_path, "t,q1_deg,q2_deg\n0,1,2\n0.5,3,4\n").unit == "deg"
     mixed = table(tmp_path, "t,q1 [deg],q2 [rad]\n0,180,2\n0.5,90,4\n")
     assert (mixed.unit, mixed.values[0].tolist()) == ("rad", [pytest.approx(np.pi), 2])
 
 
-def test_the_last_line_of_a_program_that_was_stopped_is_left_out(tmp_path: Path):
+def test_an_incomplete_last_line_is_left_out(tmp_path: Path):
     recording = table(tmp_path, "t,q1,q2\n0,1,2\n0.5,3,4\n0.7,5")
     assert recording.notes == (
-        "the last line is cut off and was left out (line 4 has 2 columns where the first line has 3)",
+        "the last line is truncated and was left out (line 4 has 2 columns where the first line has 3)",
     )
 
 
-def test_plain_matrices(tmp_path: Path):
+def test_a_matrix_without_names_is_read_with_or_without_a_column_of_times(tmp_path: Path):
     path = tmp_path / "demo.npy"
     np.save(path, np.array([[1, 2], [3, 4], [5, 6]]))
     assert load(path, TWO, rate=100.0).values.tolist() == [[1, 2], [3, 4], [5, 6]]
@@ -192,30 +192,31 @@ def test_a_sample_without_a_time_does_not_change_the_unit_of_the_others(tmp_path
     assert recording.times[np.isfinite(recording.times)][-1] == pytest.approx(0.49)
 
 
-def test_numbers_that_are_no_angles_in_any_unit_are_refused(tmp_path: Path):
+def test_numbers_too_large_for_any_unit_of_angles_are_refused(tmp_path: Path):
     with pytest.raises(Unreadable, match=r"2 is -1e\+300 in sample 1; .* at most 1e\+09 .* --map"):
         table(tmp_path, "t,q1,q2\n0,1,2\n0.5,3,-1e300\n")
 
 
-def test_times_from_a_rate(tmp_path: Path):
+def test_a_rate_gives_the_times(tmp_path: Path):
     recording = table(tmp_path, "q1,q2\n1,2\n3,4\n", rate=50.0)
     assert (recording.times.tolist(), recording.stamped) == ([0, 0.02], False)
 
 
-def test_times_that_do_not_rise_cannot_be_stretched(tmp_path: Path):
+def test_a_duration_for_times_that_do_not_rise_is_refused(tmp_path: Path):
     with pytest.raises(Unreadable, match="do not rise and cannot be stretched; give --rate"):
         table(tmp_path, "t,q1,q2\n1,1,2\n1,3,4\n", duration=1.0)
 
 
-def test_a_long_recording_is_thinned_to_what_the_planner_takes(tmp_path: Path):
+def test_a_long_recording_is_thinned_to_at_most_100_000_samples(tmp_path: Path):
     path = tmp_path / "demo.npz"
-    np.savez(path, t=np.arange(250_000) / 1000, positions=np.zeros((250_000, 2)))
+    np.savez(path, t=np.arange(250_000) / 1000, positions=np.arange(500_000).reshape(-1, 2) / 1e6)
     recording = in_radians(load(path, TWO))
     assert (len(recording.times), recording.times[1]) == (83_334, 0.003)
+    assert recording.values[1] == pytest.approx([6e-6, 7e-6])
     assert recording.notes[-1] == "one sample in 3 is learned, of 250000"
 
 
-def test_episodes_have_lengths(tmp_path: Path):
+def test_episodes_have_sample_count_and_duration(tmp_path: Path):
     (tmp_path / "swing.csv").write_text("t,q1\n0,1\n0.1,2\n0.3,2\n")
     (found,) = readers.episodes(tmp_path / "swing.csv")
     assert (found.name, found.samples, found.duration) == ("swing", 3, 0.3)

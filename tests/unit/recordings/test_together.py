@@ -1,4 +1,4 @@
-"""Joints that were logged at times of their own: brought to common times, or refused."""
+"""Joints that were logged at different times are interpolated to common times, or refused."""
 
 from pathlib import Path
 
@@ -17,13 +17,13 @@ OFFSET = 0.004
 
 
 def reach(times: np.ndarray | float) -> np.ndarray:
-    """Two joints, rad: (n, 2), of 1.5 s."""
+    """Return positions (n, 2), rad, of a reach of 1.5 s at times (n,), s."""
     s = np.clip(np.asarray(times) / 1.5, 0, 1)
     return (s**3 * (10 + s * (6 * s - 15)))[..., None] * [1.0, -0.7] + [0.2, 0.3]
 
 
 def rows(path: Path, rate: float, offset: float, speed: float = 1.0) -> Recording:
-    """Each joint in rows of its own."""
+    """Write a table whose rows have one joint each, the second `offset` s after the first, and load it."""
     times = np.arange(0, 1.5, 1 / rate)
     lines = [(time + joint * offset, joint) for time in times for joint in (0, 1)]
     cells = [
@@ -37,13 +37,13 @@ def rows(path: Path, rate: float, offset: float, speed: float = 1.0) -> Recordin
 @pytest.mark.parametrize(
     ("rate", "offset", "within"), [(100, OFFSET, 1e-4), (50, 0.01, 1e-4), (20, 0.02, 1e-3), (10, 0.02, 5e-3)]
 )
-def test_rows_of_their_own(tmp_path: Path, rate: float, offset: float, within: float):
+def test_rows_with_one_joint_each_are_interpolated(tmp_path: Path, rate: float, offset: float, within: float):
     recording = rows(tmp_path / "demo.csv", rate, offset)
     assert np.abs(reach(recording.times) - recording.values).max() < within
     assert any("ms apart, and are interpolated" in note for note in recording.notes)
 
 
-def test_a_column_of_times_for_each_joint(tmp_path: Path):
+def test_joints_with_separate_columns_of_times_are_interpolated(tmp_path: Path):
     times = np.arange(0, 1.5, 0.01)
     rows = zip(times, reach(times)[:, 0], times + OFFSET, reach(times + OFFSET)[:, 1], strict=True)
     lines = "".join(",".join(f"{1000 * a:.3f},{x:.9f}" for a, x in ((t, p), (u, q))) + "\n" for t, p, u, q in rows)
@@ -52,12 +52,12 @@ def test_a_column_of_times_for_each_joint(tmp_path: Path):
     assert np.abs(reach(recording.times) - recording.values).max() < 1e-4
 
 
-def test_a_movement_that_is_too_fast_for_its_samples_is_refused(tmp_path: Path):
+def test_a_movement_too_fast_for_its_sample_rate_is_refused(tmp_path: Path):
     with pytest.raises(Unreadable, match=r"joint_\d moves too much between its \d+ samples"):
         rows(tmp_path / "demo.csv", 7, 0.05, speed=3.0)
 
 
-def test_a_wrapped_angle_jumps_as_in_its_samples(tmp_path: Path):
+def test_interpolation_keeps_the_jump_of_a_wrapped_angle(tmp_path: Path):
     times = np.arange(0, 1.5, 0.01)
     wrapped = lambda at: np.mod(reach(at)[:, 0] + 2.5 + np.pi, 2 * np.pi) - np.pi  # noqa: E731
     lines = [f"{a:.6f},{x:.9f},\n{b:.6f},,0.5\n" for a, b, x in zip(times, times + OFFSET, wrapped(times), strict=True)]
@@ -67,7 +67,7 @@ def test_a_wrapped_angle_jumps_as_in_its_samples(tmp_path: Path):
     assert np.abs(np.diff(np.unwrap(recording.values[:, 0]))).max() < 0.05
 
 
-def test_numbers_by_a_rate_are_paired_and_their_time_is_kept(tmp_path: Path):
+def test_with_a_rate_the_samples_of_all_joints_are_paired_by_number(tmp_path: Path):
     with rr.RecordingStream("test") as stream:
         stream.save(str(tmp_path / "demo.rrd"))
         for row in reach(np.arange(150) / 100):
@@ -79,7 +79,7 @@ def test_numbers_by_a_rate_are_paired_and_their_time_is_kept(tmp_path: Path):
     assert "times are those of log_time" in load(tmp_path / "demo.rrd", TWO).notes[0]
 
 
-def test_names_of_an_entitys_numbers(tmp_path: Path):
+def test_series_names_of_an_entity_name_its_values(tmp_path: Path):
     with rr.RecordingStream("test") as stream:
         stream.save(str(tmp_path / "demo.rrd"))
         stream.log("arm", rr.SeriesLines(names=["joint_2", "joint_1"]), static=True)
@@ -91,7 +91,7 @@ def test_names_of_an_entitys_numbers(tmp_path: Path):
 
 
 @pytest.mark.parametrize("kind", ["JointState", "Float64"])
-def test_a_topic_a_joint(tmp_path: Path, kind: str):
+def test_a_topic_for_each_joint_is_combined(tmp_path: Path, kind: str):
     store = get_typestore(Stores.ROS2_HUMBLE)
     types = store.types
     with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as bag:

@@ -1,4 +1,4 @@
-"""Units that values alone do not tell: LeRobot's parts of a range, and what is neither rad nor degrees."""
+"""Units that values alone do not determine: LeRobot's normalised range, and values in neither rad nor degrees."""
 
 import json
 from dataclasses import replace
@@ -35,14 +35,14 @@ def calibration(tmp_path: Path, **fields) -> Path:
     return file
 
 
-def test_parts_of_a_range_are_not_called_degrees(tmp_path: Path):
+def test_a_normalised_range_is_not_taken_for_degrees(tmp_path: Path):
     refusal = examine(recorded(tmp_path, np.array([60.0, -80.0])), ARM).refusal
     assert refusal and "degrees, or -100 to 100" in refusal.sentence
     assert "--unit deg" in refusal.sentence and "--calibration" in refusal.sentence
 
 
-def test_a_calibration_makes_degrees_of_them(tmp_path: Path):
-    """As LeRobot's `use_degrees`: (ticks − middle of the range) · 360 / 4095."""
+def test_a_calibration_converts_a_normalised_range_to_degrees(tmp_path: Path):
+    """With LeRobot's `use_degrees`: (ticks − middle of the range) · 360 / 4095."""
     raw = recorded(tmp_path, np.array([60.0, -80.0]), calibration=calibration(tmp_path))
     assert (raw.unit, raw.values[-1]) == ("deg", pytest.approx([0.6 * 1000 * 360 / 4095, -0.8 * 1100 * 360 / 4095]))
     assert examine(raw, ARM).refusal is None
@@ -50,7 +50,7 @@ def test_a_calibration_makes_degrees_of_them(tmp_path: Path):
     assert np.array_equal(inverted.values, -raw.values)
 
 
-def test_what_is_no_calibration_or_does_not_apply_is_refused(tmp_path: Path):
+def test_an_invalid_or_unsuitable_calibration_is_refused(tmp_path: Path):
     file = calibration(tmp_path)
     with pytest.raises(Unreadable, match="beyond -100 to 100"):
         recorded(tmp_path, np.array([60.0, -130.0]), calibration=file)
@@ -64,8 +64,8 @@ def test_what_is_no_calibration_or_does_not_apply_is_refused(tmp_path: Path):
         recorded(tmp_path, np.array([60.0, -80.0]), calibration=tmp_path / "none.json")
 
 
-def test_units_beside_arrays(tmp_path: Path):
-    """An attribute in HDF5, an array of text in NPZ; times may be dates."""
+def test_units_stored_next_to_arrays_are_read(tmp_path: Path):
+    """In HDF5 an attribute, in NPZ an array of text; times may be dates."""
     times, values = np.arange(20) / 100, np.ones((20, 2))
     with h5py.File(tmp_path / "demo.h5", "w") as file:
         file["qpos"], file["t"] = values, times
@@ -77,15 +77,15 @@ def test_units_beside_arrays(tmp_path: Path):
     assert (recording.unit, recording.times.tolist()) == ("deg", pytest.approx(times))
 
 
-def test_stamps_that_are_coarser_than_the_samples_are_refused(tmp_path: Path):
-    """Stamps of 0.1 s of samples at 100 Hz: leaving out those with one stamp would move the rest."""
+def test_time_stamps_coarser_than_the_sample_period_are_refused(tmp_path: Path):
+    """100 Hz with a resolution of 0.1 s: dropping samples with equal stamps would shift the others in time."""
     raw = recorded(tmp_path, np.array([1.0, -1.0]), "")
     refusal = examine(replace(raw, times=np.floor(raw.times * 10) / 10), ARM).refusal
     assert refusal and "too coarse; give --rate" in refusal.sentence
 
 
 @pytest.mark.parametrize("size", [2000.0, 60_000.0])
-def test_what_is_neither_rad_nor_degrees_is_refused(tmp_path: Path, size: float):
-    """Ticks of an encoder, thousandths of a degree."""
+def test_values_in_neither_rad_nor_degrees_are_refused(tmp_path: Path, size: float):
+    """Encoder ticks and thousandths of a degree."""
     refusal = examine(recorded(tmp_path, np.array([size, -size]), ""), ARM).refusal
     assert refusal and "more than a turn beyond the arm's ranges" in refusal.sentence

@@ -1,4 +1,4 @@
-"""Files as other programs write them, each by that program's own library, all of the same movement."""
+"""Files of other programs, each written by that program's own library, all of the same movement."""
 
 import csv
 import json
@@ -15,7 +15,7 @@ from rosbags.rosbag2 import Writer as Bag2Writer
 from rosbags.typesys import Stores, get_typestore
 
 JOINTS = tuple(f"joint_{number}" for number in range(1, 7))
-"""Of the arm that ships."""
+"""Joints of the shipped arm."""
 
 RATE_HZ = 100.0
 TIMES = np.arange(151) / RATE_HZ
@@ -27,13 +27,13 @@ START_NS = 1_790_000_000_000_000_000
 
 
 def movement() -> np.ndarray:
-    """A reach of six joints at TIMES, rad: (n, 6), at rest at both ends."""
+    """Return positions (n, 6), rad, of a reach at TIMES, at rest at both ends."""
     s = TIMES / TIMES[-1]
     return STARTS + (s**3 * (10 + s * (6 * s - 15)))[:, None] * (ENDS - STARTS)
 
 
 def write_csv(path: Path) -> None:
-    """Times in ms, degrees, the elbow first, a velocity, a gripper and words: a driver's file."""
+    """Write a driver's table: times in ms, degrees, the elbow first, a velocity, a gripper and a column of text."""
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
         order = [2, 1, 0, 3, 4, 5]
@@ -44,13 +44,13 @@ def write_csv(path: Path) -> None:
 
 
 def write_npz(path: Path) -> None:
-    """Times, positions and names."""
+    """Write times, positions and joint names."""
     with path.open("wb") as file:
         np.savez(file, t=TIMES, positions=movement(), joint_names=np.array(JOINTS))
 
 
 def write_aloha(path: Path) -> None:
-    """One arm in ALOHA's layout: no names, no times."""
+    """Write one arm in ALOHA's layout, which has neither names nor times."""
     with h5py.File(path, "w") as file:
         file.attrs["sim"] = False
         observations = file.create_group("observations")
@@ -60,7 +60,7 @@ def write_aloha(path: Path) -> None:
 
 
 def write_robomimic(path: Path) -> None:
-    """Eleven demonstrations in robomimic's layout; the first is the movement."""
+    """Write eleven demonstrations in robomimic's layout; the first is the movement."""
     with h5py.File(path, "w") as file:
         data = file.create_group("data")
         data.attrs["env_args"] = json.dumps({"env_name": "Lift", "env_kwargs": {"control_freq": 20}})
@@ -83,7 +83,7 @@ def _joint_state(store, names, position, stamp_ns, ros1=False):
 
 
 def write_bag(path: Path) -> None:
-    """A ROS 1 bag with one topic."""
+    """Write a ROS 1 bag with one topic."""
     store = get_typestore(Stores.ROS1_NOETIC)
     with BagWriter(path) as bag:
         connection = bag.add_connection("/joint_states", JOINT_STATE, typestore=store)
@@ -94,7 +94,7 @@ def write_bag(path: Path) -> None:
 
 
 def write_bag2(path: Path, storage: StoragePlugin = StoragePlugin.SQLITE3) -> None:
-    """A directory of ROS 2 whose topic has a gripper's messages between the arm's, and a second topic of text."""
+    """Write a ROS 2 bag: a topic with messages of arm and gripper in turn, and a topic of text."""
     store = get_typestore(Stores.ROS2_HUMBLE)
     with Bag2Writer(path, version=9, storage_plugin=storage) as bag:
         states = bag.add_connection("/joint_states", JOINT_STATE, typestore=store)
@@ -125,7 +125,7 @@ uint32 nanosec
 
 
 def write_mcap(path: Path) -> None:
-    """A bare MCAP file by Foxglove's writer."""
+    """Write an MCAP file with Foxglove's writer."""
     with path.open("wb") as file:
         writer = McapWriter(file)
         schema = writer.register_msgdef("sensor_msgs/msg/JointState", MCAP_DEFINITION)
@@ -138,7 +138,7 @@ def write_mcap(path: Path) -> None:
 
 
 def write_rrd(path: Path) -> None:
-    """A scalar a joint, as any program of Rerun's logs it, and a scalar of something else."""
+    """Write a Rerun recording with one scalar entity for each joint and one for a reward."""
     recording = rr.RecordingStream("other_program")
     recording.save(path)
     for index, (time, row) in enumerate(zip(TIMES, movement(), strict=True)):
@@ -161,4 +161,4 @@ FILES: dict[str, tuple[str, Callable[[Path], None], float]] = {
     "mcap": ("run.mcap", write_mcap, RATE_HZ),
     "rrd": ("log.rrd", write_rrd, RATE_HZ),
 }
-"""For each format a file's name, what writes it, and its samples a second."""
+"""For each format the file's name, its writer and its sample rate, Hz."""

@@ -1,4 +1,4 @@
-"""A planar arm of two links beside a wall, with a finger, a ball and a tee: distances can be worked out by hand."""
+"""A planar arm of two links next to a wall, with finger, ball and tee, whose distances can be computed by hand."""
 
 from pathlib import Path
 
@@ -41,7 +41,7 @@ MODEL = """
 
 
 def small_arm(folder: Path, more: str = "", home: str = "[1.57, 0.0, 0.0]", model: str = MODEL) -> RobotConfig:
-    """Return the arm; `more` is added to its TOML."""
+    """Write the model and its TOML, with `more` appended, and return the loaded arm."""
     (folder / "small.xml").write_text(model)
     file = folder / "small.toml"
     file.write_text(
@@ -53,7 +53,7 @@ def small_arm(folder: Path, more: str = "", home: str = "[1.57, 0.0, 0.0]", mode
 
 
 def straight(start: np.ndarray | list[float], end: np.ndarray | list[float], duration: float = 1.0) -> Trajectory:
-    """Return a motion from rest to rest."""
+    """Return a motion from rest to rest on a line in joint space, rad."""
     begin, way = np.array(start), np.subtract(end, start)
     coefficients = np.zeros((1, len(begin), 6))
     coefficients[0, :, 0] = begin

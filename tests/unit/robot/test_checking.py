@@ -1,4 +1,4 @@
-"""What `volley robot check` finds in descriptions and models, and what it does not."""
+"""Findings of `volley robot check` in descriptions and models."""
 
 from pathlib import Path
 
@@ -75,7 +75,7 @@ DESCRIPTION = {
 
 
 def findings(folder: Path, **changes: str) -> list[Finding]:
-    """Return what is found in the sound robot with changes."""
+    """Write the sound robot with changes of its model and TOML, and return the findings."""
     (folder / "two.xml").write_text(MODEL.format(**{key: changes.get(key, value) for key, value in SOUND.items()}))
     file = folder / "two.toml"
     file.write_text(TOML.format(**{key: changes.get(key, value) for key, value in DESCRIPTION.items()}))
@@ -83,7 +83,7 @@ def findings(folder: Path, **changes: str) -> list[Finding]:
     return check_robot(robot, robot.load_model())
 
 
-def test_a_sound_robot_is_sound(tmp_path: Path) -> None:
+def test_a_sound_robot_has_no_findings(tmp_path: Path) -> None:
     assert findings(tmp_path) == []
 
 
@@ -124,12 +124,12 @@ def test_a_sound_robot_is_sound(tmp_path: Path) -> None:
         ({"second": "2.5 -2.5"}, "warning", "b: its range begins at 2.5 and ends at -2.5"),
     ],
 )
-def test_what_is_wrong_is_found(tmp_path: Path, changes: dict[str, str], level: str, sentence: str) -> None:
+def test_mistakes_are_found(tmp_path: Path, changes: dict[str, str], level: str, sentence: str) -> None:
     found = findings(tmp_path, **changes)
     assert any(finding.level == level and sentence in finding.sentence for finding in found), found
 
 
-def test_what_only_touches_at_home_is_sound(tmp_path: Path) -> None:
+def test_a_contact_without_overlap_at_home_is_no_finding(tmp_path: Path) -> None:
     assert findings(tmp_path, post="0.479999999", home="[0.0, 0.0]") == []
 
 
@@ -139,11 +139,11 @@ def test_radians_read_as_degrees_are_found(tmp_path: Path) -> None:
     assert 'radians were read as degrees; write <compiler angle="radian"/>' in found.sentence
 
 
-def test_an_equality_of_a_gripper_is_none_of_the_arm(tmp_path: Path) -> None:
+def test_an_equality_of_a_gripper_joint_is_no_finding(tmp_path: Path) -> None:
     assert findings(tmp_path, equality='<joint joint1="f" polycoef="0 0 0 0 0"/>') == []
 
 
-def test_costs_are_measured(tmp_path: Path) -> None:
+def test_time_and_memory_of_the_model_are_measured(tmp_path: Path) -> None:
     assert findings(tmp_path) == []
     robot = load_robot(tmp_path / "two.toml")
     cost = measure_cost(robot, robot.load_model())

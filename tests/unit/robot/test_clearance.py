@@ -1,4 +1,4 @@
-"""Which pairs of bodies plans are checked for, and their distances."""
+"""Pairs of bodies that plans are checked for, and their distances."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from tests.unit.robot.small_arm import MODEL, small_arm
 
 EAST = [0.0, 0.0, 0.0]
 BLOCK = '</body><body name="block" mocap="true" pos="0.5 0.5 0">'
-"""Ends a base that is wrapped around the arm, and begins what stood there as the ball."""
+"""Closes a body wrapped around the arm and replaces the ball by a mocap body."""
 
 
 def made(folder: Path, more: str = "", **fields: str) -> Clearance:
@@ -22,7 +22,7 @@ def pairs(clearance: Clearance) -> set[tuple[str, str]]:
     return {pair.bodies for pair in clearance.pairs}
 
 
-def test_what_flies_or_is_moved_by_hand_does_not_count(tmp_path: Path):
+def test_free_and_mocap_bodies_are_not_checked(tmp_path: Path):
     clearance = made(tmp_path)
     assert pairs(clearance) == {
         ("lower", "wall"),
@@ -38,8 +38,8 @@ def test_what_flies_or_is_moved_by_hand_does_not_count(tmp_path: Path):
     }
 
 
-def test_what_stands_on_a_mocap_body_counts(tmp_path: Path):
-    """A base that is a mocap body carries the arm; a body that somebody may move stands where the model has it."""
+def test_a_mocap_base_of_the_arm_does_not_exempt_its_bodies(tmp_path: Path):
+    """With a mocap base, other mocap bodies are checked too, at their poses in the model."""
     on_the_world = pairs(made(tmp_path))
     model = MODEL.replace('<body name="upper">', '<body name="base" mocap="true"><body name="upper">')
     model = model.replace('<body name="ball" pos="0.5 0.5 0"><freejoint/>', BLOCK)
@@ -48,7 +48,7 @@ def test_what_stands_on_a_mocap_body_counts(tmp_path: Path):
     assert on_the_world <= found
 
 
-def test_what_is_ignored_is_listed_with_its_reason(tmp_path: Path):
+def test_ignored_pairs_are_listed_with_their_reason(tmp_path: Path):
     clearance = made(tmp_path, '[collision]\nignore = [["finger", "world"]]')
     assert set(clearance.ignored) == {
         Ignored("lower", "upper", "neighbours"),
@@ -57,18 +57,18 @@ def test_what_is_ignored_is_listed_with_its_reason(tmp_path: Path):
         Ignored("finger", "wall", "collision.ignore"),
         Ignored("finger", "pedestal", "collision.ignore"),
     }
-    assert ("upper", "wall") in pairs(clearance), "of the world each geom counts alone"
+    assert ("upper", "wall") in pairs(clearance), "each geom of the world is checked separately"
     assert not {pair for pair in pairs(clearance) if pair[0] == "finger" and pair[1] in ("wall", "pedestal")}
     assert "near at home: upper – pedestal" in str(clearance)
 
 
-def test_what_is_near_at_home_may_touch(tmp_path: Path):
+def test_a_pair_that_is_near_at_home_is_ignored(tmp_path: Path):
     folded = made(tmp_path, home="[1.57, 3.05, 0.0]")
     assert Ignored("hand", "upper", "near at home") in folded.ignored
     assert ("hand", "upper") not in pairs(folded)
 
 
-def test_distances_are_exact_where_they_are_small(tmp_path: Path):
+def test_small_distances_are_exact_and_large_ones_lower_bounds(tmp_path: Path):
     clearance = made(tmp_path)
     clearance.place(np.array(EAST))
     hand = [pair.bodies for pair in clearance.pairs].index(("hand", "wall"))
@@ -77,7 +77,7 @@ def test_distances_are_exact_where_they_are_small(tmp_path: Path):
     assert clearance.distance(hand) >= 0.2, "a lower bound"
 
 
-def test_held_joints_are_at_their_values(tmp_path: Path):
+def test_held_joints_are_placed_at_their_values(tmp_path: Path):
     distances = []
     for value in (0.0, 0.3):
         clearance = made(tmp_path, f"[held]\ngrip = {value}\n")
@@ -88,7 +88,7 @@ def test_held_joints_are_at_their_values(tmp_path: Path):
     assert distances[1] > distances[0]
 
 
-def test_what_has_no_true_distance_does_not_count(tmp_path: Path):
+def test_height_fields_are_not_checked(tmp_path: Path):
     model = MODEL.replace(
         "<worldbody>", '<asset><hfield name="h" nrow="4" ncol="4" size="2 2 1 1"/></asset><worldbody>'
     )
@@ -96,8 +96,8 @@ def test_what_has_no_true_distance_does_not_count(tmp_path: Path):
     assert pairs(made(tmp_path, model=hills)) == pairs(made(tmp_path))
 
 
-def test_the_body_that_the_arm_moves_is_named_first(tmp_path: Path):
-    """Also where what it meets stands after it in the model."""
+def test_a_pair_names_the_arms_body_first(tmp_path: Path):
+    """Even if the other body comes later in the model."""
     clearance = made(tmp_path, model=MODEL.replace("<freejoint/>", ""))
     assert ("lower", "ball") in pairs(clearance)
     assert all("ball" not in one for one, _ in pairs(clearance))

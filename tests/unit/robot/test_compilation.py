@@ -1,4 +1,4 @@
-"""A model without what is only for the eye moves as the whole one does, to the last digit."""
+"""A model compiled without visual geoms has exactly the dynamics of the whole one."""
 
 import mujoco
 import numpy as np
@@ -13,7 +13,7 @@ DYNAMICS = (
     "dof_damping", "dof_frictionloss", "jnt_pos", "jnt_axis", "jnt_range", "site_pos", "site_quat", "actuator_gear",
 )  # fmt: skip
 
-OF_EVERY_KIND = """
+ALL_KINDS = """
 <mujoco>
   <asset>
     <mesh name="wedge" vertex="0 0 0  0.2 0 0  0 0.1 0  0 0 0.3"/>
@@ -40,28 +40,28 @@ OF_EVERY_KIND = """
 """
 
 
-def touching(model: mujoco.MjModel) -> np.ndarray:
+def collides(model: mujoco.MjModel) -> np.ndarray:
     return (model.geom_contype | model.geom_conaffinity) != 0
 
 
-@pytest.mark.parametrize("source", [OF_EVERY_KIND, pytest.param(FR3, id="fr3")])
-def test_what_moves_is_the_same_without_visual_geoms(source):
+@pytest.mark.parametrize("source", [ALL_KINDS, pytest.param(FR3, id="fr3")])
+def test_dynamics_are_the_same_without_visual_geoms(source):
     read = mujoco.MjSpec.from_string if isinstance(source, str) else lambda path: mujoco.MjSpec.from_file(str(path))
     whole, bare = compile_spec(read(source), visual=True), compile_spec(read(source))
     assert bare.ngeom < whole.ngeom
     assert bare.nmeshvert < whole.nmeshvert / 2
     for name in DYNAMICS:
         np.testing.assert_array_equal(getattr(bare, name), getattr(whole, name), err_msg=name)
-    np.testing.assert_array_equal(bare.geom_size[touching(bare)], whole.geom_size[touching(whole)])
+    np.testing.assert_array_equal(bare.geom_size[collides(bare)], whole.geom_size[collides(whole)])
 
 
-def test_only_what_touches_nothing_is_left_out():
-    bare = compile_spec(mujoco.MjSpec.from_string(OF_EVERY_KIND))
+def test_only_geoms_without_collisions_are_left_out():
+    bare = compile_spec(mujoco.MjSpec.from_string(ALL_KINDS))
     assert {bare.geom(i).name for i in range(bare.ngeom)} == {"hull", "paired", "floor"}
     assert (bare.nmesh, bare.ntex, bare.nmat) == (0, 0, 0)
 
 
-def test_a_copy_of_the_model_is_another_one():
+def test_load_model_returns_an_independent_copy():
     robot = load_robot()
     robot.load_model().opt.timestep = 0.5
     assert robot.load_model().opt.timestep == robot.model.opt.timestep != 0.5

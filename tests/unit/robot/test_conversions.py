@@ -1,4 +1,4 @@
-"""Arrays and messages say the same."""
+"""Conversions between arrays and messages."""
 
 import numpy as np
 import pytest
@@ -26,26 +26,25 @@ def trajectory(count: int = 3) -> m.Trajectory:
     )
 
 
-def test_samples_come_back_to_the_bit():
+def test_samples_round_trip_exactly():
     back = samples_of(trajectory())
     for name in ("positions", "velocities", "accelerations"):
         np.testing.assert_array_equal(getattr(back, name), getattr(SAMPLES, name))
 
 
-def test_a_matrix_of_another_size_is_refused():
+def test_a_matrix_of_the_wrong_size_is_refused():
     with pytest.raises(Refusal) as caught:
         samples_of(trajectory(count=4))
     assert caught.value.code == "bad_message"
     assert caught.value.detail["field"] == "positions"
 
 
-def test_what_has_no_limit_is_null():
+def test_infinite_values_and_ranges_become_null():
     assert finite_or_null(np.array([1.0, np.inf])) == [1.0, None]
     assert ranges_or_null(np.array([[-1.0, 2.0], [-np.inf, np.inf], [-1.0, np.inf]])) == [(-1.0, 2.0), None, None]
 
 
-def test_no_limit_is_null():
-    """Infinity has no place on the wire."""
+def test_infinite_limits_become_null_in_messages():
     limits = Limits(
         np.array([[-1.0, 1.0], [-np.inf, np.inf]]), np.array([np.inf, 2.0]), np.array([3.0, np.inf]), np.full(2, np.inf)
     )

@@ -1,4 +1,4 @@
-"""The tables [ball], [racket] and [court]: what the shipped ones say, and what is wrong with others, in sentences."""
+"""The tables [ball], [racket] and [court]: values of the shipped ones, and refusals of invalid ones."""
 
 import mujoco
 import pytest
@@ -20,13 +20,13 @@ def test_the_shipped_arm_has_a_ball_a_racket_and_a_court():
     assert court.net.top == pytest.approx((2.8, 0.0, 0.5))
 
 
-def test_the_rate_of_sights_is_a_whole_number_of_ticks():
+def test_the_balls_rate_is_rounded_to_a_whole_number_of_ticks():
     ball = ball_config(BallTable(rate_hz=300.0), ROBOT.model, 1000.0)
     assert ball is not None
     assert (ball.every, ball.rate_hz) == (3, 1000 / 3)
 
 
-def test_a_racket_without_a_face_is_none():
+def test_without_geoms_there_is_no_racket_and_no_court():
     assert racket_config(RacketTable(), ROBOT.model, MOVED) is None
     assert court_config(None, ROBOT.model) is None
 
@@ -48,7 +48,7 @@ def test_a_racket_without_a_face_is_none():
         (CourtTable(surface="floor", region=((5.0, 3.0), (0.0, 1.0))), "court.region: its x goes from 5 to 3 m"),
     ],
 )
-def test_what_is_wrong_is_said(table: BallTable | RacketTable | CourtTable, sentence: str):
+def test_an_invalid_table_is_refused_with_its_field(table: BallTable | RacketTable | CourtTable, sentence: str):
     with pytest.raises(RobotError, match=sentence):
         match table:
             case BallTable():
@@ -59,7 +59,7 @@ def test_what_is_wrong_is_said(table: BallTable | RacketTable | CourtTable, sent
                 court_config(table, ROBOT.model)
 
 
-def test_a_table_without_a_ball_is_refused():
+def test_a_ball_table_for_a_model_without_a_ball_is_refused():
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
     assert ball_config(None, empty, 1000.0) is None
     with pytest.raises(RobotError, match="the model has no body 'ball' with a free joint"):

@@ -1,4 +1,4 @@
-"""The robot's description: what the shipped one says, and what is wrong with others, in sentences."""
+"""The robot's description: values of the shipped one, defaults, and refusals of invalid ones."""
 
 from pathlib import Path
 
@@ -65,7 +65,7 @@ def write_robot(folder: Path, toml: str = TWO_LINKS_TOML, first: str = "", actua
     return folder / "two.toml"
 
 
-def test_the_shipped_arm_has_room_for_the_papers_cases():
+def test_the_shipped_arms_limits_allow_the_papers_cases():
     robot = load_robot()
     assert robot.name == "arm"
     assert robot.joint_count == 6
@@ -85,14 +85,16 @@ def test_the_shipped_arm_has_room_for_the_papers_cases():
     np.testing.assert_array_equal(robot.home, PAPER_POSES["home"])
 
 
-def test_the_default_does_not_depend_on_the_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_the_default_description_does_not_depend_on_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     monkeypatch.chdir(tmp_path)
     assert load_robot().mjcf_path == DEFAULT_ROBOT_CONFIG.parent / "arm.xml"
     assert load_robot(str(DEFAULT_ROBOT_CONFIG)).name == "arm"
 
 
 def test_the_acceleration_limits_are_reachable_in_the_papers_poses():
-    """By all joints at once, in the worst combination, against gravity and a push of 100 rad/s² on any joint."""
+    """For all joints in the worst combination of signs, against gravity and a push of 100 rad/s² on any joint."""
     robot = load_robot()
     model = robot.load_model()
     data = mujoco.MjData(model)
@@ -106,7 +108,7 @@ def test_the_acceleration_limits_are_reachable_in_the_papers_poses():
         assert (need < robot.torques).all()
 
 
-def test_limits_and_torques_of_another_model(tmp_path: Path):
+def test_limits_and_torques_are_read_from_the_model(tmp_path: Path):
     actuators = '<motor joint="a" gear="3" ctrlrange="-2 2"/><position joint="b" kp="9" forcerange="-4 5"/>'
     robot = load_robot(write_robot(tmp_path, first='limited="true" range="-90 90"', actuators=actuators))
     np.testing.assert_allclose(robot.limits.positions, [[-np.pi / 2, np.pi / 2], [-np.inf, np.inf]])
@@ -114,7 +116,7 @@ def test_limits_and_torques_of_another_model(tmp_path: Path):
     np.testing.assert_array_equal(robot.limits.jerks, [5, 6])
 
 
-def test_a_position_servos_control_range_is_no_torque(tmp_path: Path):
+def test_a_position_servos_control_range_is_not_a_torque_limit(tmp_path: Path):
     actuators = '<position joint="a" kp="9" ctrlrange="-1 1"/>'
     robot = load_robot(write_robot(tmp_path, first='actuatorfrcrange="-7 7"', actuators=actuators))
     np.testing.assert_array_equal(robot.torques, [7, np.inf])
@@ -171,7 +173,7 @@ def test_a_position_servos_control_range_is_no_torque(tmp_path: Path):
         ('model = "two.xml"', 'model = "two.toml"', "model: 'two.toml' ends neither in .xml (MJCF) nor in .urdf"),
     ],
 )
-def test_errors_are_sentences_that_name_file_and_key(tmp_path: Path, old: str, new: str, sentence: str):
+def test_an_invalid_description_is_refused_with_file_and_key(tmp_path: Path, old: str, new: str, sentence: str):
     assert old in TWO_LINKS_TOML
     limits = 'limited="true" range="-85.9436693 85.9436693" actuatorfrcrange="-7 7"'
     path = write_robot(tmp_path, TWO_LINKS_TOML.replace(old, new), first=limits)
@@ -182,7 +184,7 @@ def test_errors_are_sentences_that_name_file_and_key(tmp_path: Path, old: str, n
     assert str(path) in str(raised.value)
 
 
-def test_what_a_description_leaves_out(tmp_path: Path):
+def test_optional_fields_have_defaults(tmp_path: Path):
     robot = load_robot(write_robot(tmp_path))
     assert (robot.tool, robot.on_fault, robot.held) == (Tool("tip"), "hold", {})
     assert robot.tolerance == Tolerance(np.inf, np.inf)
@@ -204,7 +206,7 @@ torques = [5.0, inf]
 """
 
 
-def test_what_a_description_may_add(tmp_path: Path):
+def test_optional_fields_are_read(tmp_path: Path):
     toml = TWO_LINKS_TOML.replace("[joints]", FULL).replace("[0.1, 0.2]", '"keyframe:up"')
     robot = load_robot(write_robot(tmp_path, toml, first='limited="true" range="-85.9436693 85.9436693"'))
     assert (robot.on_fault, robot.held, robot.home.tolist()) == ("stop", {"grip": 0.04}, [0.6, 0.5])
@@ -214,13 +216,13 @@ def test_what_a_description_may_add(tmp_path: Path):
     np.testing.assert_array_equal(robot.torques, [5.0, np.inf])
 
 
-def test_a_position_that_was_rounded_is_the_end_of_its_range(tmp_path: Path):
+def test_a_rounded_position_is_moved_onto_the_end_of_its_range(tmp_path: Path):
     toml = TWO_LINKS_TOML.replace("[0.1, 0.2]", "[1.5708, 0.2]\npositions = [[-1.571, 1.571], [-inf, inf]]")
     robot = load_robot(write_robot(tmp_path, toml, first='limited="true" range="-90 90"'))
     assert robot.home[0] == robot.limits.positions[0, 1] == np.pi / 2
 
 
-def test_a_tool_on_a_body(tmp_path: Path):
+def test_a_tool_can_be_defined_relative_to_a_body(tmp_path: Path):
     toml = TWO_LINKS_TOML.replace('"tip"', '{body = "lower", position = [0.5, 0, 0.1], quaternion = [0, 2, 0, 0]}')
     position, rotation = Kinematics(load_robot(write_robot(tmp_path, toml))).tool_pose(np.zeros(2))
     np.testing.assert_allclose(position, [1.0, 0, 0.1], atol=1e-12)
@@ -228,8 +230,8 @@ def test_a_tool_on_a_body(tmp_path: Path):
 
 
 @pytest.mark.parametrize("model", [models.UR5E_URDF, models.SO101_URDF])
-def test_links_of_a_urdf_stay_bodies(model: Path):
-    """So that the tool can be any of them, and the picture has their names; neighbours may overlap."""
+def test_links_of_a_urdf_remain_bodies(model: Path):
+    """Any of them can be the tool, and the trace shows their names; neighbours do not collide."""
     spec = mujoco.MjSpec.from_file(str(model))
     names = {body.name for body in spec.bodies} - {"world"}
     compiled = compile_model(model, Tool("tip", max(names)), read_urdf(model))
@@ -240,12 +242,12 @@ def test_links_of_a_urdf_stay_bodies(model: Path):
     assert data.ncon == 0
 
 
-def test_a_missing_file_is_named(tmp_path: Path):
+def test_a_missing_description_is_refused_with_its_path(tmp_path: Path):
     with pytest.raises(RobotError, match=r"none\.toml: cannot be read"):
         load_robot(tmp_path / "none.toml")
 
 
-def test_the_tools_pose_and_velocity(tmp_path: Path):
+def test_tool_pose_and_velocity_agree_with_closed_form_and_differences(tmp_path: Path):
     kinematics = Kinematics(load_robot(write_robot(tmp_path)))
     positions, velocities = np.array([0.3, 0.4]), np.array([1.0, -2.0])
     position, rotation = kinematics.tool_pose(positions)
@@ -257,7 +259,7 @@ def test_the_tools_pose_and_velocity(tmp_path: Path):
     np.testing.assert_allclose(measured, (moved - position) / step, atol=1e-5)
 
 
-def test_the_racket_faces_forwards_at_the_hit():
+def test_the_racket_faces_forwards_in_the_papers_hit_pose():
     position, rotation = Kinematics(load_robot()).tool_pose(np.array(PAPER_POSES["hit"]))
     assert position[2] > 0.8
     assert rotation[0, 2] > 0.9, "the normal is the site's z axis"

@@ -1,4 +1,4 @@
-"""Import of other people's models: what is found, derived and assumed; the result loads."""
+"""Import of models of other projects: values found, derived and assumed; the written description loads."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from tests import models
 
 
 def imported(folder: Path, source: Path, **options: str) -> tuple[RobotConfig, str]:
-    """Import a model, and load what was written."""
+    """Import a model; return the robot loaded from the written TOML, and its text."""
     file = folder / "robot.toml"
     text = import_robot(source, file, **options).text
     file.write_text(text)
@@ -47,7 +47,7 @@ def imported(folder: Path, source: Path, **options: str) -> tuple[RobotConfig, s
 def test_arms_are_imported(
     tmp_path: Path, source: Path, joints: int, tool: str, held: set[str], to_decide: set[str]
 ) -> None:
-    """The chain to the tool, the gripper's joints held, home free of contact, at most three values to decide."""
+    """Checks the chain to the tool, held gripper joints, a home without contact, and at most three open values."""
     robot, text = imported(tmp_path, source)
     assert robot.joint_count == joints
     assert (robot.tool.body or robot.tool.site) == tool
@@ -63,8 +63,8 @@ def test_arms_are_imported(
     assert bool(unusable) == (source == models.XARM7)
 
 
-def test_values_come_from_the_urdf(tmp_path: Path) -> None:
-    """Velocities and efforts, which MuJoCo drops in part, with their origin beside them."""
+def test_velocity_and_torque_limits_come_from_the_urdf(tmp_path: Path) -> None:
+    """MuJoCo drops some of them; the TOML has their origin as comments."""
     robot, text = imported(tmp_path, models.UR5E_URDF)
     np.testing.assert_array_equal(robot.limits.velocities, np.pi)
     np.testing.assert_array_equal(robot.torques, [150, 150, 150, 28, 28, 28])
@@ -72,8 +72,8 @@ def test_values_come_from_the_urdf(tmp_path: Path) -> None:
     assert "# derived: (torque - gravity) / inertia" in text
 
 
-def test_accelerations_are_within_the_torques(tmp_path: Path) -> None:
-    """At home, all joints at once in the worst combination of signs, against gravity."""
+def test_derived_accelerations_are_reachable_with_the_torques(tmp_path: Path) -> None:
+    """At home, for all joints at once in the worst combination of signs, against gravity."""
     robot, _ = imported(tmp_path, models.UR5E)
     model = robot.load_model()
     data = mujoco.MjData(model)
@@ -85,8 +85,7 @@ def test_accelerations_are_within_the_torques(tmp_path: Path) -> None:
     np.testing.assert_allclose(robot.limits.jerks * 0.03, robot.limits.accelerations, rtol=0.1)
 
 
-def test_the_model_is_found_where_the_file_is_put(tmp_path: Path) -> None:
-    """Relative below the TOML, else absolute."""
+def test_the_models_path_is_relative_below_the_toml_and_else_absolute(tmp_path: Path) -> None:
     for name in ("collision", "ur5e.urdf"):
         (tmp_path / name).symlink_to(models.UR5E_URDF.parent / name)
     beside = import_robot(tmp_path / "ur5e.urdf", tmp_path / "my.toml").text
@@ -95,7 +94,7 @@ def test_the_model_is_found_where_the_file_is_put(tmp_path: Path) -> None:
         assert f'model = "{tmp_path / "ur5e.urdf"}"' in import_robot(tmp_path / "ur5e.urdf", out).text
 
 
-def test_tool_home_and_name_may_be_named(tmp_path: Path) -> None:
+def test_tool_and_name_are_options(tmp_path: Path) -> None:
     robot, _ = imported(tmp_path, models.TWO_PANDAS, tool="panda1_TCP", name="right")
     assert robot.name == "right"
     assert robot.joint_names[0] == "panda1_joint1"
@@ -107,7 +106,7 @@ def test_tool_home_and_name_may_be_named(tmp_path: Path) -> None:
 
 
 def ur5e_urdf(folder: Path, old: str, new: str) -> Path:
-    """Write a changed URDF of the UR5e, its meshes beside it."""
+    """Write the URDF of the UR5e with one text replaced, next to its meshes, and return its path."""
     text = models.UR5E_URDF.read_text()
     assert old in text
     file = folder / "ur5e.urdf"
@@ -117,8 +116,8 @@ def ur5e_urdf(folder: Path, old: str, new: str) -> Path:
     return file
 
 
-def test_meshes_of_packages_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Above the URDF, or in ROS_PACKAGE_PATH; else the sentence says where they may be put."""
+def test_package_urls_of_meshes_are_resolved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the URDF's parent directories or ROS_PACKAGE_PATH; if neither has the package, the refusal names both."""
     folder = tmp_path / "ur_description" / "urdf"
     folder.mkdir(parents=True)
     file = ur5e_urdf(folder, "collision/", "package://ur_description/meshes/")
@@ -148,7 +147,7 @@ def test_meshes_of_packages_are_found(tmp_path: Path, monkeypatch: pytest.Monkey
         ('<mass value="8.393"/>', '<mass value="0"/>', "give each link a mass and an inertia"),
     ],
 )
-def test_a_urdf_that_cannot_be_read_is_one_sentence(tmp_path: Path, old: str, new: str, sentence: str) -> None:
+def test_an_unreadable_urdf_is_refused_in_one_sentence(tmp_path: Path, old: str, new: str, sentence: str) -> None:
     with pytest.raises(RobotError, match=sentence) as caught:
         import_robot(ur5e_urdf(tmp_path, old, new), None)
     assert "\n" not in str(caught.value)
@@ -161,8 +160,8 @@ JOINT = """<joint name="{1}_joint" type="{2}"><parent link="{0}"/><child link="{
 <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="99" velocity="6.283185307179586"/></joint>"""
 
 
-def test_a_hand_is_the_tool_and_overlaps_have_the_cure_of_a_urdf(tmp_path: Path) -> None:
-    """No finger is the tool, no limit is rounded up, and a URDF has no place for <exclude>."""
+def test_a_hand_becomes_the_tool_and_the_remedy_for_overlaps_suits_a_urdf(tmp_path: Path) -> None:
+    """The finger does not become the tool, velocity limits are not rounded up, and <exclude> is not proposed."""
     links = "".join(LINK.format(name) for name in ("base", "arm", "panda_hand", "panda_rightfinger"))
     chain = (
         ("base", "arm", "revolute"),
@@ -179,8 +178,8 @@ def test_a_hand_is_the_tool_and_overlaps_have_the_cure_of_a_urdf(tmp_path: Path)
     assert overlap.endswith("change home, or where they always overlap, remove one <collision>")
 
 
-def test_meshes_are_found_where_mujoco_looks(tmp_path: Path) -> None:
-    """By their bare names, as URDFs for MuJoCo have them."""
+def test_meshes_are_found_by_file_name_next_to_the_urdf(tmp_path: Path) -> None:
+    """URDFs for MuJoCo refer to them that way."""
     file = ur5e_urdf(tmp_path, "collision/", "../../elsewhere/")
     for mesh in (models.UR5E_URDF.parent / "collision").iterdir():
         (tmp_path / mesh.name).symlink_to(mesh)

@@ -1,4 +1,4 @@
-"""Throws that reach the arm, flown by the simulated arm; scores."""
+"""Throws of the launcher, flown in the simulation, and scores of returns."""
 
 from dataclasses import replace
 
@@ -17,12 +17,12 @@ assert ROBOT.court is not None
 COURT = ROBOT.court
 STILL = Setpoint(*(np.zeros(6) for _ in range(4)))
 AWAY = [2.1, -0.9, -0.4, 0.0, 0.0, 0.0]
-"""The arm points backwards and leans out of the way."""
+"""Pose in which the arm points backwards, outside the ball's path, rad."""
 
 
 @pytest.mark.parametrize(("kind", "tolerance"), [("volley", 0.02), ("bounce", 0.2)])
-def test_a_throw_arrives_where_it_was_drawn(kind, tolerance):
-    """Backwards steps are off by a step of the flight; a bounce by its restitution, 0.80 to 0.84, times 0.4 s."""
+def test_a_throw_arrives_at_its_drawn_position(kind, tolerance):
+    """Errors: one integration step for a volley; for a bounce a restitution of 0.80 to 0.84, over 0.4 s of flight."""
     launcher = Launcher(ROBOT, seed=3, kind=kind)
     for _ in range(4):
         launch = launcher.next()
@@ -38,7 +38,7 @@ def test_a_throw_arrives_where_it_was_drawn(kind, tolerance):
         assert np.linalg.norm(np.subtract(ball.position, launch.arrival)) < tolerance
 
 
-def test_the_same_seed_gives_the_same_throws_from_all_over_the_reach():
+def test_throws_are_determined_by_the_seed_and_cover_the_reach():
     throws = [[launcher.next() for _ in range(30)] for launcher in (Launcher(ROBOT, 1), Launcher(ROBOT, 1))]
     assert throws[0] == throws[1]
     spread = np.ptp([launch.arrival for launch in throws[0]], axis=0)
@@ -46,7 +46,7 @@ def test_the_same_seed_gives_the_same_throws_from_all_over_the_reach():
     assert min(launch.position[0] for launch in throws[0]) > 2.8, "from beyond the net"
 
 
-def test_without_a_court_there_is_nothing_to_throw_at():
+def test_a_launcher_without_a_court_is_refused():
     with pytest.raises(NoThrow, match=r"arm has no ball, or no court with a net"):
         Launcher(replace(ROBOT, court=None))
 
@@ -70,7 +70,7 @@ HIT = Score(True, 1.0, landed_at=(4.05, 0.5, 0.1 - 0.04 - 9.81 * 5e-5), landed_t
         ([touch(1.0, "racket"), touch(2.0, "floor")], Score(True, 1.0, landed_time=2.0)),
     ],
 )
-def test_scores(contacts, expected):
+def test_a_return_is_scored_from_contacts_and_sights(contacts, expected):
     found = score(contacts, SIGHTS, COURT, ROBOT.bodies, (4.0, 0.5, 0.0))
     assert found.landed_at == (None if expected.landed_at is None else pytest.approx(expected.landed_at))
     assert found.distance == (None if expected.distance is None else pytest.approx(expected.distance))
@@ -78,9 +78,9 @@ def test_scores(contacts, expected):
 
 
 def test_a_ball_that_lands_before_the_net_is_not_returned():
-    short = [replace_position(SIGHTS[0], 2.0)]
+    short = [at_x(SIGHTS[0], 2.0)]
     assert not score([touch(1.0, "racket"), touch(1.51, "floor")], short, COURT, ROBOT.bodies, (4.0, 0.5, 0.0)).returned
 
 
-def replace_position(sight: BallState, x: float) -> BallState:
+def at_x(sight: BallState, x: float) -> BallState:
     return BallState(time=sight.time, position=[x, *sight.position[1:]], velocity=sight.velocity)

@@ -1,4 +1,4 @@
-"""How fast joints can bring bodies nearer to each other, where slides make the levers long."""
+"""Bounds on the approach speed of bodies for arms with prismatic joints, which change the lever arms."""
 
 from pathlib import Path
 
@@ -44,7 +44,7 @@ jerks = [500.0, 500.0]
 
 
 def polar(folder: Path, slide: str, home: float = 0.0) -> RobotConfig:
-    """Return an arm that tilts and reaches out; `slide`: attributes of the joint that reaches out."""
+    """Return an arm with a hinge and a slide; `slide`: attributes of the slide."""
     (folder / "polar.xml").write_text(MODEL.format(slide=slide))
     (folder / "polar.toml").write_text(TOML.format(home=home))
     return load_robot(folder / "polar.toml")
@@ -54,15 +54,17 @@ def polar(folder: Path, slide: str, home: float = 0.0) -> RobotConfig:
 @pytest.mark.parametrize(
     ("start", "end"), [([1.2, 0.0], [1.2, 0.9]), ([0.0, 0.9], [1.2, 0.9])], ids=["reaching out", "tilting"]
 )
-def test_what_a_slide_carries_is_kept_from_a_plane(tmp_path: Path, slide: str, start: list[float], end: list[float]):
+def test_collisions_of_a_body_on_a_slide_with_a_plane_are_found(
+    tmp_path: Path, slide: str, start: list[float], end: list[float]
+):
     check = MotionCheck(polar(tmp_path, slide))
     with pytest.raises(Collides, match="deep into floor"):
         check.check(straight(start, end), 1.0)
     assert check.check(straight([0.0, 0.0], [0.0, 0.9]), 1.0).nearest is not None
 
 
-def test_a_slide_counts_from_where_the_model_begins(tmp_path: Path):
-    """At `ref` the bodies are where the model draws them; the way from there is what makes the lever longer."""
+def test_lever_arms_account_for_the_slides_reference(tmp_path: Path):
+    """At `ref` bodies are at their poses in the model; the distance from `ref` lengthens the lever."""
     levers = [
         MotionCheck(polar(tmp_path, slide, home)).clearance.rates.max()
         for slide, home in (('range="0 1"', 0.0), ('range="5 6" ref="5"', 5.0), ('range="0 1" ref="5"', 0.0))

@@ -1,4 +1,4 @@
-"""Checks of motions against collisions and torques, on an arm small enough to work them out."""
+"""Checks of motions for collisions and torques, on an arm for which both can be computed by hand."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ NORTH, EAST = [1.57, 0.0, 0.0], [0.0, 0.0, 0.0]
 
 @pytest.fixture(scope="module")
 def check(tmp_path_factory: pytest.TempPathFactory) -> MotionCheck:
-    """The arm, with a finger that makes it reach the wall when stretched."""
+    """A check for the small arm with its finger held."""
     return MotionCheck(small_arm(tmp_path_factory.mktemp("robot"), "torques = [60, 30, inf]\n[held]\ngrip = 0.0\n"))
 
 
@@ -25,7 +25,7 @@ def refusal(check: MotionCheck, *motion: list[float], duration: float = 1.0, **a
     return caught.value
 
 
-def test_a_free_motion_says_how_near_it_came(check: MotionCheck):
+def test_a_free_motion_has_its_smallest_clearance_and_torque_use(check: MotionCheck):
     found = check.check(straight(NORTH, [1.0, 0.3, 0.0]), 1.0)
     assert found.scope == "all"
     assert found.nearest is not None
@@ -38,8 +38,8 @@ def test_a_free_motion_says_how_near_it_came(check: MotionCheck):
     assert far.nearest.distance == pytest.approx(1.9 - 1.82, abs=2e-3)
 
 
-def test_the_folded_arm_meets_itself_at_the_right_instant(check: MotionCheck):
-    """The hand, 0.04 m thick, 0.7 m behind the elbow, comes near to the upper arm, 0.05 m thick."""
+def test_a_self_collision_is_reported_at_its_first_instant(check: MotionCheck):
+    """The hand, of radius 0.04 m and 0.7 m from the elbow, approaches the upper arm, of radius 0.05 m."""
     found = refusal(check, NORTH, [1.57, 3.1, 0.0])
     assert isinstance(found, Collides)
     assert (found.body, found.other) == ("hand", "upper")
@@ -50,22 +50,22 @@ def test_the_folded_arm_meets_itself_at_the_right_instant(check: MotionCheck):
     assert "0.061 m deep into upper" in str(found)
 
 
-def test_what_is_near_at_the_start_may_only_part(check: MotionCheck):
+def test_bodies_near_each_other_at_the_start_may_only_separate(check: MotionCheck):
     inside = [1.57, 3.09, 0.0]
     assert check.check(straight(inside, [1.57, 1.0, 0.0]), 1.0).scope == "all"
     assert isinstance(refusal(check, inside, [1.57, 3.1, 0.0]), Collides)
 
 
-def test_a_fast_arm_is_looked_at_more_often(tmp_path: Path):
-    """At 118 rad/s the finger is within the margin for 1.2 ms, between two steps of 2 ms."""
+def test_a_fast_motion_is_checked_at_finer_steps(tmp_path: Path):
+    """At 118 rad/s the finger is within the margin for 1.2 ms, less than the usual step of 2 ms."""
     careful = MotionCheck(small_arm(tmp_path, "[collision]\nmargin = 0.085\n"))
     found = refusal(careful, NORTH, [-1.57, 0.0, 0.0], duration=0.05, torque=False)
     assert isinstance(found, Collides)
     assert (found.body, found.time) == ("finger", pytest.approx(0.025, abs=0.001))
 
 
-def test_torques_beyond_the_limits_name_joint_and_instant(check: MotionCheck):
-    """About the vertical axis the stretched arm has an inertia of some 2.4 kg·m²."""
+def test_an_excessive_torque_is_refused_with_joint_and_time(check: MotionCheck):
+    """The stretched arm's inertia about the vertical axis is about 2.4 kg·m²."""
     found = refusal(check, NORTH, [2.9, 0.0, 0.0], duration=0.4)
     assert isinstance(found, TorqueExceeded)
     assert (found.joint, found.bound) == (0, 60.0)
@@ -74,7 +74,7 @@ def test_torques_beyond_the_limits_name_joint_and_instant(check: MotionCheck):
     assert check.check(straight(NORTH, [2.9, 0.0, 0.0], 0.4), 0.4, torque=False).torque_use is None
 
 
-def test_checks_can_be_left_out(check: MotionCheck):
+def test_checks_can_be_disabled(check: MotionCheck):
     motion = straight(NORTH, [1.57, 3.1, 0.0])
     found = check.check(motion, 1.0, collision=False)
     assert (found.scope, found.nearest) == ("all", None)

@@ -1,4 +1,4 @@
-"""Twelve mistakes in a model: import or check catches each with a sentence that says what would work."""
+"""Twelve mistakes in a model: import or check reports each with a sentence that names a remedy."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +19,7 @@ ELBOW_LIMITS = (
 
 
 def swap(old: str, new: str) -> Change:
-    """Return a function that replaces a text, which must be there."""
+    """Return a function that replaces `old`, which must occur, by `new`."""
 
     def change(text: str) -> str:
         assert old in text
@@ -106,11 +106,11 @@ MUTATIONS: dict[str, tuple[Path, Change, Change, str]] = {
         "elbow_joint: effort is -1, which is taken for unknown; write the true limit",
     ),
 }
-"""By name: the model, its change, the change of the TOML written from it, and the sentence."""
+"""For each mistake the model, the change of the model, the change of its TOML, and the sentence reported."""
 
 
 @pytest.mark.parametrize("name", MUTATIONS)
-def test_a_mutation_is_caught(tmp_path: Path, name: str) -> None:
+def test_a_mistake_in_the_model_is_reported(tmp_path: Path, name: str) -> None:
     source, change_model, change_toml, sentence = MUTATIONS[name]
     for folder in ("collision", "assets"):
         (tmp_path / folder).symlink_to(source.parent / folder)
@@ -122,13 +122,12 @@ def test_a_mutation_is_caught(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("source", [models.UR5E_URDF, models.UR5E])
-def test_a_sound_model_is_not(tmp_path: Path, source: Path) -> None:
-    """The sentences come from the mutations alone."""
+def test_a_sound_model_has_no_reports(tmp_path: Path, source: Path) -> None:
     assert [line for line in report(source, tmp_path / "robot.toml", same) if "--tool may name" not in line] == []
 
 
 def report(source: Path, toml: Path, change_toml: Change) -> list[str]:
-    """Return all that import and check say, or the error."""
+    """Return all sentences of import and check, or of the refusal."""
     try:
         imported = import_robot(source, toml)
         toml.write_text(change_toml(imported.text))

@@ -1,4 +1,4 @@
-"""Two arms of one scene that move at the same time: a motion is checked against where the other arm will be."""
+"""Two arms of one scene in motion: a motion is checked against the predicted positions of the other arm."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from tests.unit.robot.small_arm import straight
 LEFT = load_robot(DEFAULT_ROBOT_CONFIG.with_name("left.toml"))
 HOME = LEFT.home
 AWAY = HOME + np.array([0.8, 0, 0, 0, 0, 0])
-"""Each arm meets the other only where the left one is away while the right one is at home."""
+"""The arms collide only if the left one is at AWAY while the right one is at HOME."""
 
 
 @pytest.fixture(scope="module")
@@ -22,23 +22,25 @@ def check() -> MotionCheck:
 
 
 def planned(begin: float, start: np.ndarray, end: np.ndarray, duration: float = 1.0) -> PlannedMotion:
-    """A motion as it is published, in samples of 1 ms."""
+    """Return a straight motion as it is published, in samples of 1 ms."""
     return PlannedMotion(begin, 1e-3, straight(start, end, duration).sample(np.arange(0, duration + 5e-4, 1e-3)))
 
 
-def scope(check: MotionCheck, other: OtherMotion, start: np.ndarray, end: np.ndarray, begin: float | None = 0.0) -> str:
+def checked_scope(
+    check: MotionCheck, other: OtherMotion, start: np.ndarray, end: np.ndarray, begin: float | None = 0.0
+) -> str:
     check.clearance.surround(LEFT.others["right"], other.positions.tolist())
     check.others = (other,)
     return check.check(straight(start, end), 1.0, begin=begin).scope
 
 
-def test_crossing_plans_are_refused_though_both_starts_are_clear(check: MotionCheck):
+def test_a_plan_that_crosses_the_other_arms_motion_is_refused(check: MotionCheck):
     comes_home = OtherMotion(AWAY, [planned(7.2, AWAY, HOME)])
-    assert scope(check, comes_home, HOME, AWAY, None) == "all", "the right arm stands away"
+    assert checked_scope(check, comes_home, HOME, AWAY, None) == "all", "the right arm is at AWAY until 7.2 s"
     with pytest.raises(Collides, match=r"begin after 8\.200 s, when the other robot's motion has ended") as caught:
-        scope(check, comes_home, HOME, AWAY, 7.0)
+        checked_scope(check, comes_home, HOME, AWAY, 7.0)
     assert {body.partition("/")[0] for body in (caught.value.body, caught.value.other)} == {"left", "right"}
-    # The first instant nearer than the margin, by a replay of both.
+    # The first instant within the margin, by a replay of both motions.
     times = np.arange(0, 1.2, 1e-3)
     both = np.hstack([straight(HOME, AWAY).sample(times).positions, comes_home.sample(7.0 + times)[0]])
     near = [_nearest(check, pose) < LEFT.collision.margin for pose in both[int(caught.value.time * 1e3) - 2 :]]
@@ -51,27 +53,26 @@ def _nearest(check: MotionCheck, pose: np.ndarray) -> float:
     return min(check.clearance.distance(pair) for pair in range(len(check.clearance.pairs)))
 
 
-def test_what_comes_after_the_own_end_counts(check: MotionCheck):
+def test_the_other_arms_motion_is_checked_beyond_the_end_of_the_own_motion(check: MotionCheck):
     with pytest.raises(Collides) as caught:
-        scope(check, OtherMotion(AWAY, [planned(5.0, AWAY, HOME)]), HOME, AWAY)
+        checked_scope(check, OtherMotion(AWAY, [planned(5.0, AWAY, HOME)]), HOME, AWAY)
     assert caught.value.time > 5
 
 
-def test_one_arm_follows_the_other(check: MotionCheck):
-    """What the right arm has left is free for the left one, but not before."""
+def test_space_that_the_other_arm_has_left_is_free(check: MotionCheck):
     leaves = OtherMotion(HOME, [planned(3.0, HOME, AWAY)])
-    assert scope(check, leaves, HOME, AWAY, 3.3) == "all"
+    assert checked_scope(check, leaves, HOME, AWAY, 3.3) == "all"
     with pytest.raises(Collides):
-        scope(check, leaves, HOME, AWAY, 2.0)
+        checked_scope(check, leaves, HOME, AWAY, 2.0)
 
 
-def test_a_later_plan_replaces_an_earlier_one(check: MotionCheck):
+def test_a_later_plan_replaces_the_rest_of_an_earlier_one(check: MotionCheck):
     corrected = OtherMotion(AWAY, [planned(0.0, AWAY, HOME, 2.0), planned(0.2, AWAY, AWAY)])
-    assert scope(check, corrected, HOME, AWAY) == "all"
+    assert checked_scope(check, corrected, HOME, AWAY) == "all"
     assert corrected.until == pytest.approx(1.2)
 
 
-def test_samples_between_and_around():
+def test_samples_are_interpolated_and_held_outside_the_motion():
     ramp = np.array([[0.0], [1.0], [1.0]])
     motion = OtherMotion(np.array([-1.0]), [PlannedMotion(2.0, 0.5, Samples(ramp, ramp, ramp))])
     assert motion.sample(np.array([0.0, 2.0, 2.25, 2.75, 9.0]))[0, :, 0] == pytest.approx([-1, 0, 0.5, 1, 1])

@@ -1,4 +1,4 @@
-"""Joint velocities of a tool's velocity, and the sentences where there are none."""
+"""Joint velocities for a tool velocity, and refusals of velocities that the joints cannot reach."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ LIMITS = np.array([2.0, 2.0])
     ("smallest", "sentence"),
     [(0.5, "; 0.50 of that velocity works"), (1e-3, "; the arm is nearly stretched out: give it another place")],
 )
-def test_a_velocity_that_is_too_fast_is_refused_with_one_that_is_not(smallest: float, sentence: str):
+def test_a_tool_velocity_that_is_too_fast_is_refused_with_a_remedy(smallest: float, sentence: str):
     refused = joint_velocities(np.diag([1.0, smallest]), np.array([0.0, 2.0]), LIMITS, ["a", "b"])
     assert isinstance(refused, str)
     assert "of b, whose limit is 2 rad/s" in refused

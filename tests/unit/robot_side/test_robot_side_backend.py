@@ -1,4 +1,4 @@
-"""What every backend guarantees the loop of the robot side."""
+"""The contract of every backend with the loop of the robot side."""
 
 from collections.abc import Iterator
 
@@ -16,13 +16,13 @@ PUSH = np.array([2.0, -1.0, 1.0, 0.5, 0.0, -0.5])
 
 @pytest.fixture(params=BACKENDS)
 def backend(request: pytest.FixtureRequest) -> Iterator[Backend]:
-    """Each backend, at the start of its first run."""
+    """Each backend at the start of its first run."""
     backend = BACKENDS[request.param](ROBOT)
     yield backend
     backend.close()
 
 
-def test_it_begins_ready_at_rest_at_home(backend: Backend):
+def test_the_first_run_begins_ready_and_at_rest_at_home(backend: Backend):
     now = backend.observe()
     assert (now.tick, now.time, now.condition, now.reason) == (0, 0.0, "ready", "")
     assert now.positions == pytest.approx(ROBOT.home)
@@ -43,8 +43,7 @@ def test_ticks_are_counted_and_time_is_tick_over_rate(backend: Backend):
         assert (backend.observe().tick, backend.observe().time) == (tick, tick / ROBOT.rate_hz)
 
 
-def test_an_observation_stays_as_it_was(backend: Backend):
-    """The loop may keep an observation while the next tick passes."""
+def test_an_observation_is_not_changed_by_the_next_tick(backend: Backend):
     before = backend.observe()
     assert backend.observe() is before
     positions = before.positions.copy()
@@ -53,8 +52,8 @@ def test_an_observation_stays_as_it_was(backend: Backend):
     np.testing.assert_array_equal(before.positions, positions)
 
 
-def test_an_acceleration_is_held_for_the_tick(backend: Backend):
-    """After n ticks of a: v = a·n·dt and x = x₀ + a·(n·dt)²/2, each joint by itself."""
+def test_an_acceleration_is_constant_during_the_tick(backend: Backend):
+    """After n ticks with a: v = a·n·dt and x = x₀ + a·(n·dt)²/2 in every joint."""
     for _ in range(100):
         backend.step(accelerating(PUSH))
     now, passed = backend.observe(), 100 * ROBOT.tick
@@ -62,7 +61,7 @@ def test_an_acceleration_is_held_for_the_tick(backend: Backend):
     assert now.positions == pytest.approx(ROBOT.home + PUSH * passed**2 / 2, abs=1e-4)
 
 
-def test_a_run_begins_where_the_arm_stands(backend: Backend):
+def test_a_new_run_begins_at_the_arms_present_position(backend: Backend):
     for sign in (1.0, -1.0):
         for _ in range(50):
             backend.step(accelerating(sign * PUSH))
@@ -74,12 +73,12 @@ def test_a_run_begins_where_the_arm_stands(backend: Backend):
     assert not np.array_equal(now.positions, ROBOT.home)
 
 
-def test_what_is_ready_recovers_at_once(backend: Backend):
+def test_an_arm_that_is_ready_recovers_at_once(backend: Backend):
     backend.recover()
     assert backend.observe().condition == "ready"
 
 
-def test_its_abilities_are_among_those_of_the_contract(backend: Backend):
+def test_abilities_are_those_of_the_contract(backend: Backend):
     abilities = backend.abilities
     assert abilities.delay_ticks >= 0
     assert set(abilities.modes) <= {"torque", "position", "teach"}

@@ -1,4 +1,4 @@
-"""The arm's own brake: stops inside the acceleration limits from whatever is measured, holds, and lets go late."""
+"""The arm's own brake: it stops within the acceleration limits from any state, holds, and is released at rest."""
 
 import numpy as np
 import pytest
@@ -16,8 +16,8 @@ POSE = np.array([0.1, 0.4, 0.8, 0.0, 0.2, 0.0])
 REST = np.zeros(6)
 
 
-def glide(brake: Brake, positions: np.ndarray, velocities: np.ndarray, ticks: int) -> np.ndarray:
-    """An arm that does exactly as commanded; returns positions, velocities, accelerations (3, ticks, J)."""
+def simulate(brake: Brake, positions: np.ndarray, velocities: np.ndarray, ticks: int) -> np.ndarray:
+    """Integrate the brake's commands exactly; return positions, velocities and accelerations (3, ticks, J)."""
     path = []
     for _ in range(ticks):
         command = brake.setpoint(positions, velocities).accelerations
@@ -32,27 +32,29 @@ fraction = st.floats(-1, 1)
 
 @settings(max_examples=50, deadline=None)
 @given(st.lists(fraction, min_size=6, max_size=6), st.lists(fraction, min_size=6, max_size=6))
-def test_it_stops_from_any_motion_and_holds(velocity_fractions: list[float], acceleration_fractions: list[float]):
+def test_the_brake_stops_from_any_motion_and_holds(
+    velocity_fractions: list[float], acceleration_fractions: list[float]
+):
     brake = Brake(ROBOT, POSE)
     velocities = np.array(velocity_fractions) * ROBOT.limits.velocities
     brake.engage(POSE, velocities, np.array(acceleration_fractions) * ROBOT.limits.accelerations)
-    positions, speeds, commands = glide(brake, POSE, velocities, 400)
+    positions, speeds, commands = simulate(brake, POSE, velocities, 400)
     assert brake.at_rest
     assert np.abs(speeds[-1]).max() < 1e-4
     assert np.abs(positions[-1] - positions[-50]).max() < 1e-5
-    # A tenth more: the law also corrects what is lost where a tick's mean acceleration meets corners of the jerk.
+    # 10 % more: the tracking law also corrects the error of constant accelerations in ticks in which the jerk steps.
     assert (np.abs(commands) < 1.1 * ROBOT.limits.accelerations + 1).all()
 
 
-def test_accelerations_beyond_the_limits_are_cut():
+def test_an_initial_acceleration_beyond_the_limits_is_clipped():
     brake = Brake(ROBOT, POSE)
     brake.engage(POSE, REST, np.full(6, 1e6))
-    _, speeds, commands = glide(brake, POSE, REST, 400)
+    _, speeds, commands = simulate(brake, POSE, REST, 400)
     assert (np.abs(commands[:5]) <= 1.01 * ROBOT.limits.accelerations).all()
     assert np.abs(speeds[-1]).max() < 1e-4
 
 
-def test_it_brakes_a_real_strike_of_the_simulated_arm():
+def test_the_brake_stops_the_simulated_arm_during_a_strike():
     arm = SimulatedArm(ROBOT)
     arm.reset(positions=POSE.tolist(), ball=Ball(position=(3.0, 3.0, 1.0)))
     last = np.array([100.0, 0, 0, 0, 0, -50])
@@ -70,7 +72,7 @@ def test_it_brakes_a_real_strike_of_the_simulated_arm():
     assert brake.releases(seen.positions, REST)
 
 
-def test_it_holds_its_pose_from_the_start_and_under_noise():
+def test_the_brake_holds_the_pose_under_sensor_noise():
     arm = SimulatedArm(ROBOT)
     arm.disturb(Disturb(kind="sensor_noise", position_std=0.001, velocity_std=0.01))
     brake = Brake(ROBOT, ROBOT.home)
@@ -93,7 +95,7 @@ def test_it_holds_its_pose_from_the_start_and_under_noise():
         (0.0, np.nan, False),
     ],
 )
-def test_it_lets_go_for_a_reference_at_rest_close_by(offset: float, velocity: float, released: bool):
+def test_the_brake_is_released_only_for_a_reference_at_rest_nearby(offset: float, velocity: float, released: bool):
     brake = Brake(ROBOT, POSE)
     positions, velocities = POSE.copy(), REST.copy()
     positions[2] += offset
@@ -101,14 +103,14 @@ def test_it_lets_go_for_a_reference_at_rest_close_by(offset: float, velocity: fl
     assert brake.releases(positions, velocities) is released
 
 
-def test_it_never_lets_go_while_it_stops():
+def test_the_brake_is_not_released_while_it_stops():
     brake = Brake(ROBOT, POSE)
     velocities = np.full(6, 3.0)
     brake.engage(POSE, velocities, REST)
-    end = glide(brake, POSE, velocities, 400)[0, -1]
+    end = simulate(brake, POSE, velocities, 400)[0, -1]
     brake.engage(POSE, velocities, REST)
     assert not brake.releases(end, REST)
-    glide(brake, POSE, velocities, 5)
+    simulate(brake, POSE, velocities, 5)
     assert not brake.releases(end, REST)
-    glide(brake, POSE, velocities, 400)
+    simulate(brake, POSE, velocities, 400)
     assert brake.releases(end, REST)

@@ -1,4 +1,4 @@
-"""The loop of the robot side on a bus without listeners: setpoints, logs and replies."""
+"""The loop of the robot side on a fake bus: setpoints, logs and replies."""
 
 import dataclasses
 import logging
@@ -24,20 +24,20 @@ ROBOT = load_robot()
 HOME, STILL = ROBOT.home.tolist(), [0.0] * ROBOT.joint_count
 
 
-class Deaf:
-    """A bus without listeners."""
+class FakeBus:
+    """A bus without subscribers."""
 
     def publisher(self, *_: object, **__: object) -> SimpleNamespace:
-        """Discard what is published."""
+        """Return a publisher that discards messages."""
         return SimpleNamespace(put=lambda _: None)
 
     def take_puts(self) -> list[str]:
-        """Nothing was put."""
+        """Return no requests sent as publications."""
         return []
 
 
-class Asked:
-    """A request and its reply."""
+class FakeRequest:
+    """A request that records its replies."""
 
     def __init__(self, topic: topics.Query, request: m.Request) -> None:
         self.topic, self.replies = topic, []
@@ -48,21 +48,21 @@ class Asked:
         return self.request
 
     def reply(self, answer: Any) -> None:
-        """Keep the reply."""
+        """Record a reply."""
         self.replies.append(answer)
 
     refuse = reply
 
 
 class Reflexive(StandIn):
-    """Applies commands a tick late, and is in a reflex until a few ticks after a recovery began."""
+    """A robot with a delay of one tick, in the condition `reflex` until three ticks after `recover`."""
 
     abilities = Abilities(delay_ticks=1, modes=("position",), torques_are="measured")
     ready_at: int | None = None
     ready = False
 
     def observe(self) -> Observation:
-        """Return the arm, in its reflex or out of it."""
+        """Return the observation with the condition."""
         now = super().observe()
         self.ready |= self.ready_at is not None and now.tick >= self.ready_at
         if self.ready:
@@ -70,27 +70,27 @@ class Reflexive(StandIn):
         return dataclasses.replace(now, condition="reflex", reason="joint_2 met more force than it may")
 
     def recover(self) -> None:
-        """Be ready in three ticks."""
+        """Become ready in three ticks."""
         self.ready_at = super().observe().tick + 3
 
 
 class Recording(StandIn):
-    """Keeps its setpoints."""
+    """A robot that records its setpoints."""
 
     def step(self, setpoint: Setpoint) -> None:
-        """Keep one more."""
+        """Record a setpoint."""
         self.setpoints = [*getattr(self, "setpoints", []), setpoint]
         super().step(setpoint)
 
 
 class Stoppable(Recording):
-    """Is stopped by its user, or guided, while `stopped` is set."""
+    """A robot in the condition `user_stopped` while `stopped` is set; `guide` sets it."""
 
     abilities = Abilities(modes=("torque", "teach"))
     stopped = False
 
     def observe(self) -> Observation:
-        """Return the arm, ready or stopped."""
+        """Return the observation with the condition."""
         now = super().observe()
         return dataclasses.replace(now, condition="user_stopped") if self.stopped else now
 
@@ -99,19 +99,19 @@ class Stoppable(Recording):
         self.stopped = True
 
     def release(self, positions: np.ndarray) -> None:
-        """Become ready at `positions`, where others have moved the arm."""
+        """Become ready at `positions`, to which the arm was moved by hand."""
         self._positions, self.stopped = positions, False
         self.begin_run()
 
 
 def loop_of(backend: StandIn) -> RobotLoop:
     """Return a loop with a backend, on the paced clock."""
-    return RobotLoop(Deaf(), ROBOT, backend, "paced", logging.getLogger("test"), run=7)  # type: ignore[arg-type]
+    return RobotLoop(FakeBus(), ROBOT, backend, "paced", logging.getLogger("test"), run=7)  # type: ignore[arg-type]
 
 
-def ask(loop: RobotLoop, topic: topics.Query, request: m.Request = m.Empty()) -> Asked:  # noqa: B008
-    """Send a request, and return it with what came back so far."""
-    asked = Asked(topic, request)
+def ask(loop: RobotLoop, topic: topics.Query, request: m.Request = m.Empty()) -> FakeRequest:  # noqa: B008
+    """Send a request, and return it with the replies so far."""
+    asked = FakeRequest(topic, request)
     assert loop.requests.offer(asked)  # type: ignore[arg-type]
     loop.attend()
     return asked
@@ -133,31 +133,31 @@ def command(tick: int, **fields: Any) -> m.Command:
 
 
 @pytest.mark.parametrize("body", [b"\xc1", encode(command(0, run=8))])
-def test_what_is_logged_of_a_refusal_has_its_code_as_a_field(body: bytes, caplog: pytest.LogCaptureFixture):
-    """The command does not decode, or is not one of this run."""
+def test_a_refused_command_is_logged_with_its_code(body: bytes, caplog: pytest.LogCaptureFixture):
+    """The command does not decode, or is of another run."""
     loop_of(StandIn(ROBOT)).receive(body)
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
 
 
-def test_the_newest_command_applied_is_told_with_the_delay():
+def test_states_report_the_newest_applied_command_minus_the_delay():
     for backend, delay in ((StandIn(ROBOT), 0), (Reflexive(ROBOT), 1)):
         loop = loop_of(backend)
-        told = [tick(loop, command(k)).applied_tick for k in range(4)]
-        assert told == [max(k - delay, -1) for k in range(4)]
+        applied = [tick(loop, command(k)).applied_tick for k in range(4)]
+        assert applied == [max(k - delay, -1) for k in range(4)]
 
 
-def test_the_description_tells_the_abilities():
+def test_the_description_lists_the_abilities():
     (description,) = ask(loop_of(Reflexive(ROBOT)), topics.DESCRIPTION).replies
     assert (description.delay_ticks, description.modes, description.torques_are) == (1, ["position"], "measured")
 
 
-def test_a_condition_is_told_with_its_reason():
+def test_states_have_condition_and_reason():
     state = loop_of(Reflexive(ROBOT)).state_message()
     assert (state.condition, state.reason) == ("reflex", "joint_2 met more force than it may")
     assert state.brake is False
 
 
-def test_the_brake_is_a_condition():
+def test_an_arm_that_brakes_has_the_condition_braking():
     loop = loop_of(StandIn(ROBOT))
     tick(loop, command(0))
     states = [tick(loop) for _ in range(ROBOT.silence_ticks)]
@@ -166,7 +166,7 @@ def test_the_brake_is_a_condition():
     assert states[-1].reason == "no command for 20 ticks"
 
 
-def test_a_recovery_is_answered_once_the_arm_is_ready_in_its_new_run():
+def test_recover_is_answered_once_the_arm_is_ready_in_a_new_run():
     loop = loop_of(Reflexive(ROBOT))
     asked = ask(loop, topics.RECOVER)
     assert ask(loop, topics.RECOVER).replies[0].code == "busy"
@@ -182,7 +182,7 @@ def test_a_recovery_is_answered_once_the_arm_is_ready_in_its_new_run():
 
 
 @pytest.mark.parametrize("topic", [topics.RECOVER, topics.GUIDE])
-def test_an_arm_that_moves_or_turns_back_does_not_recover_and_is_not_guided(topic: topics.Query):
+def test_recover_and_guide_are_refused_while_the_arm_moves_or_turns_back(topic: topics.Query):
     """Where it turns back its velocity is 0, but its acceleration would drop within a tick."""
     loop = loop_of(Stoppable(ROBOT))
     for k, acceleration in enumerate([10.0] * 20 + [-10.0] * 20 + [-20.0]):
@@ -192,15 +192,15 @@ def test_an_arm_that_moves_or_turns_back_does_not_recover_and_is_not_guided(topi
     assert "the arm moves (0.020 rad/s and accelerates)" in ask(loop, topic).replies[0].message
 
 
-def test_a_setpoint_says_where_the_reference_goes():
-    """The velocity is the command's or, for an older controller, follows from its accelerations."""
+def test_a_setpoint_has_the_reference_at_the_end_of_the_tick():
+    """An older controller's command has none: then it follows from the accelerations."""
     ahead = m.Point(positions=[0.5] * 6, velocities=[0.25] * 6)
     loop = loop_of(backend := Recording(ROBOT))
     tick(loop, command(0, next=ahead, feedforward=[2.0] * 6))
     tick(loop)
     tick(loop, command(2, accelerations=[4.0] * 6, velocities=[1.0] * 6))
-    told, repeated, older = backend.setpoints
-    assert (told.positions.tolist(), told.velocities.tolist()) == (ahead.positions, ahead.velocities)
+    commanded, repeated, older = backend.setpoints
+    assert (commanded.positions.tolist(), commanded.velocities.tolist()) == (ahead.positions, ahead.velocities)
     assert repeated.velocities == pytest.approx(np.full(6, 0.25 + 2.0 * ROBOT.tick))
     assert repeated.positions == pytest.approx(np.full(6, 0.5 + 0.25 * ROBOT.tick + 1e-6))
     assert older.velocities == pytest.approx(np.full(6, 1.0 + 4.0 * ROBOT.tick))
@@ -208,13 +208,13 @@ def test_a_setpoint_says_where_the_reference_goes():
 
 
 @pytest.mark.parametrize("field", ["feedforward", "next"])
-def test_a_command_whose_reference_has_another_length_leads_nobody(field: str):
+def test_a_command_with_a_reference_of_the_wrong_length_is_refused(field: str):
     loop = loop_of(StandIn(ROBOT))
     loop.receive(encode(command(0, **{field: [] if field == "feedforward" else m.Point(positions=[], velocities=[])})))
     assert loop.drive.answered_tick == -1
 
 
-def test_a_controller_is_waited_for_while_it_lives_and_answers(monkeypatch: pytest.MonkeyPatch):
+def test_the_loop_waits_for_a_controller_while_it_is_present_and_answers(monkeypatch: pytest.MonkeyPatch):
     now, woken = [100.0], []
     monkeypatch.setattr("services.common.robot_side.controller_presence.time.monotonic", lambda: now[0])
     controller = ControllerPresence(wake=lambda: woken.append(True))
@@ -235,8 +235,8 @@ def test_a_controller_is_waited_for_while_it_lives_and_answers(monkeypatch: pyte
     assert not controller.is_awaited
 
 
-class Clock(StandIn):
-    """A robot that is the clock: three ticks, of which the second is lost, then the end."""
+class RobotWithClock(StandIn):
+    """A robot with its own clock: three ticks, of which the second is lost, then the end."""
 
     abilities = Abilities(own_clock=True)
 
@@ -245,45 +245,45 @@ class Clock(StandIn):
         self._ended, self._left = ended, [1, 2, 1]
 
     def step(self, setpoint: Setpoint) -> None:
-        """Wait for the next tick, and count those that were lost."""
+        """Step once more than ticks were lost."""
         for _ in range(self._left.pop()):
             super().step(setpoint)
         if not self._left:
             self._ended.set()
 
 
-def test_a_robot_that_is_the_clock_sets_the_pace():
-    """The loop waits for nothing else; ticks that the robot lost are a jump of the tick."""
+def test_a_robot_with_its_own_clock_sets_the_pace():
+    """Ticks that the robot lost are missing from the states."""
     ended = threading.Event()
-    loop = loop_of(Clock(ended))
+    loop = loop_of(RobotWithClock(ended))
     published: list[int] = []
     loop.publish = lambda: published.append(loop.state_message().tick)  # type: ignore[method-assign]
     keep_time([loop], ended)
     assert published == [1, 3, 4]
 
 
-class Gripping(StandIn):
-    """Holds one finger."""
+class RobotWithFinger(StandIn):
+    """A robot with a held finger that records its targets."""
 
     def hold(self, targets: Mapping[str, float]) -> float | None:
-        """Take any time."""
+        """Record the targets; the arrival time is unknown."""
         self.targets = targets
         return None
 
 
-def test_held_joints_are_led_on_request():
-    loop = loop_of(backend := Gripping(ROBOT))
+def test_held_joints_get_the_targets_of_a_request():
+    loop = loop_of(backend := RobotWithFinger(ROBOT))
     (held,) = ask(loop, topics.HOLD, m.Hold(joints={"finger": 0.5})).replies
     assert (held, backend.targets) == (m.Held(joints={"finger": 0.5}, arrival_time=None), {"finger": 0.5})
 
 
-def test_a_robot_without_held_joints_says_so():
+def test_a_robot_without_held_joints_refuses_hold():
     (refusal,) = ask(loop_of(StandIn(ROBOT)), topics.HOLD, m.Hold(joints={"finger": 0.5})).replies
     assert (refusal.code, refusal.message) == ("bad_message", "this robot has no joints that are held")
 
 
-def test_an_arm_that_becomes_ready_by_itself_is_held_where_it_is():
-    """Otherwise the brake would pull it back to where it was before."""
+def test_an_arm_that_becomes_ready_by_itself_is_held_at_its_present_position():
+    """Otherwise the brake would pull it back to the position at which it was stopped."""
     loop = loop_of(backend := Stoppable(ROBOT))
     backend.guide()
     loop.step()
@@ -295,6 +295,6 @@ def test_an_arm_that_becomes_ready_by_itself_is_held_where_it_is():
 def test_guiding_is_published_before_it_is_answered(monkeypatch: pytest.MonkeyPatch):
     loop, order = loop_of(Stoppable(ROBOT)), []
     monkeypatch.setattr(loop, "_state", SimpleNamespace(put=lambda state: order.append(state.condition)))
-    monkeypatch.setattr(Asked, "reply", lambda _, answer: order.append(answer))
+    monkeypatch.setattr(FakeRequest, "reply", lambda _, answer: order.append(answer))
     ask(loop, topics.GUIDE)
     assert order == ["user_stopped", m.Guided(condition="user_stopped")]

@@ -1,4 +1,4 @@
-"""The log of a machine that is too slow."""
+"""Warnings about a machine that is too slow."""
 
 import logging
 
@@ -9,10 +9,10 @@ from services.common.robot_side.pace import REPORT_S, Pace
 
 
 @pytest.mark.parametrize(("tick_s", "said"), [(0.001, []), (0.00104, []), (0.00125, ["0.80"]), (0.01, ["0.10"])])
-def test_a_slow_machine_is_told_of_once_in_five_seconds(
+def test_a_slow_machine_is_logged_once_in_five_seconds(
     tick_s: float, said: list[str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ):
-    """The line has the ratio of robot time to wall time, if that is below 0.95."""
+    """The line has the ratio of robot time to wall-clock time, if it is below 0.95."""
     now = [0.0]
     monkeypatch.setattr(pace.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(pace.Deadlines, "wait", lambda _: None)
@@ -24,7 +24,7 @@ def test_a_slow_machine_is_told_of_once_in_five_seconds(
     assert [record.getMessage() for record in caplog.records] == expected
 
 
-def test_a_wait_for_a_controller_that_hangs_is_not_the_machines_fault(
+def test_waiting_for_a_controller_that_hangs_is_not_logged_as_a_slow_machine(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ):
     now = [0.0]

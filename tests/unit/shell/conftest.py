@@ -1,4 +1,4 @@
-"""The stub that the commands speak to."""
+"""The stub robot for tests of commands."""
 
 from tests.stub import robot, router
 

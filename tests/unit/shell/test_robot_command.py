@@ -1,4 +1,4 @@
-"""`volley robot`: files, exit statuses, and errors in one sentence."""
+"""`volley robot`: written files, exit statuses, and errors in one sentence."""
 
 from pathlib import Path
 
@@ -26,14 +26,14 @@ def test_import_writes_a_file_that_loads_and_checks(tmp_path: Path, capsys: pyte
     assert "exists already" in capsys.readouterr().err
 
 
-def test_without_a_file_it_is_printed_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_an_output_file_the_toml_alone_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["robot", "import", str(models.UR5E_URDF)]) == 0
     file = tmp_path / "elsewhere.toml"
     file.write_text(capsys.readouterr().out)
     assert load_robot(file).joint_count == 6
 
 
-def test_an_arm_that_cannot_be_driven_has_exit_status_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_of_an_unusable_arm_exits_with_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The xArm7 of gym-xarm is welded to a mocap body."""
     out = tmp_path / "xarm.toml"
     assert main(["robot", "import", str(models.XARM7), "-o", str(out)]) == 0
@@ -53,7 +53,9 @@ def test_an_arm_that_cannot_be_driven_has_exit_status_1(tmp_path: Path, capsys: 
         (["check", "absent.toml"], "cannot be read"),
     ],
 )
-def test_mistakes_are_one_sentence(words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_mistakes_are_reported_in_one_sentence(
+    words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["robot", *words]) == 2
     said = capsys.readouterr().err
     assert sentence in said

@@ -1,4 +1,4 @@
-"""Every command against a stub that answers on real Zenoh: what it asks, what it prints, how it exits."""
+"""Every command with a stub robot on real Zenoh: requests, output and exit statuses."""
 
 import json
 import os
@@ -116,7 +116,7 @@ PUSH = ["100", "0", "0", "0", "0", "0"]
         ),
     ],
 )
-def test_commands(robot, capsys, words, key, request_, said):
+def test_a_command_sends_its_request_and_prints_the_reply(robot, capsys, words, key, request_, said):
     assert volley(robot, *words) == 0
     assert robot.asked == ([(key, request_)] if request_ else [])
     assert said in capsys.readouterr().out
@@ -150,18 +150,18 @@ def test_every_command_has_help_under_its_own_name(name, capsys, monkeypatch):
     assert capsys.readouterr().out.startswith(f"usage: volley {name} [-h]")
 
 
-def test_an_unknown_command_is_a_sentence(capsys):
+def test_an_unknown_command_is_refused_in_a_sentence(capsys):
     assert main(["fly"]) == 2
     assert capsys.readouterr().err == "volley: there is no command 'fly'; volley --help lists them\n"
 
 
-def test_the_installed_script_is_the_same():
+def test_the_installed_script_runs_the_same_program():
     script = Path(sys.executable).with_name("volley")
     done = subprocess.run([script, "fly"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr.startswith("volley: there is no command 'fly'")) == (2, True)
 
 
-def test_joints_are_counted_only_where_one_word_stands_for_all(robot, capsys):
+def test_the_description_is_requested_only_if_one_value_stands_for_all_joints(robot, capsys):
     assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--json") == 0
     assert robot.described == 0
     assert volley(robot, "goal", "forehand", "--limit-velocities", "8", "--json") == 0
@@ -171,7 +171,7 @@ def test_joints_are_counted_only_where_one_word_stands_for_all(robot, capsys):
     assert (sent.limits and sent.limits.velocities) == [8.0] * 6
 
 
-def test_json_is_the_reply_as_it_came(robot, capsys):
+def test_json_prints_the_reply(robot, capsys):
     assert volley(robot, "status", "--json") == 0
     lines = capsys.readouterr().out.splitlines()
     assert [json.loads(line)["mode"] for line in lines] == ["tracking"]
@@ -185,7 +185,7 @@ def test_json_is_the_reply_as_it_came(robot, capsys):
         (("--order", "3"), "--order 3 is that of the filter of --window"),
     ],
 )
-def test_a_flag_of_smoothing_without_effect_is_refused(robot, capsys, flags, sentence):
+def test_contradictory_flags_of_smoothing_are_refused(robot, capsys, flags, sentence):
     assert volley(robot, "learn", "swing.csv", *flags) == 2
     assert sentence in " ".join(capsys.readouterr().err.replace("│", " ").split())
 
@@ -195,7 +195,7 @@ def swing(count):
     return s**3 * (10 + s * (6 * s - 15))
 
 
-def test_learn_sends_a_matrix_in_the_arms_order_and_rad(robot, tmp_path, capsys):
+def test_learn_sends_a_matrix_in_rad_and_in_the_arms_joint_order(robot, tmp_path, capsys):
     file = tmp_path / "My wipe, 2.csv"
     order = JOINTS[::-1]
     degrees = swing(41) * np.arange(5.0, 35.0, 5.0)
@@ -215,7 +215,7 @@ def test_learn_sends_a_matrix_in_the_arms_order_and_rad(robot, tmp_path, capsys)
     assert "My wipe, 2, 41 samples, 0.400 s" in capsys.readouterr().err
 
 
-def test_several_recordings_are_learned_with_their_spread_where_asked(robot, tmp_path, capsys):
+def test_follow_spread_sends_the_spread_of_several_recordings(robot, tmp_path, capsys):
     files = [tmp_path / f"swing{number}.csv" for number in range(3)]
     for number, file in enumerate(files):
         table = np.column_stack([0.01 * np.arange(81), swing(81) * (np.arange(1.0, 7.0) / 10 + 0.01 * number)])
@@ -230,7 +230,7 @@ def test_several_recordings_are_learned_with_their_spread_where_asked(robot, tmp
     assert "--follow-spread needs several recordings" in capsys.readouterr().err
 
 
-def test_learn_asks_which_movement_and_which_column(robot, tmp_path, capsys):
+def test_learn_needs_an_episode_and_a_mapping_if_they_are_ambiguous(robot, tmp_path, capsys):
     file = tmp_path / "demos.npz"
     np.savez(file, t=np.arange(20) / 50, qpos=np.tile(swing(20) * np.arange(12.0) / 20, (3, 1, 1)))
     assert volley(robot, "learn", str(file)) == 2
@@ -247,7 +247,7 @@ def test_learn_asks_which_movement_and_which_column(robot, tmp_path, capsys):
     assert learn.positions == matrix_bytes(swing(20) * np.arange(6.0, 12.0) / 20)
 
 
-def test_plan_is_saved_and_executed(robot, tmp_path):
+def test_a_plan_is_saved_and_executed(robot, tmp_path):
     file = str(tmp_path / "plan.msgpack")
     assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--plan-only", "--save", file) == 0
     assert volley(robot, "execute", file) == 0
@@ -259,14 +259,14 @@ def test_plan_is_saved_and_executed(robot, tmp_path):
     assert (sent.start_time, sent.epoch) == (4.5, 13)
 
 
-def test_a_plan_that_cannot_be_saved_is_said_so(robot, tmp_path, capsys):
+def test_a_plan_that_cannot_be_saved_is_reported(robot, tmp_path, capsys):
     robot.answers["goal"] = [replace(EXAMPLES["GoalReply"], trajectory=EXAMPLES["Trajectory"])]
     assert volley(robot, "goal", "forehand", "--plan-only", "--save", str(tmp_path)) == 2
     assert f"--save {tmp_path} cannot be written: Is a directory" in capsys.readouterr().err
 
 
-def test_a_plan_whose_samples_lie_apart_is_saved_as_pieces(robot, tmp_path):
-    """Of a long plan the reply has every nth sample, which `execute` does not take."""
+def test_a_plan_with_thinned_samples_is_saved_as_pieces(robot, tmp_path):
+    """The reply of a long plan has every nth sample, which `execute` refuses."""
     apart = replace(EXAMPLES["Trajectory"], pieces=PIECES, dt=0.003, count=2, hit_index=1)
     robot.answers["goal"] = [replace(EXAMPLES["GoalReply"], trajectory=apart, duration=0.002)]
     file = str(tmp_path / "plan.msgpack")
@@ -278,7 +278,7 @@ def test_a_plan_whose_samples_lie_apart_is_saved_as_pieces(robot, tmp_path):
     assert (sent.dt, sent.count, sent.hit_index) == (0.001, 4, 2)
 
 
-def test_execute_refuses_a_file_that_is_no_trajectory(robot, tmp_path, capsys):
+def test_execute_refuses_a_file_without_a_trajectory(robot, tmp_path, capsys):
     file = tmp_path / "plan.msgpack"
     file.write_bytes(encode(m.Step(ticks=1)))
     assert volley(robot, "execute", str(file)) == 2
@@ -291,14 +291,14 @@ def test_execute_refuses_a_file_that_is_no_trajectory(robot, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("outcome", "status"), [("succeeded", 0), ("missed", 1), ("aborted", 1), ("canceled", 1), ("preempted", 1)]
 )
-def test_waiting_follows_the_motion_to_its_end(robot, capsys, outcome, status):
+def test_wait_exits_with_the_status_of_the_outcome(robot, capsys, outcome, status):
     robot.then["goal"] = ENDED, m.Result(goal_id="forehand-7", outcome=outcome, reason="because")
     assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--wait") == status
     assert [key for key, _ in robot.asked] == ["goal"]
     assert f"{outcome} · because" in capsys.readouterr().out
 
 
-def test_lease_is_held_until_the_motion_has_ended(robot, router):
+def test_a_lease_is_held_until_the_motion_has_ended(robot, router):
     running = m.Result(goal_id="forehand-7", outcome="running")
     robot.answers["result"] = [running, RESULT]
     tokens: list[tuple[int, bool]] = []
@@ -312,7 +312,7 @@ def test_lease_is_held_until_the_motion_has_ended(robot, router):
     assert (sent.client_id, sent.lease) == ("me", True)
 
 
-def test_refusal_is_a_sentence_and_exits_with_1(robot, capsys):
+def test_a_refusal_is_printed_and_exits_with_1(robot, capsys):
     refusal = Refusal("unknown_primitive", "there is no primitive 'backhand'; there is forehand", name="backhand")
     robot.answers["forget"] = [refusal, refusal]
     assert volley(robot, "forget", "backhand") == 1
@@ -339,7 +339,7 @@ def test_refusal_is_a_sentence_and_exits_with_1(robot, capsys):
         (["status", "--zenoh-config", "absent.json5"], "absent.json5 is not a Zenoh configuration"),
     ],
 )
-def test_usage_errors_are_a_sentence_and_exit_with_2(robot, capsys, words, sentence):
+def test_usage_errors_are_reported_in_a_sentence_and_exit_with_2(robot, capsys, words, sentence):
     assert volley(robot, *words) == 2
     printed, complained = capsys.readouterr()
     assert sentence in complained
@@ -354,7 +354,7 @@ def test_wrong_flags_exit_with_2(robot, capsys):
 
 
 @pytest.mark.parametrize("words", [("primitives",), ("watch",), ("learn", "no-such-file.csv"), ("drag",)])
-def test_a_robot_that_is_not_there_is_said_at_once(robot, capsys, monkeypatch, words):
+def test_an_absent_robot_is_reported_at_once(robot, capsys, monkeypatch, words):
     monkeypatch.setattr("tools.shell.dragging.check_display", lambda: None)
     token = robot.bus.announce("sim")
     try:
@@ -365,7 +365,7 @@ def test_a_robot_that_is_not_there_is_said_at_once(robot, capsys, monkeypatch, w
     assert not robot.asked
 
 
-def test_silence_exits_with_4(robot, capsys):
+def test_a_missing_answer_exits_with_4(robot, capsys):
     assert volley(robot, "status", "--robot", "leg") == 4
     assert "no answer on volley/leg/status: the controller is not running" in capsys.readouterr().err
     assert main(["status", "--connect", "tcp/127.0.0.1:1"]) == 4
@@ -376,8 +376,8 @@ def test_silence_exits_with_4(robot, capsys):
     ("words", "terminal", "shown"), [([], "1", b"tracking"), (["--json"], "0", b"tracking"), ([], "0", b"events")]
 )
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_watch_ends_cleanly(robot, router, words, terminal, shown, number):
-    """Once it has shown a status; where it goes into a file it shows the last picture alone."""
+def test_watch_ends_cleanly_on_a_signal(robot, router, words, terminal, shown, number):
+    """After it has shown a status; without a terminal it prints only the last screen."""
     publisher = router.publishers[STATUS.key]
     command = [Path(sys.executable).with_name("volley"), "watch", "--connect", router.endpoint, *words]
     environment = os.environ | {"PYTHONUNBUFFERED": "1", "TTY_COMPATIBLE": terminal}
@@ -408,8 +408,8 @@ def test_watch_ends_cleanly(robot, router, words, terminal, shown, number):
 
 
 @pytest.mark.parametrize("words", [["--help"], ["goal", "--help"]])
-def test_a_closed_pipe_is_no_error(words):
-    """As in `volley goal --help | head -1`."""
+def test_a_closed_pipe_prints_no_error(words):
+    """For example in `volley goal --help | head -1`."""
     reading, writing = os.pipe()
     os.close(reading)
     command = [Path(sys.executable).with_name("volley"), *words]
@@ -418,13 +418,13 @@ def test_a_closed_pipe_is_no_error(words):
     assert (done.returncode, done.stderr) == (141, b"")
 
 
-def test_client_imports_neither_motion_nor_mujoco():
+def test_the_shell_imports_neither_motion_nor_mujoco():
     code = "import sys, tools.shell.__main__; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not {"motion", "mujoco", "rerun", "scipy", "piqp"} & set(loaded)
 
 
-def test_a_name_in_use_is_refused_before_the_arm_is_guided(robot, capsys):
+def test_teach_refuses_a_name_in_use_before_guiding_the_arm(robot, capsys):
     assert volley(robot, "teach", "forehand", "--seconds", "1") == 1
     assert "there is a primitive 'forehand'; take another name, or overwrite it" in capsys.readouterr().err
     assert [key for key, _ in robot.asked] == ["primitives"]

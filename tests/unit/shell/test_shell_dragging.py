@@ -1,4 +1,4 @@
-"""`volley drag`: a mouse pulls at the arm's mirror, and the arm follows; the window itself needs a display."""
+"""`volley drag` without its window: forces on the mirrored model become torques on the arm."""
 
 import mujoco
 import numpy as np
@@ -13,11 +13,11 @@ from tools.shell.dragging import Mirror
 
 CONFIG = load_robot()
 FRAME = 25
-"""Ticks."""
+"""Ticks between two frames of the viewer."""
 
 
 def state(arm: SimulatedArm) -> m.State:
-    """What the arm measures."""
+    """Return the arm's state message."""
     now = arm.observe()
     return m.State(
         run=0,
@@ -33,7 +33,7 @@ def state(arm: SimulatedArm) -> m.State:
 
 
 def hold(mirror: Mirror, link: str) -> mujoco.MjvPerturb:
-    """Take hold of a link at its centre of mass, as the viewer does."""
+    """Return a perturbation that pulls a link at its centre of mass, as the viewer makes it."""
     grip = mujoco.MjvPerturb()
     grip.active, grip.select = int(mujoco.mjtPertBit.mjPERT_TRANSLATE), mirror.model.body(link).id
     grip.localmass = 1.0
@@ -42,7 +42,7 @@ def hold(mirror: Mirror, link: str) -> mujoco.MjvPerturb:
     return grip
 
 
-def test_an_arm_that_yields_follows_the_mouse_and_stays_there():
+def test_a_guided_arm_follows_the_mouse_and_comes_to_rest():
     arm, mirror = SimulatedArm(CONFIG), Mirror(CONFIG)
     arm.guide()
     ignored = Setpoint(*np.zeros((4, CONFIG.joint_count)))
@@ -61,7 +61,7 @@ def test_an_arm_that_yields_follows_the_mouse_and_stays_there():
     assert np.abs(arm.observe().velocities).max() < 0.05
 
 
-def test_a_force_becomes_the_torques_of_its_lever_within_the_motors_own():
+def test_a_force_becomes_joint_torques_within_their_limits():
     mirror = Mirror(CONFIG)
     mujoco.mj_forward(mirror.model, mirror.data)
     body = mirror.model.body("forearm").id
@@ -73,7 +73,7 @@ def test_a_force_becomes_the_torques_of_its_lever_within_the_motors_own():
     assert np.max(abs(mirror.torques()) / CONFIG.torques) == pytest.approx(1.0)
 
 
-def test_without_a_display_there_is_a_sentence(monkeypatch, capsys):
+def test_without_a_display_drag_is_refused_in_a_sentence(monkeypatch, capsys):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     assert main(["drag"]) == 2

@@ -1,4 +1,4 @@
-"""The client's command line in pure functions: vectors, waypoints, goals."""
+"""Parsing of the command line: vectors, waypoints, goals."""
 
 import numpy as np
 import pytest
@@ -12,11 +12,11 @@ from tools.shell.shell import UsageError
 
 
 def to_message(flags: GoalFlags) -> m.Goal:
-    """The goal of an arm with three joints."""
+    """Return the goal that flags describe for an arm of three joints."""
     return m.Goal(primitive=flags.primitive, **to_fields(flags, lambda: 3))  # type: ignore[arg-type]
 
 
-def test_vectors():
+def test_vectors_are_parsed():
     assert joints.vector(["1", "-.5", "2e-3"], "--positions") == [1.0, -0.5, 0.002]
     assert joints.vector(["1", "2"], "--positions") == [1.0, 2.0]
     assert joints.partial(["1", "_", "0"], "--accelerations") == [1.0, None, 0.0]
@@ -33,13 +33,13 @@ def test_vectors():
         (joints.ranges, ["0:", "0:1", "_"], "--x: '' is not a finite number"),
     ],
 )
-def test_vectors_that_do_not_fit(parse, words, sentence):
+def test_malformed_vectors_are_refused(parse, words, sentence):
     with pytest.raises(UsageError) as error:
         parse(words, "--x")
     assert str(error.value) == sentence
 
 
-def test_waypoints():
+def test_waypoints_are_parsed():
     positions = joints.waypoint("0.5:0.1,_,-2")
     assert positions == m.Waypoint(time_from_start=0.5, positions=[0.1, None, -2.0])
     assert joints.waypoint("0.5::1,_,_") == m.Waypoint(time_from_start=0.5, velocities=[1.0, None, None])
@@ -48,12 +48,12 @@ def test_waypoints():
 
 
 @pytest.mark.parametrize("text", ["0.5", "0.5:", "0.5::", "0.5:1,2,3:4,5,6:7", "soon:1,2,3", "0.5:1,two"])
-def test_waypoints_that_make_no_sense(text):
+def test_malformed_waypoints_are_refused(text):
     with pytest.raises(UsageError, match=r"^--waypoint"):
         joints.waypoint(text)
 
 
-def test_alternatives():
+def test_alternatives_are_parsed():
     end = joints.alternative("0.8:1,2,3:0,0,1:_,0,_")
     assert end == m.Alternative(
         duration=0.8, positions=[1.0, 2.0, 3.0], velocities=[0.0, 0.0, 1.0], accelerations=[None, 0.0, None]
@@ -64,7 +64,7 @@ def test_alternatives():
 
 
 @pytest.mark.parametrize("text", ["", "0.8", ":", "soon:", "@:", "1:2,x", "1:_,2,3", "1:1,2,3:::"])
-def test_alternatives_that_make_no_sense(text):
+def test_malformed_alternatives_are_refused(text):
     with pytest.raises(UsageError, match=r"^--alternative"):
         joints.alternative(text)
 
@@ -116,7 +116,7 @@ def test_goal_from_flags():
     )
 
 
-def test_a_tool_from_flags():
+def test_a_tool_goal_from_flags():
     place, still = ("0.4", "-.1", "0.5"), (0.0, 0.0, 0.0)
     flags = GoalFlags(
         primitive="wave",
@@ -133,7 +133,9 @@ def test_a_tool_from_flags():
         m.Waypoint(time_from_start=0.6, tool=m.ToolGoal(position=at, axis=(0.0, 0.0, 1.0), velocity=still)),
         m.Waypoint(time_from_start=0.7, tool=m.ToolGoal(position=at, orientation=(1.0, 0.0, 0.0, 0.0))),
     ]
-    assert made.tool == tool([0.4, -0.1, 0.5], axis=np.array([0, 0, -1]), velocity=(0.3, 0, 0)), "as the client's"
+    assert made.tool == tool([0.4, -0.1, 0.5], axis=np.array([0, 0, -1]), velocity=(0.3, 0, 0)), (
+        "the same as the client library's"
+    )
 
 
 @pytest.mark.parametrize(
@@ -147,13 +149,13 @@ def test_a_tool_from_flags():
         ({"tool_waypoint": ("0.5:1,2,3:1,2",)}, "needs 3 numbers, and these are 2"),
     ],
 )
-def test_tools_that_make_no_sense(flags, said):
+def test_malformed_tool_goals_are_refused(flags, said):
     with pytest.raises(UsageError) as caught:
         to_message(GoalFlags(primitive="wave", **flags))
     assert said in str(caught.value)
 
 
-def test_goal_to_plan_from_elsewhere():
+def test_a_goal_with_its_own_start_from_flags():
     flags = GoalFlags(
         primitive="forehand",
         positions=("1",),
@@ -175,7 +177,7 @@ def test_goal_to_plan_from_elsewhere():
         ({"plan_only": True, "lease": True}, "--plan-only moves nothing"),
     ],
 )
-def test_flags_that_contradict_each_other(flags, sentence):
+def test_contradictory_flags_are_refused(flags, sentence):
     with pytest.raises(UsageError, match=sentence):
         check(GoalFlags(primitive="forehand", positions=("1",), **flags))
 
@@ -188,6 +190,6 @@ def test_flags_that_contradict_each_other(flags, sentence):
         ("loss", {"--stream", "--duration", "--at"}, "disturb loss does not take --at"),
     ],
 )
-def test_disturbances_with_the_wrong_flags(kind, given, sentence):
+def test_flags_of_another_disturbance_are_refused(kind, given, sentence):
     with pytest.raises(UsageError, match=f"^{sentence}$"):
         check_flags(kind, given)

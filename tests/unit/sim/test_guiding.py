@@ -1,4 +1,4 @@
-"""An arm that is guided yields to pushes, stays inside its ranges, and goes on from where it is let go."""
+"""A guided arm yields to pushes, stays inside its ranges, and follows setpoints again after recovery."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def arm(scene_arm: SimulatedArm) -> SimulatedArm:
 
 
 def follow(arm: SimulatedArm, ticks: int) -> np.ndarray:
-    """Positions (ticks, J) of an arm whose controller wants it to hold its home."""
+    """Step the arm with setpoints at home; return its positions (ticks, J), rad."""
     still = np.zeros(CONFIG.joint_count)
     shown = []
     for _ in range(ticks):
@@ -37,12 +37,12 @@ def push(arm: SimulatedArm, values: list[float], duration: float) -> None:
     arm.disturb(m.Disturb(kind="acceleration", values=values, duration=duration))
 
 
-def test_it_says_that_it_is_guided_and_does_not_fall(arm):
+def test_a_guided_arm_reports_its_condition_and_does_not_fall(arm):
     assert arm.observe().condition == "guiding"
     assert np.abs(follow(arm, 500) - CONFIG.home).max() < 1e-3
 
 
-def test_a_push_moves_it_and_it_comes_to_rest_elsewhere(arm):
+def test_a_push_moves_a_guided_arm_to_another_place(arm):
     push(arm, [2.0, 0, 0, 0, 0, 0], 0.3)
     shown = follow(arm, 3000)
     assert shown[-1, 0] - CONFIG.home[0] > 0.15
@@ -51,7 +51,7 @@ def test_a_push_moves_it_and_it_comes_to_rest_elsewhere(arm):
 
 
 @pytest.mark.parametrize("joint", range(6))
-def test_a_hard_push_does_not_take_a_joint_out_of_its_range(arm, joint):
+def test_a_hard_push_does_not_move_a_joint_beyond_its_range(arm, joint):
     for sign in (1.0, -1.0):
         push(arm, [20.0 * sign if number == joint else 0.0 for number in range(6)], 1.0)
         shown = follow(arm, 1200)[:, joint]
@@ -62,8 +62,8 @@ def test_a_hard_push_does_not_take_a_joint_out_of_its_range(arm, joint):
 
 
 @pytest.mark.parametrize("kind", ["acceleration", "torque"])
-def test_pushes_on_all_joints_take_none_out_of_its_range(arm, kind):
-    """The strongest that are taken, 0.6 s long, into the floor among other places."""
+def test_the_strongest_pushes_do_not_move_joints_beyond_their_ranges(arm, kind):
+    """On all joints for 0.6 s; some press the arm into the floor."""
     rng = np.random.default_rng(0)
     largest = 10 * (CONFIG.limits.accelerations if kind == "acceleration" else CONFIG.torques)
     low, high = CONFIG.limits.positions.T
@@ -79,7 +79,7 @@ def test_pushes_on_all_joints_take_none_out_of_its_range(arm, kind):
 
 
 def test_a_joint_at_the_end_of_its_range_stays_there(arm):
-    """Nothing throws the arm back when it begins to be guided, and it can be pushed away from the end."""
+    """Guiding does not push it back from there, but a push can move it away."""
     pose = CONFIG.home.copy()
     pose[0] = CONFIG.limits.positions[0, 1]
     arm.reset(pose.tolist())
@@ -89,7 +89,7 @@ def test_a_joint_at_the_end_of_its_range_stays_there(arm):
     assert follow(arm, 1500)[-1, 0] < pose[0] - 0.1
 
 
-def test_it_follows_setpoints_again_after_it_recovered(arm):
+def test_after_recovery_the_arm_follows_setpoints(arm):
     push(arm, [2.0, 0, 0, 0, 0, 0], 0.3)
     let_go = follow(arm, 3000)[-1]
     arm.recover()

@@ -1,4 +1,4 @@
-"""Other people's arms under control: joint friction, held joints, and what follows from a touch."""
+"""Arms of other projects in closed loop: joint friction, held joints, and collisions."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ GRIPPER = '<body pos="1 0 1"><attach model="gripper" body="base_mount" prefix="g
 
 
 def ur5e(folder: Path, scene: str, more: str = "") -> RobotConfig:
-    """Return a UR5e in a cell."""
+    """Write a cell with a UR5e and the bodies of `scene`, and return its robot."""
     cell = folder / "cell.xml"
     gripper = GRIPPER_MODEL if scene == GRIPPER else ""
     cell.write_text(CELL.format(arm=models.UR5E, gripper=gripper, more=scene))
@@ -48,18 +48,18 @@ def ur5e(folder: Path, scene: str, more: str = "") -> RobotConfig:
     ids=["FR3", "Z1"],
 )
 def test_joint_friction_is_compensated(tmp_path: Path, model: Path, tool: str, names: list[str], held: str):
-    """At speed, where it turns, and at rest, where it would stick."""
+    """In motion, at reversals and at rest."""
     loop = ClosedLoop(write_robot(tmp_path, model, f'"{tool}"', names, '"keyframe:home"', held))
     result = loop.move({"joint1": 0.6, "joint2": 0.3, "joint5": -0.4}, 1.0)
     loop.turn(1300)
     assert result.outcome == "succeeded"
     assert result.peak_tracking_error < 1e-5
     rest = np.abs(np.array(loop.arm.observe().velocities)).max()
-    assert rest < 1e-6, "it does not chatter"
+    assert rest < 1e-6, "no chatter"
 
 
-def test_fingers_are_held_and_led(tmp_path: Path):
-    """While the arm moves, and without moving the arm; the other finger follows by the model's equality."""
+def test_fingers_are_held_and_moved_smoothly(tmp_path: Path):
+    """Neither affects the arm's motion; the other finger follows by the model's equality constraint."""
     names = [f"joint{k}" for k in range(1, 8)]
     held = "[held]\nfinger_joint1 = 0.02"
     loop = ClosedLoop(write_robot(tmp_path, models.PANDA, '"TCP"', names, '"keyframe:home"', held))
@@ -71,7 +71,7 @@ def test_fingers_are_held_and_led(tmp_path: Path):
     for _ in range(700):
         loop.turn(1)
         positions.append(loop.arm.observe().held["finger_joint1"])
-    assert np.abs(np.diff(positions, n=2)).max() < 1e-6, "it does not jump"
+    assert np.abs(np.diff(positions, n=2)).max() < 1e-6, "no jump"
     assert positions[-1] == pytest.approx(0.04, abs=1e-5)
     assert result.outcome == "succeeded"
     assert result.peak_tracking_error < 5e-5
@@ -88,7 +88,9 @@ def test_fingers_are_held_and_led(tmp_path: Path):
         ),
     ],
 )
-def test_what_cannot_be_held_is_refused(gripper: ClosedLoop, targets: dict[str, float], code: str, words: str):
+def test_invalid_targets_of_held_joints_are_refused(
+    gripper: ClosedLoop, targets: dict[str, float], code: str, words: str
+):
     with pytest.raises(Refusal, match=words) as refused:
         gripper.arm.hold(targets)
     assert refused.value.code == code
@@ -96,13 +98,13 @@ def test_what_cannot_be_held_is_refused(gripper: ClosedLoop, targets: dict[str, 
 
 @pytest.fixture(scope="module")
 def gripper(tmp_path_factory: pytest.TempPathFactory) -> ClosedLoop:
-    """A UR5e beside a 2F-85, whose joints are in closed loops."""
+    """A UR5e next to a 2F-85 gripper, which has closed kinematic loops."""
     held = '[held]\n"gripper/right_driver_joint" = 0.1'
     return ClosedLoop(ur5e(tmp_path_factory.mktemp("gripper"), GRIPPER, held))
 
 
-def test_a_gripper_of_closed_loops_is_held(gripper: ClosedLoop):
-    """By one of its two drivers."""
+def test_a_gripper_with_closed_kinematic_loops_is_held(gripper: ClosedLoop):
+    """One of its two driver joints is held."""
     gripper.arm.hold({"gripper/right_driver_joint": 0.6})
     gripper.turn(1500)
     assert gripper.arm.observe().held["gripper/right_driver_joint"] == pytest.approx(0.6, abs=0.003)
@@ -127,8 +129,8 @@ JAWS = """
 """
 
 
-def test_a_jaw_that_an_object_stops_does_not_move_the_arm(tmp_path: Path):
-    """Its servo goes on pressing, with the acceleration that the jaw no longer has."""
+def test_a_jaw_blocked_by_an_object_does_not_disturb_the_arm(tmp_path: Path):
+    """Its servo continues to press against the object."""
     model = tmp_path / "jaws.xml"
     model.write_text(JAWS)
     loop = ClosedLoop(write_robot(tmp_path, model, '"tip"', ["a"], "[0.0]", "[held]\njaw = 0.0"))
@@ -138,8 +140,8 @@ def test_a_jaw_that_an_object_stops_does_not_move_the_arm(tmp_path: Path):
     assert np.abs(loop.arm.observe().positions).max() < 1e-4
 
 
-def pressing(loop: ClosedLoop, joint: str, change: float) -> m.Result:
-    """Move a joint until that is a fault, and return the result of the motion."""
+def move_to_fault(loop: ClosedLoop, joint: str, change: float) -> m.Result:
+    """Move a joint against an obstacle until the controller faults, and return the motion's result."""
     result = loop.move({f"ur5e/{joint}_joint": change}, 2.0)
     for _ in range(2500):
         loop.turn(1)
@@ -157,18 +159,18 @@ def pressing(loop: ClosedLoop, joint: str, change: float) -> m.Result:
     ],
     ids=["the table", "itself"],
 )
-def test_after_a_fault_the_arm_presses_against_nothing(
+def test_after_a_fault_the_arm_does_not_press_against_the_obstacle(
     tmp_path: Path, scene: str, joint: str, change: float, error: float, bodies: set[str]
 ):
-    """Within 100 ms the torques are those that gravity asks for; the touch is reported when it begins."""
+    """Within 100 ms torques drop to gravity compensation; the contact is reported at its beginning."""
     loop = ClosedLoop(ur5e(tmp_path, scene, f"max_tracking_error = {error}"))
-    result = pressing(loop, joint, change)
+    result = move_to_fault(loop, joint, change)
     before = np.abs(loop.torques[-2])
     assert result.first_contact is not None
     assert {result.first_contact.body, result.first_contact.other} == bodies
     assert f"touched {result.first_contact.other} at" in result.reason
     assert [contact.ended for contact in loop.contacts[:1]] == [False]
-    assert (before / loop.config.torques).max() > 0.5, "it pressed"
+    assert (before / loop.config.torques).max() > 0.5, "it pressed before the fault"
     loop.turn(100)
     after = np.array(loop.torques[-1:]), len(loop.torques)
     loop.turn(1000)
@@ -179,16 +181,16 @@ def test_after_a_fault_the_arm_presses_against_nothing(
     assert loop.controller.reset().mode == "holding"
 
 
-def test_a_reference_that_goes_on_presses(tmp_path: Path):
-    """With `on_fault = "stop"` it stops inside the table."""
+def test_with_on_fault_stop_the_arm_presses_against_the_obstacle(tmp_path: Path):
+    """The braking trajectory ends inside the table."""
     loop = ClosedLoop(ur5e(tmp_path, TABLE, 'on_fault = "stop"'))
-    pressing(loop, "shoulder_lift", 1.9)
+    move_to_fault(loop, "shoulder_lift", 1.9)
     loop.turn(1000)
     assert np.abs(loop.arm.observe().torques / loop.config.torques).max() == 1.0
 
 
-def test_a_hit_outside_the_tolerance_is_a_miss(tmp_path: Path):
-    """By the goal's own tolerance or the robot's."""
+def test_a_hit_outside_its_tolerance_is_missed(tmp_path: Path):
+    """The goal's own tolerance, or else the robot's."""
     loop = ClosedLoop(ur5e(tmp_path, "", "[tolerance]\npositions = 0.01"))
     played = []
     for tolerance in (None, m.Tolerance(positions=0.5), m.Tolerance(positions=0.5, velocities=0.01)):

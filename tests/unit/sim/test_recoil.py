@@ -1,4 +1,4 @@
-"""A ball and pushes throw the arm off its reference: a recoil near a hit, a fault anywhere else."""
+"""Deviations by a ball or a push are accepted as recoil near a hit and cause a fault elsewhere."""
 
 import dataclasses
 
@@ -13,11 +13,11 @@ from tests.closed_loop import ClosedLoop
 ROBOT = load_robot()
 STRICT = dataclasses.replace(ROBOT, max_tracking_error=0.1)
 HIT = 219
-"""Tick of the hit of `swing`: the motion begins at 19, and the hit is in the middle of 400 ticks."""
+"""Tick of the hit of `swing`, which begins at tick 19 and has its hit after 200 of 400 ticks."""
 PUSH = 400.0
-"""rad/s² on joint_1 for 60 ms: 0.33 rad off its reference, and 0.44 rad where the way back keeps the limits."""
+"""Acceleration on joint_1 for 60 ms, rad/s²: a deviation of 0.33 rad, or 0.44 rad if the return keeps the limits."""
 AWAY = m.Ball(position=(3.0, 3.0, 1.0), velocity=(0.0, 0.0, 0.0))
-"""Where the arm does not meet it."""
+"""A ball outside the arm's reach."""
 
 
 def swing(loop: ClosedLoop) -> m.Result:
@@ -50,8 +50,8 @@ def flight(robot: RobotConfig, speed: float, aside: float) -> m.Ball:
 
 
 @pytest.mark.parametrize("accepted", [True, False])
-def test_a_ball_throws_the_arm(accepted: bool):
-    """Where the table [racket.recoil] accepts it, the goal ends well and says how far and how long."""
+def test_a_hit_causes_a_recoil_or_without_its_table_a_fault(accepted: bool):
+    """With the table [racket.recoil] the goal succeeds, and its result has the recoil's size and duration."""
     robot = STRICT if accepted else dataclasses.replace(STRICT, recoil=None)
     loop = ClosedLoop(robot, flight(robot, 20.0, 0.1))
     result = swing(loop)
@@ -73,8 +73,8 @@ def test_a_ball_throws_the_arm(accepted: bool):
 
 
 @pytest.mark.parametrize(("after", "faults"), [(-209, True), (-60, False), (0, False), (100, True)])
-def test_a_push_is_a_recoil_in_the_window_alone(after: int, faults: bool):
-    """Within 0.14 s of the planned hit."""
+def test_a_push_is_a_recoil_only_within_the_window(after: int, faults: bool):
+    """The window is ±0.14 s around the planned hit."""
     assert ROBOT.recoil is not None
     loop = ClosedLoop(dataclasses.replace(ROBOT, recoil=dataclasses.replace(ROBOT.recoil, window=0.14)), AWAY)
     result = swing(loop)
@@ -86,8 +86,8 @@ def test_a_push_is_a_recoil_in_the_window_alone(after: int, faults: bool):
     assert result.peak_tracking_error > ROBOT.max_tracking_error
 
 
-def test_more_than_the_accepted_recoil_is_a_fault():
-    """At the hit too; the fault says what would have been accepted."""
+def test_a_deviation_beyond_the_accepted_recoil_is_a_fault():
+    """The fault's message has the accepted recoil."""
     loop = ClosedLoop(ROBOT, AWAY)
     result = swing(loop)
     push(loop, HIT, 600.0)
@@ -100,7 +100,7 @@ def test_more_than_the_accepted_recoil_is_a_fault():
 
 
 def test_a_hit_at_rest_has_no_window():
-    """A motion that only arrives is no strike."""
+    """A motion that ends at its goal is no strike."""
     loop = ClosedLoop(ROBOT, AWAY)
     loop.move({"joint_1": 0.5}, 0.4, hit_index=400)
     push(loop, 420)
@@ -108,8 +108,8 @@ def test_a_hit_at_rest_has_no_window():
     assert loop.controller.fault is not None
 
 
-def test_the_recoil_goes_on_under_the_next_goal():
-    """A client may send the arm back at once; the goal that was hit reports the recoil."""
+def test_a_recoil_may_continue_during_the_next_goal():
+    """It is reported by the goal that had the hit."""
     loop = ClosedLoop(ROBOT, AWAY)
     struck = swing(loop)
     push(loop, HIT + 10)
@@ -124,11 +124,10 @@ def test_the_recoil_goes_on_under_the_next_goal():
     assert (back.outcome, back.recoil) == ("succeeded", None)
 
 
-def test_without_a_recoil_commands_are_the_same_bit_for_bit():
-    """A swing with a window, and one of an arm that knows no recoil."""
-    knows, ignores = ClosedLoop(ROBOT, AWAY), ClosedLoop(dataclasses.replace(ROBOT, recoil=None), AWAY)
-    for loop in (knows, ignores):
+def test_without_a_deviation_the_recoil_table_does_not_change_commands():
+    accepting, strict = ClosedLoop(ROBOT, AWAY), ClosedLoop(dataclasses.replace(ROBOT, recoil=None), AWAY)
+    for loop in (accepting, strict):
         swing(loop)
         loop.turn(500)
-    assert np.array_equal(knows.accelerations, ignores.accelerations)
-    assert knows.controller.ledger.take_ended()[0].recoil is None
+    assert np.array_equal(accepting.accelerations, strict.accelerations)
+    assert accepting.controller.ledger.take_ended()[0].recoil is None

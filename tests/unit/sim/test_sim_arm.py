@@ -1,4 +1,4 @@
-"""The simulated arm: tracking, torques, disturbances, noise, repeatability, and what it refuses."""
+"""The simulated arm: tracking, torques, disturbances, noise, determinism, and refusals."""
 
 from typing import Literal
 
@@ -18,7 +18,7 @@ TICK = ROBOT.tick
 
 
 def strike(time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A quintic that on joint_1 peaks at 13.5 rad/s, 243 rad/s² and, from rest, 14,800 rad/s³; from 0.05 s on."""
+    """Return a quintic from 0.05 s on that peaks on joint_1 at 13.5 rad/s, 243 rad/s² and 14,800 rad/s³."""
     duration, travel = 0.171, np.array([1.23, 0.12, 0.12, -0.12, 0.12, 0.12])
     s = np.clip((time - 0.05) / duration, 0, 1)
     positions = 10 * s**3 - 15 * s**4 + 6 * s**5
@@ -29,7 +29,7 @@ def strike(time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def hold(arm: SimulatedArm, pose: np.ndarray, ticks: int) -> np.ndarray:
-    """Track a constant pose; returns the true positions after each tick, (ticks, J)."""
+    """Track a constant pose; return the true positions after each tick, (ticks, J)."""
     rest = np.zeros_like(pose)
     path = []
     for _ in range(ticks):
@@ -43,7 +43,7 @@ def hold(arm: SimulatedArm, pose: np.ndarray, ticks: int) -> np.ndarray:
     ("mean_acceleration", "position_error", "velocity_error"), [(True, 5e-5, 5e-3), (False, 3e-3, 0.13)]
 )
 def test_a_fast_strike_is_tracked(mean_acceleration: bool, position_error: float, velocity_error: float):
-    """Closely with the mean acceleration of each tick; half a tick behind with the value at its start."""
+    """With each tick's mean acceleration the error is small; with the value at its start it is half a tick of lag."""
     arm = SimulatedArm(ROBOT)
     arm.reset(positions=strike(0)[0].tolist(), ball=FAR_BALL)
     for tick in range(300):
@@ -60,8 +60,8 @@ def test_a_fast_strike_is_tracked(mean_acceleration: bool, position_error: float
         arm.step(accelerating(tracking_acceleration(ROBOT.alpha, reference, seen.positions, seen.velocities)))
 
 
-def test_commanded_accelerations_are_what_the_arm_does():
-    """One tick from rest: half a·t² of position, a·t of velocity, gravity compensated."""
+def test_commanded_accelerations_are_realised_exactly():
+    """After one tick from rest the position has changed by a·t²/2 and the velocity by a·t; gravity is compensated."""
     arm = SimulatedArm(ROBOT)
     command = np.array([100.0, -50, 80, 200, -150, 90])
     arm.step(accelerating(command))
@@ -70,7 +70,7 @@ def test_commanded_accelerations_are_what_the_arm_does():
     np.testing.assert_allclose(seen.positions - ROBOT.home, command * TICK**2 / 2, rtol=1e-9, atol=1e-15)
 
 
-def test_torques_are_clipped_and_said_to_be():
+def test_torques_are_clipped_and_reported_as_saturated():
     arm = SimulatedArm(ROBOT)
     command = np.zeros(6)
     command[0] = 1e4
@@ -82,7 +82,7 @@ def test_torques_are_clipped_and_said_to_be():
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_a_command_that_is_not_finite_moves_nothing(value: float):
+def test_a_command_that_is_not_finite_is_refused_and_moves_nothing(value: float):
     arm = SimulatedArm(ROBOT)
     before = arm.observe()
     command = np.zeros(6)
@@ -96,8 +96,8 @@ def test_a_command_that_is_not_finite_moves_nothing(value: float):
 
 
 @pytest.mark.parametrize("alpha", [15.0, 50.0])
-def test_the_papers_push(alpha: float):
-    """100 rad/s² for 0.2 s deflects a joint by 400/α² (1 − (1 + x)e⁻ˣ), x = α·0.2/2: 0.16 rad at α = 50, no fault."""
+def test_the_papers_push_deflects_a_joint_as_predicted(alpha: float):
+    """100 rad/s² for 0.2 s deflect it by 400/α² (1 − (1 + x)e⁻ˣ), x = α·0.2/2: 0.16 rad without a fault at α = 50."""
     arm = SimulatedArm(ROBOT)
     arm.reset(ball=FAR_BALL)
     values = [100.0, 0, 0, 0, 0, 0]
@@ -120,7 +120,7 @@ def test_the_papers_push(alpha: float):
         assert np.abs(deflections).max() < ROBOT.max_tracking_error
 
 
-def test_a_torque_push_is_a_torque():
+def test_a_torque_disturbance_acts_for_its_duration_and_is_not_measured():
     arm = SimulatedArm(ROBOT)
     arm.disturb(Disturb(kind="torque", values=[0, 0, 0, 0, 0, 1.0], duration=0.001))
     pushed = arm.disturbances()
@@ -128,10 +128,10 @@ def test_a_torque_push_is_a_torque():
     arm.step(accelerating(np.zeros(6)))
     assert arm.disturbances() == []
     assert arm.observe().velocities[5] > 0.01
-    assert not arm.observe().torques[0] > 1, "the push is not counted as the motor's"
+    assert not arm.observe().torques[0] > 1, "the disturbance is not measured as motor torque"
 
 
-def test_sensor_noise_is_on_what_is_measured_alone():
+def test_sensor_noise_affects_only_measured_values():
     arm = SimulatedArm(ROBOT)
     arm.disturb(Disturb(kind="sensor_noise", position_std=0.01, velocity_std=0.1))
     assert [active.kind for active in arm.disturbances()] == ["sensor_noise"]
@@ -150,7 +150,7 @@ def test_sensor_noise_is_on_what_is_measured_alone():
     np.testing.assert_array_equal(arm.observe().positions, arm.observe().true_positions)
 
 
-def test_the_same_calls_give_the_same_bits():
+def test_the_simulation_is_deterministic_to_the_bit():
     def bits(arm: SimulatedArm, seed: int) -> bytes:
         arm.reset(seed=seed)
         arm.disturb(Disturb(kind="sensor_noise", position_std=0.01, velocity_std=0.1))
@@ -168,7 +168,7 @@ def test_the_same_calls_give_the_same_bits():
     arm = SimulatedArm(ROBOT)
     first = bits(arm, 7)
     assert bits(SimulatedArm(ROBOT, seed=1), 7) == first
-    assert bits(arm, 7) == first, "a reset leaves nothing behind"
+    assert bits(arm, 7) == first, "a reset restores the initial state"
     assert bits(arm, 8) != first
 
 
@@ -187,7 +187,7 @@ def test_reset_places_arm_ball_and_tee():
     assert arm.contacts() == []
 
 
-def test_a_ball_in_flight_needs_no_tee():
+def test_a_ball_with_a_velocity_flies_without_a_tee():
     arm = SimulatedArm(ROBOT)
     arm.reset(ball=Ball(position=(2.0, 2.0, 1.0), velocity=(1.0, 0.0, 0.0)))
     hold(arm, ROBOT.home, 100)
@@ -196,15 +196,14 @@ def test_a_ball_in_flight_needs_no_tee():
     np.testing.assert_allclose(ball.velocity, [1, 0, -0.981], atol=5e-3)
 
 
-def test_an_arm_without_held_joints_leads_none():
-    """As a request `hold` that names none."""
+def test_an_arm_without_held_joints_accepts_only_an_empty_hold():
     arm = SimulatedArm(ROBOT)
     arm.hold({})
     with pytest.raises(Refusal):
         arm.hold({"finger": 0.0})
 
 
-def test_joint_limits_are_hard_stops():
+def test_joint_ranges_are_hard_stops():
     arm = SimulatedArm(ROBOT)
     arm.reset(positions=[2.1, 0.5, 0.8, 0, 0, 0], ball=FAR_BALL)
     for _ in range(500):
@@ -246,7 +245,7 @@ def test_a_refused_reset_changes_nothing(positions: list[float] | None, ball: Ba
         (Disturb(kind="sensor_noise", velocity_std=np.inf), "velocity_std", "velocity_std is inf"),
     ],
 )
-def test_a_refused_disturbance_disturbs_nothing(request_: Disturb, field: str, sentence: str):
+def test_a_refused_disturbance_has_no_effect(request_: Disturb, field: str, sentence: str):
     arm = SimulatedArm(ROBOT)
     with pytest.raises(Refusal) as raised:
         arm.disturb(request_)
@@ -257,8 +256,8 @@ def test_a_refused_disturbance_disturbs_nothing(request_: Disturb, field: str, s
 
 
 @pytest.mark.parametrize("kind", ["acceleration", "torque"])
-def test_the_strongest_push_that_is_taken_leaves_a_finite_arm(kind: Literal["acceleration", "torque"]):
-    """Ten times what a joint can do itself, on all joints, for as long as it takes to run into every limit."""
+def test_the_strongest_accepted_disturbance_keeps_the_simulation_finite(kind: Literal["acceleration", "torque"]):
+    """Ten times the limits, on all joints, until every joint is at the end of its range."""
     arm = SimulatedArm(ROBOT)
     limits = ROBOT.limits.accelerations if kind == "acceleration" else ROBOT.torques
     arm.disturb(Disturb(kind=kind, values=(10 * limits).tolist(), duration=0.5))
@@ -267,7 +266,7 @@ def test_the_strongest_push_that_is_taken_leaves_a_finite_arm(kind: Literal["acc
     assert np.isfinite(arm.observe().positions).all()
 
 
-def test_a_simulation_that_diverges_says_so():
+def test_a_diverging_simulation_raises_an_error():
     arm = SimulatedArm(ROBOT)
     strong = Disturb(kind="torque", values=(10 * ROBOT.torques).tolist(), duration=10.0)
     for _ in range(64):
@@ -277,7 +276,7 @@ def test_a_simulation_that_diverges_says_so():
             arm.step(accelerating(np.zeros(6)))
 
 
-def test_waiting_pushes_are_bounded():
+def test_the_number_of_pending_disturbances_is_bounded():
     arm = SimulatedArm(ROBOT)
     push = Disturb(kind="torque", values=[0.0] * 6, start_time=100.0, duration=1.0)
     with pytest.raises(Refusal, match="disturbances act or wait"):

@@ -1,4 +1,4 @@
-"""The simulated ball: its flight, how it is thrown, how it is seen."""
+"""The simulated ball: flight, throws, and the simulated camera."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ THROW = Throw(position=(2.0, 1.0, 2.0), velocity=(-6.0, 1.0, 3.0), spin=(20.0, -
 
 
 def fly(arm: SimulatedArm, ticks: int) -> list[BallState]:
-    """Let ticks pass under zero accelerations; returns what is seen."""
+    """Step the arm with zero accelerations; return the ball's sights."""
     seen = arm.sights()
     for _ in range(ticks):
         arm.step(accelerating(np.zeros(6)))
@@ -42,11 +42,11 @@ def test_the_flight_has_gravity_drag_and_magnus():
     np.testing.assert_allclose(ball.velocity, velocity, atol=1e-9)
     np.testing.assert_allclose(ball.spin, spin, atol=1e-9)
     straight = np.array(THROW.position) + 0.5 * np.array(THROW.velocity) + [0, 0, -9.81 * 0.125]
-    assert np.linalg.norm(position - straight) > 0.1, "the air matters"
+    assert np.linalg.norm(position - straight) > 0.1, "drag and spin have an effect"
 
 
-def test_a_throw_needs_no_new_run_and_takes_the_tee_away():
-    """The place of the tee is on the way: nothing touches the ball there."""
+def test_a_throw_keeps_the_run_and_removes_the_tee():
+    """The ball flies through the tee's position without a contact."""
     arm = SimulatedArm(ROBOT)
     tee = arm.scene.data.mocap_pos[arm.scene.tee]
     x, y, z = tee.tolist()
@@ -68,7 +68,7 @@ def test_a_throw_needs_no_new_run_and_takes_the_tee_away():
         (Throw(position=(0.0, 0.0, 0.3), velocity=(0, 0, 0)), "position", "inside 'base'"),
     ],
 )
-def test_a_refused_throw_moves_nothing(throw: Throw, field: str, sentence: str):
+def test_a_refused_throw_changes_nothing(throw: Throw, field: str, sentence: str):
     arm = SimulatedArm(ROBOT)
     before, tee = arm.ball(), arm.scene.data.mocap_pos.copy()
     with pytest.raises(Refusal) as raised:
@@ -79,7 +79,7 @@ def test_a_refused_throw_moves_nothing(throw: Throw, field: str, sentence: str):
     np.testing.assert_array_equal(arm.scene.data.mocap_pos, tee)
 
 
-def test_without_noise_the_ball_is_seen_exactly_and_at_once():
+def test_without_noise_sights_are_exact_and_without_latency():
     arm = SimulatedArm(ROBOT)
     arm.throw(THROW)
     seen = fly(arm, 50)
@@ -87,12 +87,12 @@ def test_without_noise_the_ball_is_seen_exactly_and_at_once():
     assert all(s.truth and (s.position, s.velocity) == (s.truth.position, s.truth.velocity) for s in seen)
 
 
-def test_a_camera_sees_late_with_noise_and_not_always():
+def test_ball_noise_adds_latency_noise_and_losses_to_sights():
     def watch(seed: int) -> list[BallState]:
         arm = SimulatedArm(ROBOT, seed)
         arm.disturb(Disturb(kind="ball_noise", position_std=0.005, latency_s=0.0095, drop_rate=0.3))
         arm.throw(THROW)
-        assert fly(arm, 9) == [], "the first sight is on its way"
+        assert fly(arm, 9) == [], "the latency is not over yet"
         return fly(arm, 300)
 
     seen = watch(1)
@@ -104,7 +104,7 @@ def test_a_camera_sees_late_with_noise_and_not_always():
     assert [sight.position for sight in seen] != [sight.position for sight in watch(2)]
 
 
-def test_a_new_run_sees_well_again():
+def test_a_new_run_ends_ball_noise():
     arm = SimulatedArm(ROBOT)
     arm.disturb(Disturb(kind="ball_noise", drop_rate=1.0))
     assert [active.kind for active in arm.disturbances()] == ["ball_noise"]
@@ -114,7 +114,7 @@ def test_a_new_run_sees_well_again():
     assert len(fly(arm, 10)) == 2
 
 
-def test_without_a_ball_there_is_nothing_to_blur():
+def test_ball_noise_and_throws_are_refused_without_a_ball():
     arm = SimulatedArm(replace(ROBOT, ball=None))
     with pytest.raises(Refusal, match="this robot's scene has no ball"):
         arm.disturb(Disturb(kind="ball_noise", position_std=0.01))
@@ -122,7 +122,7 @@ def test_without_a_ball_there_is_nothing_to_blur():
         arm.throw(THROW)
 
 
-def test_wind_carries_the_ball_away_until_the_next_run():
+def test_wind_accelerates_the_ball_until_the_next_run():
     arm = SimulatedArm(ROBOT)
     assert arm.config.ball is not None
     arm.disturb(Disturb(kind="wind", values=[0.0, 20.0, 0.0]))

@@ -1,4 +1,4 @@
-"""Other robots than the shipped one: servos for actuators, damping, a coarse physics step, no ball and no tee."""
+"""A robot other than the shipped one: position servos, damping, a coarse time step, no ball and no tee."""
 
 from pathlib import Path
 
@@ -64,15 +64,15 @@ def other_robot(folder: Path, timestep: float) -> RobotConfig:
 @pytest.mark.parametrize(
     ("timestep", "substeps", "step"), [(0.002, 1, 0.002), (0.01, 1, 0.002), (0.0015, 2, 0.001), (0.0005, 4, 0.0005)]
 )
-def test_a_tick_is_a_whole_number_of_steps(tmp_path: Path, timestep: float, substeps: int, step: float):
+def test_a_tick_is_a_whole_number_of_physics_steps(tmp_path: Path, timestep: float, substeps: int, step: float):
     scene = build_scene(other_robot(tmp_path, timestep))
     assert scene.substeps == substeps
     assert scene.model.opt.timestep == pytest.approx(step)
 
 
 @pytest.mark.parametrize(("timestep", "bound"), [(0.002, 5e-6), (0.0005, 2e-4)])
-def test_it_tracks_joints_in_the_order_of_the_toml(tmp_path: Path, timestep: float, bound: float):
-    """Servos are off, damping is compensated, a joint that is not the arm's follows as it will."""
+def test_joints_are_tracked_in_the_order_of_the_toml(tmp_path: Path, timestep: float, bound: float):
+    """The model's servos are disabled, damping is compensated, and other joints move freely."""
     config = other_robot(tmp_path, timestep)
     arm = SimulatedArm(config)
     frequency, amplitude = 4.0, np.array([0.3, -0.2])
@@ -92,7 +92,7 @@ def test_it_tracks_joints_in_the_order_of_the_toml(tmp_path: Path, timestep: flo
     assert arm.observe().time == 1.0
 
 
-def test_a_scene_without_a_ball(tmp_path: Path):
+def test_a_scene_without_a_ball_refuses_one_and_reports_no_contacts(tmp_path: Path):
     arm = SimulatedArm(other_robot(tmp_path, 0.002))
     assert arm.ball() is None
     with pytest.raises(Refusal, match="ball: this robot's scene has no ball; leave it null"):

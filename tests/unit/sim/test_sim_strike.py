@@ -1,4 +1,4 @@
-"""The shipped forehand played by the simulated arm: it meets the ball at the hit, and the ball flies."""
+"""The shipped forehand played by the simulated arm, with and without a hit, and contacts of the ball."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ HIT = 1000
 
 
 def forehand() -> Samples:
-    """The demonstration at 1 kHz and a stop after it; its acceleration is the mean over each tick."""
+    """Return the demonstration at 1 kHz followed by a stop; accelerations are the means over each tick."""
     table = np.loadtxt(FOREHAND, delimiter=",", skiprows=1)
     times = np.arange(HIT + 1) / 1000
     positions = np.stack([np.interp(times, table[:, 0], joint) for joint in table[:, 1:].T], axis=1)
@@ -31,7 +31,7 @@ def forehand() -> Samples:
 
 
 def play(ball: Ball | None) -> tuple[list[Contact], np.ndarray]:
-    """Play the forehand to rest; returns every contact, and the error before each tick (ticks, J)."""
+    """Play the forehand to rest; return all contacts and the tracking error at each tick (ticks, J), rad."""
     arm = SimulatedArm(ROBOT)
     arm.reset(ball=ball)
     reference = forehand()
@@ -48,9 +48,9 @@ def play(ball: Ball | None) -> tuple[list[Contact], np.ndarray]:
     return contacts, np.array(errors)
 
 
-def test_the_ball_is_met_at_the_hit_and_flies_forwards():
+def test_the_racket_hits_the_ball_at_the_planned_time_and_forwards():
     contacts, errors = play(ball=None)
-    assert [contact.bodies for contact in contacts] == 2 * [["racket", "ball"]], "one contact, the tee is none"
+    assert [contact.bodies for contact in contacts] == 2 * [["racket", "ball"]], "one contact, and none with the tee"
     touch, contact = contacts
     assert (touch.ended, touch.time, touch.ball_velocity) == (False, contact.time, None)
     assert 0.01 <= touch.impulse < contact.impulse
@@ -64,16 +64,16 @@ def test_the_ball_is_met_at_the_hit_and_flies_forwards():
     assert 0 < velocity[2] < 1, "slightly up"
     momentum = ROBOT.load_model().body("ball").mass[0] * np.linalg.norm(velocity)
     assert contact.impulse == pytest.approx(momentum, rel=0.15)
-    assert errors[-1].max() < 1e-3, "the arm has come back to its reference"
+    assert errors[-1].max() < 1e-3, "the arm has returned to its reference"
 
 
-def test_a_miss_is_no_contact():
+def test_without_a_hit_there_is_no_contact():
     contacts, errors = play(ball=Ball(position=(2.0, 2.0, 1.0)))
     assert contacts == []
     assert errors.max() < 1e-3
 
 
-def test_a_bounce_is_one_contact():
+def test_a_bounce_is_a_single_contact():
     arm = SimulatedArm(ROBOT)
     arm.reset(ball=Ball(position=(2.0, 2.0, 0.5), velocity=(0.0, 0.0, -1.0)))
     contacts = []
@@ -88,11 +88,11 @@ def test_a_bounce_is_one_contact():
     contact = contacts[-1]
     assert contact.time == pytest.approx((fall - 1) / 9.81, abs=0.002)
     assert contact.ball_velocity is not None
-    assert 0.7 * fall < contact.ball_velocity[2] < 0.9 * fall, "lively"
+    assert 0.7 * fall < contact.ball_velocity[2] < 0.9 * fall, "the ball's restitution"
     assert contact.impulse == pytest.approx(0.057 * (fall + contact.ball_velocity[2]), rel=0.05)
 
 
-def test_a_ball_that_comes_to_rest_is_not_reported_for_ever():
+def test_a_settling_ball_causes_few_contacts():
     arm = SimulatedArm(ROBOT)
     arm.reset(ball=Ball(position=(2.0, 2.0, 0.1), velocity=(-1.0, 0.0, 0.0)))
     contacts = []

@@ -1,4 +1,4 @@
-"""Two arms in one scene: each sim has the other arm where it is said to be, and feels it; plans look at it."""
+"""Two arms in separate simulations of one scene: each places the other by its states, and plans avoid it."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ LEFT = load_robot(DEFAULT_ROBOT_CONFIG.with_name("left.toml"))
 RIGHT = load_robot(DEFAULT_ROBOT_CONFIG.with_name("right.toml"))
 STILL = accelerating(np.zeros(6))
 MEETS = -0.8
-"""By so much the right arm's first joint turns to meet the left arm at home, rad."""
+"""Angle of the right arm's first joint at which it touches the left arm at home, rad."""
 
 
 def turned(angle: float) -> list[float]:
@@ -24,12 +24,12 @@ def right_joint(arm: SimulatedArm) -> float:
     return arm.surroundings()["right/joint_1"][0]
 
 
-def test_they_name_each_others_joints():
+def test_each_description_has_the_other_arms_joints():
     assert LEFT.others["right"] == RIGHT.joint_names
     assert RIGHT.others["left"] == LEFT.joint_names
 
 
-def test_the_other_arm_stands_until_it_is_there_and_is_then_where_its_states_are():
+def test_the_other_arm_rests_until_its_states_arrive_and_then_follows_them():
     arm = SimulatedArm(LEFT)
     for _ in range(200):
         arm.step(STILL)
@@ -37,14 +37,14 @@ def test_the_other_arm_stands_until_it_is_there_and_is_then_where_its_states_are
     for k in range(1, 101):
         arm.lead(RIGHT.joint_names, turned(k * 1e-3), [1.0, *[0.0] * 5])
         arm.step(STILL)
-    assert right_joint(arm) == pytest.approx(0.101, abs=1e-4)  # a tick later
+    assert right_joint(arm) == pytest.approx(0.101, abs=1e-4)  # extrapolated by one tick
     for _ in range(50):
         arm.step(STILL)
     assert right_joint(arm) == pytest.approx(0.1, abs=1e-4)
     assert arm.observe().positions == pytest.approx(LEFT.home, abs=1e-4)
 
 
-def test_it_pushes_this_arm():
+def test_the_other_arm_can_touch_this_arm():
     arm = SimulatedArm(LEFT)
     arm.lead(RIGHT.joint_names, turned(MEETS), [0.0] * 6)
     touches = []
@@ -55,7 +55,7 @@ def test_it_pushes_this_arm():
     assert all({body.partition("/")[0] for body in bodies} == {"left", "right"} for bodies in touches)
 
 
-def test_plans_look_at_where_it_is():
+def test_clearance_accounts_for_the_other_arms_position():
     clearance = Clearance(LEFT, LEFT.load_model())
     between = [k for k, pair in enumerate(clearance.pairs) if any(body.startswith("right/") for body in pair.bodies)]
     clearance.place(LEFT.home)

@@ -1,4 +1,4 @@
-"""Several arms of one simulation: one tick and one ball for all, and contacts that both feel."""
+"""Several arms in one simulation: a common tick and ball, and contacts that act on both arms."""
 
 import logging
 import threading
@@ -26,7 +26,7 @@ NEAR, FAR, LEFT, RIGHT = (
     load_robot(DEFAULT_ROBOT_CONFIG.with_name(f"{name}.toml")) for name in ("near", "far", "left", "right")
 )
 STILL = accelerating(np.zeros(6))
-DEAF = SimpleNamespace(
+NO_BUS = SimpleNamespace(
     publisher=lambda *_, **__: SimpleNamespace(put=lambda _: None), take_puts=list, session=None, robot=""
 )
 
@@ -42,7 +42,7 @@ def step(*arms: SimulatedArm, ticks: int = 1) -> None:
             arm.step(STILL)
 
 
-def test_a_tick_passes_once_every_arm_has_its_setpoint():
+def test_the_simulation_steps_once_every_arm_has_its_setpoint():
     near, far = arms_of(NEAR, FAR)
     near.step(STILL)
     near.step(STILL)
@@ -51,7 +51,7 @@ def test_a_tick_passes_once_every_arm_has_its_setpoint():
     assert (near.observe().tick, far.observe().tick) == (1, 1)
 
 
-def test_an_arm_moves_in_company_as_it_does_alone():
+def test_an_arm_moves_with_another_as_it_does_alone():
     swing = accelerating(np.array([8.0, -3.0, 4.0, 5.0, -5.0, 6.0]))
     near, far = arms_of(NEAR, FAR)
     (alone,) = arms_of(NEAR)
@@ -64,12 +64,12 @@ def test_an_arm_moves_in_company_as_it_does_alone():
     assert far.observe().positions == pytest.approx(FAR.home, abs=1e-6)
 
 
-def test_what_both_hold_is_the_other_arm_and_held_no_more():
+def test_joints_of_another_simulated_arm_are_not_held():
     near, far = arms_of(NEAR, FAR)
     assert (near.observe().held, far.observe().held) == ({}, {})
 
 
-def test_a_new_run_of_one_arm_leaves_the_other_where_it_is():
+def test_a_new_run_of_one_arm_does_not_move_the_other():
     near, far = arms_of(NEAR, FAR)
     for _ in range(100):
         near.step(STILL)
@@ -79,14 +79,14 @@ def test_a_new_run_of_one_arm_leaves_the_other_where_it_is():
     step(near, far)
     assert (near.observe().tick, far.observe().tick) == (1, 101)
     assert far.observe().positions == pytest.approx(moved, abs=0.01)
-    (seen,) = [arm.ball() for arm in (far,)]
+    seen = far.ball()
     assert seen == near.ball()
     assert seen is not None
     assert seen.position == pytest.approx([0.5, 0.0, 1.001], abs=1e-4)
 
 
-def test_both_feel_a_contact():
-    """Of two sims each arm meets one that does not yield."""
+def test_a_contact_moves_both_arms():
+    """In two separate simulations neither arm would move the other."""
     left, right = arms_of(LEFT, RIGHT)
     right.reset(positions=[-0.8, *RIGHT.home[1:].tolist()])
     step(left, right, ticks=5)
@@ -104,19 +104,19 @@ def test_both_feel_a_contact():
         ((NEAR, replace(NEAR, name="other")), "name the same joint"),
     ],
 )
-def test_robots_that_cannot_be_simulated_together(others: tuple[RobotConfig, ...], says: str):
+def test_incompatible_robots_of_one_simulation_are_refused(others: tuple[RobotConfig, ...], says: str):
     with pytest.raises(RobotError, match=says):
         World(others)
 
 
-class Answers:
-    """Commands of a controller that answers every state with rest."""
+class HoldingController:
+    """A controller that answers every state with a command to hold the home pose."""
 
     def __init__(self, loop: SimLoop) -> None:
         self._loop = loop
 
     def take(self, _: float = 0.0) -> bytes | None:
-        """Return a command for a tick that has none."""
+        """Return the command for the present tick, or None if it has been answered."""
         loop, tick = self._loop, self._loop.backend.observe().tick
         if loop.drive.answered_tick >= tick:
             return None
@@ -135,12 +135,12 @@ class Answers:
 
 
 def loops_of(clock: m.Clock, answering: int) -> list[SimLoop]:
-    """Return loops of both arms, the first `answering` of which have a controller."""
+    """Return the loops of both arms; the first `answering` of them have a controller."""
     world = World([NEAR, FAR])
     log = logging.getLogger("sim")
-    loops = [SimLoop(DEAF, config, clock, 0, log, world) for config in (NEAR, FAR)]  # type: ignore[arg-type]
+    loops = [SimLoop(NO_BUS, config, clock, 0, log, world) for config in (NEAR, FAR)]  # type: ignore[arg-type]
     for loop in loops[:answering]:
-        loop.commands = Answers(loop)  # type: ignore[assignment]
+        loop.commands = HoldingController(loop)  # type: ignore[assignment]
         loop.controller.see("", True)
     for loop in loops[answering:]:
         loop.commands = SimpleNamespace(take=lambda *_: None)  # type: ignore[assignment]
@@ -148,7 +148,7 @@ def loops_of(clock: m.Clock, answering: int) -> list[SimLoop]:
 
 
 def until(loops: list[SimLoop], done: Callable[[], bool]) -> threading.Event:
-    """Return an event that is set once `done`, asked at every look around."""
+    """Return an event that is set once `done` returns true; it is called after each round of the loops."""
     stopping = threading.Event()
     attend = loops[-1].attend
 
@@ -162,7 +162,7 @@ def until(loops: list[SimLoop], done: Callable[[], bool]) -> threading.Event:
 
 
 @pytest.mark.parametrize("answering", [1, 2])
-def test_steps_of_one_arm_are_steps_of_both(answering: int):
+def test_a_step_request_to_one_arm_steps_both(answering: int):
     loops = loops_of("stepped", answering)
     answers: list[m.Stepped] = []
     asking = SimpleNamespace(reply=answers.append)

@@ -1,9 +1,9 @@
-"""A striker without a bus."""
+"""Fixtures for tests of the striker without a bus."""
 
 import logging
 
 import pytest
-from test_striker_core import LIBRARY, ROBOT, Recorded
+from test_striker_core import LIBRARY, ROBOT, FakeOutside
 
 from services.striker.core import Striker
 from services.striker.mind import Mind
@@ -15,11 +15,11 @@ def mind(tmp_path_factory: pytest.TempPathFactory) -> Mind:
 
 
 @pytest.fixture
-def outside() -> Recorded:
-    return Recorded()
+def outside() -> FakeOutside:
+    return FakeOutside()
 
 
 @pytest.fixture
-def striker(mind: Mind, outside: Recorded) -> Striker:
+def striker(mind: Mind, outside: FakeOutside) -> Striker:
     mind.estimator.reset()
     return Striker(ROBOT, mind, outside, LIBRARY, logging.getLogger("striker"))

@@ -1,10 +1,10 @@
-"""Sights, replies and commands that are wrong or stop coming: each is said, and nothing more is asked for."""
+"""Invalid or missing sights, replies and commands: each is reported, and no further goals are sent."""
 
 import logging
 
 import numpy as np
 import pytest
-from test_striker_core import LIBRARY, ORDER, ROBOT, Recorded, accepted, begun, fly
+from test_striker_core import LIBRARY, ORDER, ROBOT, FakeOutside, accepted, first_goal, fly
 
 from protocol import messages as m
 from protocol.errors import NoAnswer, Refusal
@@ -16,20 +16,20 @@ def sight(time: float, *position: float, velocity: tuple[float, ...] | None = No
     return m.BallState(time=time, position=list(position), velocity=list(velocity) if velocity else None)
 
 
-def swinging(striker: Striker, outside: Recorded) -> m.Goal:
-    """Let a swing be accepted, and return its goal."""
-    goal = begun(striker, outside)
+def swinging(striker: Striker, outside: FakeOutside) -> m.Goal:
+    """Accept the goal of a swing, and return it."""
+    goal = first_goal(striker, outside)
     striker.answered(goal.goal_id or "", accepted(goal))
     return goal
 
 
-def wait(striker: Striker, outside: Recorded, until: float) -> None:
-    """Let the robot's time pass without a ball."""
+def wait(striker: Striker, outside: FakeOutside, until: float) -> None:
+    """Advance robot time to `until`, s, without sights."""
     outside.tick = round(1000 * until)
     striker.decide()
 
 
-def test_without_a_ball_nothing_is_asked_but_the_way_home(striker: Striker, outside: Recorded):
+def test_without_a_ball_only_the_goal_to_go_home_is_sent(striker: Striker, outside: FakeOutside):
     striker.order(ORDER)
     for tick in range(20):
         wait(striker, outside, 0.1 * tick)
@@ -38,8 +38,8 @@ def test_without_a_ball_nothing_is_asked_but_the_way_home(striker: Striker, outs
     assert not outside.said
 
 
-def test_a_ball_that_stops_coming_before_a_hit_was_found_is_missed(striker: Striker, outside: Recorded):
-    begun(striker, outside)
+def test_a_ball_lost_before_a_hit_is_found_is_missed(striker: Striker, outside: FakeOutside):
+    first_goal(striker, outside)
     outside.goals.clear()
     striker.answered(outside.asked[-1], NoAnswer("planner", "volley/arm/goal"))
     wait(striker, outside, 0.5)
@@ -48,7 +48,7 @@ def test_a_ball_that_stops_coming_before_a_hit_was_found_is_missed(striker: Stri
     assert not outside.goals
 
 
-def test_a_ball_that_stops_coming_in_mid_swing_leaves_the_swing_as_it_is(striker: Striker, outside: Recorded):
+def test_a_ball_lost_during_the_swing_does_not_change_the_swing(striker: Striker, outside: FakeOutside):
     swinging(striker, outside)
     wait(striker, outside, 0.13)
     striker.answered(outside.asked[-1], accepted(outside.goals[-1]))
@@ -58,19 +58,19 @@ def test_a_ball_that_stops_coming_in_mid_swing_leaves_the_swing_as_it_is(striker
     assert len(outside.goals) == asked
 
 
-def test_a_single_jump_is_left_out(striker: Striker, outside: Recorded):
+def test_a_single_outlier_is_ignored(striker: Striker, outside: FakeOutside):
     goal = swinging(striker, outside)
     striker.see(sight(0.125, 0.0, 0.0, 9.0))
     striker.decide()
     correction = outside.goals[-1]
     assert correction.revises == goal.goal_id
     assert correction.positions == pytest.approx(goal.positions, abs=0.5), (
-        "of the ball as it was, 20 ms earlier or later"
+        "the correction is for the ball before the outlier"
     )
     assert not [said for said in outside.said if said.phase == "missed"]
 
 
-def test_a_ball_that_jumps_for_good_is_another_ball(striker: Striker, outside: Recorded):
+def test_a_ball_that_continues_elsewhere_is_a_new_ball(striker: Striker, outside: FakeOutside):
     swinging(striker, outside)
     for index in range(6):
         time = 0.13 + 0.01 * index
@@ -94,8 +94,8 @@ def test_a_ball_that_jumps_for_good_is_another_ball(striker: Striker, outside: R
     ],
     ids=["two coordinates", "nan", "infinite", "past", "future", "soon", "far", "fast"],
 )
-def test_what_is_no_sight_is_left_out_and_the_swing_goes_on(
-    striker: Striker, outside: Recorded, ball: m.BallState, caplog: pytest.LogCaptureFixture
+def test_an_invalid_sight_is_ignored_and_the_swing_corrected(
+    striker: Striker, outside: FakeOutside, ball: m.BallState, caplog: pytest.LogCaptureFixture
 ):
     goal = swinging(striker, outside)
     with caplog.at_level(logging.WARNING):
@@ -110,14 +110,14 @@ def test_what_is_no_sight_is_left_out_and_the_swing_goes_on(
     assert outside.goals[-1].revises == correction.goal_id
 
 
-def test_a_velocity_that_is_nan_does_not_spoil_the_ball(striker: Striker, outside: Recorded):
+def test_a_sight_whose_velocity_is_nan_raises_no_error(striker: Striker, outside: FakeOutside):
     striker.see(sight(0.0, 1.0, 0.0, 1.0, velocity=(float("nan"), 0.0, 0.0)))
     striker.see(sight(0.01, 0.96, 0.0, 1.0, velocity=(-4.0, 0.0)))
     striker.decide()
     assert not outside.said
 
 
-def test_of_two_balls_the_first_is_played(striker: Striker, outside: Recorded):
+def test_the_first_of_two_balls_is_played(striker: Striker, outside: FakeOutside):
     striker.order(ORDER)
     striker.decide()
     striker.answered(outside.goals.pop().goal_id or "", accepted(m.Goal(primitive="")))
@@ -127,7 +127,7 @@ def test_of_two_balls_the_first_is_played(striker: Striker, outside: Recorded):
     assert [said.phase for said in outside.said] == ["seen"]
 
 
-def test_a_ball_out_of_reach_is_refused_once_and_is_over_when_it_went_by(striker: Striker, outside: Recorded):
+def test_a_ball_out_of_reach_is_refused_and_missed_once_past(striker: Striker, outside: FakeOutside):
     striker.order(ORDER)
     striker.decide()
     outside.goals.clear()
@@ -145,7 +145,7 @@ def test_a_ball_out_of_reach_is_refused_once_and_is_over_when_it_went_by(striker
     assert outside.said[-1].reason
 
 
-def test_a_planner_that_dies_in_mid_swing_is_said_once_and_the_swing_goes_on(striker: Striker, outside: Recorded):
+def test_a_planner_that_stops_answering_during_a_swing_is_reported_once(striker: Striker, outside: FakeOutside):
     goal = swinging(striker, outside)
     for _ in range(2):
         fly(striker, outside, 0.17, since=0.13)
@@ -156,7 +156,7 @@ def test_a_planner_that_dies_in_mid_swing_is_said_once_and_the_swing_goes_on(str
     assert silent[0].goal_id == goal.goal_id
 
 
-def test_a_swing_that_another_client_replaced_is_given_up(striker: Striker, outside: Recorded):
+def test_a_swing_superseded_by_another_client_is_missed(striker: Striker, outside: FakeOutside):
     swinging(striker, outside)
     fly(striker, outside, 0.17, since=0.13)
     striker.answered(outside.asked[-1], Refusal("superseded", "another motion replaced it", goal_id="x", cause="plan"))
@@ -164,7 +164,7 @@ def test_a_swing_that_another_client_replaced_is_given_up(striker: Striker, outs
     assert "replaced" in outside.said[-1].reason
 
 
-def test_a_new_run_forgets_the_ball_and_goes_home(striker: Striker, outside: Recorded):
+def test_a_new_run_discards_the_ball_and_sends_the_arm_home(striker: Striker, outside: FakeOutside):
     swinging(striker, outside)
     outside.run, outside.tick = 2, 0
     outside.goals.clear()
@@ -174,7 +174,7 @@ def test_a_new_run_forgets_the_ball_and_goes_home(striker: Striker, outside: Rec
     assert outside.said[-1].phase == "seen"
 
 
-def test_an_error_of_its_own_costs_one_ball(mind: Mind, outside: Recorded):
+def test_after_an_internal_error_the_ball_is_missed_and_the_striker_continues(mind: Mind, outside: FakeOutside):
     mind.estimator.reset()
     striker = Striker(ROBOT, mind, outside, LIBRARY, logging.getLogger("striker"))
     swinging(striker, outside)

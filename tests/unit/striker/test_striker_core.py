@@ -1,4 +1,4 @@
-"""The striker without a bus: what it asks and says of a ball that flies as the mathematics has it."""
+"""The striker without a bus: its goals and reports for a ball that flies as modelled."""
 
 import logging
 from dataclasses import replace
@@ -23,8 +23,8 @@ ORDER = m.StrikeRequest(target=(4.5, 0.0, 0.0))
 LIBRARY = [("forehand", 1.0)]
 
 
-class Recorded:
-    """What the striker asked and said; commands stand at home."""
+class FakeOutside:
+    """Records the striker's goals and reports; the arm's commands are at home."""
 
     def __init__(self) -> None:
         self.goals: list[m.Goal] = []
@@ -47,18 +47,18 @@ class Recorded:
 
 
 def accepted(goal: m.Goal) -> Taken:
-    """The goal is played."""
+    """Return the planner's acceptance of a goal."""
     return Taken(goal.goal_id or "", 0.1, 0.9)
 
 
 def fly(
     striker: Striker,
-    outside: Recorded,
+    outside: FakeOutside,
     until: float,
     since: float = 0.0,
     beside: tuple[float, float, float] | None = None,
 ) -> None:
-    """Show a volley, 100 sights a second, and another ball `beside` each sight of it."""
+    """Report a volley's sights at 100 Hz, and with `beside` a second ball at that offset, m."""
     launch = Launcher(ROBOT, 4, "volley").next()
     assert ROBOT.ball is not None
     ball = Ball(ROBOT.ball.mass, ROBOT.ball.radius, ROBOT.ball.drag, ROBOT.ball.magnus, ROBOT.model.opt.timestep)
@@ -74,8 +74,8 @@ def fly(
         striker.decide()
 
 
-def begun(striker: Striker, outside: Recorded) -> m.Goal:
-    """Order strikes, let the arm be at home, show a ball, and return the goal for it."""
+def first_goal(striker: Striker, outside: FakeOutside) -> m.Goal:
+    """Order strikes, accept the goal to go home, report a ball, and return the goal for it."""
     striker.order(ORDER)
     striker.decide()
     striker.answered(outside.goals.pop().goal_id or "", accepted(m.Goal(primitive="")))
@@ -83,8 +83,8 @@ def begun(striker: Striker, outside: Recorded) -> m.Goal:
     return outside.goals[0]
 
 
-def test_a_ball_that_comes_is_hit_by_a_goal(striker: Striker, outside: Recorded):
-    goal = begun(striker, outside)
+def test_an_approaching_ball_causes_a_goal(striker: Striker, outside: FakeOutside):
+    goal = first_goal(striker, outside)
     assert goal.revises is None
     assert goal.arrival_time is not None
     assert goal.arrival_time > 0.2
@@ -94,17 +94,17 @@ def test_a_ball_that_comes_is_hit_by_a_goal(striker: Striker, outside: Recorded)
     assert outside.said[-1].racket is not None
 
 
-def test_new_sights_correct_the_goal_that_is_played(striker: Striker, outside: Recorded):
-    goal = begun(striker, outside)
+def test_new_sights_correct_the_accepted_goal(striker: Striker, outside: FakeOutside):
+    goal = first_goal(striker, outside)
     striker.answered(goal.goal_id or "", accepted(goal))
     fly(striker, outside, 0.2)
     assert outside.goals[-1].revises == goal.goal_id
 
 
-def test_after_a_refused_correction_the_next_that_touches_the_ball_is_asked_for(
-    striker: Striker, outside: Recorded, mind: Mind, monkeypatch: pytest.MonkeyPatch
+def test_after_a_refused_correction_the_next_one_is_sent(
+    striker: Striker, outside: FakeOutside, mind: Mind, monkeypatch: pytest.MonkeyPatch
 ):
-    goal = begun(striker, outside)
+    goal = first_goal(striker, outside)
     striker.answered(goal.goal_id or "", accepted(goal))
 
     def beside(hit: Choice) -> Choice:
@@ -123,20 +123,20 @@ def test_after_a_refused_correction_the_next_that_touches_the_ball_is_asked_for(
     assert len(outside.goals) == count
 
 
-def test_without_an_order_nothing_moves(striker: Striker, outside: Recorded):
+def test_without_an_order_no_goals_are_sent(striker: Striker, outside: FakeOutside):
     fly(striker, outside, 0.3)
     assert not outside.goals
     assert not outside.said
 
 
-def test_a_planner_that_is_gone_is_said_once(striker: Striker, outside: Recorded):
-    goal = begun(striker, outside)
+def test_an_absent_planner_is_reported(striker: Striker, outside: FakeOutside):
+    goal = first_goal(striker, outside)
     striker.answered(goal.goal_id or "", NoAnswer("planner", "volley/arm/goal"))
     assert outside.said[-1].phase == "refused"
     assert "planner is not running" in outside.said[-1].reason
 
 
-def test_a_target_behind_the_arm_is_refused_in_a_sentence(striker: Striker, outside: Recorded):
+def test_a_target_behind_the_arm_is_refused_with_a_reason(striker: Striker, outside: FakeOutside):
     striker.order(m.StrikeRequest(target=(-90.0, 0.0, 0.0)))
     striker.decide()
     striker.answered(outside.goals.pop().goal_id or "", accepted(m.Goal(primitive="")))
@@ -146,7 +146,7 @@ def test_a_target_behind_the_arm_is_refused_in_a_sentence(striker: Striker, outs
     assert outside.said[-1].reason
 
 
-def test_a_ball_on_its_tee_is_left_alone(striker: Striker, outside: Recorded):
+def test_a_ball_on_its_tee_is_ignored(striker: Striker, outside: FakeOutside):
     striker.order(ORDER)
     for index in range(40):
         striker.see(m.BallState(time=0.01 * index, position=[0.24, -0.91, 1.14], velocity=[0.0, 0.0, 0.0]))
@@ -172,7 +172,7 @@ def test_an_order_out_of_range_is_refused_with_its_field(striker: Striker, field
     assert refused.value.detail["field"] == field
 
 
-def test_what_cannot_be_read_is_said(tmp_path: Path):
+def test_an_unreadable_learning_file_is_refused_with_a_remedy(tmp_path: Path):
     (tmp_path / "arm.json").write_text("{")
     with pytest.raises(ValueError, match="delete it to learn again"):
         Mind(ROBOT, tmp_path / "arm.json", logging.getLogger("striker"))

@@ -1,4 +1,4 @@
-"""Which sights are of a ball that can be struck."""
+"""Assignment of sights to balls."""
 
 import logging
 
@@ -15,8 +15,8 @@ LAUNCH, VELOCITY = np.array([5.16, -0.09, 1.34]), np.array([-6.32, -0.49, 0.79])
 
 
 @pytest.mark.parametrize("speed", [0.2, 1.5, 4.0], ids="{} m/s".format)
-def test_a_ball_is_seen_while_the_one_before_rolls(speed: float):
-    """By its predicted height a rolling ball is always about to bounce, when sights say nothing."""
+def test_a_new_ball_is_recognised_while_the_previous_one_rolls(speed: float):
+    """A rolling ball is always predicted to bounce, and sights near a bounce are not decisive."""
     eyes = Eyes(Estimator(BALL, Court(Surface(0.0, 0.9, 0.8))), logging.getLogger("striker"))
 
     def see(time: float, position: np.ndarray) -> None:

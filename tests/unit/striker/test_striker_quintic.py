@@ -1,4 +1,4 @@
-"""Swings that are planned without the planner, and so without its check in space."""
+"""Swings planned by the striker itself, with its own collision check."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ REFERENCE = m.Reference(time=4.0, epoch=3, positions=HOME, velocities=STILL, acc
 
 
 def swing(moved: float) -> m.Trajectory:
-    """Plan a swing whose second joint ends so far (rad) from home."""
+    """Plan a swing whose second joint ends `moved` rad from home."""
     end = (ROBOT.home + moved * np.eye(ROBOT.joint_count)[1]).tolist()
     goal = m.Goal(primitive="forehand", positions=end, velocities=STILL, arrival_time=4.8, goal_id="g1")
     return quintic_message(goal, REFERENCE, ROBOT, MotionCheck(ROBOT), 0)

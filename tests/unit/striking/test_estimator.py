@@ -10,7 +10,7 @@ START, SPEED = np.array([3.0, 0.2, 1.0]), np.array([-5.0, 0.3, 2.5])
 
 
 def flight(restitution: float = 0.75, seconds: float = 1.2) -> np.ndarray:
-    """True positions (n, 3) at every millisecond, by the simulation's own steps; a bounce takes its dwell."""
+    """Return true positions (n, 3), m, at 1 kHz, integrated as in the simulation; a bounce takes 4 ms."""
     position, velocity, found, waits, slide = START.copy(), SPEED.copy(), [], 0, np.zeros(3)
     for _ in range(round(seconds * 1000)):
         found.append(position.copy())
@@ -34,7 +34,7 @@ def watch(estimator: Estimator, seen: np.ndarray, until: int, every: int = 10, s
         estimator.observe(k * 1e-3, seen[k] + std * rng.normal(size=3))
 
 
-def test_exact_sights_predict_the_ball_beyond_its_bounce():
+def test_exact_sights_predict_the_flight_beyond_the_bounce():
     seen, estimator = (
         flight(),
         Estimator(BALL, COURT, Belief(1e-5, restitution_std=1e-3, drag_std=1e-3, unmodelled=1e-3)),
@@ -46,8 +46,8 @@ def test_exact_sights_predict_the_ball_beyond_its_bounce():
     assert positions == pytest.approx(seen[[400, 900, 1050]], abs=5e-3)
 
 
-def test_errors_are_as_large_as_the_filter_says():
-    """The normalised squared error of the state is that of its degrees of freedom, before and after the bounce."""
+def test_the_estimation_error_is_consistent_with_the_covariance():
+    """The mean normalised squared error of position and velocity is near 6, before and after the bounce."""
     rng = np.random.default_rng(1)
     for until in (300, 950):
         scores = []
@@ -65,7 +65,7 @@ def test_errors_are_as_large_as_the_filter_says():
         assert 3.0 < np.mean(scores) < 10.0
 
 
-def test_the_bounce_widens_the_prediction_and_teaches_the_restitution():
+def test_a_bounce_increases_the_covariance_and_its_sights_the_knowledge_of_restitution():
     seen, estimator = flight(0.68), Estimator(BALL, COURT, Belief(0.002, restitution_std=0.05))
     watch(estimator, seen, 500, std=0.002)
     path = estimator.path(1.1)
@@ -76,7 +76,7 @@ def test_the_bounce_widens_the_prediction_and_teaches_the_restitution():
     assert estimator.estimate.restitution == pytest.approx(0.68, abs=0.02)
 
 
-def test_what_no_ball_can_do_is_rejected_and_a_new_ball_followed():
+def test_implausible_sights_are_rejected_and_repeated_ones_are_a_new_ball():
     seen, estimator = flight(), Estimator(BALL, COURT)
     watch(estimator, seen, 200)
     assert estimator.observe(0.2, np.array([np.nan, 0, 0])) == "rejected"
@@ -87,7 +87,7 @@ def test_what_no_ball_can_do_is_rejected_and_a_new_ball_followed():
     assert [estimator.observe(k * 1e-3, other[k]) for k in (220, 230, 240)] == ["rejected", "rejected", "new ball"]
 
 
-def test_losses_are_bridged_and_a_ball_that_stops_coming_is_said():
+def test_lost_sights_are_bridged_and_the_age_of_the_last_one_known():
     seen, estimator = flight(), Estimator(BALL, COURT, Belief(0.005, latency=0.01))
     assert estimator.age(5.0) == np.inf
     with pytest.raises(NoBall):
@@ -99,7 +99,7 @@ def test_losses_are_bridged_and_a_ball_that_stops_coming_is_said():
     assert estimator.age(0.5) == pytest.approx(0.31)
 
 
-def test_wind_is_learned_from_sights():
+def test_wind_is_estimated_from_sights():
     wind, estimator = np.array([0.0, 0.8, 0.0]), Estimator(Ball(0.1, 0.03), COURT, Belief(1e-4, wind_std=(1, 1, 0)))
     for time in np.arange(0, 0.3, 0.01):
         fall = np.array([0, 0, -9.81]) + wind

@@ -8,7 +8,7 @@ STEP = 0.002
 AIRS = {"vacuum": Air(), "wind": Air(wind=np.array([0.0, 1.0, 0.0])), "drag": Air(drag=0.02)}
 
 
-def test_a_flight_without_drag_is_mujocos_to_rounding():
+def test_a_flight_without_drag_agrees_with_mujoco():
     model = mujoco.MjModel.from_xml_string(
         f'<mujoco><option timestep="{STEP}"/><worldbody><body pos="0 0 2"><freejoint/><geom size=".03" mass=".1"/>'
         "</body></worldbody></mujoco>"
@@ -25,7 +25,7 @@ def test_a_flight_without_drag_is_mujocos_to_rounding():
 
 
 @pytest.mark.parametrize("air", [Air(drag=0.05), Air(drag=0.03, spin=np.array([0.0, 100.0, 0.0]))])
-def test_coarse_steps_follow_the_fine_integration_of_drag_and_spin(air: Air):
+def test_coarse_steps_agree_with_fine_integration_of_drag_and_spin(air: Air):
     ball = Ball(0.057, 0.033, magnus=0.005, step=0.001)
     position, velocity = np.zeros(3), np.array([8.0, 1.0, 4.0])
     for _ in range(600):
@@ -48,7 +48,7 @@ def test_an_aimed_ball_lands_on_its_target(air: Air):
     assert arrivals == pytest.approx(speeds, abs=5e-3)
 
 
-def test_the_landing_gradient_is_that_of_the_flight():
+def test_the_landing_gradient_agrees_with_finite_differences():
     ball, air, start = Ball(0.1, 0.025), Air(), np.array([[1.5, 0.2, 1.2]])
     time = np.array([0.6])
     velocity, _, arrival = aim(ball, air, start, np.array([-0.5, 0.3, 0.8]), time)
@@ -60,7 +60,7 @@ def test_the_landing_gradient_is_that_of_the_flight():
         assert (landed - [-0.5, 0.3]) / 1e-5 == pytest.approx(slope[:, k], abs=1e-3)
 
 
-def test_the_clearance_above_a_net_is_found_where_the_ball_crosses_it():
+def test_the_clearance_above_the_net_is_measured_where_the_ball_crosses_it():
     net = Net(np.array([0.0, 0.0, 0.9]), np.array([1.0, 0.0]), 0.9)
     ball, starts = Ball(0.1, 0.025), np.array([[1.0, 0.0, 1.2], [1.0, 3.0, 1.2], [-0.1, 0.0, 1.2]])
     velocities = np.tile([-2.0, 0.0, 1.0], (3, 1))

@@ -72,7 +72,7 @@ def rest(config, time=0.02):
     return State(time, config.home, np.zeros(6), np.zeros(6))
 
 
-def test_kinematics_of_many_postures_are_mujocos(config):
+def test_vectorised_kinematics_agree_with_mujocos(config):
     postures = np.random.default_rng(0).uniform(*config.limits.positions.T, size=(20, 6))
     positions, normals, by_joints = Chain(config).jacobians(postures)
     own = Kinematics(config)
@@ -84,7 +84,7 @@ def test_kinematics_of_many_postures_are_mujocos(config):
         assert by_joints[k, :3] @ speeds == pytest.approx(own.tool_velocity(posture, speeds), abs=1e-9)
 
 
-def test_the_racket_velocity_for_an_outgoing_ball_is_the_inverse_of_the_law(arm, table):
+def test_the_racket_velocity_inverts_the_contact_law(arm, table):
     rng, law = np.random.default_rng(0), ContactLaw(0.8, 0.85, bias=np.array([0.1, -0.05, 0.02]))
     mobility = arm.mobility(arm.postures(table.postures[:30]))
     incoming, wanted = rng.normal(size=(2, 30, 3)) + np.array([[[-5, 0, 0]], [[4, 0, 2]]])
@@ -96,18 +96,18 @@ def test_the_racket_velocity_for_an_outgoing_ball_is_the_inverse_of_the_law(arm,
     assert np.linalg.norm(across, axis=1).max() < 0.05 * np.linalg.norm(wanted - incoming, axis=1).min()
 
 
-def test_simulated_hits_of_the_shipped_arm_follow_the_law_with_recoil(arm, calibration):
+def test_simulated_hits_follow_the_contact_law_with_recoil(arm, calibration):
     assert calibration.hits > 100
     assert 0.7 < calibration.law.restitution < 0.9
     assert 0.7 < calibration.law.friction < 0.95
     assert calibration.rms < 0.25
-    # What a heavy racket would do is far off: the arm's own mass is a few times the ball's.
+    # The arm's effective mass is only a few times the ball's, so a law for a heavy racket would be wrong.
     n = np.array([[1.0, 0.0, 0.0]])
     mass = 1 / (n[0] @ arm.mobility(arm.postures(arm.config.home[None]))[0] @ n[0] - 1 / BALL.mass)
     assert 0.1 < mass < 1.0
 
 
-def test_a_chosen_hit_sends_the_ball_to_the_target_and_a_correction_keeps_the_branch(config, chooser, arm):
+def test_a_chosen_hit_reaches_the_target_and_a_correction_keeps_its_branch(config, chooser, arm):
     path, target, start = path_of(), np.array([4.0, -0.5, 0.0]), rest(config)
     best = next(chooser.choose(path, start, target))
     place, axis = (value[0] for value in arm.chain.pose(best.positions[None]))
@@ -130,13 +130,13 @@ def test_a_chosen_hit_sends_the_ball_to_the_target_and_a_correction_keeps_the_br
     assert abs(moved.time - best.time) <= 0.06 + 1e-9
 
 
-def test_hits_like_an_earlier_one_come_last(config, chooser):
+def test_hits_similar_to_an_earlier_one_are_ordered_last(config, chooser):
     best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     like, other = replace(best, use=7.0), replace(best, positions=best.positions + 0.6)
     assert list(distinct_first([best, like, other])) == [best, other, like]
 
 
-def test_hits_that_do_not_exist_are_refused_with_a_reason(config, chooser):
+def test_a_ball_without_a_feasible_hit_is_refused_with_a_reason(config, chooser):
     cases = [
         (path_of(place=(4.0, -6.0, 1.0)), rest(config), "out of reach"),
         (path_of(), rest(config, 3.0), "late"),
@@ -159,7 +159,7 @@ def test_a_simulated_contact_corrects_the_law(config, chooser, arm, table, calib
     assert not next(plain.choose(path_of(), start, target)).law_error.any()
 
 
-def test_a_correction_that_finds_nothing_near_looks_elsewhere_while_there_is_time(config, chooser):
+def test_a_correction_without_a_hit_nearby_searches_all_hits_if_time_permits(config, chooser):
     target = np.array([4.0, -0.5, 0.0])
     best = next(chooser.choose(path_of(), rest(config), target))
     corrections = Corrections(chooser, following(), tries=2)
@@ -171,7 +171,7 @@ def test_a_correction_that_finds_nothing_near_looks_elsewhere_while_there_is_tim
         next(corrections.of(hopeless, rest(config, best.time - 0.1), target))
 
 
-def test_a_correction_that_gets_worse_looks_elsewhere_first(config, chooser, monkeypatch):
+def test_a_correction_with_a_larger_error_tries_other_hits_first(config, chooser, monkeypatch):
     target, start, ball = np.array([4.0, -0.5, 0.0]), rest(config), following()
     best = next(chooser.choose(path_of(), start, target))
     expected = [hit.error for hit in Corrections(chooser, ball, tries=2).of(best, start, target)]
@@ -186,7 +186,7 @@ def test_a_correction_that_gets_worse_looks_elsewhere_first(config, chooser, mon
     assert min(times) >= best.time - 1e-6
 
 
-def test_a_swing_that_the_ball_goes_by_is_moved_to_touch_it(config, chooser, arm):
+def test_a_swing_that_would_miss_the_ball_is_moved_to_touch_it(config, chooser, arm):
     path, target = path_of(), np.array([4.0, -0.5, 0.0])
     best = next(chooser.choose(path, rest(config), target))
     before = best.time - 0.2
@@ -205,7 +205,7 @@ def test_a_swing_that_the_ball_goes_by_is_moved_to_touch_it(config, chooser, arm
     assert touch.error > best.error
 
 
-def test_of_hits_that_are_alike_one_is_simulated(config, chooser, arm, table, calibration):
+def test_only_one_of_several_similar_hits_is_simulated(config, chooser, arm, table, calibration):
     simulated = []
 
     def simulate(choice):
@@ -218,8 +218,8 @@ def test_of_hits_that_are_alike_one_is_simulated(config, chooser, arm, table, ca
     assert [finer.rehearsed(choice).law_error[2] for choice in (best, near, far)] == pytest.approx([0.1, 0.1, 0.2])
 
 
-def test_a_controller_that_resists_the_recoil_lets_the_ball_leave_faster(config, chooser, arm, calibration):
-    """But where its torques stay for as long as a contact."""
+def test_a_controller_that_counteracts_the_recoil_makes_the_ball_leave_faster(config, chooser, arm, calibration):
+    """Unless its torques are constant during the contact, at a low rate."""
     best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     left = []
     slow = replace(config, rate_hz=125.0)
@@ -231,8 +231,8 @@ def test_a_controller_that_resists_the_recoil_lets_the_ball_leave_faster(config,
     assert left[2] == left[0]
 
 
-def test_a_simulated_arm_is_thrown_as_far_as_the_recoil_says(config, chooser, arm, calibration):
-    """By the ball that leaves as the law says; the joints then swing back by the tracking law."""
+def test_the_recoil_of_a_simulated_arm_agrees_with_the_model(config, chooser, arm, calibration):
+    """The velocity jump follows from the ball's change of momentum, and the deviation from the tracking law."""
     best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     contact = SimulatedContact(config, "ball", calibration.law, arm.offset)
     left = contact.hit(best, 0.5)
@@ -251,7 +251,7 @@ def test_a_simulated_arm_is_thrown_as_far_as_the_recoil_says(config, chooser, ar
     assert farthest == pytest.approx(1.2 * peak, rel=0.01)
 
 
-def test_hits_whose_recoil_throws_the_racket_into_the_floor_are_not_played(config, chooser, arm, table):
+def test_hits_whose_recoil_would_end_in_the_floor_are_not_chosen(config, chooser, arm, table):
     path, target, recoil = path_of((-5.0, 0.0, 2.0)), np.array([4.5, 0.0, 0.0]), Recoil(arm)
     every = list(chooser.choose(path, rest(config), target, count=100))
     without = [choice for choice in every if not recoil.has_room(choice)]
@@ -268,7 +268,7 @@ def test_hits_whose_recoil_throws_the_racket_into_the_floor_are_not_played(confi
     assert error.value.reason == "room"
 
 
-def test_a_ball_that_cannot_be_sent_to_the_target_is_blocked(config, chooser, arm):
+def test_a_ball_that_cannot_reach_the_target_is_blocked(config, chooser, arm):
     path, far = path_of(), np.array([20.0, 0.0, 0.0])
     with pytest.raises(NoHit):
         chooser.choose(path, rest(config), far)
@@ -282,7 +282,7 @@ def test_a_ball_that_cannot_be_sent_to_the_target_is_blocked(config, chooser, ar
         chooser.blocks(path_of(place=(4.0, -6.0, 1.0)), rest(config), far)
 
 
-def test_hits_teach_a_racket_that_was_believed_wrong(config, chooser, arm, calibration, tmp_path: Path):
+def test_observed_hits_correct_a_wrong_contact_law_which_is_saved(config, chooser, arm, calibration, tmp_path: Path):
     true, law = calibration.law, replace(calibration.law, restitution=0.9 * calibration.law.restitution)
     learner, best = Learner.of(law), next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     state = best.mobility[None], best.incoming[None], best.racket_velocity[None], best.racket_normal[None]
@@ -308,7 +308,7 @@ def test_hits_teach_a_racket_that_was_believed_wrong(config, chooser, arm, calib
         read(file, "arm")
 
 
-def test_the_outgoing_velocity_is_found_from_sights():
+def test_the_outgoing_velocity_is_estimated_from_sights():
     times = np.arange(0.02, 0.12, 0.01)
     fall = np.array([0, 0, -9.81]) * (times * (times + BALL.step) / 2)[:, None]
     seen = np.array([1.0, 0, 1.0]) + times[:, None] * np.array([5.0, 1.0, 3.0]) + fall

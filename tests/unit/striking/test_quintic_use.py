@@ -1,4 +1,4 @@
-"""The quick estimate of the limits that a hit takes, against the stop that the planner plans."""
+"""The fast estimate of a hit's use of the limits, compared with the planner's stop."""
 
 import numpy as np
 
@@ -17,14 +17,14 @@ STILL = np.zeros(ROBOT.joint_count)
 FOLLOW_THROUGH_S = 0.018
 
 
-def test_a_stop_takes_the_way_of_the_planner():
+def test_the_stopping_distance_agrees_with_the_planners_stop():
     speeds = np.random.default_rng(0).uniform(0, 1, (200, ROBOT.joint_count)) ** 3 * LIMITS.velocities
     stop = fastest_stop(speeds, np.zeros_like(speeds), LIMITS.accelerations, LIMITS.jerks)
     _, highest, _, _ = stop.extremes(np.zeros_like(speeds))
     np.testing.assert_allclose(stopping_distance(LIMITS, speeds), highest, rtol=1e-9, atol=1e-12)
 
 
-def test_a_hit_after_which_the_arm_cannot_stop_is_known_as_the_planner_knows_it():
+def test_hits_after_which_the_arm_cannot_stop_are_those_that_the_planner_refuses():
     velocities = np.zeros((1, ROBOT.joint_count))
     velocities[0, 0] = 0.5 * LIMITS.velocities[0]
     way = stopping_distance(LIMITS, velocities)[0, 0]

@@ -3,9 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.table_tennis.balls import append, read, wilson
+from benchmarks.table_tennis.balls import Ball, append, read, wilson
 from benchmarks.table_tennis.cell import write_robot
 from benchmarks.table_tennis.player import Player
+from benchmarks.table_tennis.resuming import ResumableRun
 from benchmarks.table_tennis.scene import BALL, RACKET, NotInstalled, environment, robot
 from benchmarks.table_tennis.variants import VARIANTS
 from robot.description import load_robot
@@ -15,13 +16,13 @@ from robot.striking.contact import ContactLaw
 from robot.striking.simulated_contact import SimulatedContact
 
 
-def test_wilsons_interval():
+def test_wilson_interval_of_98_successes_in_100():
     assert wilson(98, 100) == pytest.approx((0.9300, 0.9945), abs=1e-4)
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """For the table of postures, which takes seconds."""
+    """Directory with the cached reachability table, whose computation takes seconds."""
     return tmp_path_factory.mktemp("table")
 
 
@@ -30,7 +31,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ("calm", 500_000),
         ("noise", 500_000),
-        ("noise", 70_720),  # begins with a hit that it can correct ever worse
+        ("noise", 70_720),  # corrections of the first hit get worse and worse
         ("switching", 70_005),  # all late hits are refused
     ],
 )
@@ -49,15 +50,30 @@ def test_a_ball_of_fancy_gym_is_returned(name: str, seed: int, folder: Path, tmp
     assert read(tmp_path / "balls.jsonl", name) == {seed: ball}
 
 
-def test_a_line_that_is_no_ball_is_named(tmp_path):
+def test_an_invalid_line_of_results_is_refused_with_its_number(tmp_path):
     path = tmp_path / "balls.jsonl"
     path.write_text("{}\n")
     with pytest.raises(ValueError, match="line 1 cannot be read as a ball"):
         read(path, "calm")
 
 
-def test_the_services_scene_hits_as_the_environment(tmp_path):
-    """Their ball moves freely, the environment's on three slides: a hit must not turn it."""
+def test_a_run_continues_where_it_was_interrupted(tmp_path):
+    """Balls in the file are not played again; other variants and seeds in it are ignored."""
+    path = tmp_path / "balls.jsonl"
+    append(path, "noise", 4, Ball(hit=True))
+    first = ResumableRun("calm", range(3, 7), path)
+    for seed, _ in first.play(lambda seed: Ball(corrections=seed)):
+        if seed == 4:
+            break
+    later = ResumableRun("calm", range(4, 8), path)
+    assert later.remaining == [5, 6, 7]
+    assert [seed for seed, _ in later.play(lambda seed: Ball(corrections=seed))] == [5, 6, 7]
+    assert {seed: ball.corrections for seed, ball in later.balls.items()} == {4: 4, 5: 5, 6: 6, 7: 7}
+    assert list(read(path, "calm")) == [3, 4, 5, 6, 7]
+
+
+def test_a_contact_in_the_services_scene_agrees_with_the_environments(tmp_path):
+    """The services' ball has a free joint, the environment's three slides, so a hit must not rotate it."""
     try:
         own = robot(tmp_path)
     except NotInstalled as missing:

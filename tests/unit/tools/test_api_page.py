@@ -1,4 +1,4 @@
-"""docs/api.md is current, and documents what a package exports."""
+"""docs/api.md is current, and documents the exports of packages."""
 
 import re
 from pathlib import Path
@@ -47,7 +47,7 @@ def test_page_is_up_to_date():
     assert PAGE.read_text(encoding="utf-8") == api.page(), "run: python -m tools.pages.api > docs/api.md"
 
 
-def test_every_module_that_motion_names_is_documented():
+def test_every_module_in_motions_docstring_is_documented():
     named = set(re.findall(r"`(\w+)`", motion.__doc__ or ""))
     assert named == set(api.public("motion")), "motion's docstring names a module that does not exist"
     text = api.page()
@@ -61,7 +61,7 @@ def test_signatures_are_those_of_the_source():
     assert "duration: float\n```\n\nTime of the last break, s." in text
 
 
-def test_a_package_with_all_documents_its_exports_alone(tmp_path: Path, monkeypatch):
+def test_of_a_package_with_all_only_the_exports_are_documented(tmp_path: Path, monkeypatch):
     package = tmp_path / "client"
     package.mkdir()
     (package / "__init__.py").write_text('"""A client."""\nfrom client.arm import Arm, twice\n__all__ = ["Arm"]\n')
@@ -72,5 +72,5 @@ def test_a_package_with_all_documents_its_exports_alone(tmp_path: Path, monkeypa
     assert "class Arm(name: str, *, patience_s: float = 1.0)\n" in text
     assert "async def goal() -> int\n" in text
     assert "Args\n\n- name: its name, in full\n" in text
-    assert "```python\ndef cancel() -> None\n```\n\nStop.\n" in text, "inherited, once for both kinds of arm"
+    assert "```python\ndef cancel() -> None\n```\n\nStop.\n" in text, "inherited, and without async"
     assert "_hidden" not in text and "twice" not in text and "client.base" not in text

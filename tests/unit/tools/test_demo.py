@@ -1,10 +1,10 @@
-"""What the demo promises, and how it says whether it was kept."""
+"""The bounds of the demo's strikes, and its report."""
 
 import msgspec
 import pytest
 
 from protocol import messages as m
-from tools.demo.play import Outcome
+from tools.demo.play import StrikeOutcome
 from tools.demo.report import closest_limit, table
 from tools.demo.strikes import STRIKES, Strike
 
@@ -31,17 +31,19 @@ def report(**changes: object) -> m.Report:
     return msgspec.structs.replace(made, **changes)
 
 
-def outcome(result: str = "succeeded", error: float = 1e-3, ball_speed: float = 5.0, **changes: object) -> Outcome:
-    """Return an outcome in which everything was kept unless told otherwise."""
+def outcome(
+    result: str = "succeeded", error: float = 1e-3, ball_speed: float = 5.0, **changes: object
+) -> StrikeOutcome:
+    """Return an outcome in which every bound holds, except for the given changes."""
     errors = m.Point(positions=[error, 0.0], velocities=[0.0, -error])
     hit = m.Hit(time=1.0, position_error=[0.0, 0.0], velocity_error=[0.0, 0.0], truth_error=errors)
     reply = m.GoalReply(goal_id="g", start_time=0.0, duration=1.0, total_duration=1.1, report=report(**changes))
     played = m.Result(goal_id="g", outcome=result, reason="", hit=hit)  # type: ignore[arg-type]
-    return Outcome(STRIKE, reply, played, ball_speed, robot_s=1.8, wall_s=2.0)
+    return StrikeOutcome(STRIKE, reply, played, ball_speed, robot_s=1.8, wall_s=2.0)
 
 
-def test_kept_promises_are_silent() -> None:
-    assert outcome().broken_promises() == []
+def test_an_outcome_within_its_bounds_has_no_failures() -> None:
+    assert outcome().failures() == []
 
 
 @pytest.mark.parametrize(
@@ -53,22 +55,22 @@ def test_kept_promises_are_silent() -> None:
         ({"certified": False}, "certificate"),
     ],
 )
-def test_a_broken_promise_is_told(changes: dict, says: str) -> None:
-    (sentence,) = outcome(**changes).broken_promises()
+def test_a_failure_is_reported(changes: dict, says: str) -> None:
+    (sentence,) = outcome(**changes).failures()
     assert says in sentence
 
 
-def test_a_goal_that_ended_before_the_hit_is_told() -> None:
+def test_a_goal_that_ended_before_its_hit_is_reported() -> None:
     ended = outcome("canceled")
     ended.result.hit = None
-    assert "canceled before the hit" in ended.broken_promises()[0]
+    assert "canceled before the hit" in ended.failures()[0]
 
 
-def test_closest_limit_is_the_one_used_most() -> None:
+def test_the_closest_limit_is_the_one_used_most() -> None:
     assert closest_limit(report(), JOINTS) == "elbow velocity 90%"
 
 
-def test_limits_that_shape_the_plan_come_first_but_for_jerk() -> None:
+def test_an_active_limit_other_than_jerk_is_the_closest() -> None:
     active = [
         m.ActiveLimit(joint="elbow", quantity="jerk", time_from_start=0.1),
         m.ActiveLimit(joint="shoulder", quantity="position", time_from_start=0.2),
@@ -76,6 +78,6 @@ def test_limits_that_shape_the_plan_come_first_but_for_jerk() -> None:
     assert closest_limit(report(active=active), JOINTS) == "shoulder position: reached"
 
 
-def test_table_has_a_row_for_each_outcome() -> None:
+def test_the_table_has_a_row_for_each_outcome() -> None:
     shown = table([outcome(), outcome("aborted")], JOINTS)
     assert shown.row_count == 2

@@ -1,4 +1,4 @@
-"""What is found on a machine, and what is promised of it."""
+"""Facts found on a machine, and the promise derived from them."""
 
 import os
 import shutil
@@ -19,11 +19,11 @@ PUNCTUAL = np.full(1000, 3.0)
 
 
 def with_one(late_us: float) -> np.ndarray:
-    """A punctual sample but for one tick."""
+    """Return a punctual sample with one late tick, µs."""
     return np.append(PUNCTUAL, late_us)
 
 
-def test_what_was_asked_for_and_refused():
+def test_refused_privileges_are_reported():
     missing = ["SCHED_FIFO 50: [Errno 1] Operation not permitted", "mlockall: Cannot allocate memory"]
     scheduler, memory, slack = facts.granted(missing)
     assert (scheduler.good, memory.good, slack.good) == (False, False, True)
@@ -41,12 +41,12 @@ def test_what_was_asked_for_and_refused():
         ("#1 SMP Debian", "0", "no preemption model named", False),
     ],
 )
-def test_kernels(version, realtime, found, good):
+def test_the_kernels_preemption_is_recognised(version, realtime, found, good):
     fact = facts.kernel(version, realtime)
     assert (fact.found, fact.good) == (found, good)
 
 
-def test_cores_governor_and_clock():
+def test_facts_about_cores_governor_host_buffer_and_clock():
     assert [facts.cores(count, "").good for count in (2, 4, 8)] == [False, True, True]
     assert "isolated: 2-3" in facts.cores(4, "2-3").found
     assert facts.governor(["performance"] * 4).good is True
@@ -59,7 +59,7 @@ def test_cores_governor_and_clock():
     assert [facts.clock(name).good for name in ("tsc", "hpet", "")] == [True, False, None]
 
 
-def test_samples():
+def test_lateness_is_summarised():
     sample = summarise(np.array([0.0, 10.0, 20.0, 260.0, 900.0]))
     assert (sample.count, sample.median_us, sample.max_us, sample.late, sample.missed) == (5, 20.0, 900.0, 2, False)
     assert summarise(np.array([1000.0])).missed
@@ -79,15 +79,15 @@ def test_samples():
         (with_one(1500.0), GOOD, False, "not 1 kHz: the worst of 1001 ticks came 1500 µs late"),
     ],
 )
-def test_promises(late_us, found, fit, sentence):
+def test_the_promise_follows_from_lateness_and_facts(late_us, found, fit, sentence):
     said_fit, said = promise(summarise(late_us), found)
     assert said_fit == fit
     assert sentence in said
 
 
 @pytest.mark.parametrize("prefix", [[], ["setpriv", "--bounding-set=-all"]], ids=["as is", "no privileges"])
-def test_it_runs_with_and_without_privileges(prefix):
-    """Whatever it finds, it says so in a sentence and exits with 0 or 1."""
+def test_preflight_runs_with_and_without_privileges(prefix):
+    """It prints all facts and exits with 0 or 1, according to its promise."""
     if prefix and (os.getuid() != 0 or not shutil.which(prefix[0])):
         pytest.skip("without root there are no privileges to drop")
     command = [*prefix, sys.executable, "-m", "tools.preflight", "--seconds", "0.1"]
@@ -103,7 +103,7 @@ def test_it_runs_with_and_without_privileges(prefix):
 
 
 @pytest.mark.parametrize("seconds", ["-1", "0", "nan", "inf"])
-def test_a_time_that_cannot_be_meant_is_refused(seconds, monkeypatch, capsys):
+def test_an_invalid_duration_is_refused(seconds, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["preflight", f"--seconds={seconds}"])
     assert main() == 2
     assert capsys.readouterr().err == f"preflight: seconds is {seconds}; it must lie between 0.1 and 3600\n"

@@ -1,4 +1,4 @@
-"""docs/protocol.md is current and complete, and its links lead to headings."""
+"""docs/protocol.md is current and complete, and its links are valid."""
 
 import inspect
 import re
@@ -36,10 +36,10 @@ def test_links_lead_to_headings():
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     anchors = [re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings]
     assert set(re.findall(r"\(#([^)]*)\)", text)) <= set(anchors)
-    assert len(anchors) == len(set(anchors)), "two headings with one anchor"
+    assert len(anchors) == len(set(anchors)), "two headings with the same anchor"
 
 
-def test_described_fields_exist_and_are_all_described():
+def test_docstrings_describe_exactly_the_fields_of_their_message():
     for kind in vars(m).values():
         if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and "Attributes:" in (kind.__doc__ or ""):
             described = re.findall(r"^ {4}(\w+): ", inspect.cleandoc(kind.__doc__ or ""), re.MULTILINE)

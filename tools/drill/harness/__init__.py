@@ -1,1 +1,1 @@
-"""Robot cells for scenarios: started, observed, disturbed."""
+"""Robot cells for scenarios: start, observe and disturb them."""

@@ -1,4 +1,4 @@
-"""A running robot cell: what a scenario asks of it."""
+"""A running robot cell, with the requests that scenarios send."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -18,26 +18,26 @@ LATE_TRIES = 3
 ACCEPTED = "accepted"
 
 
-def code_of(ask: Callable[[], object]) -> str:
-    """Return the code with which a request is refused, `accepted` where it is not."""
+def refusal_code(send: Callable[[], object]) -> str:
+    """Send a request, and return the code of its refusal, or `accepted`."""
     try:
-        ask()
+        send()
     except Refusal as refusal:
         return refusal.code
     return ACCEPTED
 
 
 class Cell(Observer):
-    """Running services, and a client's bus to them.
+    """Running services of one robot, and a client's connection to them.
 
     Attributes:
-        services: The supervisor of its processes.
-        processes: Signals, logs and memory of its processes.
-        endpoint: Where its router listens.
-        folder: Of its logs and its library.
-        stepped: Its clock is the stepped one.
-        config: The robot's description.
-        home: The robot's home, rad.
+        services: Supervisor of the processes.
+        processes: Signals, logs and memory of the processes.
+        endpoint: Endpoint of the router.
+        folder: Directory of the logs and the library.
+        stepped: Whether the clock is the stepped one.
+        config: Description of the robot.
+        home: Home position of the joints, rad.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Cell(Observer):
     # --- the clock ------------------------------------------------------------------------------------
 
     def reset(self, positions: list[float] | None = None, seed: int | None = None, ball: m.Ball | None = None) -> None:
-        """Begin a run, numbered `seed` or by the next number, with the arm at rest at `positions` or at home."""
+        """Begin run number `seed`, by default the next one, with the arm at rest at `positions`, by default at home."""
         self.begin_run(self.run + 1 if seed is None else seed)
         self.bus.ask(topics.SIM_RESET, m.Reset(positions=positions, seed=self.run, ball=ball))
 
@@ -69,18 +69,18 @@ class Cell(Observer):
             self.step(tick - self.tick)
 
     def pass_time(self, seconds: float) -> None:
-        """Wait until `seconds` of robot time have passed in real time; a busy machine takes longer."""
+        """Wait until `seconds` of robot time have passed, which takes longer on a busy machine."""
         end = self.state().time + seconds
         wait_for(lambda: self.state().time >= end, f"{seconds:g} s of robot time")
 
     def ticks(self, seconds: float) -> int:
-        """Return a time in ticks."""
+        """Convert a time from s to ticks."""
         return round(seconds * self.config.rate_hz)
 
     # --- motions --------------------------------------------------------------------------------------
 
     def goal(self, **fields: object) -> m.GoalReply:
-        """Ask for a goal of the forehand, home by default; in real time again where the plan came late."""
+        """Send a goal of the forehand, by default to home. In real time, send it again if its plan was late."""
         goal = m.Goal(**{"primitive": "forehand", "positions": self.home, **fields})  # type: ignore[arg-type]
         for _ in range(0 if self.stepped else LATE_TRIES):
             try:
@@ -91,25 +91,25 @@ class Cell(Observer):
         return self.bus.ask(topics.GOAL, goal)
 
     def strike(self, **fields: object) -> m.GoalReply:
-        """Ask for the demonstrated strike."""
+        """Send the goal of the demonstrated strike."""
         return self.goal(**{"positions": list(HIT), "velocities": list(HIT_VELOCITIES), **fields})
 
     def move_aside(self, duration: float) -> m.GoalReply:
-        """Ask for a motion of joint_1 to 0.5 rad."""
+        """Send a goal that moves joint_1 to 0.5 rad and the others to home."""
         return self.goal(positions=[0.5, *self.home[1:]], duration=duration)
 
-    def under_way(self) -> m.GoalReply:
-        """Ask for a motion of 2 s in real time, and return once the arm is in the middle of it."""
+    def begin_motion(self) -> m.GoalReply:
+        """Begin a motion of 2 s in real time, and return 0.7 s after its start."""
         reply = self.move_aside(2.0)
-        wait_for(lambda: self.state().time > reply.start_time + 0.7, "the motion to be under way")
+        wait_for(lambda: self.state().time > reply.start_time + 0.7, "0.7 s of the motion")
         return reply
 
     def end_tick(self, reply: m.GoalReply) -> int:
-        """Return the tick at which the goal's motion is at rest."""
+        """Return the tick at which the goal's motion has come to rest."""
         return self.ticks(reply.start_time + reply.total_duration)
 
     def finish(self, reply: m.GoalReply) -> m.Result:
-        """Let the goal's motion end, and return its result."""
+        """Wait until the goal's motion has ended, or step to its end; return its result."""
         if self.stepped:
             self.step_to(self.end_tick(reply) + 2)
         else:
@@ -120,29 +120,29 @@ class Cell(Observer):
         """Wait in real time until a goal's motion has ended."""
         wait_for(lambda: self.result(goal_id).outcome != "running", "the motion to end")
 
-    # --- questions ------------------------------------------------------------------------------------
+    # --- queries --------------------------------------------------------------------------------------
 
     def result(self, goal_id: str) -> m.Result:
-        """Ask how a goal went so far."""
+        """Query the result of a goal so far."""
         return self.bus.ask(topics.RESULT, m.ResultRequest(goal_id=goal_id))
 
     def state(self) -> m.State:
-        """Ask for the newest state."""
+        """Query the newest state."""
         return self.bus.ask(topics.STATE_QUERY, m.Empty())
 
     def status(self) -> m.Status:
-        """Ask for the newest status."""
+        """Query the newest status."""
         return self.bus.ask(topics.STATUS_QUERY, m.Empty())
 
     def mode(self) -> str:
-        """Return the controller's mode, empty while it does not answer."""
+        """Return the controller's mode, or an empty string if it does not reply."""
         try:
             return self.bus.ask(topics.STATUS_QUERY, m.Empty(), timeout=1.0).mode
         except (Refusal, NoAnswer):
             return ""
 
     def library(self) -> list[m.PrimitiveEntry]:
-        """Return the planner's library, empty while it does not answer."""
+        """Return the planner's library, or an empty list if it does not reply."""
         try:
             return self.bus.ask(topics.PRIMITIVES, m.Empty(), timeout=1.0).primitives
         except (NoAnswer, Refusal):
@@ -150,12 +150,12 @@ class Cell(Observer):
 
     # --- faults ---------------------------------------------------------------------------------------
 
-    def lose(self, stream: str, ticks: int) -> None:
-        """Lose the messages of the coming `ticks` on a stream."""
+    def drop_messages(self, stream: str, ticks: int) -> None:
+        """Drop the messages of the next `ticks` on a stream."""
         self.bus.ask(topics.SIM_DISTURB, m.Disturb(kind="loss", stream=stream, duration=ticks * self.config.tick))  # type: ignore[arg-type]
 
     def recover(self) -> None:
-        """Leave any fault; in real time a machine that stalls may make the arm brake at any time."""
+        """Reset the controller until the arm does not brake; in real time a stall of the machine makes it brake."""
 
         def healthy() -> bool:
             try:

@@ -1,4 +1,4 @@
-"""The motion that a run's commands make: whether it is smooth, inside the limits, and the plan's own."""
+"""The motion that a run's commands describe: its smoothness, its use of the limits, its equality with a plan."""
 
 import numpy as np
 
@@ -7,8 +7,8 @@ from robot.conversions import samples_of
 from robot.description import RobotConfig
 
 
-def unlike_plan(commands: list[m.Command], plan: m.Plan, config: RobotConfig, lost: int = 0) -> int:
-    """Return how many commands during a plan differ in a bit from its samples, or are missing beyond `lost`."""
+def differing_commands(commands: list[m.Command], plan: m.Plan, config: RobotConfig, lost: int = 0) -> int:
+    """Count the commands during a plan that are not bit-identical to its samples, and those missing beyond `lost`."""
     samples, first = samples_of(plan), round(plan.start_time * config.rate_hz)
     during = [command for command in commands if first <= command.tick < first + plan.count]
     missing = max(0, plan.count - lost - len(during))
@@ -20,12 +20,12 @@ def unlike_plan(commands: list[m.Command], plan: m.Plan, config: RobotConfig, lo
 
 
 class CommandedMotion:
-    """The reference in a run's commands, tick by tick.
+    """The reference trajectory in a run's commands, one sample a tick.
 
     Attributes:
         positions: (N, J), rad.
         velocities: (N, J), rad/s.
-        accelerations: (N − 1, J), the mean of each tick, rad/s².
+        accelerations: (N − 1, J), mean over each tick, rad/s².
     """
 
     def __init__(self, commands: list[m.Command], config: RobotConfig) -> None:
@@ -35,21 +35,21 @@ class CommandedMotion:
         self.accelerations = np.diff(self.velocities, axis=0) * config.rate_hz
 
     def jerk_used(self) -> float:
-        """Return the largest step of acceleration in a tick as a share of what the jerk limit allows."""
+        """Return the largest change of acceleration in a tick, as a fraction of what the jerk limit allows."""
         steps = np.abs(np.diff(self.accelerations, axis=0))
         return float((steps / (self._config.limits.jerks * self._config.tick)).max())
 
-    def gap_used(self) -> float:
-        """Return the largest step of position that velocity does not explain, as a share of what the jerk limit allows.
+    def integration_error(self) -> float:
+        """Return the largest error of a step of position against the velocities, integrated by the trapezoidal rule.
 
-        The trapezoid of the velocities is off by half of J·dt³/6 where the jerk is at its limit J.
+        It is a fraction of J·dt³/6, where J is the jerk limit; at constant jerk J it is 1/2.
         """
         means = (self.velocities[1:] + self.velocities[:-1]) / 2
-        gaps = np.abs(np.diff(self.positions, axis=0) - means * self._config.tick)
-        return float((gaps / (self._config.limits.jerks * self._config.tick**3 / 6)).max())
+        errors = np.abs(np.diff(self.positions, axis=0) - means * self._config.tick)
+        return float((errors / (self._config.limits.jerks * self._config.tick**3 / 6)).max())
 
     def limits_used(self) -> float:
-        """Return the largest position, velocity or acceleration as a share of its limit."""
+        """Return the largest position, velocity or acceleration, as a fraction of its limit."""
         limits = self._config.limits
         middle, half = limits.positions.mean(axis=1), np.diff(limits.positions, axis=1)[:, 0] / 2
         return float(

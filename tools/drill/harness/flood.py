@@ -10,19 +10,19 @@ from protocol.errors import Refusal
 from tools.drill.harness.cell import ACCEPTED
 
 ANSWER_S = 20.0
-SILENT = "silent"
+NO_REPLY = "no reply"
 
 
 class Flood:
     """Sends requests without waiting, at most `in_flight` unanswered.
 
     Attributes:
-        codes: The code of every refusal, `accepted`, or `silent` where the owner did not answer.
-        sent: Requests so far.
+        codes: Code of each refusal, `accepted`, or `no reply` for a request that the owner did not answer.
+        sent: Number of requests so far.
     """
 
     def __init__(self, session: zenoh.Session, key: str, in_flight: int = 16) -> None:
-        self.codes: list[str] = []  # not a Counter: each reply comes in a thread of its own
+        self.codes: list[str] = []  # a Counter would lose some: each reply arrives in a thread of its own
         self.sent = 0
         self._session = session
         self._key = key
@@ -37,7 +37,7 @@ class Flood:
         self._session.get(self._key, handlers, payload=body, encoding=ENCODING, timeout=ANSWER_S)
 
     def wait(self) -> None:
-        """Wait for the replies still due."""
+        """Wait for all outstanding replies."""
         for _ in range(self._in_flight):
             self._free.acquire(timeout=ANSWER_S)
 
@@ -48,7 +48,7 @@ class Flood:
 
 
 def code_in(reply: zenoh.Reply) -> str | None:
-    """Return the code in a refusal, `accepted`, `silent` for Zenoh's own error, or None for a reply without either."""
+    """Return the code of a refusal, `accepted`, `no reply` for Zenoh's own error, or None for an empty reply."""
     if reply.ok is not None:
         return ACCEPTED
     if reply.err is None:
@@ -56,4 +56,4 @@ def code_in(reply: zenoh.Reply) -> str | None:
     try:
         return decode(reply.err.payload.to_bytes(), m.ErrorBody).code
     except Refusal:  # plain text, for example Timeout
-        return SILENT
+        return NO_REPLY

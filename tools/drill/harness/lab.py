@@ -1,4 +1,4 @@
-"""Where scenarios are carried out."""
+"""The environment of scenarios."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
@@ -10,20 +10,20 @@ from typing import Self
 from robot.description import load_robot
 from services.common.cli import Options
 from tools.drill.harness.cell import Cell
-from tools.drill.harness.start import CellConfig, started
+from tools.drill.harness.start import CellConfig, start_cell
 from tools.drill.harness.steal_monitor import StealMonitor
 
 
 class Lab:
-    """Cells for scenarios: a shared one on the stepped clock for those that break no process, and fresh ones.
+    """Cells for scenarios: one shared cell on the stepped clock, for scenarios that end no process, and new cells.
 
     Attributes:
         options: Common options of the services.
-        config: The robot's description.
-        folder: For logs, libraries and traces; each cell has a folder in it.
+        config: Description of the robot.
+        folder: Directory of logs, libraries and traces; each cell has a directory in it.
         long: Soak for an hour and fuzz with 100,000 messages.
-        progress: Called with a few words on what a scenario does now.
-        steal_monitor: Runs while the lab is entered.
+        progress: Called with a short description of the scenario's present activity.
+        steal_monitor: Monitor of CPU steal, which runs while the lab is entered.
     """
 
     def __init__(
@@ -50,18 +50,18 @@ class Lab:
             self.steal_monitor.__exit__()
 
     def cell(self, config: CellConfig) -> AbstractContextManager[Cell]:
-        """Return a fresh cell, ended with the block."""
-        return started(config, self.options, self.folder / f"cell-{next(self._numbers)}")
+        """Return a context manager that starts a new cell and ends it."""
+        return start_cell(config, self.options, self.folder / f"cell-{next(self._numbers)}")
 
-    def shared(self) -> Cell:
-        """Return the shared cell at the start of a new run, with the arm at rest at home."""
+    def shared_cell(self) -> Cell:
+        """Begin a run of the shared cell with the arm at rest at home, and return the cell."""
         if self._shared is None:
             self._shared = self._sharing.enter_context(self.cell(CellConfig()))
         self._shared.reset()
         return self._shared
 
     def end_shared(self) -> None:
-        """End the shared cell; the next scenario that asks for one gets a new one."""
+        """End the shared cell; the next call of `shared_cell` starts a new one."""
         self._shared = None
         self._sharing.close()
         self._sharing = ExitStack()

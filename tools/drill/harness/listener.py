@@ -1,4 +1,4 @@
-"""`python -m tools.drill.harness.listener ENDPOINT ROBOT`: subscribe to every publication, print a line, wait."""
+"""`python -m tools.drill.harness.listener ENDPOINT ROBOT`: subscribe to all publications, print a line, wait."""
 
 import signal
 import sys

@@ -1,4 +1,4 @@
-"""Wrong messages made from valid ones, the same for the same seed."""
+"""Mutations of valid messages, reproducible from a seed."""
 
 import random
 from collections.abc import Callable
@@ -30,7 +30,7 @@ WRONG: tuple[Any, ...] = (
 
 
 def mutate(body: dict[str, Any], rng: random.Random) -> bytes:
-    """Return the msgpack of `body`, wrong in a way drawn from `rng`; some are still valid."""
+    """Return `body` as msgpack with a random mutation; some mutants are still valid messages."""
     return rng.choice(MUTATIONS)(body, rng)
 
 
@@ -61,7 +61,7 @@ def _random(_: dict[str, Any], rng: random.Random) -> bytes:
 
 
 def _wrong_value(body: dict[str, Any], rng: random.Random) -> bytes:
-    """Replace a field, or something in it at any depth, by a wrong value."""
+    """Replace a field, or a value inside it, by a wrong value."""
     if not body:
         return pack({rng.choice(("version", "name")): rng.choice(WRONG)})
     name = rng.choice(list(body))

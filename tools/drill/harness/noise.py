@@ -18,7 +18,7 @@ BYTES_PER_S = 1e6
 
 @contextmanager
 def noisy(cell: Cell, where: Sequence[topics.Publication] = topics.PUBLICATIONS) -> Iterator[list[int]]:
-    """Publish 1 MB/s of noise until the block ends; the list holds how many messages were sent."""
+    """Publish 1 MB/s of noise until the block ends; yield a list with the number of messages sent so far."""
     sent, stopping = [0], threading.Event()
 
     def publish(session: zenoh.Session, keys: list[str]) -> None:

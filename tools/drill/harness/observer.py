@@ -1,4 +1,4 @@
-"""What a robot cell publishes, kept run by run."""
+"""The publications of a robot cell, kept for the present run."""
 
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
@@ -14,11 +14,11 @@ MAX_BYTES = 1 << 24
 
 
 class Observer:
-    """Listens on a bus, and keeps the states and commands of the present run.
+    """Subscribes to a cell's publications, and keeps the states and commands of the present run.
 
     Attributes:
-        run: Number of the present run, 0 before the first.
-        tick: The stepped clock's present tick.
+        run: Number of the present run; 0 before the first.
+        tick: Present tick of the stepped clock.
     """
 
     def __init__(self, bus: Bus) -> None:
@@ -31,7 +31,7 @@ class Observer:
         self._commands: list[m.Command] = []
 
     def begin_run(self, run: int) -> None:
-        """Forget the present run and observe the next."""
+        """Discard the present run and observe run number `run`."""
         for topic in (topics.STATE, topics.COMMAND, topics.PLAN, topics.ENDED):
             self.listen(topic)
         self.states()
@@ -47,7 +47,7 @@ class Observer:
         return self._bodies[topic.key]
 
     def drain(self, topic: topics.Publication[topics.MessageT]) -> list[topics.MessageT]:
-        """Return every message on `topic` since the last call; those before the first `listen` are lost."""
+        """Return the messages on `topic` since the last call, or since the first `listen`."""
         queue = self.listen(topic)
         return [decode(queue.get(), topic.message, MAX_BYTES) for _ in range(queue.qsize())]
 
@@ -58,13 +58,13 @@ class Observer:
         return plan
 
     def wait_status(self, condition: Callable[[m.Status], object], what: str, patience: float = PATIENCE_S) -> float:
-        """Wait until the controller publishes a status for which `condition` holds; return how long that took, s.
+        """Wait until the controller publishes a status for which `condition` holds; return the waiting time, s.
 
-        Each status since the first `listen` is looked at once, in order: a mode may last a few ticks only, and two
-        questions, one after the other, may both miss it.
+        Each status since the first `listen` is checked once, in order, because a mode may last only a few ticks, which
+        queries would miss.
 
         Raises:
-            ScenarioError: none was published within `patience` s.
+            ScenarioError: no such status was published within `patience` s.
         """
         statuses = self.listen(topics.STATUS)
 
@@ -104,7 +104,7 @@ class Observer:
 
 
 def _read(body: bytes, kind: type[topics.MessageT]) -> topics.MessageT | None:
-    """Return the message in a body, None where a scenario has sent noise."""
+    """Decode a message; return None for noise that a scenario has sent."""
     try:
         return decode(body, kind)
     except Refusal:

@@ -13,14 +13,14 @@ LOG_STEP_S = 1e-3
 
 
 class Processes:
-    """Services by name, each with its log in `folder`."""
+    """Processes of a supervisor, with their logs in `folder`."""
 
     def __init__(self, supervisor: Supervisor, folder: Path) -> None:
         self._supervisor = supervisor
         self._folder = folder
 
     def signal(self, name: str, number: signal.Signals) -> float:
-        """Send a signal to a process and return the Unix time of it, s."""
+        """Send a signal to a process and return the Unix time, s."""
         sent = time.time()
         process = self._supervisor.running[name]
         process.send_signal(number)
@@ -29,7 +29,7 @@ class Processes:
         return sent
 
     def start(self, name: str) -> None:
-        """Start a process in place of one that was killed, or was stopped and stays so."""
+        """Start a process in place of one that was killed or remains stopped."""
         self._supervisor.start(name)
 
     def pids(self) -> dict[str, int]:
@@ -37,7 +37,7 @@ class Processes:
         return {name: process.pid for name, process in self._supervisor.running.items()}
 
     def ended(self) -> int:
-        """Return how many processes have ended by themselves."""
+        """Return the number of processes that have exited without being stopped by the supervisor."""
         return len(self._supervisor.ended())
 
     def memory(self) -> dict[str, float]:
@@ -50,11 +50,11 @@ class Processes:
         return {name: resident(pid) for name, pid in self.pids().items()}
 
     def log(self, name: str) -> Path:
-        """Return the file with a process's log."""
+        """Return the log file of a process."""
         return self._folder / f"{name}.log"
 
     def logged_at(self, name: str, words: str, after: float) -> float | None:
-        """Return when, in Unix s, a process first logged `words` at or after `after`, or None."""
+        """Return the time of the first log line with `words` at or after `after`, both Unix s, or None."""
         for line in self.log(name).read_text(errors="replace").splitlines():
             try:
                 at = datetime.strptime(line[:23], LOG_TIME).timestamp()

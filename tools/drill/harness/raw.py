@@ -1,4 +1,4 @@
-"""Bodies of any bytes, sent to a cell on the stepped clock, and whether the arm stayed where it was."""
+"""Arbitrary bytes sent to a cell on the stepped clock, and a check that the arm has not moved."""
 
 from collections.abc import Iterable
 
@@ -6,33 +6,33 @@ import zenoh
 
 from protocol import topics
 from tools.drill.harness.cell import Cell
-from tools.drill.harness.flood import ANSWER_S, SILENT, code_in
+from tools.drill.harness.flood import ANSWER_S, NO_REPLY, code_in
 from tools.drill.harness.waiting import ScenarioError
 from tools.drill.scenario import Measured, none
 
 AT_HOME = 1e-6
-"""rad; the arm has moved if it is further from home than this."""
+"""Largest distance from home of an arm that has not moved, rad."""
 HOLD_TICKS = 20
 TIMEOUTS_S = {query.key: query.timeout_s for query in topics.QUERIES}
 
-UNMOVED = (none("positions away from home"), none("processes ended"))
+UNMOVED = (none("movements of the arm"), none("processes that exited"))
 
 
 def answer(cell: Cell, key: str, body: bytes) -> str:
-    """Send a body as a request and return the code of the refusal, or `accepted`.
+    """Send a body as a request and return the code of its refusal, or `accepted`.
 
     Raises:
-        ScenarioError: no reply within the timeout of the key, or 20 s if that is longer: the machine may be busy.
+        ScenarioError: no reply within the timeout of the key, or within 20 s if that is longer.
     """
     timeout = max(TIMEOUTS_S.get(key, 0.0), ANSWER_S)
     for reply in cell.bus.session.get(cell.bus.key(key), payload=body, timeout=timeout):
-        if (code := code_in(reply)) not in (None, SILENT):
+        if (code := code_in(reply)) not in (None, NO_REPLY):
             return str(code)
     raise ScenarioError(f"{key} did not answer within {timeout:g} s: {len(body)} bytes, first {body[:80]!r}")
 
 
 def publish(cell: Cell, topic: topics.Publication, bodies: Iterable[bytes]) -> int:
-    """Publish bodies as a foreign session would, in order and without dropping any; return how many."""
+    """Publish bodies in order, without dropping any under congestion; return their number."""
     count = 0
     for body in bodies:
         cell.bus.session.put(cell.bus.key(topic.key), body, congestion_control=zenoh.CongestionControl.BLOCK)
@@ -40,8 +40,8 @@ def publish(cell: Cell, topic: topics.Publication, bodies: Iterable[bytes]) -> i
     return count
 
 
-def unmoved(cell: Cell) -> Measured:
-    """Let the arm hold for 20 ticks; return what `UNMOVED` bounds."""
+def check_unmoved(cell: Cell) -> Measured:
+    """Step 20 ticks, and return the measurements that `UNMOVED` bounds."""
     cell.step(HOLD_TICKS)
     far = max(abs(x - y) for state in cell.states() for x, y in zip(state.positions, cell.home, strict=True))
-    return {"positions away from home": int(far > AT_HOME), "processes ended": cell.processes.ended()}
+    return {"movements of the arm": int(far > AT_HOME), "processes that exited": cell.processes.ended()}

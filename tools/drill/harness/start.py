@@ -1,4 +1,4 @@
-"""Starting a robot cell: real processes on a bus of their own."""
+"""Start a robot cell: real processes on a router of their own."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,33 +22,35 @@ class CellConfig:
     """Clock and processes of a cell.
 
     Attributes:
-        clock: Of the sim.
-        names: The processes to start.
-        hosted: The drill hosts the bus instead of the sim.
-        shims: For a process by name, a directory whose sitecustomize.py it runs first: how to break it on purpose.
+        clock: Clock of the sim.
+        services: Services to start.
+        separate_router: Whether the drill's process hosts the router instead of the sim.
+        shims: By service, a directory whose sitecustomize.py the service imports first, which causes a fault in it.
         flags: Values of the services' own flags.
-        robot_config: Description of the robot in place of the drill's own.
+        robot_config: Description of the robot; by default the drill's.
     """
 
     clock: m.Clock = "stepped"
-    names: tuple[str, ...] = ARM
-    hosted: bool = False
+    services: tuple[str, ...] = ARM
+    separate_router: bool = False
     shims: dict[str, Path] = field(default_factory=dict)
     flags: dict[str, object] = field(default_factory=dict)
     robot_config: Path | None = None
 
 
-Kind = TypeVar("Kind", bound=Cell)
+CellT = TypeVar("CellT", bound=Cell)
 
 
 @contextmanager
-def started(cell_config: CellConfig, options: Options, folder: Path, kind: type[Kind] = Cell) -> Iterator[Kind]:
-    """Start a cell of a `kind` in `folder`, wait until it is ready, and end it with the block."""
+def start_cell(
+    cell_config: CellConfig, options: Options, folder: Path, cell_type: type[CellT] = Cell
+) -> Iterator[CellT]:
+    """Start a cell with its files in `folder`, wait until it is ready, and end it with the block."""
     options = replace(options, robot_config=cell_config.robot_config or options.robot_config)
     config = load_robot(options.robot_config)
     endpoint = free_endpoint()
     folder.mkdir(parents=True, exist_ok=True)
-    at = {"connect": (endpoint,)} if cell_config.hosted else {"listen": (endpoint,)}
+    at = {"connect": (endpoint,)} if cell_config.separate_router else {"listen": (endpoint,)}
     values: dict[str, object] = {"clock": cell_config.clock, "library": folder / "library", **cell_config.flags}
 
     def broken(name: str, line: list[str]) -> list[str]:
@@ -56,15 +58,15 @@ def started(cell_config: CellConfig, options: Options, folder: Path, kind: type[
         return line if shim is None else ["env", f"PYTHONPATH={shim}", *line]
 
     with (
-        _host(endpoint if cell_config.hosted else None),
-        running_cell(replace(options, **at), values, cell_config.names, logs=folder, wrap=broken) as cell,
+        _host(endpoint if cell_config.separate_router else None),
+        running_cell(replace(options, **at), values, cell_config.services, logs=folder, wrap=broken) as cell,
     ):
-        yield kind(cell.services, cell.bus, endpoint, folder, config, cell_config.clock == "stepped")
+        yield cell_type(cell.services, cell.bus, endpoint, folder, config, cell_config.clock == "stepped")
 
 
 @contextmanager
 def _host(endpoint: str | None) -> Iterator[None]:
-    """Host the bus for the length of the block, where an endpoint is given."""
+    """Host a router for the block, if an endpoint is given."""
     if endpoint is None:
         yield
         return

@@ -1,4 +1,4 @@
-"""CPU steal in a virtual machine: its host takes a core away, and an arm is right to brake."""
+"""CPU steal time, during which the host of a virtual machine withholds a core; a long one makes an arm brake."""
 
 import threading
 import time
@@ -9,14 +9,14 @@ from services.common.steal_time import stolen
 
 PERIOD_S = 0.05
 WINDOW_S = 1.5 * PERIOD_S
-"""Two samples in a row are summed: steal in one piece may be counted in both."""
-LONG = 2
-"""Steps of the kernel's count. Steal of 20 ms in one piece, after which an arm brakes, always shows as so many; 10 ms
-never does."""
+"""Consecutive samples within this time are summed, because one stall may be counted in two."""
+BRAKING_STEPS = 2
+"""Least steal time that makes an arm brake, in steps of the kernel's count: 20 ms in one piece always count as two
+steps, 10 ms never."""
 
 
 class StealMonitor:
-    """Samples the kernel's count of steal for each core, twenty times a second while entered."""
+    """Samples the kernel's steal time of each core, twenty times a second while entered."""
 
     def __init__(
         self, stolen: Callable[[], Mapping[int, int]] = stolen, clock: Callable[[], float] = time.monotonic
@@ -38,7 +38,7 @@ class StealMonitor:
         self._thread.join()
 
     def sample(self) -> float:
-        """Note the steal of each core since the last sample; return the time, s."""
+        """Record the steal time of each core since the last sample; return the monotonic time, s."""
         with self._lock:
             now, seen = self._clock(), self._stolen()
             rises = ((core, steps - self._last.get(core, steps)) for core, steps in seen.items())
@@ -46,8 +46,8 @@ class StealMonitor:
             self._last = seen
             return now
 
-    def most_stolen(self, since: float) -> int:
-        """Return the most steal of one core within two samples after the time `since`, in steps."""
+    def peak_steal(self, since: float) -> int:
+        """Return the largest steal time of one core within two samples after the time `since`, in steps."""
         self.sample()
         most, recent = 0, []
         for at, core, steps in self._rises:

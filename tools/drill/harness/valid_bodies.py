@@ -1,4 +1,4 @@
-"""Valid messages, for scenarios to make them wrong."""
+"""Valid messages, which scenarios make invalid."""
 
 from typing import Any
 
@@ -18,9 +18,9 @@ LEAD_S = 0.02
 
 
 def valid_requests(cell: Cell) -> list[tuple[str, Body]]:
-    """Return, with their keys, requests that are accepted in this order, each at the start of a run.
+    """Return keys and bodies of requests that are accepted in this order, each at the start of a run.
 
-    Together they have every field, though not every combination. `execute` is accepted once it is `renewed`.
+    Together they have every field, though not every combination. `execute` is accepted after `renewed`.
     """
     played = cell.strike()
     cell.finish(played)
@@ -54,7 +54,7 @@ def valid_requests(cell: Cell) -> list[tuple[str, Body]]:
 
 
 def _pieces(trajectory: m.Trajectory | None, home: list[float]) -> Body:
-    """Return a trajectory of polynomials that holds the arm at home."""
+    """Return a trajectory in polynomial pieces that holds the arm at home."""
     coefficients = np.zeros((1, len(home), m.COEFFICIENTS))
     coefficients[0, :, 0] = home
     pieces = {"breaks": [0.0, 0.1], "coefficients": matrix_bytes(coefficients)}
@@ -64,7 +64,7 @@ def _pieces(trajectory: m.Trajectory | None, home: list[float]) -> Body:
 
 
 def renewed(cell: Cell, key: str, body: Body) -> Body:
-    """Return a request as it is accepted now: a trajectory gets the present epoch and a start a little ahead."""
+    """Return a request that is accepted now: a trajectory gets the present epoch and a start 20 ms from now."""
     if key != topics.EXECUTE.key:
         return body
     reference = cell.bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=LEAD_S))
@@ -72,9 +72,9 @@ def renewed(cell: Cell, key: str, body: Body) -> Body:
 
 
 def _goals(home: list[float]) -> list[Body]:
-    """Goals: plain, with waypoints and limits, from a given start, of each other method, with alternatives, fastest.
+    """Return goals: plain, with waypoints and limits, from a given start, by each other method, alternatives, fastest.
 
-    `revises` is null: at the start of a run there is nothing to correct.
+    `revises` is null, because no motion can be corrected at the start of a run.
     """
     free, still = [None] * (len(home) - 1), [0.0] * len(home)
     swing = {"primitive": "forehand", "positions": _near(home), "velocities": [0.5, *still[1:]]}
@@ -94,7 +94,7 @@ def _goals(home: list[float]) -> list[Body]:
         "client_id": "drill",
         "include_trajectory": True,
     }
-    started = {
+    from_start = {
         "arrival_time": 1.5,
         "start": {"positions": home, "velocities": still, "accelerations": [0.0, *free]},
         "rest_fraction": 0.1,
@@ -114,7 +114,7 @@ def _goals(home: list[float]) -> list[Body]:
     return [
         {"primitive": "forehand", "positions": home, "duration": 1.0},
         {**swing, **shaped},
-        {**swing, **started},
+        {**swing, **from_start},
         *({**swing, "duration": 1.5, "method": method, "plan_only": True} for method in ("dmp", "gaussian")),
         {**swing, **several},
         {**swing, "fastest": True, "follow_through": 0.1},
@@ -122,22 +122,22 @@ def _goals(home: list[float]) -> list[Body]:
 
 
 def _tool_goal(config: RobotConfig) -> Body:
-    """A goal where the tool is at home, through a place beside it."""
+    """Return a goal at the tool's pose at home, with a waypoint 5 mm from it."""
     place, rotation = Kinematics(config).tool_pose(config.home)
     along = rotation[:, 2].tolist()
     moves = {"velocity": [0.01, 0.0, 0.0], "angular_velocity": [0.0, 0.01, 0.0]}
-    beside = {"position": (place - 0.005 * rotation[:, 0]).tolist(), "axis": along}
+    waypoint = {"position": (place - 0.005 * rotation[:, 0]).tolist(), "axis": along}
     return {
         "primitive": "forehand",
         "tool": {"position": place.tolist(), "orientation": None, "axis": along, "velocity": moves["velocity"]},
-        "waypoints": [{"time_from_start": 0.7, "tool": beside | moves}],
+        "waypoints": [{"time_from_start": 0.7, "tool": waypoint | moves}],
         "duration": 1.5,
         "plan_only": True,
     }
 
 
 def _demonstrations(home: list[float]) -> list[Body]:
-    """Return samples as arrays at a rate, and as a matrix at given times, smoothed."""
+    """Return a demonstration as arrays with a rate, and as a smoothed matrix with times."""
     samples = np.linspace(home, _near(home), 50)
     as_matrix = {
         "positions": matrix_bytes(samples),

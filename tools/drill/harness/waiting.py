@@ -1,21 +1,21 @@
-"""Wait for what a scenario needs, and what it raises where that does not come."""
+"""Wait for a condition, with a timeout."""
 
 import time
 from collections.abc import Callable
 
 PATIENCE_S = 60.0
-"""How long anything may take on a busy machine; what must be quick has a bound of its own."""
+"""Default timeout, s, long enough for a busy machine; reactions with a deadline have a bound of their own."""
 
 
 class ScenarioError(Exception):
-    """A scenario could not be carried out."""
+    """A scenario could not be completed."""
 
 
 def wait_for(condition: Callable[[], object], what: str, patience: float = PATIENCE_S) -> float:
-    """Wait until `condition` holds and return how long that took, s.
+    """Wait until `condition` holds and return the waiting time, s.
 
     Raises:
-        ScenarioError: it did not within `patience` s.
+        ScenarioError: it does not hold within `patience` s.
     """
     began = time.monotonic()
     while not condition():

@@ -12,44 +12,45 @@ from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.shims import shim
 from tools.drill.harness.start import ARM, CellConfig
-from tools.drill.harness.states import differing, gaps
+from tools.drill.harness.states import differing_states, missing_ticks
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported, timed
 
 STALL_S = 0.5
-ASKING_S = 0.05
+TOLERANCE_S = 0.05
 """Tolerance for the delay of a request and for other stalls of a shared machine."""
 
 LAG = "robot time lags"
 """Words that the sim logs after a stall."""
 
 WINDOW_NS = 50_000_000
+"""Time in which the ticks after a stall are counted."""
 
 
 class Arrivals:
-    """Every state from now on, with the time at which the sim sent it, Unix ns."""
+    """The states published from now on, with the Unix time of each, ns."""
 
     def __init__(self, cell: Cell) -> None:
         self._collector = cell.bus.collect(topics.STATE, 1 << 14)
 
     def read(self) -> tuple[np.ndarray, list[m.State]]:
-        """Return when the states since the last call were sent (N,), ns, and the states."""
+        """Return the times (N,), Unix ns, of the states since the last call, and the states."""
         taken = list(iter(self._collector.take, None))
         return np.array([at for _, at in taken]), [decode(body, m.State) for body, _ in taken]
 
 
 def ahead_of_robot(cell: Cell) -> float:
-    """Return how far the monotonic clock is ahead of robot time, s, within `ASKING_S`."""
-    asked = time.monotonic()
+    """Return the monotonic time minus robot time, s, to within `TOLERANCE_S`."""
+    sent = time.monotonic()
     robot = cell.state().time
-    return (asked + time.monotonic()) / 2 - robot
+    return (sent + time.monotonic()) / 2 - robot
 
 
 def stall(lab: Lab) -> Measured:
-    """Stop every process for 500 ms in mid-motion and continue all."""
+    """Stop all processes for 500 ms during a motion, then continue them."""
     with lab.cell(CellConfig(clock="realtime")) as cell:
         cell.recover()
         arrivals = Arrivals(cell)
-        reply = cell.under_way()
+        reply = cell.begin_motion()
         began, ahead = time.time(), ahead_of_robot(cell)
         for name in ARM:
             cell.processes.signal(name, signal.SIGSTOP)
@@ -65,29 +66,29 @@ def stall(lab: Lab) -> Measured:
     busiest = max(int(np.sum((fresh >= start) & (fresh < start + WINDOW_NS))) for start in fresh[:500])
     speeds = np.abs(np.diff([state.positions for state in states], axis=0)) * cell.config.rate_hz
     return {
-        "ticks missing or duplicated": gaps(states),
-        "robot time lags by": lag,
-        "most ticks in any 50 ms afterwards": busiest,
-        "fastest measured step, share of the velocity limit": float((speeds / cell.config.limits.velocities).max()),
-        "the sim logs the lag": "no" if logged is None else "yes",
-        "the goal": result.outcome,
+        "ticks missing or duplicated": missing_ticks(states),
+        "lag of robot time": lag,
+        "most ticks within 50 ms afterwards": busiest,
+        "largest measured speed, fraction of the limit": float((speeds / cell.config.limits.velocities).max()),
+        "lag logged by the sim": "no" if logged is None else "yes",
+        "outcome of the goal": result.outcome,
     }
 
 
 def jumping(lab: Lab, clock: m.Clock) -> CellConfig:
-    """Return a cell in which the wall clock of every process jumps."""
+    """Return the configuration of a cell in which the wall clock of every process jumps."""
     return CellConfig(clock=clock, shims={name: shim("jumping_clock", lab.folder) for name in ARM})
 
 
-def jumps_seen(config: CellConfig, pids: dict[str, int]) -> dict[str, int]:
-    """Return how often each ended process saw its wall clock jump; those without such a clock are left out."""
-    marks = {name: config.shims[name] / f"{pid}.jumps" for name, pid in pids.items()}
-    return {name: int(mark.read_text()) for name, mark in marks.items() if mark.exists()}
+def clock_jumps(config: CellConfig, pids: dict[str, int]) -> dict[str, int]:
+    """Return the number of clock jumps that each exited process read; processes without the shim are omitted."""
+    files = {name: config.shims[name] / f"{pid}.jumps" for name, pid in pids.items()}
+    return {name: int(file.read_text()) for name, file in files.items() if file.exists()}
 
 
-def seen(jumps: dict[str, int]) -> Measured:
+def jump_measurements(jumps: dict[str, int]) -> Measured:
     """Return the measurements of the jumps; the controller reads its wall clock at every tick."""
-    return {"processes whose clock jumps": len(jumps), "jumps that the controller sees": jumps.get("controller", 0)}
+    return {"processes whose clock jumps": len(jumps), "clock jumps read by the controller": jumps.get("controller", 0)}
 
 
 def jump(lab: Lab) -> Measured:
@@ -95,14 +96,14 @@ def jump(lab: Lab) -> Measured:
     config = jumping(lab, "stepped")
     (plain, _), (jumped, processes) = strike_states(lab, CellConfig()), strike_states(lab, config)
     return {
-        **seen(jumps_seen(config, processes)),
+        **jump_measurements(clock_jumps(config, processes)),
         "ticks compared": len(plain),
-        "states that differ in a bit": differing(plain, jumped),
+        "states not bit-identical": differing_states(plain, jumped),
     }
 
 
 def strike_states(lab: Lab, config: CellConfig) -> tuple[list[bytes], dict[str, int]]:
-    """Return the bytes of every state of a strike, and the ids of the processes that played it."""
+    """Play a strike; return the bytes of every state, and the ids of the processes."""
     with lab.cell(config) as cell:
         cell.reset(seed=1)
         cell.finish(cell.strike(goal_id="the same"))
@@ -121,11 +122,11 @@ def jump_in_real_time(lab: Lab) -> Measured:
         processes = cell.processes.pids()
     passed = (at[-1] - at[0]) * 1e-9
     return {
-        **seen(jumps_seen(config, processes)),
-        "ticks missing or duplicated": gaps(states),
-        "robot time off the monotonic clock": float(abs(states[-1].time - states[0].time - passed)),
+        **jump_measurements(clock_jumps(config, processes)),
+        "ticks missing or duplicated": missing_ticks(states),
+        "error of robot time against the monotonic clock": float(abs(states[-1].time - states[0].time - passed)),
         "ticks braked": sum(state.brake for state in states),
-        "the goal": result.outcome,
+        "outcome of the goal": result.outcome,
     }
 
 
@@ -138,9 +139,9 @@ SCENARIOS = (
         "stepped",
         (
             JUMPS,
-            at_least("jumps that the controller sees", 1),
+            at_least("clock jumps read by the controller", 1),
             at_least("ticks compared", 1000),
-            none("states that differ in a bit"),
+            none("states not bit-identical"),
         ),
         jump,
     ),
@@ -150,27 +151,27 @@ SCENARIOS = (
         "realtime",
         (
             JUMPS,
-            at_least("jumps that the controller sees", 20),
+            at_least("clock jumps read by the controller", 20),
             none("ticks missing or duplicated"),
-            timed(at_most("robot time off the monotonic clock", ASKING_S, "s")),
+            timed(at_most("error of robot time against the monotonic clock", TOLERANCE_S, "s")),
             timed(none("ticks braked")),
-            timed(exactly("the goal", "succeeded")),
+            timed(exactly("outcome of the goal", "succeeded")),
         ),
         jump_in_real_time,
         "full",
     ),
     Scenario(
         "stall",
-        "all processes stall together for 500 ms in a motion",
+        "all processes stall together for 500 ms during a motion",
         "realtime",
         (
             none("ticks missing or duplicated"),
-            at_least("robot time lags by", STALL_S - ASKING_S, "s"),
-            timed(at_most("robot time lags by", STALL_S + ASKING_S, "s")),
-            exactly("the sim logs the lag", "yes"),
-            timed(at_most("most ticks in any 50 ms afterwards", 52)),
-            at_most("fastest measured step, share of the velocity limit", 1.0),
-            reported("the goal"),
+            at_least("lag of robot time", STALL_S - TOLERANCE_S, "s"),
+            timed(at_most("lag of robot time", STALL_S + TOLERANCE_S, "s")),
+            exactly("lag logged by the sim", "yes"),
+            timed(at_most("most ticks within 50 ms afterwards", 52)),
+            at_most("largest measured speed, fraction of the limit", 1.0),
+            reported("outcome of the goal"),
         ),
         stall,
         "full",

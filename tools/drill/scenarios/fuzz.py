@@ -1,4 +1,4 @@
-"""Thousands of mutated messages on every key: no process ends, nothing moves, every refusal has its code."""
+"""Thousands of mutated messages on every key: no process exits, the arm does not move, every refusal has a code."""
 
 import random
 from collections import Counter
@@ -10,7 +10,7 @@ from protocol.errors import CODES, Refusal
 from tools.drill.harness.cell import ACCEPTED, Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.mutations import mutate
-from tools.drill.harness.raw import answer, publish, unmoved
+from tools.drill.harness.raw import answer, check_unmoved, publish
 from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.valid_bodies import renewed, valid_publications, valid_requests
 from tools.drill.scenario import Measured, Scenario, at_least, exactly, none, reported
@@ -18,37 +18,38 @@ from tools.drill.scenario import Measured, Scenario, at_least, exactly, none, re
 MESSAGES, LONG_MESSAGES = 5_000, 100_000
 CHECK_EVERY = 10
 READ = {query.key for query in topics.QUERIES if query.reads}
-"""Requests that change nothing, so that no new run must begin."""
+"""Requests that change nothing, after which no new run must begin."""
 
-LEADING = (topics.STATE, topics.COMMAND)
+GUARDED = (topics.STATE, topics.COMMAND)
+"""Topics of which no valid mutant is sent."""
 SEED = 20_26
 
 
 def fuzz(lab: Lab) -> Measured:
-    """Send mutated requests and publications one after another; check after every ten that the arm has not moved.
+    """Send mutated requests and publications; check after every ten messages that the arm has not moved.
 
-    A mutated request that is still valid may be accepted; then a new run begins. A mutated state or command that is
-    still valid is not sent, because certificates decide who may publish them.
+    After a mutant that is a valid request and is accepted a new run begins. A mutant that is a valid state or command
+    is not sent, because certificates decide who may publish these.
     """
-    config = CellConfig(names=(*ARM, "recorder", "striker"), flags={"record": lab.folder / "fuzz.rrd"})
+    config = CellConfig(services=(*ARM, "recorder", "striker"), flags={"record": lab.folder / "fuzz.rrd"})
     with lab.cell(config) as cell:
         cell.reset()
         return fuzz_cell(cell, LONG_MESSAGES if lab.long else MESSAGES, lab.progress)
 
 
 def fuzz_cell(cell: Cell, count: int, progress: Callable[[str], object]) -> Measured:
-    """Send `count` messages."""
+    """Send `count` mutated messages, and return the measurements."""
     rng, requests, messages = random.Random(SEED), valid_requests(cell), valid_publications(cell)
     codes: Counter[str] = Counter()
-    sent = moved = ended = forged = 0
+    sent = moved = exited = valid_mutants = 0
     while sent < count:
         key, valid_body = rng.choice([*requests, *messages.items()])
         if isinstance(key, topics.Publication):
             body = mutate(valid_body, rng)
             valid = is_valid(body, key)
-            if valid and key in LEADING:
+            if valid and key in GUARDED:
                 continue
-            forged += valid
+            valid_mutants += valid
             publish(cell, key, [body])
         else:
             code = answer(cell, key, mutate(renewed(cell, key, valid_body), rng))
@@ -58,25 +59,25 @@ def fuzz_cell(cell: Cell, count: int, progress: Callable[[str], object]) -> Meas
         sent += 1
         if sent % CHECK_EVERY == 0:
             progress(f"{sent} of {count} messages")
-            found = unmoved(cell)
-            moved += int(found["positions away from home"])
-            ended = max(ended, int(found["processes ended"]))
+            found = check_unmoved(cell)
+            moved += int(found["movements of the arm"])
+            exited = max(exited, int(found["processes that exited"]))
             cell.reset()
     return {
         "messages": sent,
         "publications sent": sent - codes.total(),
-        "mutants that are valid publications": forged,
-        "mutants that are valid requests, accepted": codes[ACCEPTED],
+        "valid mutants published": valid_mutants,
+        "valid mutants accepted as requests": codes[ACCEPTED],
         "requests refused": sum(codes[code] for code in CODES),
-        "refusals without a code of the table": codes.total() - codes[ACCEPTED] - sum(codes[code] for code in CODES),
-        "times the arm moved": moved,
-        "processes ended": ended,
-        "a valid goal afterwards": cell.finish(cell.goal(duration=0.5)).outcome,
+        "refusals with an unknown code": codes.total() - codes[ACCEPTED] - sum(codes[code] for code in CODES),
+        "movements of the arm": moved,
+        "processes that exited": exited,
+        "outcome of a valid goal afterwards": cell.finish(cell.goal(duration=0.5)).outcome,
     }
 
 
 def is_valid(body: bytes, topic: topics.Publication) -> bool:
-    """Whether a body is a message of the topic."""
+    """Return whether a body is a valid message of the topic."""
     try:
         decode(body, topic.message, 1 << 24)
     except Refusal:
@@ -92,13 +93,13 @@ SCENARIOS = (
         (
             at_least("messages", MESSAGES),
             at_least("requests refused", 1000),
-            reported("mutants that are valid requests, accepted"),
+            reported("valid mutants accepted as requests"),
             at_least("publications sent", 1000),
-            reported("mutants that are valid publications"),
-            none("refusals without a code of the table"),
-            none("times the arm moved"),
-            none("processes ended"),
-            exactly("a valid goal afterwards", "succeeded"),
+            reported("valid mutants published"),
+            none("refusals with an unknown code"),
+            none("movements of the arm"),
+            none("processes that exited"),
+            exactly("outcome of a valid goal afterwards", "succeeded"),
         ),
         fuzz,
     ),

@@ -1,4 +1,4 @@
-"""Messages that are malformed, old, duplicated or out of order, on every key: refused, counted, no sign of life."""
+"""Malformed, old, duplicated and reordered messages on every key: each is refused, counted, and resets no timeout."""
 
 import math
 import struct
@@ -15,21 +15,21 @@ from protocol import topics
 from protocol.codec import encode
 from tools.drill.harness.cell import ACCEPTED
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.raw import AT_HOME, UNMOVED, answer, publish, unmoved
+from tools.drill.harness.raw import AT_HOME, UNMOVED, answer, check_unmoved, publish
 from tools.drill.harness.valid_bodies import Body, renewed, valid_requests
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, exactly, none
 
 NOISE = "noise"
 NAN_BYTES = struct.pack("<d", math.nan)
-LOST = 100
-"""Ticks without states, more than the silence timeout of the arm."""
+LOST_TICKS = 100
+"""Number of ticks without states, more than the arm's silence timeout."""
 
 
-def spoiled(value: Any) -> Iterator[object]:
-    """Yield copies of a value, each with one thing wrong: a number, or the length of a vector.
+def invalid_values(value: Any) -> Iterator[object]:
+    """Yield copies of a value, each with one error: a number that is not finite, or a wrong length of a vector.
 
-    Of a list's items only the first and the last are made wrong.
+    In a list only the first and the last item are changed.
     """
     if isinstance(value, float):
         yield from (math.nan, math.inf, -math.inf)
@@ -38,30 +38,30 @@ def spoiled(value: Any) -> Iterator[object]:
         yield value[:-8] + NAN_BYTES
     elif isinstance(value, dict):
         for name, item in value.items():
-            yield from ({**value, name: wrong} for wrong in spoiled(item))
+            yield from ({**value, name: wrong} for wrong in invalid_values(item))
     elif isinstance(value, list) and value:
         if any(isinstance(item, float) for item in value):
             yield value[:-1]
         for at in {0, len(value) - 1}:
-            yield from ([*value[:at], wrong, *value[at + 1 :]] for wrong in spoiled(value[at]))
+            yield from ([*value[:at], wrong, *value[at + 1 :]] for wrong in invalid_values(value[at]))
 
 
-def spoiled_bodies(body: Body) -> Iterator[object]:
-    """Yield a body of another version, one with an unknown field, one that is no map, and `spoiled` ones."""
+def invalid_bodies(body: Body) -> Iterator[object]:
+    """Yield a body of another version, one with an unknown field, one that is not a map, and those with an error."""
     yield {**body, "version": 2}
     yield {**body, "colour": "red"}
     yield [body]
-    yield from spoiled(body)
+    yield from invalid_values(body)
 
 
 def bad_requests(lab: Lab) -> Measured:
-    """Send every request wrong in every way; check that nothing moved, and that the valid ones are accepted."""
-    cell = lab.shared()
+    """Send invalid variants of every request; check that the arm has not moved and that valid requests are accepted."""
+    cell = lab.shared_cell()
     refused: Counter[str] = Counter()
     requests = valid_requests(cell)
     for key, body in requests:
-        refused.update(answer(cell, key, msgpack.packb(wrong) or b"") for wrong in spoiled_bodies(body))
-    still = unmoved(cell)
+        refused.update(answer(cell, key, msgpack.packb(wrong) or b"") for wrong in invalid_bodies(body))
+    still = check_unmoved(cell)
     correct_refused = 0
     for key, body in requests:
         cell.reset()
@@ -70,14 +70,16 @@ def bad_requests(lab: Lab) -> Measured:
     return {
         "requests sent": refused.total(),
         "requests accepted": refused[ACCEPTED],
-        "refused, but not as bad_message": refused.total() - refused[ACCEPTED] - refused["bad_message"],
-        "correct requests refused": correct_refused,
+        "requests refused with another code than `bad_message`": refused.total()
+        - refused[ACCEPTED]
+        - refused["bad_message"],
+        "valid requests refused": correct_refused,
         **still,
     }
 
 
 def bad_publications(message: m.State | m.Command, joints: int) -> list[bytes]:
-    """Return a stream's message made invalid in many ways: not finite, old, duplicated, of wrong length or version."""
+    """Return invalid variants of a message: not finite, old, duplicated, of wrong length or version, truncated."""
     good: Body = msgspec.to_builtins(message)
     if isinstance(message, m.Command):
         good["source"] = NOISE
@@ -92,35 +94,35 @@ def bad_publications(message: m.State | m.Command, joints: int) -> list[bytes]:
 
 
 def bad_states(lab: Lab) -> Measured:
-    """Send the controller invalid states; check that it counts them and commands the arm to stay."""
-    cell = lab.shared()
+    """Send invalid states to the controller; check that it counts them and holds the arm."""
+    cell = lab.shared_cell()
     cell.step(50)
     before = cell.status()
     sent = publish(cell, topics.STATE, bad_publications(cell.state(), len(cell.home)))
-    wait_for(lambda: cell.status().cycle.refused - before.cycle.refused >= sent, "the controller to count", 5.0)
+    wait_for(lambda: cell.status().cycle.refused - before.cycle.refused >= sent, "the controller's count", 5.0)
     counted = cell.status().cycle.refused - before.cycle.refused
     cell.step(20)
-    astray = sum(command.positions != cell.home or any(command.velocities) for command in cell.commands())
+    moving = sum(command.positions != cell.home or any(command.velocities) for command in cell.commands())
     far = float(np.abs(np.subtract(cell.state().positions, cell.home)).max())
     cell.reset()  # the invalid states are among those of this run
     return {
         "states sent": sent,
-        "states not counted": sent - counted,
-        "commands that do not hold the arm": astray + int(far > AT_HOME),
-        **unmoved(cell),
+        "invalid states not counted": sent - counted,
+        "commands that do not hold the arm": moving + int(far > AT_HOME),
+        **check_unmoved(cell),
     }
 
 
 def bad_commands(lab: Lab) -> Measured:
-    """While the controller gets no states, send the sim invalid commands: it must still brake.
+    """Send invalid commands to the sim while the controller receives no states; the sim must brake.
 
-    They are spoiled copies of the command that would answer the coming tick, and nothing else answers it.
+    They are variants of the command that would answer the next tick, which no valid command answers.
     """
-    cell = lab.shared()
+    cell = lab.shared_cell()
     reply = cell.strike()
     cell.step_to(cell.ticks(reply.start_time) + 300)
     good = msgspec.structs.replace(cell.commands()[-1], source=NOISE)
-    cell.lose("state", LOST)
+    cell.drop_messages("state", LOST_TICKS)
     cell.step(1)
     sent, silent = 0, math.nan
     for tick in range(cell.tick, cell.tick + 25):
@@ -130,29 +132,29 @@ def bad_commands(lab: Lab) -> Measured:
         bad = [*bad_publications(due, len(cell.home)), encode(far), encode(huge)]
         sent += publish(cell, topics.COMMAND, bad)
         for _ in bad:
-            cell.state()  # a sim at rest reads one command between two requests
+            cell.state()  # between two requests the waiting sim reads one command
         cell.step(1)
         state = cell.state()
         if state.brake:
             silent = state.tick - state.applied_tick - 1
             break
-    cell.step(LOST)  # until the controller gets states again
+    cell.step(LOST_TICKS)  # until the controller receives states again
     return {
         "commands sent": sent,
-        "silent ticks until the arm brakes": silent,
-        "processes ended": cell.processes.ended(),
+        "ticks without a command until the arm brakes": silent,
+        "processes that exited": cell.processes.ended(),
     }
 
 
 def wildcards(lab: Lab) -> Measured:
     """Send every request that changes something to a key with a wildcard."""
-    cell = lab.shared()
+    cell = lab.shared_cell()
     wrong = 0
     writing = {topic.key for topic in topics.QUERIES if not topic.reads}
     for key, body in valid_requests(cell):
         if key in writing:
             wrong += answer(cell, key[:-1] + "$*", msgpack.packb(body) or b"") != "bad_message"
-    return {"requests not refused": wrong, **unmoved(cell)}
+    return {"requests not refused": wrong, **check_unmoved(cell)}
 
 
 SCENARIOS = (
@@ -163,19 +165,19 @@ SCENARIOS = (
         (
             at_least("requests sent", 250),
             none("requests accepted"),
-            none("refused, but not as bad_message"),
-            none("correct requests refused"),
+            none("requests refused with another code than `bad_message`"),
+            none("valid requests refused"),
             *UNMOVED,
         ),
         bad_requests,
     ),
     Scenario(
         "bad-states",
-        "states that are not finite, old, duplicated, of wrong length or version, and noise",
+        "non-finite, old and duplicated states, wrong lengths and versions, and noise",
         "stepped",
         (
             at_least("states sent", 10),
-            none("states not counted"),
+            none("invalid states not counted"),
             none("commands that do not hold the arm"),
             *UNMOVED,
         ),
@@ -183,9 +185,13 @@ SCENARIOS = (
     ),
     Scenario(
         "bad-commands",
-        "commands that are not finite, old, of wrong length or version, and noise, while the controller sends none",
+        "non-finite and old commands, wrong lengths and versions, and noise, while the controller sends none",
         "stepped",
-        (at_least("commands sent", 300), exactly("silent ticks until the arm brakes", 20), none("processes ended")),
+        (
+            at_least("commands sent", 300),
+            exactly("ticks without a command until the arm brakes", 20),
+            none("processes that exited"),
+        ),
         bad_commands,
     ),
     Scenario(

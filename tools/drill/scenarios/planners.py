@@ -1,4 +1,4 @@
-"""A planner that is killed, in a motion and while it learns."""
+"""A planner that is killed during a motion, and while it learns."""
 
 import random
 import signal
@@ -8,18 +8,18 @@ import time
 from protocol import messages as m
 from protocol import topics
 from tools.drill.harness.cell import Cell
-from tools.drill.harness.commanded import unlike_plan
+from tools.drill.harness.commanded import differing_commands
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.short_demo import NAME, SECONDS, learn_request
 from tools.drill.harness.start import CellConfig
 from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported, timed
 
-TRIES = 100
+ATTEMPTS = 100
 
 
 def kill_in_motion(lab: Lab) -> Measured:
-    """Kill the planner in a strike, let the strike end, start a new planner and count its primitives."""
+    """Kill the planner during a strike, start a new planner after the strike, and count its primitives."""
     with lab.cell(CellConfig()) as cell:
         cell.reset()
         cell.bus.ask(topics.LEARN, learn_request(200, cell.home))
@@ -32,30 +32,30 @@ def kill_in_motion(lab: Lab) -> Measured:
         began = time.monotonic()
         cell.processes.start("planner")
         wait_for(lambda: cell.library(), "the new planner")
-        answers_s = time.monotonic() - began
+        restart_s = time.monotonic() - began
         after = cell.library()
         return {
-            "the goal": result.outcome,
-            "speed of the reference at the end of the stop": max(map(abs, cell.commands()[-1].velocities)),
-            "commands unlike the plan's samples": unlike_plan(cell.commands(), plan, cell.config),
-            "a new planner answers after": answers_s,
+            "outcome of the goal": result.outcome,
+            "reference speed after the stop": max(map(abs, cell.commands()[-1].velocities)),
+            "commands that differ from the plan": differing_commands(cell.commands(), plan, cell.config),
+            "time until the new planner replies": restart_s,
             "primitives lost": sum(entry not in after for entry in before),
-            "the next goal": cell.finish(cell.goal(primitive=NAME, duration=1.0)).outcome,
+            "outcome of the next goal": cell.finish(cell.goal(primitive=NAME, duration=1.0)).outcome,
         }
 
 
 def kill_learning(lab: Lab) -> Measured:
-    """Kill the planner at random instants during and after a `learn`; look up what its successor has."""
+    """Kill the planner at random instants during and after `learn`; count the versions in its successor's library."""
     instants = random.Random(5)
     broken = old = new = unfinished = 0
     takes_s: list[float] = []
-    with lab.cell(CellConfig(names=("planner",), hosted=True)) as cell:
+    with lab.cell(CellConfig(services=("planner",), separate_router=True)) as cell:
         known = 200
-        for attempt in range(TRIES):
-            lab.progress(f"try {attempt + 1} of {TRIES}")
+        for attempt in range(ATTEMPTS):
+            lab.progress(f"attempt {attempt + 1} of {ATTEMPTS}")
             other = 500 - known
-            # The first request of a planner starts its worker, and the first of each length takes longer than others.
-            # So does one of another length than the last; it is timed, because the interrupted request is like it.
+            # A planner's first request starts its worker and is slow, as are the first one of each length and one whose
+            # length differs from the last. This last kind is timed, because the interrupted request is one.
             for count in (other, known):
                 cell.bus.ask(topics.LEARN, learn_request(count, cell.home))
             began = time.monotonic()
@@ -76,17 +76,17 @@ def kill_learning(lab: Lab) -> Measured:
             new += whole and found == other
             known = found if whole else known
     return {
-        "tries": TRIES,
+        "attempts": ATTEMPTS,
         "libraries with neither version": broken,
         "libraries with the old version": old,
         "libraries with the new version": new,
-        "kills in the middle of a write": unfinished,
-        "learning takes": 1e3 * statistics.median(takes_s),
+        "kills during a write": unfinished,
+        "learning time": 1e3 * statistics.median(takes_s),
     }
 
 
 def plays(cell: Cell, duration: float) -> bool:
-    """Whether the primitive can be planned with, and lasts as demonstrated."""
+    """Return whether a goal of the primitive can be planned and has the demonstrated duration."""
     reply = cell.goal(primitive=NAME, plan_only=True)
     return abs(reply.duration - duration) < 2 * cell.config.tick
 
@@ -94,36 +94,36 @@ def plays(cell: Cell, duration: float) -> bool:
 SCENARIOS = (
     Scenario(
         "planner-killed",
-        "planner killed in a strike, a new one started",
+        "planner killed during a strike, a new one started",
         "stepped",
         (
-            exactly("the goal", "succeeded"),
-            none("commands unlike the plan's samples"),
-            exactly("speed of the reference at the end of the stop", 0.0, "rad/s"),
+            exactly("outcome of the goal", "succeeded"),
+            none("commands that differ from the plan"),
+            exactly("reference speed after the stop", 0.0, "rad/s"),
             none("primitives lost"),
-            exactly("the next goal", "succeeded"),
+            exactly("outcome of the next goal", "succeeded"),
         ),
         kill_in_motion,
     ),
     Scenario(
         "planner-restarted",
-        "planner killed in a strike: how long until a new one answers",
+        "planner killed during a strike: time until a new one replies",
         "realtime",
-        (timed(at_most("a new planner answers after", 3.0, "s")), none("primitives lost")),
+        (timed(at_most("time until the new planner replies", 3.0, "s")), none("primitives lost")),
         kill_in_motion,
         "short",
     ),
     Scenario(
         "planner-killed-learning",
-        "planner killed at any instant of `learn`",
+        "planner killed at a random instant of `learn`",
         "realtime",
         (
-            exactly("tries", TRIES),
+            exactly("attempts", ATTEMPTS),
             none("libraries with neither version"),
             at_least("libraries with the old version", 5),
             at_least("libraries with the new version", 5),
-            reported("kills in the middle of a write"),
-            reported("learning takes", "ms"),
+            reported("kills during a write"),
+            reported("learning time", "ms"),
         ),
         kill_learning,
         "full",

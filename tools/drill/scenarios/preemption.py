@@ -1,48 +1,48 @@
-"""Motions that are replaced or canceled, at every tenth of the way."""
+"""Motions that are replaced or canceled at every tenth."""
 
 import msgspec
 import numpy as np
 
 from protocol import messages as m
 from protocol import topics
-from tools.drill.harness.cell import Cell, code_of
+from tools.drill.harness.cell import Cell, refusal_code
 from tools.drill.harness.commanded import CommandedMotion
 from tools.drill.harness.lab import Lab
 from tools.drill.scenario import Measured, Scenario, at_most, exactly, none
 
 TENTHS = range(11)
 SMOOTH = (
-    at_most("acceleration steps, share of the bound", 1.001),
-    at_most("position steps, share of the bound", 1.001),
-    at_most("motion, share of the limits", 1.000001),
+    at_most("largest acceleration step, fraction of the jerk limit", 1.001),
+    at_most("largest integration error of the positions, fraction of the bound", 1.001),
+    at_most("largest command, fraction of its limit", 1.000001),
 )
 
 
 class Worst:
-    """The worst of several motions."""
+    """The largest values of several motions."""
 
     def __init__(self) -> None:
-        self.jerk = self.gap = self.limits = 0.0
+        self.jerk = self.error = self.limits = 0.0
 
-    def note(self, cell: Cell) -> None:
-        """Take in the motion of the run so far."""
+    def add(self, cell: Cell) -> None:
+        """Include the motion of the run so far."""
         motion = CommandedMotion(cell.commands(), cell.config)
         # numpy's maximum keeps a NaN, Python's does not
         self.jerk = float(np.maximum(self.jerk, motion.jerk_used()))
-        self.gap = float(np.maximum(self.gap, motion.gap_used()))
+        self.error = float(np.maximum(self.error, motion.integration_error()))
         self.limits = float(np.maximum(self.limits, motion.limits_used()))
 
     def measured(self) -> Measured:
-        """Return what `SMOOTH` bounds."""
+        """Return the measurements that `SMOOTH` bounds."""
         return {
-            "acceleration steps, share of the bound": self.jerk,
-            "position steps, share of the bound": self.gap,
-            "motion, share of the limits": self.limits,
+            "largest acceleration step, fraction of the jerk limit": self.jerk,
+            "largest integration error of the positions, fraction of the bound": self.error,
+            "largest command, fraction of its limit": self.limits,
         }
 
 
 def strike_into(cell: Cell, tenth: int) -> m.GoalReply:
-    """Begin a strike in a new run and step to a tenth of its way."""
+    """Begin a strike in a new run and step to `tenth` tenths of its duration."""
     cell.reset()
     reply = cell.strike()
     cell.step_to(cell.ticks(reply.start_time + tenth / 10 * reply.duration) + 2)
@@ -50,8 +50,8 @@ def strike_into(cell: Cell, tenth: int) -> m.GoalReply:
 
 
 def preempt(lab: Lab) -> Measured:
-    """Replace a strike by a goal at every tenth."""
-    cell, worst = lab.shared(), Worst()
+    """Replace a strike by another goal at every tenth."""
+    cell, worst = lab.shared_cell(), Worst()
     wrong = failed = 0
     for tenth in TENTHS:
         first = strike_into(cell, tenth)
@@ -59,13 +59,13 @@ def preempt(lab: Lab) -> Measured:
         failed += cell.finish(second).outcome != "succeeded"
         hit = second.start_time >= first.start_time + first.duration
         wrong += cell.result(first.goal_id).outcome != ("succeeded" if hit else "preempted")
-        worst.note(cell)
-    return {"replaced goals with a wrong outcome": wrong, "new goals that fail": failed, **worst.measured()}
+        worst.add(cell)
+    return {"replaced goals with a wrong outcome": wrong, "new goals that failed": failed, **worst.measured()}
 
 
 def cancel(lab: Lab) -> Measured:
-    """Cancel a strike at every tenth, each time with a plan in flight that arrives afterwards."""
-    cell, worst = lab.shared(), Worst()
+    """Cancel a strike at every tenth; a plan that is in flight then arrives afterwards."""
+    cell, worst = lab.shared_cell(), Worst()
     wrong = moving = 0
     codes = set()
     for tenth in TENTHS:
@@ -74,15 +74,15 @@ def cancel(lab: Lab) -> Measured:
         assert flying is not None
         stop = cell.bus.ask(topics.CANCEL, m.Cancel())
         executed = msgspec.structs.replace(flying, goal_id=f"in flight {cell.run}")
-        codes.add(code_of(lambda plan=executed: cell.bus.ask(topics.EXECUTE, plan)))
+        codes.add(refusal_code(lambda plan=executed: cell.bus.ask(topics.EXECUTE, plan)))
         cell.step_to(cell.ticks(stop.stop_time) + 2)
         wrong += cell.result(reply.goal_id).outcome != "canceled"
         moving += any(cell.commands()[-1].velocities)
-        worst.note(cell)
+        worst.add(cell)
     return {
         "canceled goals with a wrong outcome": wrong,
-        "plans in flight refused as": ", ".join(sorted(codes)),
-        "references still moving at the stop time": moving,
+        "refusal codes of the plans in flight": ", ".join(sorted(codes)),
+        "references in motion at the stop time": moving,
         **worst.measured(),
     }
 
@@ -92,7 +92,7 @@ SCENARIOS = (
         "preempt",
         "a new goal at every tenth of a strike",
         "stepped",
-        (none("replaced goals with a wrong outcome"), none("new goals that fail"), *SMOOTH),
+        (none("replaced goals with a wrong outcome"), none("new goals that failed"), *SMOOTH),
         preempt,
     ),
     Scenario(
@@ -101,8 +101,8 @@ SCENARIOS = (
         "stepped",
         (
             none("canceled goals with a wrong outcome"),
-            exactly("plans in flight refused as", "superseded"),
-            none("references still moving at the stop time"),
+            exactly("refusal codes of the plans in flight", "superseded"),
+            none("references in motion at the stop time"),
             *SMOOTH,
         ),
         cancel,

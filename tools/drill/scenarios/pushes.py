@@ -1,4 +1,4 @@
-"""Pushes, a recoil, saturated torques, an obstacle, the end of a joint: the arm recovers, or faults with a reason."""
+"""Pushes, a recoil, saturated torques, an obstacle, a joint stop: the arm recovers, or faults with a reason."""
 
 import shutil
 from pathlib import Path
@@ -15,91 +15,98 @@ from tools.drill.harness.start import CellConfig
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported
 
 RECOVERED = 1e-3
-"""rad; a pushed arm has recovered within this of its reference."""
+"""Largest tracking error, rad, of an arm that has recovered."""
 
-GIVE = 0.05
-"""rad; largest travel beyond the end of a joint, which is soft in the model."""
+STOP_COMPLIANCE = 0.05
+"""Largest travel, rad, beyond a joint stop, which is compliant in the model."""
 
-PRESSES_S = 0.1
-"""After this time the arm presses no longer."""
+UNLOAD_S = 0.1
+"""Time after a fault until the arm no longer presses on an obstacle."""
 
 POST = '<geom name="post" type="box" size="0.03 0.03 0.6" pos="{} {} {}" contype="0" conaffinity="3"/>'
 
 
 def push(cell: Cell, values: list[float], start: float, duration: float) -> None:
-    """Push with accelerations, rad/s² a joint."""
+    """Disturb the joints with accelerations (J,), rad/s², from `start` for `duration`, s."""
     request = m.Disturb(kind="acceleration", values=values, start_time=start, duration=duration)
     cell.bus.ask(topics.SIM_DISTURB, request)
 
 
-def one(cell: Cell, value: float) -> list[float]:
-    """Return `value` for joint_1 and zero for the others."""
+def on_joint_1(cell: Cell, value: float) -> list[float]:
+    """Return a vector with `value` for joint_1 and zero for the other joints."""
     return [value, *[0.0] * (len(cell.home) - 1)]
 
 
 def end(cell: Cell) -> Measured:
-    """Return how the run ended, recovered or in a fault; leave the fault."""
+    """Return the measurements of the arm's state, recovered or in fault, and reset a fault."""
     status = cell.status()
     off = max(map(abs, status.error.positions))
     if status.fault:
         cell.bus.ask(topics.RESET, m.Empty())
         cell.step(50)
     return {
-        "the arm": "in a fault" if status.fault else "recovered" if off < RECOVERED else f"{off:.3g} rad off",
-        "neither recovered nor in a fault with a reason": int(not status.fault and off >= RECOVERED),
+        "state at the end": "in fault" if status.fault else "recovered" if off < RECOVERED else f"{off:.3g} rad off",
+        "neither recovered nor in fault": int(not status.fault and off >= RECOVERED),
         "reason of the fault": status.fault or "",
-        "ticks saturated": sum(any(state.saturated) for state in cell.states()),
+        "saturated ticks": sum(any(state.saturated) for state in cell.states()),
     }
 
 
 def play(cell: Cell) -> Measured:
-    """Play a goal to home."""
-    return {"the next goal": cell.finish(cell.goal()).outcome}
+    """Play a goal to home, and return its outcome."""
+    return {"outcome of the next goal": cell.finish(cell.goal()).outcome}
 
 
 def push_in_strike(lab: Lab, acceleration: float) -> Measured:
-    """Push joint_1 for 0.2 s in a strike, as in the paper."""
-    cell = lab.shared()
+    """Push joint_1 for 0.2 s during a strike, as in the paper."""
+    cell = lab.shared_cell()
     reply = cell.strike()
-    push(cell, one(cell, acceleration), reply.start_time + 0.1, 0.2)
+    push(cell, on_joint_1(cell, acceleration), reply.start_time + 0.1, 0.2)
     cell.step_to(cell.end_tick(reply) + 600)
     result = cell.result(reply.goal_id)
-    return {"the goal": result.outcome, "peak tracking error": result.peak_tracking_error, **end(cell), **play(cell)}
+    return {
+        "outcome of the goal": result.outcome,
+        "peak tracking error": result.peak_tracking_error,
+        **end(cell),
+        **play(cell),
+    }
 
 
 def push_at_hit(lab: Lab) -> Measured:
-    """Push joint_1 back at the hit, as a ball does, farther than `max_tracking_error`."""
-    cell = lab.shared()
+    """Push joint_1 back at the hit, as a ball does, by more than `max_tracking_error`."""
+    cell = lab.shared_cell()
     reply = cell.strike()
-    push(cell, one(cell, -400.0), reply.start_time + reply.duration, 0.06)
+    push(cell, on_joint_1(cell, -400.0), reply.start_time + reply.duration, 0.06)
     cell.step_to(cell.end_tick(reply) + 600)
     result = cell.result(reply.goal_id)
     recoil = result.recoil
     commanded = np.array([command.accelerations for command in cell.commands()])
     return {
-        "the goal": result.outcome,
-        "recoil": recoil.peak_error if recoil else 0.0,
-        "back after": recoil.back_time - recoil.time if recoil and recoil.back_time else np.inf,
-        "accelerations commanded": float(np.abs(commanded / cell.config.limits.accelerations).max()),
+        "outcome of the goal": result.outcome,
+        "peak error of the recoil": recoil.peak_error if recoil else 0.0,
+        "duration of the recoil": recoil.back_time - recoil.time if recoil and recoil.back_time else np.inf,
+        "largest commanded acceleration, fraction of the limit": float(
+            np.abs(commanded / cell.config.limits.accelerations).max()
+        ),
         **end(cell),
         **play(cell),
     }
 
 
 def touch_limit(lab: Lab) -> Measured:
-    """Push joint_1 against the end of its range."""
-    cell = lab.shared()
+    """Push joint_1 against its stop."""
+    cell = lab.shared_cell()
     top = float(cell.config.limits.positions[0, 1])
     cell.reset(positions=[top - 0.02, *cell.home[1:]])
     cell.step(10)
-    push(cell, one(cell, 300.0), 0.02, 0.1)
+    push(cell, on_joint_1(cell, 300.0), 0.02, 0.1)
     cell.step(1000)
     beyond = max(state.positions[0] for state in cell.states()) - top
-    return {"beyond the range by": max(0.0, beyond), **end(cell), **play(cell)}
+    return {"largest travel beyond the joint range": max(0.0, beyond), **end(cell), **play(cell)}
 
 
 def hit_post(lab: Lab) -> Measured:
-    """Strike with a post in the way of the racket, of which the planner is asked to take no notice."""
+    """Strike with a post in the path of the racket; the goal turns off the planner's collision check."""
     config = post_in_the_way(lab)
     with lab.cell(CellConfig(robot_config=config)) as cell:
         cell.reset()
@@ -108,24 +115,24 @@ def hit_post(lab: Lab) -> Measured:
         result = cell.result(reply.goal_id)
         touch = result.first_contact
         return {
-            "the goal": result.outcome,
+            "outcome of the goal": result.outcome,
             "first contact": f"{touch.body} with {touch.other}" if touch else "none",
-            "torque from 100 ms after the fault on, beyond that at rest": torque_left(
-                cell, reply, cell.ticks(PRESSES_S)
+            "torque above that at rest, from 100 ms after the fault, fraction of the limit": torque_left(
+                cell, reply, cell.ticks(UNLOAD_S)
             ),
             **end(cell),
         }
 
 
 def torque_left(cell: Cell, reply: m.GoalReply, ticks: int) -> float:
-    """Return by how much torques exceed those at rest, from `ticks` after the fault on; as a part of their limits."""
+    """Return the largest torque above that at rest from `ticks` after the fault, as a fraction of its limit."""
     fault = max(command.tick for command in cell.commands() if command.goal_id == reply.goal_id) + 1
     torques = np.abs([state.torques for state in cell.states() if state.tick > fault + ticks])
     return float(((torques - torques[-1]) / cell.config.torques).max())
 
 
 def post_in_the_way(lab: Lab) -> Path:
-    """Write the robot's description with a post where the racket passes 0.3 rad before the hit; return it."""
+    """Write the robot's description with a post where the racket is 0.3 rad before the hit; return the file."""
     source = lab.options.robot_config
     cell_config = lab.config
     place, _ = Kinematics(cell_config).tool_pose(np.array([HIT[0] - 0.3, *HIT[1:]]))
@@ -138,19 +145,19 @@ def post_in_the_way(lab: Lab) -> Path:
     return folder / source.name
 
 
-ENDS = (reported("the arm"), reported("reason of the fault"), none("neither recovered nor in a fault with a reason"))
-GOES_ON = exactly("the next goal", "succeeded")
+ENDS = (reported("state at the end"), reported("reason of the fault"), none("neither recovered nor in fault"))
+NEXT_SUCCEEDS = exactly("outcome of the next goal", "succeeded")
 
 SCENARIOS = (
     Scenario(
         "push",
-        "a push of 100 rad/s² for 0.2 s in a strike",
+        "a push of 100 rad/s² for 0.2 s during a strike",
         "stepped",
         (
             at_least("peak tracking error", 0.05, "rad"),
-            exactly("the goal", "succeeded"),
-            exactly("the arm", "recovered"),
-            GOES_ON,
+            exactly("outcome of the goal", "succeeded"),
+            exactly("state at the end", "recovered"),
+            NEXT_SUCCEEDS,
         ),
         lambda lab: push_in_strike(lab, 100.0),
     ),
@@ -159,37 +166,42 @@ SCENARIOS = (
         "a push of −400 rad/s² for 0.06 s at the hit of a strike",
         "stepped",
         (
-            at_least("recoil", 0.3, "rad"),
-            at_most("back after", 0.4, "s"),
-            at_most("accelerations commanded", 1.0, "of the limit"),
-            exactly("the goal", "succeeded"),
-            exactly("the arm", "recovered"),
-            GOES_ON,
+            at_least("peak error of the recoil", 0.3, "rad"),
+            at_most("duration of the recoil", 0.4, "s"),
+            at_most("largest commanded acceleration, fraction of the limit", 1.0),
+            exactly("outcome of the goal", "succeeded"),
+            exactly("state at the end", "recovered"),
+            NEXT_SUCCEEDS,
         ),
         push_at_hit,
     ),
     Scenario(
         "saturation",
-        "a push of 1000 rad/s² for 0.2 s, more than the torques can hold",
+        "a push of 1000 rad/s² for 0.2 s, more than the torque limits can resist",
         "stepped",
-        (at_least("ticks saturated", 1), exactly("the goal", "aborted"), *ENDS, GOES_ON),
+        (at_least("saturated ticks", 1), exactly("outcome of the goal", "aborted"), *ENDS, NEXT_SUCCEEDS),
         lambda lab: push_in_strike(lab, 1000.0),
     ),
     Scenario(
         "joint-end",
         "joint_1 pushed with 300 rad/s² against the end of its range",
         "stepped",
-        (at_least("beyond the range by", 1e-3, "rad"), at_most("beyond the range by", GIVE, "rad"), *ENDS, GOES_ON),
+        (
+            at_least("largest travel beyond the joint range", 1e-3, "rad"),
+            at_most("largest travel beyond the joint range", STOP_COMPLIANCE, "rad"),
+            *ENDS,
+            NEXT_SUCCEEDS,
+        ),
         touch_limit,
     ),
     Scenario(
         "obstacle",
-        "a post in the way of the racket",
+        "a post in the path of the racket",
         "stepped",
         (
-            exactly("the goal", "aborted"),
+            exactly("outcome of the goal", "aborted"),
             exactly("first contact", "racket with post"),
-            at_most("torque from 100 ms after the fault on, beyond that at rest", 0.1, "of the limit"),
+            at_most("torque above that at rest, from 100 ms after the fault, fraction of the limit", 0.1),
             *ENDS,
         ),
         hit_post,

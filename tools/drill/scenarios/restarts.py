@@ -1,4 +1,4 @@
-"""A sim that is killed or stopped: controller and planner report it and recover by themselves; the goal is aborted."""
+"""A sim that is killed or stopped: controller and planner report it and recover, and the goal is aborted."""
 
 import signal
 import time
@@ -14,17 +14,17 @@ from tools.drill.harness.waiting import wait_for
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, reported, timed
 
 CONTROLLER_LOGS, PLANNER_LOGS = "the arm fell silent", ("the controller fell silent", "the controller is in fault")
-"""Words that the two log when the arm is silent; the planner learns it from the controller's status, or gets none."""
+"""Words that the services log when the arm is silent. The planner detects it by the controller's status or silence."""
 
 
-def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = False) -> Measured:
-    """Kill or stop the sim in a motion, with noise if asked, and restart or continue it after 1.5 s."""
-    with lab.cell(CellConfig(clock="realtime", hosted=hosted)) as cell, ExitStack() as meanwhile:
+def silence_sim(lab: Lab, number: signal.Signals, separate_router: bool, noise: bool = False) -> Measured:
+    """Kill or stop the sim during a motion, optionally with noise, and restart or continue it after 1.5 s."""
+    with lab.cell(CellConfig(clock="realtime", separate_router=separate_router)) as cell, ExitStack() as meanwhile:
         cell.recover()
         refused = cell.status().cycle.refused
         if noise:
             meanwhile.enter_context(noisy(cell, (topics.STATE, topics.STATUS)))
-        reply = cell.under_way()
+        reply = cell.begin_motion()
         at = cell.processes.signal("sim", number)
         time.sleep(1.5)
         controller = cell.processes.logged_at("controller", CONTROLLER_LOGS, at)
@@ -37,22 +37,22 @@ def silence_sim(lab: Lab, number: signal.Signals, hosted: bool, noise: bool = Fa
         else:
             cell.processes.start("sim")
             cell.services.wait_ready(cell.bus)
-        back_s = wait_for(lambda: outcome(cell, reply.goal_id) == "aborted", "the goal to be aborted")
+        recovery_s = wait_for(lambda: outcome(cell, reply.goal_id) == "aborted", "the goal to be aborted")
         reason = cell.result(reply.goal_id).reason
         cell.recover()
         return {
-            "the controller reports it after": 1e3 * (controller - at) if controller else "never",
-            "the planner reports it after": planner - at if planner else "never",
-            "the goal": outcome(cell, reply.goal_id),
-            "its reason": reason,
-            "noise that the controller counts": cell.status().cycle.refused - refused,
-            "back in service after": back_s,
-            "the next goal": cell.finish(cell.goal(duration=1.5)).outcome,
+            "detection time of the controller": 1e3 * (controller - at) if controller else "never",
+            "detection time of the planner": planner - at if planner else "never",
+            "outcome of the goal": outcome(cell, reply.goal_id),
+            "reason of the abort": reason,
+            "noise messages counted by the controller": cell.status().cycle.refused - refused,
+            "recovery time after the restart": recovery_s,
+            "outcome of the next goal": cell.finish(cell.goal(duration=1.5)).outcome,
         }
 
 
 def outcome(cell: Cell, goal_id: str) -> str:
-    """Return how a goal went, empty while the controller does not answer."""
+    """Return the outcome of a goal, or an empty string if the controller does not reply."""
     try:
         return cell.result(goal_id).outcome
     except (NoAnswer, Refusal):
@@ -60,53 +60,53 @@ def outcome(cell: Cell, goal_id: str) -> str:
 
 
 BOUNDS = (
-    timed(at_most("the controller reports it after", 20.0, "ms")),
-    timed(at_most("the planner reports it after", 1.0, "s")),
-    exactly("the goal", "aborted"),
-    reported("its reason"),
-    reported("back in service after", "s"),
-    timed(exactly("the next goal", "succeeded")),
+    timed(at_most("detection time of the controller", 20.0, "ms")),
+    timed(at_most("detection time of the planner", 1.0, "s")),
+    exactly("outcome of the goal", "aborted"),
+    reported("reason of the abort"),
+    reported("recovery time after the restart", "s"),
+    timed(exactly("outcome of the next goal", "succeeded")),
 )
 
 SCENARIOS = (
     Scenario(
         "sim-killed",
-        "sim killed in a motion, and the router with it; started again",
+        "sim and its router killed during a motion, restarted",
         "realtime",
         BOUNDS,
-        lambda lab: silence_sim(lab, signal.SIGKILL, hosted=False),
+        lambda lab: silence_sim(lab, signal.SIGKILL, separate_router=False),
         "full",
     ),
     Scenario(
         "sim-killed-alone",
-        "sim killed in a motion, the router elsewhere; started again",
+        "sim killed during a motion, router in another process; restarted",
         "realtime",
         BOUNDS,
-        lambda lab: silence_sim(lab, signal.SIGKILL, hosted=True),
+        lambda lab: silence_sim(lab, signal.SIGKILL, separate_router=True),
         "full",
     ),
     Scenario(
         "sim-stopped",
-        "sim stopped in a motion, and the router with it; continued",
+        "sim and its router stopped during a motion, continued",
         "realtime",
         BOUNDS,
-        lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=False),
+        lambda lab: silence_sim(lab, signal.SIGSTOP, separate_router=False),
         "full",
     ),
     Scenario(
         "sim-stopped-alone",
-        "sim stopped in a motion, the router elsewhere; continued",
+        "sim stopped during a motion, router in another process; continued",
         "realtime",
         BOUNDS,
-        lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=True),
+        lambda lab: silence_sim(lab, signal.SIGSTOP, separate_router=True),
         "full",
     ),
     Scenario(
         "sim-stopped-noise",
-        "sim stopped in a motion, the router elsewhere, 1 MB/s of noise among states and statuses; continued",
+        "sim stopped during a motion, router in another process, 1 MB/s of noise as state and status; continued",
         "realtime",
-        (*BOUNDS, at_least("noise that the controller counts", 500)),
-        lambda lab: silence_sim(lab, signal.SIGSTOP, hosted=True, noise=True),
+        (*BOUNDS, at_least("noise messages counted by the controller", 500)),
+        lambda lab: silence_sim(lab, signal.SIGSTOP, separate_router=True, noise=True),
         "full",
     ),
 )

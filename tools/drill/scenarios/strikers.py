@@ -1,4 +1,4 @@
-"""A striker that is killed in a swing."""
+"""A striker that is killed during a swing."""
 
 import signal
 
@@ -14,15 +14,15 @@ TARGET = (4.5, 0.0, 0.0)
 BALL = m.Throw(position=(5.16, -0.09, 1.34), velocity=(-6.32, -0.49, 0.79))
 """A ball within reach of the shipped arm."""
 PACE = 0.5
-"""So that a busy machine plans the swing in time: the scenario tries what follows."""
+"""Ratio of robot time to wall time, so that a busy machine plans the swing in time."""
 
 
 def kill_in_swing(lab: Lab) -> Measured:
-    """Kill the striker in a swing, let that end, start a new one and throw another ball while the first one rolls."""
+    """Kill the striker during a swing, start a new one after the swing, and throw another ball."""
     flags: dict[str, object] = {"learned": lab.folder / "learned.json", "pace": PACE}
     with lab.cell(CellConfig("paced", (*ARM, "striker"), flags=flags)) as cell:
         cell.listen(topics.STATUS)
-        throw(cell)
+        throw_ball(cell)
         cell.wait_status(lambda status: status.goal_id, "the swing to begin")
         cell.processes.signal("striker", signal.SIGKILL)
         wait_for(lambda: not cell.bus.is_alive("striker"), "the striker's token to vanish")
@@ -30,18 +30,18 @@ def kill_in_swing(lab: Lab) -> Measured:
         rest, brakes = cell.status(), cell.state().brake
         cell.processes.start("striker")
         wait_for(lambda: cell.bus.is_alive("striker"), "the new striker")
-        throw(cell)
+        throw_ball(cell)
         return {
-            "the swing": cell.result(swing).outcome,
+            "outcome of the swing": cell.result(swing).outcome,
             "faults": int(rest.fault is not None) + int(brakes),
-            "speed of the reference after the swing": max(map(abs, rest.reference.velocities)),
-            "the new striker's next ball": "planned",
-            "other processes ended": cell.processes.ended(),
+            "reference speed after the swing": max(map(abs, rest.reference.velocities)),
+            "phase of the new striker's next strike": "planned",
+            "other processes that exited": cell.processes.ended(),
         }
 
 
 def last_goal(cell: Cell) -> str:
-    """Wait until nothing moves and return what moved last: a correction may have been on its way."""
+    """Wait until the arm holds, and return the last goal: a correction may have been in flight."""
     moved = [""]
 
     def rests() -> bool:
@@ -53,11 +53,11 @@ def last_goal(cell: Cell) -> str:
     return moved[0]
 
 
-def throw(cell: Cell) -> None:
-    """Ask for one strike, throw a ball and return once a swing is planned."""
-    said = cell.listen(topics.STRIKES)
-    while not said.empty():
-        said.get()
+def throw_ball(cell: Cell) -> None:
+    """Request one strike, throw a ball and wait until a swing is planned."""
+    strikes = cell.listen(topics.STRIKES)
+    while not strikes.empty():
+        strikes.get()
     cell.bus.ask(topics.STRIKE, m.StrikeRequest(target=TARGET, count=1))
     cell.bus.ask(topics.SIM_BALL, BALL)
     wait_for(lambda: any(strike.phase == "planned" for strike in cell.drain(topics.STRIKES)), "a swing to be planned")
@@ -66,14 +66,14 @@ def throw(cell: Cell) -> None:
 SCENARIOS = (
     Scenario(
         "striker-killed",
-        "striker killed in a swing, a new one started",
+        "striker killed during a swing, a new one started",
         "paced",
         (
-            exactly("the swing", "succeeded"),
+            exactly("outcome of the swing", "succeeded"),
             none("faults"),
-            exactly("speed of the reference after the swing", 0.0, "rad/s"),
-            none("other processes ended"),
-            exactly("the new striker's next ball", "planned"),
+            exactly("reference speed after the swing", 0.0, "rad/s"),
+            none("other processes that exited"),
+            exactly("phase of the new striker's next strike", "planned"),
         ),
         kill_in_swing,
         "full",

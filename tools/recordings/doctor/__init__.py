@@ -1,4 +1,4 @@
-"""The doctor: find the faults of a recording, and repair those that are safe to repair."""
+"""The doctor: find the faults of a recording, and repair those whose repair is safe."""
 
 from tools.recordings.doctor.examination import examine
 from tools.recordings.doctor.finding import Arm, Examination, Finding, Robot

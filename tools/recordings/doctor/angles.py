@@ -14,8 +14,8 @@ from tools.recordings.recording import Recording
 TURN = 2 * np.pi
 
 NORMALISED = (
-    "degrees, or -100 to 100 of what each joint was moved through when it was calibrated, as LeRobot records where "
-    "use_degrees is not set; give --unit deg, or the arm's calibration by --calibration FILE.json"
+    "degrees, or -100 to 100 of each joint's calibrated range, which LeRobot records without use_degrees; give "
+    "--unit deg, or the arm's calibration by --calibration FILE.json"
 )
 
 FEW = 0.01
@@ -26,7 +26,7 @@ def degrees(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     """Find positions that are too large for rad but plausible in degrees, or too large for both."""
     largest = float(np.quantile(np.abs(recording.values), 1 - FEW))
     if robot is None:
-        # Without an arm to compare with: no joint turns twice around, and none of an arm is at 400°.
+        # Without a robot: no joint makes two turns, and no joint of an arm is at 400°.
         fits, strange = 2 * TURN < largest <= np.degrees(TURN), False
     else:
         plain, converted = _excess(recording.values, robot), _excess(np.radians(recording.values), robot)
@@ -37,14 +37,14 @@ def degrees(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
     elif fits and recording.unit is None:
         yield Finding(f"positions reach {largest:.4g}, so they are in degrees: converted to rad", True)
     elif (fits and recording.unit == "rad") or strange:
-        said = recording.unit or "rad"
-        sentence = f"positions reach {largest:.4g} {said}, more than a turn beyond the arm's ranges; "
-        cure = "if they are in degrees, give --unit deg, else convert them" if said == "rad" else "convert them"
+        unit = recording.unit or "rad"
+        sentence = f"positions reach {largest:.4g} {unit}, more than a turn beyond the arm's ranges; "
+        cure = "if they are in degrees, give --unit deg, else convert them" if unit == "rad" else "convert them"
         yield Finding(sentence + cure, fatal=True)
 
 
 def to_radians(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
-    """Return the recording in rad; it is in degrees if it says so, or if that was found."""
+    """Return the recording in rad; it is in degrees by its own unit or by the findings."""
     in_degrees = recording.unit == "deg" or findings
     return replace(recording, values=np.radians(recording.values) if in_degrees else recording.values, unit="rad")
 
@@ -86,7 +86,7 @@ def out_of_range(recording: Recording, robot: Robot | None) -> Iterator[Finding]
     number = int(excess.max(axis=0).argmax())
     for sentence in outside(Demonstration(recording.times, recording.values), robot.limits, robot.joint_names):
         rows = np.flatnonzero(excess[:, number] > OUTSIDE)
-        yield Finding(sentence, column=recording.columns[number], rows=rows, planner_says=True)
+        yield Finding(sentence, column=recording.columns[number], rows=rows, planner_warns=True)
 
 
 def _turns_into_range(values: np.ndarray, number: int, robot: Robot | None) -> float:

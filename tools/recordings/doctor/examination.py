@@ -36,7 +36,9 @@ FAULTS: tuple[Fault, ...] = (
     Fault("backwards", "stamps that go back", "sorted; two recordings are refused", stamps.backwards, stamps.sort_rows),
     Fault("duplicates", "samples with one stamp", "left out", stamps.duplicates, stamps.drop_rows),
     Fault("short", "too few samples", "refused", stamps.too_short),
-    Fault("degrees", "degrees", "converted, but for rad and LeRobot", angles.degrees, angles.to_radians, always=True),
+    Fault(
+        "degrees", "degrees", "converted, except from rad or LeRobot", angles.degrees, angles.to_radians, always=True
+    ),
     Fault("wraps", "wraps at ±π or ±360°", "made continuous", angles.wraps, angles.unwrap),
     Fault("spikes", "spikes", "interpolated", samples.spikes, samples.interpolated),
     Fault("still", "no movement", "refused", movement.still),

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from motion.limits import Limits
-from tools.recordings.doctor.signals import ranges
+from tools.recordings.doctor.signals import adjacent_runs
 from tools.recordings.recording import Recording
 
 NONE = np.zeros(0, int)
@@ -46,7 +46,7 @@ class Finding:
         column: Name of the column; None for all columns.
         rows: Indices of the samples, in the recording at the time of detection.
         times: Times of these samples in the file, s.
-        planner_says: Whether the planner gives the same warning when it learns.
+        planner_warns: Whether the planner gives the same warning when it learns.
         code: Code in the table of faults; `examine` sets it and the times.
     """
 
@@ -56,13 +56,13 @@ class Finding:
     column: str | None = None
     rows: np.ndarray = field(default_factory=lambda: NONE)
     times: np.ndarray = field(default_factory=lambda: NONE.astype(float))
-    planner_says: bool = False
+    planner_warns: bool = False
     code: str = ""
 
     @property
     def spans(self) -> list[tuple[float, float]]:
         """First and last time of each run of adjacent samples, s."""
-        at = np.searchsorted(self.rows, [end for run in ranges(self.rows) for end in run])
+        at = np.searchsorted(self.rows, [end for run in adjacent_runs(self.rows) for end in run])
         return [(float(self.times[first]), float(self.times[last])) for first, last in at.reshape(-1, 2)]
 
 
@@ -82,7 +82,7 @@ class Examination:
         return next((finding for finding in self.findings if finding.fatal), None)
 
 
-def kept(recording: Recording, findings: Sequence[Finding]) -> np.ndarray:
+def kept_samples(recording: Recording, findings: Sequence[Finding]) -> np.ndarray:
     """Return which samples (n,) of a recording belong to no finding."""
     keep = np.ones(len(recording.times), bool)
     for finding in findings:

@@ -1,4 +1,4 @@
-"""Faults of the movement: idle ends, ends in motion, speeds that no arm has."""
+"""Faults of the movement: idle ends, ends in motion, implausible speeds."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -14,29 +14,30 @@ from tools.recordings.doctor.signals import noise, resolution
 from tools.recordings.recording import Recording
 
 STILL_SHARE, STILL_NOISE, STILL_STEPS = 1e-3, 7.0, 1.5
-"""A joint stands still within this part of its range, this many times its averaged noise, and so many resolutions."""
+"""A joint is at rest within the largest of this fraction of its range, this multiple of its averaged noise, and this
+multiple of its resolution."""
 
 AVERAGED = 0.02
-"""Part of the samples over which noise is averaged."""
+"""Fraction of the samples over which noise is averaged."""
 
-IDLE_SHARE, IDLE_FLOOR = 0.1, 0.3
-"""An end is idle where it stands still for longer than this part of the movement, and than this, s."""
+IDLE_FRACTION, IDLE_FLOOR = 0.1, 0.3
+"""An end is idle if its rest is longer than this fraction of the movement and than this, s."""
 
 SETTLED = 0.1
-"""Rest that is left at an end, s."""
+"""Rest that remains at an end, s."""
 
 NOTHING = 1e-3
-"""A recording in which no joint goes farther than this, rad, shows no movement."""
+"""Largest travel of any joint, rad, of a recording without movement."""
 
 FUNCTIONS = 20, 60
-"""Functions of the spline that is asked about ends and speeds; more take longer and say no more of them."""
+"""Least and largest number of basis functions of the spline for ends and speeds; more are slower and no more exact."""
 
 SLOW, LONG = 1e-3, 60.0
-"""A recording is slow where no joint reaches this part of its velocity limit and it takes longer than this, s."""
+"""A recording is too slow if no joint reaches this fraction of its velocity limit and it is longer than this, s."""
 
 
 def still(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """A recording without movement."""
+    """Find a recording without movement."""
     widest = float(np.ptp(recording.values, axis=0).max(initial=0.0))
     if widest < NOTHING:
         sentence = f"no joint moves farther than {widest:.2g} rad: the recording shows no movement"
@@ -44,11 +45,11 @@ def still(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def idle_ends(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Stretches before and after the movement in which nothing moves."""
+    """Find rest before and after the movement."""
     times, values = recording.times, recording.values
     begin, end = _onset(times, values), len(times) - 1 - _onset(-times[::-1], values[::-1])
     moving = times[end] - times[begin]
-    least = max(IDLE_SHARE * moving, IDLE_FLOOR)
+    least = max(IDLE_FRACTION * moving, IDLE_FLOOR)
     for name, idle, rows in (
         ("beginning", times[begin] - times[0], np.arange(_back(times, begin))),
         ("end", times[-1] - times[end], np.arange(_on(times, end) + 1, len(times))),
@@ -59,42 +60,42 @@ def idle_ends(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def ends_in_motion(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """A beginning or an end at which the arm moves."""
-    primitive = _look(recording)
+    """Find a beginning or an end at which the arm moves."""
+    primitive = _rough_primitive(recording)
     for sentence in moving_ends(Demonstration(recording.times, recording.values), primitive, recording.columns):
         first = "begins" in sentence
         rows = np.array([0 if first else len(recording.times) - 1])
-        yield Finding(sentence, rows=rows, planner_says=True)
+        yield Finding(sentence, rows=rows, planner_warns=True)
 
 
 def speeds(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Movements that are too fast for the arm by far, or slower than anybody moves one."""
+    """Find speeds far above the arm's limits, and implausibly slow movements."""
     if robot is None:
         return
-    primitive = _look(recording)
+    primitive = _rough_primitive(recording)
     demonstration = Demonstration(recording.times, recording.values)
     for sentence in too_fast(demonstration, primitive, robot.limits, robot.joint_names):
-        yield Finding(sentence, planner_says=True)
+        yield Finding(sentence, planner_warns=True)
     fastest = np.abs(primitive.sample(np.linspace(0, 1, 201)).velocities).max(axis=0)
-    share = float((fastest / robot.limits.velocities).max())
-    if share < SLOW and primitive.duration > LONG:
+    fraction = float((fastest / robot.limits.velocities).max())
+    if fraction < SLOW and primitive.duration > LONG:
         sentence = (
-            f"the movement takes {primitive.duration:.4g} s and reaches {share:.1g} of the velocity limits; "
+            f"the movement takes {primitive.duration:.4g} s and reaches {fraction:.1g} of the velocity limits; "
             "are the stamps in ms? Give --duration with its time in s"
         )
         yield Finding(sentence)
 
 
 @lru_cache(maxsize=1)
-def _look(recording: Recording) -> Primitive:
-    """A spline of the recording that is good enough for its ends and speeds."""
+def _rough_primitive(recording: Recording) -> Primitive:
+    """Return a spline of the recording with few functions, for its ends and speeds."""
     least, most = FUNCTIONS
     count = int(np.clip(len(recording.times) - 2, least, most))
     return learn(Demonstration(recording.times, recording.values), basis_count=count)
 
 
 def _onset(times: np.ndarray, values: np.ndarray) -> int:
-    """Index of the last sample at which every joint is still where it began."""
+    """Return the index of the last sample at which no joint has moved from its first position."""
     width = max(1, round(AVERAGED * len(values)))
     sums = np.cumsum(np.pad(values - values[0], ((1, 0), (0, 0))), axis=0)
     averaged = (sums[width:] - sums[:-width]) / width
@@ -105,10 +106,10 @@ def _onset(times: np.ndarray, values: np.ndarray) -> int:
 
 
 def _back(times: np.ndarray, begin: int) -> int:
-    """Index of the first sample that is kept."""
+    """Return the index of the first sample to keep."""
     return min(int(np.searchsorted(times, times[begin] - SETTLED)), max(begin - 2, 0))
 
 
 def _on(times: np.ndarray, end: int) -> int:
-    """Index of the last sample that is kept."""
+    """Return the index of the last sample to keep."""
     return max(int(np.searchsorted(times, times[end] + SETTLED)), min(end + 2, len(times) - 1))

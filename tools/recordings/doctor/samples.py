@@ -1,4 +1,4 @@
-"""Faults of samples: outliers, columns that stand still while the arm moves, frames that repeat or are missing."""
+"""Faults of samples: outliers, and columns that are frozen while the arm moves."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -6,37 +6,47 @@ from dataclasses import replace
 import numpy as np
 
 from tools.recordings.doctor.finding import NONE, Finding, Robot
-from tools.recordings.doctor.signals import LEAST_NOISE, beside, counted, grain, noise, ranges, resolution, usual_step
+from tools.recordings.doctor.signals import (
+    LEAST_NOISE,
+    adjacent_runs,
+    counted,
+    interpolation_errors,
+    noise,
+    noise_floor,
+    resolution,
+    usual_step,
+)
 from tools.recordings.recording import Recording
 
 OUTLIER = 12.0
-"""An outlier is farther from its neighbours' curve than this many times what is usual around it …"""
+"""The distance of an outlier from its neighbours' curve exceeds this multiple of the usual distance around it …"""
 
-OUTLIER_GRAIN, OUTLIER_FLOOR = 8.0, 0.003
-"""… than this many times the noise or the resolution, and than this, rad."""
+OUTLIER_NOISE_FLOORS, OUTLIER_FLOOR = 8.0, 0.003
+"""… this multiple of the noise floor, and this distance, rad."""
 
 LONGEST_OUTLIER = 3
-"""Samples in a row."""
+"""Largest number of consecutive samples in one outlier."""
 
 END_STEP = 8.0
-"""The first or last sample is an outlier where the step beside it is this many times the largest of the steps near."""
+"""The first or last sample is an outlier if its step exceeds this multiple of the largest step near it."""
 
 AROUND = 12
-"""Samples on either side that say what is usual."""
+"""Number of samples on either side that define the usual distance."""
 
 FROZEN, FROZEN_SAMPLES = 0.1, 6
-"""A column is frozen where it stays at one number for so long, s, and for so many samples."""
+"""A frozen column keeps its value for at least this time, s, and this number of samples."""
 
 FLICKER = 4.0
-"""A column with noise of so many resolutions does not stay at one number by chance."""
+"""A column whose noise exceeds this multiple of its resolution does not keep its value by chance."""
 
 SUDDEN, STEPS = 0.3, 3
-"""It stops or starts suddenly: its last step is more than this part of those before, and this many resolutions."""
+"""A column stops or starts suddenly if its last step exceeds this fraction of the steps before and this multiple of its
+resolution."""
 
 
 def spikes(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Samples far beside the curve of their neighbours, one to three in a row."""
-    floor = np.maximum(OUTLIER_GRAIN * grain(recording), OUTLIER_FLOOR)
+    """Find outliers: one to three consecutive samples far from the curve of their neighbours."""
+    floor = np.maximum(OUTLIER_NOISE_FLOORS * noise_floor(recording), OUTLIER_FLOOR)
     for number, column in enumerate(recording.columns):
         values = recording.values[:, number]
         found = _outliers(recording.times, values, float(floor[number]))
@@ -50,7 +60,7 @@ def spikes(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def interpolated(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
-    """The recording with the samples of the findings on the line between their neighbours."""
+    """Return the recording with the samples of the findings interpolated linearly."""
     values = recording.values.copy()
     for finding in findings:
         assert finding.column is not None
@@ -63,7 +73,7 @@ def interpolated(recording: Recording, findings: list[Finding], robot: Robot | N
 
 
 def frozen(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Columns that stay at one number while the arm moves."""
+    """Find columns that keep their value while the arm moves."""
     times, values = recording.times, recording.values
     sizes, steps = noise(times, values), resolution(values)
     flickers = (sizes > 0) & (FLICKER * steps < sizes)
@@ -82,7 +92,7 @@ def frozen(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
             first, last = max(runs, key=lambda run: run[1] - run[0])
             sentence = (
                 f"{column} stays at {values[first, number]:.4g} rad for {times[last] - times[first]:.3g} s from "
-                f"{times[first] - times[0]:.3g} s on, while the other joints move: its sensor or its link had stopped; "
+                f"{times[first] - times[0]:.3g} s on, while the other joints move: its sensor or connection stopped; "
                 "record again, or leave that part out"
             )
             rows = np.concatenate([np.arange(first, last + 1) for first, last in runs])
@@ -90,12 +100,12 @@ def frozen(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def _outliers(times: np.ndarray, values: np.ndarray, floor: float) -> np.ndarray:
-    """Indices of outliers, sorted."""
+    """Return the indices of outliers, sorted."""
     found: set[int] = set()
     values = values.copy()
     rows = NONE
-    for _ in range(2):  # an outlier hides the smaller one beside it
-        distances = np.abs(beside(times, values[:, None])[:, 0])
+    for _ in range(2):  # an outlier hides a smaller one next to it
+        distances = np.abs(interpolation_errors(times, values[:, None])[:, 0])
         for peak in np.flatnonzero(distances > floor / 2).tolist():
             for row in _outlier_at(times, values, distances, peak, floor):
                 found.add(row)
@@ -106,14 +116,14 @@ def _outliers(times: np.ndarray, values: np.ndarray, floor: float) -> np.ndarray
 
 
 def _ends(values: np.ndarray, floor: float) -> np.ndarray:
-    """The first and the last sample where they are outliers, as where a program was stopped within a number."""
+    """Return the first and last sample if they are outliers, for example a number cut short when a program stopped."""
     steps = np.abs(np.diff(values))
     ends = (0, steps[0], steps[1 : AROUND + 1]), (len(values) - 1, steps[-1], steps[-AROUND - 1 : -1])
     return np.array([row for row, step, near in ends if step > max(floor, END_STEP * near.max())], int)
 
 
 def _outlier_at(times: np.ndarray, values: np.ndarray, distances: np.ndarray, first: int, floor: float) -> range:
-    """The outliers that begin at a sample, one to LONGEST_OUTLIER of them; none where it is none."""
+    """Return the samples of an outlier that begins at `first`; none if it is no outlier."""
     for count in range(1, LONGEST_OUTLIER + 1):
         block = range(first, first + count)
         left, right = [first - 2, first - 1], [first + count, first + count + 1]
@@ -126,14 +136,14 @@ def _outlier_at(times: np.ndarray, values: np.ndarray, distances: np.ndarray, fi
 
 
 def _usual(distances: np.ndarray, row: int) -> float:
-    """Median distance of the samples around one, but for the nearest."""
+    """Return the median distance of the samples around one, without its nearest neighbours."""
     around = np.arange(max(row - AROUND, 2), min(row + AROUND + 1, len(distances) - 2))
     far = around[np.abs(around - row) > LONGEST_OUTLIER + 1]
     return float(np.median(distances[far])) if len(far) else np.inf
 
 
 def _stands_out(times: np.ndarray, values: np.ndarray, block: range, left: list[int], right: list[int]) -> float:
-    """How far a block leaves the line before it and the line after it, which agree with each other, or 0."""
+    """Return the distance of a block from the lines before and after it, or 0 if these disagree."""
     rows = np.array(block)
     middle = np.interp(times[rows], times[[left[1], right[0]]], values[[left[1], right[0]]])
     beyond = values[rows] - middle
@@ -149,9 +159,9 @@ def _stands_out(times: np.ndarray, values: np.ndarray, block: range, left: list[
 
 
 def _runs(column: np.ndarray) -> list[tuple[int, int]]:
-    """First and last index of each run of equal neighbours."""
+    """Return the first and last index of each run of equal values."""
     same = np.flatnonzero(np.diff(column) == 0)
-    return [(first, last + 1) for first, last in ranges(same)]
+    return [(first, last + 1) for first, last in adjacent_runs(same)]
 
 
 def _others_move(values: np.ndarray, number: int, first: int, last: int, sizes: np.ndarray) -> bool:
@@ -160,7 +170,7 @@ def _others_move(values: np.ndarray, number: int, first: int, last: int, sizes: 
 
 
 def _is_sudden(column: np.ndarray, first: int, last: int, step: float) -> bool:
-    """Whether a column stops at `first` or goes on after `last` in full motion."""
+    """Return whether a column stops at `first`, or starts after `last`, at full speed."""
     steps = np.abs(np.diff(column))
     ends = []
     if first >= 6:

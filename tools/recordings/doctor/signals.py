@@ -1,13 +1,14 @@
-"""Statistics of samples: noise, resolution, distance of each from its neighbours' curve."""
+"""Statistics of samples: noise, resolution, and errors of interpolation from neighbours."""
 
 import numpy as np
 
 from tools.recordings.recording import Recording
 
 PREDICTION_NOISE = np.sqrt(1 + 34 / 36)
-"""Standard deviation of `beside` for white noise of 1: the cubic weighs its four samples −1/6, 4/6, 4/6 and −1/6."""
+"""Standard deviation of interpolation errors for white noise of 1: the cubic's weights are −1/6, 4/6, 4/6 and −1/6."""
 
 MEDIAN_OF_NORMAL = 0.6745
+"""Median absolute value of the standard normal distribution."""
 
 COUNTED, OFF, NEARLY_ALL, ROUNDING = 1000, 0.05, 0.95, 1e-14
 """A column is quantised if this fraction of the differences between its values are multiples of the smallest, to this
@@ -18,14 +19,14 @@ LEAST_NOISE = 1e-6
 """Differences below this are rounding, rad."""
 
 
-def beside(times: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the distance (n, C) of each sample from the cubic through two neighbours on either side; 0 at two ends.
+def interpolation_errors(times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the distance (n, C) of each sample from the cubic through two neighbours on either side.
 
-    times: (n,), rising. values: (n, C).
+    It is 0 for the first two and the last two samples. times: (n,), rising. values: (n, C).
     """
-    distances = np.zeros_like(values)
+    errors = np.zeros_like(values)
     if len(times) < 5:
-        return distances
+        return errors
     count = len(times) - 4
     at = times[2:-2]
     nodes = [times[k : k + count] for k in (0, 1, 3, 4)]
@@ -36,18 +37,18 @@ def beside(times: np.ndarray, values: np.ndarray) -> np.ndarray:
             if j != i:
                 weight *= (at - node) / (nodes[i] - node)
         expected += weight[:, None] * values[shift : shift + count]
-    distances[2:-2] = values[2:-2] - expected
-    return distances
+    errors[2:-2] = values[2:-2] - expected
+    return errors
 
 
 def noise(times: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the standard deviation (C,) of a sample's noise; 0 if the sample-to-sample differences are not noise."""
-    distances = beside(times, values)[2:-2]
-    if len(distances) < 3:
+    errors = interpolation_errors(times, values)[2:-2]
+    if len(errors) < 3:
         return np.zeros(values.shape[1])
-    size = np.median(np.abs(distances), axis=0) / MEDIAN_OF_NORMAL / PREDICTION_NOISE
-    # For noise, adjacent distances have opposite signs; for curvature, the same sign.
-    alternating = np.sum(distances[1:] * distances[:-1], axis=0) < 0
+    size = np.median(np.abs(errors), axis=0) / MEDIAN_OF_NORMAL / PREDICTION_NOISE
+    # For noise, adjacent errors have opposite signs; for curvature, the same sign.
+    alternating = np.sum(errors[1:] * errors[:-1], axis=0) < 0
     return np.where(alternating & (size > LEAST_NOISE), size, 0.0)
 
 
@@ -64,12 +65,13 @@ def _smallest_step(column: np.ndarray) -> float:
     if not len(gaps):
         return 0.0
     multiples = gaps / gaps.min()
-    beside = np.abs(multiples - np.round(multiples))[multiples < COUNTED]
-    return float(gaps.min()) if np.mean(beside < OFF) > NEARLY_ALL and len(beside) > len(gaps) / 2 else 0.0
+    remainders = np.abs(multiples - np.round(multiples))[multiples < COUNTED]
+    quantised = np.mean(remainders < OFF) > NEARLY_ALL and len(remainders) > len(gaps) / 2
+    return float(gaps.min()) if quantised else 0.0
 
 
-def grain(recording: Recording) -> np.ndarray:
-    """Return the size (C,) below which a change of a column is insignificant, from its noise or resolution."""
+def noise_floor(recording: Recording) -> np.ndarray:
+    """Return the noise floor (C,) of each column: the larger of its noise and its resolution."""
     return np.maximum(noise(recording.times, recording.values), resolution(recording.values))
 
 
@@ -78,7 +80,7 @@ def usual_step(times: np.ndarray) -> float:
     return float(np.median(np.diff(times)))
 
 
-def ranges(rows: np.ndarray) -> list[tuple[int, int]]:
+def adjacent_runs(rows: np.ndarray) -> list[tuple[int, int]]:
     """Return the first and last of each run of adjacent indices. rows: sorted."""
     if not len(rows):
         return []

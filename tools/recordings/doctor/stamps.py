@@ -1,4 +1,4 @@
-"""Faults of time: stamps that repeat, go back or jitter, samples that are missing."""
+"""Faults of time: stamps that repeat, decrease or jitter, and missing samples."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -7,33 +7,34 @@ import numpy as np
 
 from motion.demonstration import MIN_SAMPLES
 from robot.recordings.inspection import filled_gaps
-from tools.recordings.doctor.finding import Finding, Robot, kept
-from tools.recordings.doctor.signals import beside, counted, usual_step
+from tools.recordings.doctor.finding import Finding, Robot, kept_samples
+from tools.recordings.doctor.signals import counted, interpolation_errors, usual_step
 from tools.recordings.recording import Recording
 
 GAP, SHORTEST_GAP = 5.0, 0.02
-"""A gap is longer than this many usual steps, and than this many seconds."""
+"""A gap is longer than this number of usual steps and than this, s."""
 
 COARSE = 0.5
-"""Part of the samples: where more have the stamp of another, stamps were rounded, and no sample is one too many."""
+"""Fraction of samples with a stamp of another sample above which the stamps were rounded, so that no sample is a
+duplicate."""
 
 IRREGULAR = 0.02
-"""Stamps jitter where half of them are off by more than this part of a step …"""
-
-ROUNDING = 1e-9
-"""Rounding, in parts of it, of a sum of steps, which is the same where samples were written backwards."""
+"""Stamps jitter if half of them deviate from even ones by more than this fraction of a step …"""
 
 SMOOTHER = 0.6
-"""… and the movement is smoother by this factor or a smaller one when the stamps are evened out."""
+"""… and even stamps reduce the roughness of the movement at least to this fraction."""
+
+ROUNDING = 1e-9
+"""Relative rounding error of a sum of steps, which does not change if samples are written in reverse order."""
 
 
 def duplicates(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Samples with the stamp of the one before them."""
+    """Find samples with the stamp of the previous sample."""
     rows = np.flatnonzero(np.diff(recording.times) == 0) + 1
     others = np.count_nonzero(np.any(recording.values[rows] != recording.values[rows - 1], axis=1))
     if others > COARSE * len(recording.times):
         sentence = (
-            f"{others} samples have the stamp of the sample before and other positions, so its times are too coarse"
+            f"{others} samples have the stamp of the sample before and other positions, so the times are too coarse"
         )
         yield Finding(f"{sentence}; give --rate, in samples a second", fatal=True, rows=rows)
     elif len(rows):
@@ -43,7 +44,7 @@ def duplicates(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def backwards(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Stamps that go back: samples in the wrong order, or two recordings in one file."""
+    """Find decreasing stamps: samples in the wrong order, or two recordings in one file."""
     rows = np.flatnonzero(np.diff(recording.times) < 0) + 1
     if not len(rows):
         return
@@ -63,7 +64,7 @@ def backwards(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def too_short(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Too few samples to learn from, or none of them apart."""
+    """Find recordings with too few samples to learn from."""
     count = len(recording.times)
     if count < MIN_SAMPLES:
         sentence = f"{counted(count, 'sample')} left; at least {MIN_SAMPLES} are needed"
@@ -71,7 +72,7 @@ def too_short(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def jitter(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Stamps that are late or early, while the samples themselves were taken evenly."""
+    """Find jittering stamps of samples that were taken evenly."""
     even, off = _evened(recording)
     if np.median(np.abs(off)) < IRREGULAR or np.any(np.diff(even) <= 0):
         return
@@ -85,36 +86,36 @@ def jitter(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def gaps(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Stretches without samples."""
+    """Find gaps in the samples."""
     steps = np.diff(recording.times)
     rows = np.flatnonzero(steps > max(GAP * usual_step(recording.times), SHORTEST_GAP))
     if not len(rows):
         return
     sentence = f"{filled_gaps(recording.times, rows)}; record again if it matters there"
-    yield Finding(sentence, rows=np.unique(np.concatenate([rows, rows + 1])), planner_says=True)
+    yield Finding(sentence, rows=np.unique(np.concatenate([rows, rows + 1])), planner_warns=True)
 
 
 def drop_rows(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
-    """The recording without the samples of the findings."""
-    keep = kept(recording, findings)
+    """Return the recording without the samples of the findings."""
+    keep = kept_samples(recording, findings)
     return replace(recording, times=recording.times[keep], values=recording.values[keep])
 
 
 def sort_rows(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
-    """The recording with its samples in the order of their stamps."""
+    """Return the recording with its samples in the order of their stamps."""
     order = np.argsort(recording.times, kind="stable")
     return replace(recording, times=recording.times[order], values=recording.values[order])
 
 
 def even_out(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
-    """The recording with even steps between its stamps; gaps stay."""
+    """Return the recording with even stamps between its gaps."""
     return replace(recording, times=_evened(recording)[0])
 
 
 def _evened(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Even stamps (n,), s, and how far the stamps are off them, in steps.
+    """Return even stamps (n,), s, and the deviations of the stamps from these, in steps.
 
-    Each stretch between two gaps has even steps of its own, which its stamps fit best.
+    The even stamps between two gaps are a linear fit to the stamps there.
     """
     times = recording.times
     even, off = times.copy(), np.zeros(len(times))
@@ -129,9 +130,11 @@ def _evened(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _roughness(times: np.ndarray, values: np.ndarray) -> float:
-    """Usual distance of a sample from its neighbours' curve, in units of the columns' ranges."""
+    """Return the median interpolation error of the samples, as a fraction of the columns' ranges."""
     spans = np.ptp(values, axis=0)
     moving = spans > 0
     if not moving.any():
         return 0.0
-    return float(np.mean(np.median(np.abs(beside(times, values)[2:-2][:, moving]), axis=0) / spans[moving]))
+    return float(
+        np.mean(np.median(np.abs(interpolation_errors(times, values)[2:-2][:, moving]), axis=0) / spans[moving])
+    )

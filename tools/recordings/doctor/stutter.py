@@ -1,7 +1,7 @@
-"""Stutter: samples that were taken earlier or later than their stamps say, in all joints together.
+"""Stutter: samples of all joints that were taken earlier or later than their stamps.
 
-Seen from the smooth movement, each joint is then off along its own velocity by one and the same time. Noise is not:
-what the other joints say about that time predicts nothing of a joint's own distance from the curve.
+A sample that is late by t deviates from the smooth movement by t times the velocity, with the same t for all joints.
+Noise does not: the t that the other joints give does not predict a joint's deviation.
 """
 
 from collections.abc import Iterator
@@ -13,55 +13,54 @@ from scipy.interpolate import BSpline, make_lsq_spline
 from motion.demonstration import MIN_SAMPLES
 from tools.recordings.doctor.finding import Finding, Robot
 from tools.recordings.doctor.frames import lost_frames
-from tools.recordings.doctor.signals import beside, counted, usual_step
+from tools.recordings.doctor.signals import counted, interpolation_errors, usual_step
 from tools.recordings.recording import Recording
 
 EXPLAINED = 0.35
-"""Part of the samples' distances from their neighbours' curve that the other joints predict; of noise they predict less
-than nothing."""
+"""Least fraction of the squared interpolation errors that the other joints predict; for noise it is negative."""
 
 SLIPPED, FEW = 0.25, 0.1
-"""So many samples are off by more than this part of a step; less changes nothing that matters."""
+"""Error of time, in steps, that more than this fraction of the samples must exceed; smaller errors are harmless."""
 
 MOVING = 0.1
-"""Part of the mean squared speed above which a sample says something about time."""
+"""Fraction of the mean squared speed above which a sample is used to estimate times."""
 
 AROUND = 4
-"""Samples on either side that say how fast the arm moves."""
+"""Number of samples on either side from which velocities are computed."""
 
 KNOT_SAMPLES = 8
-"""Samples in an interval of the smooth movement's spline."""
+"""Samples in a knot interval of the smooth movement's spline."""
 
 SMOOTHER = 0.75
-"""Times are moved only where the samples are then nearer to the smooth movement by this factor or a smaller one. Of
-strokes that are too fast for its spline, more than 0.9 remains."""
+"""Times are moved only if this reduces the distance from the smooth movement at least to this fraction. For strokes too
+fast for the spline more than 0.9 remains."""
 
 FARTHEST, LEAST_STEP, ROUNDS = 4.0, 0.05, 20
-"""A sample is moved by at most so many steps, and stays this part of a step behind the one before."""
+"""Largest displacement of a sample, least distance from the previous one, both in steps, and number of rounds."""
 
 
 def stutter(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
-    """Samples that come early or late in all joints together."""
+    """Find samples that are early or late in all joints together."""
     times, values = recording.times, _in_ranges(recording.values)
     if len(times) < MIN_SAMPLES + 2 * AROUND or values.shape[1] < 2:
         return
-    apart = (times[2 * AROUND :] - times[: -2 * AROUND]) / usual_step(times)
-    velocities = (values[2 * AROUND :] - values[: -2 * AROUND]) / apart[:, None]
-    distances = beside(times, values)[AROUND:-AROUND]
+    steps = (times[2 * AROUND :] - times[: -2 * AROUND]) / usual_step(times)
+    velocities = (values[2 * AROUND :] - values[: -2 * AROUND]) / steps[:, None]
+    errors = interpolation_errors(times, values)[AROUND:-AROUND]
     squares = velocities**2
     speeds = squares.sum(axis=1)
-    said = speeds > MOVING * speeds.mean()
-    for row in lost_frames(recording):  # these are another fault
-        said[max(row - AROUND - 3, 0) : max(row - AROUND + 4, 0)] = False
-    if not said.any():
+    used = speeds > MOVING * speeds.mean()
+    for row in lost_frames(recording):  # lost frames are another fault
+        used[max(row - AROUND - 3, 0) : max(row - AROUND + 4, 0)] = False
+    if not used.any():
         return
-    distances, velocities, squares, speeds = (array[said] for array in (distances, velocities, squares, speeds))
-    along = distances * velocities
-    summed = along.sum(axis=1)
-    others = (summed[:, None] - along) / np.maximum(speeds[:, None] - squares, 0.01 * speeds.mean())
-    left = np.sum((distances - others * velocities) ** 2)
+    errors, velocities, squares, speeds = (array[used] for array in (errors, velocities, squares, speeds))
+    products = errors * velocities
+    summed = products.sum(axis=1)
+    by_others = (summed[:, None] - products) / np.maximum(speeds[:, None] - squares, 0.01 * speeds.mean())
+    unexplained = np.sum((errors - by_others * velocities) ** 2)
     slips = np.abs(summed / speeds)
-    if np.quantile(slips, 1 - FEW) > SLIPPED and left < (1 - EXPLAINED) * np.sum(distances**2):
+    if np.quantile(slips, 1 - FEW) > SLIPPED and unexplained < (1 - EXPLAINED) * np.sum(errors**2):
         smooth = _smooth_times(recording)
         if _roughness(smooth, values) > SMOOTHER * _roughness(times, values):
             return
@@ -75,12 +74,12 @@ def stutter(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
 
 
 def retime(recording: Recording, findings: list[Finding], robot: Robot | None) -> Recording:
-    """The recording with its samples at the times at which the movement is smooth."""
+    """Return the recording with the times at which its samples make a smooth movement."""
     return replace(recording, times=_smooth_times(recording))
 
 
 def _smooth_times(recording: Recording) -> np.ndarray:
-    """Rising times (n,), s, near the stamps, at which the samples are nearest to a spline through all of them."""
+    """Return rising times (n,), s, near the stamps, at which the samples are nearest to a smoothing spline."""
     values, step = _in_ranges(recording.values), usual_step(recording.times)
     stamps = recording.times / step
     behind = LEAST_STEP * np.arange(len(stamps))
@@ -98,7 +97,7 @@ def _smooth_times(recording: Recording) -> np.ndarray:
 
 
 def _smooth(times: np.ndarray, values: np.ndarray) -> BSpline:
-    """The cubic spline (n,) → (n, C) that is nearest to the samples, with an interval for every few of them."""
+    """Return the cubic least-squares spline (n,) → (n, C) with an interval for each `KNOT_SAMPLES` samples."""
     count = max(2, len(times) // KNOT_SAMPLES)
     inner = np.interp(np.linspace(0, len(times) - 1, count + 1)[1:-1], np.arange(len(times)), times)
     knots = np.concatenate([times[[0] * 4], inner, times[[-1] * 4]])
@@ -106,12 +105,12 @@ def _smooth(times: np.ndarray, values: np.ndarray) -> BSpline:
 
 
 def _roughness(times: np.ndarray, values: np.ndarray) -> float:
-    """Root mean square distance of samples at these times, s, from the smooth movement."""
+    """Return the root mean square distance of samples at these times, s, from the smooth movement."""
     times = times / usual_step(times)
     return float(np.sqrt(np.mean((values - _smooth(times, values)(times)) ** 2)))
 
 
 def _in_ranges(values: np.ndarray) -> np.ndarray:
-    """The columns that move, each in units of its range."""
+    """Return the columns that move, each divided by its range."""
     spans = np.ptp(values, axis=0)
     return values[:, spans > 0] / spans[spans > 0]

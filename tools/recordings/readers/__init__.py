@@ -1,7 +1,7 @@
-"""Readers of recordings, one module a format. The table below is the only place that lists the formats.
+"""Readers of recordings, one module for each format. Only the table `FORMATS` lists the formats.
 
-A reader never runs code from a file: no pickles, and ROS messages are decoded by the definition that ships with
-rosbags, never by the one in the bag.
+A reader never runs code from a file: it refuses pickles, and decodes ROS messages by the definitions of rosbags instead
+of those in the bag.
 """
 
 import importlib
@@ -17,10 +17,10 @@ T = TypeVar("T")
 
 
 class Reader(Protocol):
-    """What a module of this package offers."""
+    """The functions of a module of this package."""
 
     def episodes(self, path: Path, rate: float | None) -> list[Episode]:
-        """Return the movements in a file; empty where it has none. `rate` (Hz): of samples without times."""
+        """Return the movements in a file, which may be none. `rate`: rate of samples without times, Hz."""
         ...
 
     def read(self, path: Path, episode: str, rate: float | None) -> Recording:
@@ -33,12 +33,12 @@ class Format:
     """One format.
 
     Attributes:
-        name: For sentences.
-        module: Of this package; imported when a file of the format is read.
-        fits: Whether a file, or a directory (whose head is empty), is of the format, by its first bytes.
-        needs: Distribution and extra, where the reader needs more than Volley does.
-        joints: What a file of this format needs before it can be learned, for a sentence.
-        recovery: A command that may save a file that was cut off.
+        name: Name in sentences.
+        module: Module of this package, which is imported when a file of the format is read.
+        fits: Returns whether a file with these first bytes, or a directory (no bytes), is of the format.
+        joints: What a file of this format must contain, in words.
+        needs: Distribution and extra, if the reader needs a package that Volley does not.
+        recovery: A command that may recover a truncated file.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Format:
     recovery: str = ""
 
     def load(self, path: Path) -> Reader:
-        """Import the reader. Raises Unreadable with the command that installs what is missing."""
+        """Import the reader. Raises Unreadable, with the command that installs a missing package."""
         try:
             return cast(Reader, importlib.import_module(f"{__name__}.{self.module}"))
         except ModuleNotFoundError as error:
@@ -77,7 +77,7 @@ ROS = ("rosbags", "ros")
 STATES = "a topic of sensor_msgs/JointState"
 
 LARGE = 256 * 2**20
-"""Bytes: the size of a file that cannot be read is said above this."""
+"""Size, bytes, above which the sentence about an unreadable file reports its size."""
 
 FORMATS: tuple[Format, ...] = (
     Format("LeRobot", "lerobot", _holds("meta/info.json"), "the feature observation.state", ("pyarrow", "lerobot")),
@@ -90,14 +90,14 @@ FORMATS: tuple[Format, ...] = (
     Format("Rerun", "rrd", _begins(b"RRF"), "Scalars of joint positions"),
     Format("CSV", "csv_table", _is_text, "a line a sample: a time and one number a joint"),
 )
-"""Every format, most particular first."""
+"""All formats, the most specific first."""
 
 
 def format_of(path: Path) -> Format:
-    """Return the format of a file by its content; its name does not matter.
+    """Return the format of a file by its content, not by its name.
 
     Raises:
-        Unreadable: there is no such file, it is empty, or of no format that is read.
+        Unreadable: the file does not exist, is empty, or has an unknown format.
     """
     try:
         begin = head(path)
@@ -111,20 +111,20 @@ def format_of(path: Path) -> Format:
     if begin.startswith(b"\x80") and begin[1:2] in b"\x02\x03\x04\x05":
         raise Unreadable(f"{path} is a pickle, which could run code; save its arrays with numpy.savez instead")
     if begin.startswith(b"PAR1"):
-        raise Unreadable(f"{path} is one part of a LeRobot data set; name the directory that holds meta/info.json")
+        raise Unreadable(f"{path} is one part of a LeRobot data set; name the directory that contains meta/info.json")
     names = ", ".join(dict.fromkeys(known.name for known in FORMATS))
     what = "directory" if path.is_dir() else "file"
-    raise Unreadable(f"{path}{_size(path)} is a {what} of no format that is read: {names}")
+    raise Unreadable(f"{path}{_size(path)} is a {what} of an unknown format; the known ones are {names}")
 
 
 def _size(path: Path) -> str:
-    """Return how large a file is, where that may be why it cannot be read."""
+    """Return the size of a large file, which may be the reason of an error."""
     size = 0 if path.is_dir() else path.stat().st_size
     return f", {size / 2**20:.0f} MiB," if size > LARGE else ""
 
 
 def episodes(path: Path, rate: float | None = None) -> list[Episode]:
-    """Return the movements in a file, at least one. `rate` (Hz): of samples without times. Raises Unreadable."""
+    """Return the movements in a file, at least one. `rate`: rate of samples without times, Hz. Raises Unreadable."""
     known = format_of(path)
     found = _reading(path, known, lambda reader: reader.episodes(path, rate))
     if not found:
@@ -137,18 +137,18 @@ def read(path: Path, episode: str | None = None, rate: float | None = None) -> R
 
     Args:
         path: The file, or the directory of a data set or bag.
-        episode: Its name or number in the list of `episodes`; needed where there are several.
-        rate: Samples a second, for a file without times.
+        episode: Name or number of the movement in the list of `episodes`; optional for a single movement.
+        rate: Rate of samples without times, Hz.
 
     Raises:
-        Unreadable: there is no such movement, or none was chosen.
+        Unreadable: the file cannot be read, has no such movement, or has several of which none was chosen.
     """
     chosen = choose(path, episodes(path, rate), episode)
     return _reading(path, format_of(path), lambda reader: reader.read(path, chosen.name, rate))
 
 
 def choose(path: Path, found: Sequence[Episode], wanted: str | None) -> Episode:
-    """Return the episode of a name or number. Raises Unreadable, which lists those that there are."""
+    """Return the episode with a name or number. Raises Unreadable, which lists the episodes."""
     if wanted is None:
         if len(found) == 1:
             return found[0]
@@ -158,7 +158,7 @@ def choose(path: Path, found: Sequence[Episode], wanted: str | None) -> Episode:
             return episode
     if wanted.isdecimal() and int(wanted) < len(found):
         return found[int(wanted)]
-    raise Unreadable(f"{path} has no episode {wanted!r}; there are {_listed(found)}")
+    raise Unreadable(f"{path} has no episode {wanted!r}; it has {_listed(found)}")
 
 
 def _listed(found: Sequence[Episode], most: int = 8) -> str:
@@ -166,15 +166,16 @@ def _listed(found: Sequence[Episode], most: int = 8) -> str:
     return names if len(found) <= most else f"{names}, … {found[-1].name}"
 
 
-def _reading(path: Path, known: Format, ask: Callable[[Reader], T]) -> T:
+def _reading(path: Path, known: Format, call: Callable[[Reader], T]) -> T:
+    """Call a reader. Raises Unreadable for any error of its library, which means that the file is damaged."""
     reader = known.load(path)
     try:
-        return ask(reader)
+        return call(reader)
     except Unreadable:
         raise
-    # Each library raises its own errors on damaged files, among them KeyError, struct.error and RuntimeError.
+    # Each library raises its own errors for damaged files, among them KeyError, struct.error and RuntimeError.
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         cure = f"try {known.recovery}, or copy it again" if known.recovery else "copy or record it again"
-        what = f"{path}{_size(path)} looks like {known.name} but is damaged or cut off"
+        what = f"{path}{_size(path)} looks like {known.name} but is damaged or truncated"
         raise Unreadable(f"{what}: {cure} ({reason})") from None

@@ -1,4 +1,4 @@
-"""Text tables: a line a sample, columns by name or in order, times in s, ms, µs or ns."""
+"""Text tables with a line for each sample: columns by name or in order, times in s, ms, µs or ns."""
 
 import csv
 import math
@@ -15,28 +15,29 @@ from tools.recordings.clock import Clock, clock_of, seconds
 from tools.recordings.recording import MAX_SAMPLES, Episode, Recording, Unreadable, head
 
 MAX_BYTES = 256 * 2**20
-"""Numbers in text are slow to read: this much takes a minute."""
+"""Largest file that is read, which takes about a minute."""
 
 COMMENTS = "#", "//", "sep="
-"""Beginnings of lines that are no samples; the last is a spreadsheet's, and says the delimiter."""
+"""Beginnings of lines without samples; `sep=` is how spreadsheets name the delimiter."""
 QUOTED_COMMA = re.compile(r'"[+-]?\d*,\d+"')
 DELIMITERS = ",", ";", "\t", "|"
+NEEDED = "a recording has a line for each sample: a time, then the joints"
 TEXT_SHARE = 0.5
-"""A column with more text than this is one of words, and no joint's."""
+"""Fraction of text cells above which a column contains words."""
 
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:
-    """Return the one movement of a table."""
+    """Return the single movement of a table."""
     recording = read(path, path.stem, rate)
     times = recording.times
     return [Episode(path.stem, len(times), float(times[-1] - times[0]) if len(times) else None)]
 
 
 def read(path: Path, episode: str, rate: float | None) -> Recording:
-    """Return a table's columns of numbers as a recording."""
+    """Return the columns of numbers as a recording."""
     table = _parse(path)
-    if rate is None and _have_their_own(table.columns):
-        return _each_its_own(path, table, episode)
+    if rate is None and _has_time_columns(table.columns):
+        return _with_time_columns(path, table, episode)
     clock = clock_of(table.columns, table.values) if rate is None else Clock(())
     if rate is None and not clock.columns:
         raise Unreadable(f"{path} has no column of times, such as time or t_ms; give --rate, in samples a second")
@@ -55,9 +56,9 @@ class _Table:
     width: int
     numbers: array = field(default_factory=lambda: array("d"))
     words: dict[int, tuple[int, int, str]] = field(default_factory=dict)
-    """By column: how many cells are no numbers, line and text of the first."""
+    """For each column with text: number of such cells, and line and text of the first one."""
     changing: set[int] = field(default_factory=set)
-    """Columns with several words."""
+    """Columns with different texts."""
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -65,14 +66,14 @@ class _Table:
         return np.frombuffer(self.numbers).reshape(-1, self.width)
 
 
-def _have_their_own(columns: Sequence[str]) -> bool:
-    """Whether a column of times stands before each other column, as measuring programs write channels."""
+def _has_time_columns(columns: Sequence[str]) -> bool:
+    """Return whether each column of values follows a column of times, as some measurement programs write channels."""
     are_times = [bool(clock_of((name,), np.zeros((1, 1))).columns) for name in columns]
     return len(columns) > 2 and are_times == [True, False] * (len(columns) // 2)
 
 
-def _each_its_own(path: Path, table: _Table, episode: str) -> Recording:
-    """Return a recording with a sample for each cell: NaN for the other columns."""
+def _with_time_columns(path: Path, table: _Table, episode: str) -> Recording:
+    """Return a recording with a sample for each cell, which is NaN in the other columns."""
     stamps, numbers = table.values[:, ::2], table.values[:, 1::2]
     clock = clock_of(table.columns[:1], stamps[:, :1])
     values = np.full((*numbers.shape, numbers.shape[1]), np.nan)
@@ -84,12 +85,12 @@ def _each_its_own(path: Path, table: _Table, episode: str) -> Recording:
 
 
 def _parse(path: Path) -> _Table:
-    """Read the table line by line. Raises Unreadable, naming the line."""
+    """Read the table line by line. Raises Unreadable, which names the line."""
     size = path.stat().st_size
     if size > MAX_BYTES:
         raise Unreadable(
-            f"{path} has {size / 2**20:.0f} MiB; text of at most {MAX_BYTES // 2**20} MiB is read, so cut it, "
-            "or save it with numpy.savez"
+            f"{path} has {size / 2**20:.0f} MiB; text of at most {MAX_BYTES // 2**20} MiB is read: cut it, or save it "
+            "with numpy.savez"
         )
     encoding = encoding_of(head(path)) or "utf-8"
     encoding = "utf-8-sig" if encoding == "utf-8" else encoding
@@ -100,22 +101,22 @@ def _parse(path: Path) -> _Table:
         table = _Table((), 0)
         for number, cells in _rows(file, delimiter):
             if not table.width:
-                table.width = len(_without_end(cells))
-                if _counts(cells, first, delimiter):
+                table.width = len(_without_empty_end(cells))
+                if _numbers_columns(cells, first, delimiter):
                     continue
                 if not _is_numbers(cells, comma):
-                    table.columns = tuple(cell.strip() for cell in _without_end(cells))
+                    table.columns = tuple(cell.strip() for cell in _without_empty_end(cells))
                     continue
-                table.columns = _commented(first, delimiter, len(cells))
+                table.columns = _names_in_comment(first, delimiter, len(cells))
             elif table.columns and not table.numbers and _are_words(cells, comma):
                 table.columns = tuple(map(" ".join, zip(table.columns, map(str.strip, cells), strict=False)))
                 continue
-            _append(path, table, number, cells if len(cells) == table.width else _without_end(cells), comma)
+            _append(path, table, number, cells if len(cells) == table.width else _without_empty_end(cells), comma)
     return _finished(path, table)
 
 
 def _rows(file: Iterator[str], delimiter: str | None) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and cells of each line that is neither empty nor a comment."""
+    """Yield line number and cells of each line that is neither empty nor a comment."""
     for number, line in enumerate(file, 1):
         text = line.strip(" \r\n")
         if not text or text.startswith(COMMENTS):
@@ -124,8 +125,8 @@ def _rows(file: Iterator[str], delimiter: str | None) -> Iterator[tuple[int, lis
         yield number, cells
 
 
-def _without_end(cells: list[str]) -> list[str]:
-    """Return a line's cells without the empty one that a delimiter at its end makes."""
+def _without_empty_end(cells: list[str]) -> list[str]:
+    """Return the cells of a line without the empty one after a final delimiter."""
     return cells[:-1] if len(cells) > 1 and not cells[-1].strip() else cells
 
 
@@ -140,8 +141,8 @@ def _dialect(head: Sequence[str]) -> tuple[str | None, bool]:
     return ("," if counts[","] else None), quoted
 
 
-def _commented(head: Sequence[str], delimiter: str | None, width: int) -> tuple[str, ...]:
-    """Return the names in the last comment before the numbers, as numpy.savetxt writes them, or ()."""
+def _names_in_comment(head: Sequence[str], delimiter: str | None, width: int) -> tuple[str, ...]:
+    """Return the names in the last comment before the numbers, where numpy.savetxt writes them, or ()."""
     found: tuple[str, ...] = ()
     for line in head:
         text = line.strip()
@@ -157,9 +158,9 @@ def _append(path: Path, table: _Table, number: int, cells: list[str], comma: boo
     if len(table.numbers) >= MAX_SAMPLES * table.width:
         raise Unreadable(f"{path} has more than {MAX_SAMPLES} samples; cut it or keep every nth line")
     if table.notes:
-        raise Unreadable(f"{path}: {table.notes[0]}; mend the line or delete it")
+        raise Unreadable(f"{path}: {table.notes[0]}; correct the line or delete it")
     if len(cells) != table.width:
-        # Only the last line may be short: a program that was stopped wrote it.
+        # Only the last line may be short, after a program was stopped.
         table.notes.append(f"line {number} has {len(cells)} columns where the first line has {table.width}")
         return
     try:
@@ -169,33 +170,33 @@ def _append(path: Path, table: _Table, number: int, cells: list[str], comma: boo
 
 
 def _number(table: _Table, column: int, line: int, cell: str, comma: bool) -> float:
-    """Return a cell's number, or NaN, and remember text."""
+    """Return the number in a cell, or NaN for text, which is recorded in the table."""
     number = number_of(cell, comma)
     if number is not None:
         return number
     text = cell.strip().strip('"')
-    count, first, said = table.words.get(column, (0, line, text))
-    table.words[column] = count + 1, first, said
-    if text != said:
+    count, first_line, first_text = table.words.get(column, (0, line, text))
+    table.words[column] = count + 1, first_line, first_text
+    if text != first_text:
         table.changing.add(column)
     return math.nan
 
 
 def _finished(path: Path, table: _Table) -> _Table:
-    """Drop columns of text; raise Unreadable where numbers are missing."""
+    """Return the table without columns of text. Raises Unreadable if numbers are missing."""
     if not table.width or not len(table.values):
-        raise Unreadable(f"{path} has no line of numbers; a recording has a line a sample: a time, then the joints")
+        raise Unreadable(f"{path} has no line of numbers; {NEEDED}")
     samples = len(table.values)
     text = [column for column, (count, _, _) in table.words.items() if count > TEXT_SHARE * samples]
-    for column, (_, line, said) in table.words.items():
+    for column, (_, line, word) in table.words.items():
         if column not in text:
             name = table.columns[column] if table.columns else f"column {column + 1}"
-            raise Unreadable(f"{path}, line {line}: {name} is {said!r} and no number; mend the line or delete it")
+            raise Unreadable(f"{path}, line {line}: {name} is {word!r}, not a number; correct the line or delete it")
     if table.notes:
-        table.notes = [f"the last line is cut off and was left out ({table.notes[0]})"]
+        table.notes = [f"the last line is truncated and was left out ({table.notes[0]})"]
     kept = [column for column in range(table.width) if column not in text]
     if not kept:
-        raise Unreadable(f"{path} has words and no numbers; a recording has a line a sample: a time, then the joints")
+        raise Unreadable(f"{path} has words and no numbers; {NEEDED}")
     columns = tuple(table.columns[column] for column in kept) if table.columns else ()
     if columns:
         columns = _named_by_words(path, table, columns, text)
@@ -204,9 +205,9 @@ def _finished(path: Path, table: _Table) -> _Table:
 
 
 def _named_by_words(path: Path, table: _Table, kept: tuple[str, ...], text: Sequence[int]) -> tuple[str, ...]:
-    """Return the names of the kept columns, those of positions by the columns of words that name their joints.
+    """Return the names of the kept columns; a column of positions is renamed by the column with its joint's name.
 
-    `rostopic echo -p` writes a joint's name into every line, as field.name0, and its position as field.position0.
+    `rostopic echo -p` writes into every line the name of a joint as field.name0 and its position as field.position0.
     """
     joints: dict[str, str] = {}
     for column in text:
@@ -214,15 +215,15 @@ def _named_by_words(path: Path, table: _Table, kept: tuple[str, ...], text: Sequ
         position = name.replace("name", "position")
         if position != name and position in kept:
             if column in table.changing:
-                raise Unreadable(f"{path}: {name} names several joints; make a file for each, or read the bag itself")
+                raise Unreadable(f"{path}: {name} names several joints; write a file for each, or read the bag itself")
             joints[position] = table.words[column][2]
     return tuple(joints.get(name, name) for name in kept)
 
 
-def _counts(cells: Sequence[str], head: Sequence[str], delimiter: str | None) -> bool:
-    """Whether a first line numbers the columns from 0 on, as pandas does where they have no names.
+def _numbers_columns(cells: Sequence[str], head: Sequence[str], delimiter: str | None) -> bool:
+    """Return whether a first line numbers the columns from 0, as pandas numbers columns without names.
 
-    Then it has whole numbers, and the next line has none; before them pandas may write an index without a name.
+    It then has integers and the next line has none. A column without a name, pandas' index, may precede them.
     """
     index = 0 if cells[0].strip() else 1
     if len(cells) < 2 or [cell.strip() for cell in cells[index:]] != [str(k) for k in range(len(cells) - index)]:
@@ -236,6 +237,6 @@ def _is_numbers(cells: Sequence[str], comma: bool) -> bool:
 
 
 def _are_words(cells: Sequence[str], comma: bool) -> bool:
-    """Whether a line below the names goes on naming the columns, as with their units: it has no number."""
+    """Return whether a line below the names contains further words, for example units, and no number."""
     found = [number_of(cell, comma) for cell in cells]
     return None in found and all(number is None or math.isnan(number) for number in found)

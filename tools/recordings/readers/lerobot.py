@@ -1,4 +1,4 @@
-"""LeRobot's data sets, layouts v2 and v3: a directory with meta/info.json and parquet files below data/."""
+"""LeRobot data sets of the layouts v2 and v3: a directory with meta/info.json and parquet files below data/."""
 
 import json
 from pathlib import Path
@@ -13,18 +13,18 @@ from tools.recordings.recording import Episode, Recording, Unreadable, check_siz
 STATE = "observation.state"
 COLUMNS = [STATE, "timestamp", "episode_index"]
 SYNTHETIC = 1e-2
-"""Stamps that are this near to frame/fps, in frames, are made by the writer, and float32."""
+"""Largest distance, in frames, of stamps from frame/fps that the writer has computed, rounded to float32."""
 
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:
-    """Return the episodes by their numbers."""
+    """Return the episodes, named by their numbers."""
     info = _info(path)
     hertz = rate or _fps(path, info)
     return [Episode(str(number), length, (length - 1) / hertz) for number, length, _ in _episodes(path, info)]
 
 
 def read(path: Path, episode: str, rate: float | None) -> Recording:
-    """Return an episode's states."""
+    """Return the states of an episode."""
     info = _info(path)
     number = int(episode)
     length, file = next((length, file) for known, length, file in _episodes(path, info) if known == number)
@@ -49,7 +49,7 @@ def _fps(path: Path, info: dict[str, Any]) -> float:
 
 
 def _info(path: Path) -> dict[str, Any]:
-    """Return meta/info.json. Raises Unreadable for another version, or data without joints."""
+    """Return meta/info.json. Raises Unreadable for an unknown version, or for data without joints."""
     info = json.loads((path / "meta" / "info.json").read_text(encoding="utf-8"))
     version = str(info.get("codebase_version", ""))
     if not version.startswith(("v2", "v3")):
@@ -89,9 +89,9 @@ def _matrix(column: pa.ChunkedArray) -> np.ndarray:
 
 
 def _columns(info: dict[str, Any], count: int) -> tuple[str, ...]:
-    """Return the names of the state's numbers: a list, one below a heading as `motors`, or their places by name."""
+    """Return the names of the state's numbers: a list, a list under a key such as `motors`, or a map to indices."""
     names = info["features"][STATE].get("names")
-    if isinstance(names, dict) and all(isinstance(place, int) for place in names.values()):
+    if isinstance(names, dict) and all(isinstance(index, int) for index in names.values()):
         names = sorted(names, key=names.__getitem__)
     elif isinstance(names, dict):
         names = next(iter(names.values()), None)

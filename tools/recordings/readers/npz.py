@@ -1,4 +1,4 @@
-"""NumPy's files: arrays by name in a .npz, or one matrix in a .npy."""
+"""NumPy files: named arrays in a .npz file, or one matrix in a .npy file."""
 
 import zipfile
 from dataclasses import dataclass
@@ -18,14 +18,14 @@ HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """Shape and type of an array that is not read yet."""
+    """Shape and type of an array, read without its data."""
 
     shape: tuple[int, ...]
     dtype: np.dtype
 
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:
-    """Return a movement for each matrix of positions, or for each layer of an array episodes × samples × joints."""
+    """Return a movement for each matrix of positions, and for each layer of an array episodes × samples × joints."""
     found = []
     for name, (array, _) in _matrices(path).items():
         samples = _headers(path)[array].shape[-2]
@@ -48,16 +48,16 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
             times, notes, values = seconds(values, clock), clock.notes, values[:, 1:]
     if times is None and _is_plain(path):
         raise Unreadable(
-            f"{path} has no names, and its first column does not rise like a time; give --rate, in "
-            "samples a second, or save an .npz file with the arrays t and positions"
+            f"{path} has no names, and its first column does not rise like a time; give --rate, in samples a second, "
+            "or save an .npz file with the arrays t and positions"
         )
     if times is None:
         raise Unreadable(f"{path} has no array of times with {len(values)} numbers; give --rate, in samples a second")
-    return Recording(times, columns, values, unit_of(array) or _said(path), path, episode, rate is None, notes)
+    return Recording(times, columns, values, unit_of(array) or _unit_array(path), path, episode, rate is None, notes)
 
 
-def _said(path: Path) -> Unit | None:
-    """Return the unit that an array of text says."""
+def _unit_array(path: Path) -> Unit | None:
+    """Return the unit in an array of text."""
     texts = [name for name, header in _headers(path).items() if name in ("unit", "units") and header.dtype.kind in "US"]
     return next((unit for name in texts if (unit := unit_of(str(_load(path, name))))), None)
 
@@ -86,7 +86,7 @@ def _without_joints(path: Path, headers: dict[str, Header]) -> str:
     if poses:
         return f"{path} {ONLY_POSES.format(', '.join(poses))}"
     if any(header.dtype.hasobject for header in headers.values()):
-        return f"{path} has Python objects, which could run code and are not read; save plain arrays of numbers"
+        return f"{path} has Python objects, which could run code and are not read; save arrays of numbers"
     return f"{path} has no matrix samples × joints; it has {listed}"
 
 
@@ -112,7 +112,7 @@ def _columns(path: Path, count: int) -> tuple[str, ...]:
 
 
 def _headers(path: Path) -> dict[str, Header]:
-    """Return shape and type of every array, without reading any."""
+    """Return shape and type of every array, without reading the data."""
     if _is_plain(path):
         with path.open("rb") as file:
             return {path.stem: _header(file)}

@@ -1,7 +1,7 @@
-"""ROS bags: topics of sensor_msgs/JointState in a ROS 1 bag, a ROS 2 db3 or MCAP file, or a directory of them.
+"""ROS bags: topics of sensor_msgs/JointState in a ROS 1 bag, a ROS 2 db3 or MCAP file, or a directory of such files.
 
-Messages are decoded by the definition of JointState that rosbags ships; those in the bag are not used, because
-rosbags compiles definitions into code.
+Messages are decoded by the definitions in rosbags. The definitions in the bag are not used, because rosbags compiles
+definitions into code.
 """
 
 from collections.abc import Callable, Iterator
@@ -23,18 +23,18 @@ from tools.recordings.recording import Episode, Recording, Unreadable, check_siz
 TYPE = "sensor_msgs/msg/JointState"
 NUMBERS = "std_msgs/msg/Float64", "std_msgs/msg/Float32"
 ALL = "all"
-"""The episode of all topics together."""
+"""Name of the episode with all topics."""
 
 NS = 1_000_000_000
 
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:
-    """Return the topics of joint states, and all together where each has joints of its own."""
+    """Return an episode for each topic of joint states, and one with all topics if these have different joints."""
     with _opened(path) as (bag, decode):
         topics = sorted({one.topic for one in bag.connections if one.msgtype == TYPE})
         if not topics and not _connections(bag, ALL) and bag.connections:
             raise Unreadable(_without_joints(path, bag))
-        if not topics or _have_their_own(bag, decode, topics):
+        if not topics or _have_different_joints(bag, decode, topics):
             topics.append(ALL)
         found = []
         for topic in topics:
@@ -46,7 +46,7 @@ def episodes(path: Path, rate: float | None) -> list[Episode]:
 
 
 def read(path: Path, episode: str, rate: float | None) -> Recording:
-    """Return a topic's positions: a column for each joint that any message names, NaN where a message lacks it."""
+    """Return the positions of a topic, with a column for each joint in any message, NaN in messages without it."""
     with _opened(path) as (bag, decode):
         rows: list[dict[str, float]] = []
         stamps: list[tuple[int, int]] = []
@@ -68,8 +68,8 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
     return Recording(times, columns, values, unit, path, episode, rate is None, notes)
 
 
-def _have_their_own(bag: Any, decode: Callable[[bytes, str], Any], topics: list[str]) -> bool:
-    """Whether there are several topics, and no joint is in the first messages of two."""
+def _have_different_joints(bag: Any, decode: Callable[[bytes, str], Any], topics: list[str]) -> bool:
+    """Return whether there are several topics, and no joint is in the first messages of two of them."""
     if len(topics) < 2:
         return False
     names: list[str] = []
@@ -87,21 +87,17 @@ def _without_joints(path: Path, bag: Any) -> str:
 
 
 def _times(stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the messages' own times, s, or those of the recorder where the messages have none."""
-    own, received = stamps[:, 0], stamps[:, 1]
-    has_own = len(own) < 2 or bool(np.ptp(own) and own[1:].all())  # a clock of a simulation begins at 0
-    chosen = own if has_own else received
-    notes = (
-        ()
-        if has_own
-        else ("its messages have no stamps, or some have none; the times at which they were recorded are taken",)
-    )
-    return (chosen - chosen[0]) / NS, notes
+    """Return the times in the messages' headers, s, or the times of recording if some messages have no stamp."""
+    headers, received = stamps[:, 0], stamps[:, 1]
+    if len(headers) < 2 or (np.ptp(headers) and headers[1:].all()):  # the clock of a simulation starts at 0
+        return (headers - headers[0]) / NS, ()
+    note = "not all messages have stamps; the times at which they were recorded are used"
+    return (received - received[0]) / NS, (note,)
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[Any, Callable[[bytes, str], Any]]]:
-    """Open a bag by its content, and return it with what decodes its messages."""
+    """Open a bag of any format, and yield it with the function that decodes its messages."""
     begin = head(path)
     if begin.startswith(b"#ROSBAG"):
         with Bag1(path) as bag:
@@ -123,7 +119,7 @@ def _opened(path: Path) -> Iterator[tuple[Any, Callable[[bytes, str], Any]]]:
 
 
 def _connections(bag: Any, topic: str) -> list[Any]:
-    """Return the connections of a topic, or of all topics: those of joint states, otherwise those of numbers."""
+    """Return the connections of a topic or of all topics: of joint states, or if there are none, of numbers."""
     states = [one for one in bag.connections if one.msgtype == TYPE and topic in (one.topic, ALL)]
     return states or [one for one in bag.connections if one.msgtype in NUMBERS and topic == ALL]
 

@@ -1,4 +1,4 @@
-"""Rerun's recordings: the goals of a trace that Volley's recorder wrote, or any entities with Scalars."""
+"""Rerun recordings: the goals in a trace of Volley's recorder, or any entities with Scalars."""
 
 import re
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from tools.trace_reader import count_recordings, read_chunks
 SCALARS = "Scalars:scalars"
 SERIES = "SeriesLines:names", "SeriesPoints:names"
 LOG_TIME = "log_time"
-LOGGED = f"its times are those of {LOG_TIME}, when it was written; if that was not while the arm moved, give --rate"
+LOGGED = f"its times are those of {LOG_TIME}, when it was logged; if the arm did not move then, give --rate"
 STATE = "StateChange:state"
 TIMELINE = "sim_time"
 MEASURED = re.compile(MEASURED_POSITION.path.replace("JOINT", "(.+)"))
@@ -25,7 +25,7 @@ NS = 1e-9
 
 @dataclass(slots=True)
 class _Series:
-    """Times, ns, and values of one entity, in pieces."""
+    """Times, ns, and values of one entity, chunk by chunk."""
 
     times: list[np.ndarray] = field(default_factory=list)
     values: list[Any] = field(default_factory=list)
@@ -37,38 +37,38 @@ class _Series:
 
 @dataclass(slots=True)
 class Scan:
-    """What a file has: series by name, and the changes of the goal that the reference serves."""
+    """Content of a file: series by name, and the times, s, at which the goal of the reference changes."""
 
     series: dict[str, _Series] = field(default_factory=dict)
     changes: list[tuple[float, str]] = field(default_factory=list)
     is_trace: bool = False
     counters: set[str] = field(default_factory=set)
-    """Timelines of scalars that have no times."""
+    """Integer timelines of scalars without times."""
     timelines: set[str] = field(default_factory=set)
-    """Those that times were taken from."""
+    """Timelines that provided the times."""
     names: dict[str, list[str]] = field(default_factory=dict)
-    """Of the numbers of an entity, by its path, as the viewer shows them."""
+    """By the path of an entity, the names of its numbers that the viewer shows."""
     notes: tuple[str, ...] = ()
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the series: the entity's, with the name or place of a number where it has several."""
+        """Names of the series: the entity, and for one of several numbers its name or index."""
         return tuple(self._column(name) for name in self.series)
 
     def _column(self, name: str) -> str:
-        entity, bracket, place = name.removesuffix("]").partition("[")
+        entity, bracket, index = name.removesuffix("]").partition("[")
         given = self.names.get(entity, []) if bracket else []
         count = sum(one.startswith(f"{entity}[") for one in self.series)
-        return f"{entity}/{given[int(place)]}" if len(given) == count and count else name
+        return f"{entity}/{given[int(index)]}" if len(given) == count and count else name
 
     def goals(self) -> dict[str, tuple[float, float]]:
-        """Return begin and end, s, of each goal of a trace."""
+        """Return the start and end, s, of each goal of a trace."""
         changes = sorted(self.changes, key=lambda change: change[0])
         ends = ([time for time, _ in changes[1:]] + [np.inf])[: len(changes)]
         return {goal: (begin, end) for (begin, goal), end in zip(changes, ends, strict=True) if goal}
 
     def table(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return times (n,), s, and values (n, C); NaN where a series has no value."""
+        """Return times (n,), s, and values (n, C), NaN for missing values."""
         joined = [(np.concatenate(one.times), np.concatenate(one.values)) for one in self.series.values()]
         times = np.unique(np.concatenate([stamps for stamps, _ in joined]))
         values = np.full((len(times), len(joined)), np.nan)
@@ -78,7 +78,7 @@ class Scan:
 
 
 def episodes(path: Path, rate: float | None) -> list[Episode]:
-    """Return the goals that a trace shows, in their order; or the whole recording."""
+    """Return the goals of a trace in their order, or the whole recording."""
     scan = scan_of(path)
     if not scan.series and scan.counters:
         raise Unreadable(
@@ -96,23 +96,23 @@ def episodes(path: Path, rate: float | None) -> list[Episode]:
 
 
 def read(path: Path, episode: str, rate: float | None) -> Recording:
-    """Return measured positions during a goal, or all that the recording has."""
+    """Return the measured positions during a goal, or the whole recording."""
     scan = scan_of(path)
     return _between(scan, *scan.goals().get(episode, (-np.inf, np.inf)), path, episode, rate)
 
 
 def cut(path: Path, begin: float, end: float) -> Recording:
-    """Return measured positions between two times, s on the trace's clock.
+    """Return the measured positions between two times, s on the trace's clock.
 
     Raises:
-        Unreadable: the file is not a trace of Volley's recorder, or has no samples there.
+        Unreadable: the file is not a trace of Volley's recorder, or has no samples between these times.
     """
     try:
         is_rerun = head(path).startswith(b"RRF")
     except OSError as error:
         raise Unreadable(f"{path} cannot be read: {error.strerror}") from None
     if not is_rerun:
-        raise Unreadable(f"{path} is no .rrd file; name a trace that the recorder wrote")
+        raise Unreadable(f"{path} is not an .rrd file; name a trace of Volley's recorder")
     scan = scan_of(path)
     if not scan.is_trace:
         raise Unreadable(f"{path} is not a trace of Volley's recorder; learn it with volley learn {path}")
@@ -134,7 +134,7 @@ def _between(scan: Scan, begin: float, end: float, path: Path, episode: str, rat
 
 
 def scan_of(path: Path) -> Scan:
-    """Return what a file has. One that has not changed is read once, though `episodes` and `read` ask for it."""
+    """Return the content of a file, which is cached until the file changes, for `episodes` and `read`."""
     state = path.stat()
     return _scan(path, state.st_size, state.st_mtime_ns)
 
@@ -158,7 +158,7 @@ def _scan(path: Path, _size: int, _changed_ns: int) -> Scan:
 
 
 def _add_scalars(scan: Scan, entity: str, batch: pa.RecordBatch, path: Path) -> None:
-    """Add a chunk's rows; an entity with several numbers a row becomes several columns."""
+    """Add the rows of a chunk; an entity with several numbers in a row becomes several series."""
     trace = MEASURED.fullmatch(entity)
     if trace and not scan.is_trace:
         scan.is_trace, scan.series = True, {}
@@ -184,7 +184,7 @@ def _add_scalars(scan: Scan, entity: str, batch: pa.RecordBatch, path: Path) -> 
 
 
 def _timeline(batch: pa.RecordBatch) -> str | None:
-    """Return the timeline that has the samples' times: the recorder's, one of durations, one of wall times."""
+    """Return the timeline of the samples: that of Volley's recorder, one of durations, or one of wall times."""
     durations = [field.name for field in batch.schema if pa.types.is_duration(field.type)]
     stamps = [field.name for field in batch.schema if pa.types.is_timestamp(field.type)]
     if TIMELINE in durations:

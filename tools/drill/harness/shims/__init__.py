@@ -1,4 +1,4 @@
-"""Faults inside a process: each module breaks one thing when it is imported before the service."""
+"""Faults inside a process: each module causes one when it is imported before the service."""
 
 from pathlib import Path
 

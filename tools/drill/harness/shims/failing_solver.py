@@ -1,13 +1,13 @@
-"""Every quadratic program fails numerically."""
+"""A solver that reports a numerical error for every quadratic program."""
 
 import piqp
 
 
 class FailingSolver(piqp.DenseSolver):
-    """Solves, and returns that it could not."""
+    """PIQP's dense solver with a constant status."""
 
     def solve(self) -> piqp.Status:
-        """Return the status of a numerical breakdown."""
+        """Solve, and return the status of a numerical error."""
         super().solve()
         return piqp.PIQP_NUMERICS
 

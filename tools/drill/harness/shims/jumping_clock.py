@@ -1,7 +1,7 @@
-"""The wall clock, as Python reads it, jumps by two hours and back every 50 ms; the monotonic clocks go on.
+"""A wall clock that jumps by two hours and back every 50 ms, as Python reads it; monotonic clocks are unchanged.
 
-When the process ends it writes how often it saw a jump to PID.jumps, beside the `sitecustomize.py` that imported this
-module.
+At its exit the process writes the number of jumps that it read to PID.jumps, in the directory of the `sitecustomize.py`
+that imported this module.
 """
 
 import atexit
@@ -16,26 +16,26 @@ _time_ns = time.time_ns
 
 
 class JumpingClock:
-    """The clock; counts the readings that are on the other side of a jump than the one before."""
+    """The clock; it counts the jumps between consecutive readings."""
 
     def __init__(self) -> None:
         self._ahead = 0
         self.jumps = 0
 
     def time_ns(self) -> int:
-        """Return the time in Unix ns, an hour late or early."""
+        """Return the Unix time, ns, an hour ahead or behind."""
         ahead = time.monotonic_ns() // PERIOD_NS % 2
         self.jumps += ahead != self._ahead
         self._ahead = ahead
         return _time_ns() + (HOUR_NS if ahead else -HOUR_NS)
 
 
-def leave_mark(clock: JumpingClock, directory: Path) -> None:
-    """Write how often the clock was seen to jump."""
+def write_jumps(clock: JumpingClock, directory: Path) -> None:
+    """Write the number of jumps that were read."""
     (directory / f"{os.getpid()}.jumps").write_text(str(clock.jumps))
 
 
 _clock = JumpingClock()
 time.time_ns = _clock.time_ns
 time.time = lambda: _clock.time_ns() * 1e-9
-atexit.register(leave_mark, _clock, Path(str(sys.modules["sitecustomize"].__file__)).parent)
+atexit.register(write_jumps, _clock, Path(str(sys.modules["sitecustomize"].__file__)).parent)

@@ -1,4 +1,4 @@
-"""Play rallies of two arms on running services: serve, follow the ball, report the rally."""
+"""Rallies of two arms on running services: serve, follow the ball, score."""
 
 import contextlib
 import time
@@ -15,12 +15,12 @@ from protocol.bus.bus import Bus
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
-from tools.rally.exchange import away, exchange, serve
-from tools.rally.limit_watch import Findings, LimitWatch
+from tools.rally.exchange import exchange, parked_ball, serve
+from tools.rally.forbidden_contacts import forbidden_contact
+from tools.rally.limit_monitor import LimitMonitor, LimitReport
 from tools.rally.referee import Referee
-from tools.rally.touches import touched
 
-OWN = (topics.CONTACT, topics.ENDED, topics.STRIKES)
+ARM_TOPICS = (topics.CONTACT, topics.ENDED, topics.STRIKES)
 """Topics that are followed for each arm, in its own time; the referee uses the first arm's ball and contacts."""
 READY_S = 30.0
 """Longest wait for both arms to rest before the next serve, s of wall time."""
@@ -37,10 +37,10 @@ class Rally:
     Attributes:
         server: The arm from whose half the ball was served.
         strokes: Number of strokes that counted.
-        over: Reason of the rally's end.
+        over: Why the rally ended.
         duration: Robot time, s.
         faults: A sentence for each motion that was aborted, and each contact without the ball.
-        checked: Use of the limits by commands and states, by arm.
+        checked: Use of the limits by commands and states of each arm.
     """
 
     server: str
@@ -48,21 +48,21 @@ class Rally:
     over: str = ""
     duration: float = 0.0
     faults: list[str] = field(default_factory=list)
-    checked: dict[str, Findings] = field(default_factory=dict)
+    checked: dict[str, LimitReport] = field(default_factory=dict)
 
     def violations(self) -> list[str]:
         """Return a sentence for each fault, and for each arm that exceeded a limit."""
-        passed = [(name, found) for name, found in self.checked.items() if found.violations]
+        beyond = [(name, report) for name, report in self.checked.items() if report.violations]
         return self.faults + [
-            f"{name}: {found.violations} ticks beyond a limit: {found.worst}" for name, found in passed
+            f"{name}: {report.violations} ticks beyond a limit: {report.worst}" for name, report in beyond
         ]
 
 
-class _Course:
-    """Follows a rally message by message."""
+class _RallyFollower:
+    """Updates a rally from messages."""
 
     def __init__(self, rally: Rally, arms: Mapping[str, RobotConfig], served: float) -> None:
-        """`served`: when (s) the ball was thrown, in the time of the first arm."""
+        """`served`: time at which the ball was thrown, s, on the clock of the first arm."""
         self._rally, self._arms, self._served = rally, arms, served
         self._first = next(iter(arms))
         self._reasons = dict.fromkeys(arms, "")
@@ -74,7 +74,7 @@ class _Course:
         """Process a message about the arm `name`."""
         match message:
             case m.BallState():
-                self.referee.see(message)
+                self.referee.add_sight(message)
                 self._rally.duration = max(self._rally.duration, message.time - self._served)
             case m.Contact():
                 self._touch(name, message)
@@ -84,49 +84,51 @@ class _Course:
                 self._rally.faults.append(f"{name}: goal {message.goal_id} was aborted: {message.reason}")
         self._rally.strokes = self.referee.strokes
 
-    def ended_by(self) -> str:
-        """Return why the rally has ended, with the strikers' last sentences."""
+    def end_reason(self) -> str:
+        """Return why the rally has ended, with the strikers' last reasons."""
         if not self.referee.over:
-            return "as many as were asked for"
-        said = "; ".join(f"{name}: {reason}" for name, reason in self._reasons.items() if reason)
-        return f"{self.referee.over}{f' ({said})' if said else ''}"
+            return "all strokes played"
+        listed = "; ".join(f"{name}: {reason}" for name, reason in self._reasons.items() if reason)
+        return f"{self.referee.over}{f' ({listed})' if listed else ''}"
 
     def _touch(self, name: str, contact: m.Contact) -> None:
         if self._arms[name].bodies.intersection(contact.bodies):
             self.touches[name].append(contact.time)
         if name != self._first:
             return
-        self.referee.touch(contact)
-        if sentence := touched(contact):
+        self.referee.add_contact(contact)
+        if sentence := forbidden_contact(contact):
             self._rally.faults.append(sentence)
 
 
-class Court:
-    """Plays rallies on the services of two running cells."""
+class RallyPlayer:
+    """Plays rallies of two arms on their running services."""
 
-    def __init__(self, buses: Mapping[str, Bus], configs: Mapping[str, RobotConfig], seed: int, most: int) -> None:
-        """`buses`, `configs`: bus and description of each arm, by name; `most`: strokes after which a rally ends."""
-        self._buses, self._configs, self._most = buses, configs, most
+    def __init__(
+        self, buses: Mapping[str, Bus], configs: Mapping[str, RobotConfig], seed: int, max_strokes: int
+    ) -> None:
+        """`buses`, `configs`: bus and description of each arm, by name; `max_strokes`: largest number in a rally."""
+        self._buses, self._configs, self._max_strokes = buses, configs, max_strokes
         self._random = np.random.default_rng(seed)
         self._received: SimpleQueue[tuple[str, m.BallState | m.Contact | m.Result | m.Strike]] = SimpleQueue()
         self._first = next(iter(buses))
         self._listen(self._first, topics.BALL)
         for name in buses:
-            for topic in OWN:
+            for topic in ARM_TOPICS:
                 self._listen(name, topic)
-        self._watches = {name: LimitWatch(bus, configs[name]) for name, bus in buses.items()}
+        self._watches = {name: LimitMonitor(bus, configs[name]) for name, bus in buses.items()}
         one, other = configs
         self._exchanges = {a: exchange(configs[a], configs[b]) for a, b in ((one, other), (other, one))}
 
     def begin(self, noise: m.Disturb | None, revise_hz: float) -> None:
-        """Add noise to the cameras, and make both strikers return balls."""
+        """Add noise to the cameras, and request strikes from both strikers."""
         for name, bus in self._buses.items():
             if noise is not None:
                 bus.ask(topics.SIM_DISTURB, noise)
             play = self._exchanges[name]
             x, y, z = play.target.tolist()
-            order = m.StrikeRequest(target=(x, y, z), flight_time=play.flight_time, revise_hz=revise_hz)
-            bus.ask(topics.STRIKE, order)
+            request = m.StrikeRequest(target=(x, y, z), flight_time=play.flight_time, revise_hz=revise_hz)
+            bus.ask(topics.STRIKE, request)
 
     def play(self, server: str) -> Iterator[Rally]:
         """Serve from the half of `server`, and yield the rally after every stroke and at its end.
@@ -135,22 +137,22 @@ class Court:
             Refusal: the ball cannot be served.
             NoAnswer: the sim does not reply.
         """
-        self._buses[self._first].ask(topics.SIM_BALL, away(self._configs[self._first]))
+        self._buses[self._first].ask(topics.SIM_BALL, parked_ball(self._configs[self._first]))
         self._wait_for_rest()
         throw = serve(self._configs[server], self._exchanges[server], self._random)
         self._drain()
         served = self._buses[self._first].ask(topics.SIM_BALL, throw).time
         rally = Rally(server)
-        course = _Course(rally, self._configs, served)
-        while not course.referee.over and rally.strokes < self._most:
+        follower = _RallyFollower(rally, self._configs, served)
+        while not follower.referee.over and rally.strokes < self._max_strokes:
             counted = rally.strokes
-            course.take(*self._take())
+            follower.take(*self._take())
             for watch in self._watches.values():
                 watch.read()
             if rally.strokes > counted:
                 yield rally
-        rally.over = course.ended_by()
-        rally.checked = {name: watch.check(course.touches[name]) for name, watch in self._watches.items()}
+        rally.over = follower.end_reason()
+        rally.checked = {name: watch.check(follower.touches[name]) for name, watch in self._watches.items()}
         yield rally
 
     def _listen(self, name: str, topic: topics.Publication[Any]) -> None:
@@ -162,7 +164,7 @@ class Court:
             return self._received.get(timeout=STALLED_S)
         except Empty:
             key = self._buses[self._first].key(topics.BALL.key)
-            raise NoAnswer("sim", key, f"no ball was seen for {STALLED_S:g} s") from None
+            raise NoAnswer("sim", key, f"no ball was published for {STALLED_S:g} s") from None
 
     def _drain(self) -> None:
         for watch in self._watches.values():

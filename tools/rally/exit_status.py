@@ -1,4 +1,4 @@
-"""End a rally: whatever ended it, report what was played."""
+"""The exit status of a rally, which may end early."""
 
 from collections.abc import Callable
 
@@ -7,8 +7,8 @@ from rich.console import Console
 from protocol.errors import NoAnswer, Refusal
 
 
-def ended(play: Callable[[], None], console: Console) -> int:
-    """Play to the end, and print why if it ends early.
+def exit_status_of(play: Callable[[], None], console: Console) -> int:
+    """Call `play`, and print the reason if it ends early.
 
     Returns 0; 1 if a service did not reply or refused a request; 130 after an interruption.
     """

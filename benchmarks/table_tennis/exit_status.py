@@ -1,4 +1,4 @@
-"""Exit status of both commands."""
+"""The exit status of both commands."""
 
 import sys
 from collections.abc import Callable
@@ -12,8 +12,8 @@ from services.common.supervisor import NotReady
 INTERRUPTED = 130
 
 
-def status(play: Callable[[], object]) -> int:
-    """Play, and return the exit status; an error is printed as a sentence."""
+def exit_status_of(play: Callable[[], object]) -> int:
+    """Call `play`, print an error as a sentence, and return the exit status."""
     try:
         play()
     except (NotInstalled, NotReady, Refusal, NoAnswer, MotionError, ValueError, OSError) as error:

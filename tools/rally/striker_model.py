@@ -1,4 +1,4 @@
-"""The striker's copy of the robot's description, with deliberate errors on request."""
+"""The striker's description of the robot, optionally with errors of its parameters."""
 
 import contextlib
 import json
@@ -11,8 +11,8 @@ from tools.rally.flags import Flags
 
 
 @contextlib.contextmanager
-def scratch_robot(flags: Flags) -> Iterator[tuple[Path, Path]]:
-    """Yield the striker's copy of the robot's TOML, with the requested errors, and a file to learn into."""
+def striker_description(flags: Flags) -> Iterator[tuple[Path, Path]]:
+    """Yield the striker's TOML of the robot, with the requested errors, and a temporary file for learned values."""
     original = flags.common.robot_config.resolve()
     with tempfile.TemporaryDirectory(prefix="volley-rally-") as folder:
         learned = Path(folder) / "learned.json"
@@ -25,12 +25,12 @@ def scratch_robot(flags: Flags) -> Iterator[tuple[Path, Path]]:
             wrong["ball", "drag"] = description.ball.drag * (1 + flags.drag_error)
         if description.court:
             wrong["court", "restitution"] = description.court.restitution * (1 + flags.restitution_error)
-        believed = Path(folder) / original.name
-        believed.write_text(changed(original.read_text(), wrong))
-        yield believed, learned
+        changed = Path(folder) / original.name
+        changed.write_text(with_values(original.read_text(), wrong))
+        yield changed, learned
 
 
-def changed(toml: str, values: Mapping[tuple[str, str], object]) -> str:
+def with_values(toml: str, values: Mapping[tuple[str, str], object]) -> str:
     """Return a TOML text with some values replaced; `values` maps (table, key) to the new value."""
     lines, section = [], ""
     for line in toml.splitlines():

@@ -1,4 +1,4 @@
-"""What was played is reported, whatever ended the rally."""
+"""A rally that ends early reports what was played."""
 
 import json
 
@@ -8,9 +8,9 @@ from protocol.errors import NoAnswer
 from robot.striking.launcher import Launch
 from tools.rally import partners, thrown
 from tools.rally.__main__ import main
-from tools.rally.court import Rally
 from tools.rally.flags import Flags
 from tools.rally.play import Stroke
+from tools.rally.rallies import Rally
 
 ENDS = pytest.mark.parametrize(
     ("end", "status"),
@@ -20,7 +20,7 @@ ENDS = pytest.mark.parametrize(
 
 
 @ENDS
-def test_partners_report_the_rallies_until_then(monkeypatch, capsys, end, status):
+def test_rallies_of_partners_are_reported_after_an_early_end(monkeypatch, capsys, end, status):
     def played_then_ended(flags: Flags, console: object, played: list[Rally]) -> None:
         played.append(Rally("near", strokes=7))
         raise end
@@ -32,7 +32,7 @@ def test_partners_report_the_rallies_until_then(monkeypatch, capsys, end, status
 
 
 @ENDS
-def test_thrown_balls_until_then_are_reported(monkeypatch, capsys, end, status):
+def test_thrown_balls_are_reported_after_an_early_end(monkeypatch, capsys, end, status):
     def played_then_ended(flags: Flags, console: object, strokes: list[Stroke]) -> None:
         strokes.append(Stroke(Launch((4.0, 0.0, 1.0), (-4.0, 0.0, 3.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 1)))
         raise end

@@ -1,0 +1,69 @@
+"""Decide whether a motion can keep its limits in a duration, with what earlier decisions of other durations found."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from motion.errors import LimitExceeded, SolverFailed
+from motion.primitive import Primitive
+from motion.program.constraint_generation import NO_ROWS, refutes
+from motion.program.contradiction import InfeasibleRows
+from motion.program.effort import CHECK, Effort
+from motion.program.equalities import fixed_inside
+from motion.program.optimum import feasible
+from motion.program.problem import MANY_FUNCTIONS, UNIMITATING, USUAL, Precision, Problem, build
+from motion.request import MotionRequest
+
+
+@dataclass(slots=True, eq=False)
+class Judge:
+    """Decisions on one motion in several durations.
+
+    final: as returned by `arriving`. effort: of all decisions together. active: of each joint, the rows with a
+    multiplier in the last feasible duration. contradictions: rows that contradicted each other in the last infeasible
+    duration, by joint.
+    """
+
+    primitive: Primitive
+    final: np.ndarray
+    effort: Effort
+    precision: Precision = USUAL
+    active: list[np.ndarray] = field(init=False)
+    contradictions: dict[int, InfeasibleRows] = field(init=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.active = [NO_ROWS] * self.primitive.joint_count
+        if self.primitive.basis_count <= MANY_FUNCTIONS:
+            self.precision = UNIMITATING
+
+    def failing(self, request: MotionRequest, joints: list[int], most: float) -> int | None:
+        """Return one of the `joints` that fails in a duration, None if all can be planned.
+
+        The first one is tried alone; each may take an effort of `most`. Raises OutOfTime if `effort` is spent.
+        """
+        try:
+            problem = self._problem(request)
+        except (LimitExceeded, InfeasibleRows) as failure:
+            return failure.joint
+        for group in filter(None, (joints[:1], joints[1:])):
+            self.effort.spend(group[0], CHECK * len(group))
+            try:
+                with self.effort.share(most * len(group)) as share:
+                    found = feasible(problem, group, share, self.active)
+            except SolverFailed as failure:
+                return failure.joint
+            except InfeasibleRows as failure:
+                self.contradictions[failure.joint] = failure
+                return failure.joint
+            for joint in group:
+                self.active[joint] = found[joint]
+        return None
+
+    def _problem(self, request: MotionRequest) -> Problem:
+        """The problem in a duration. Raises LimitExceeded or InfeasibleRows."""
+        request, fixed = fixed_inside(request)
+        problem = build(self.primitive, request, fixed, self.final, self.precision)
+        for found in self.contradictions.values():
+            if refutes(problem, found.rows, found.multipliers):
+                raise found
+        return problem
