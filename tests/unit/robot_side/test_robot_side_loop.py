@@ -182,7 +182,7 @@ def test_recover_is_answered_once_the_arm_is_ready_in_a_new_run():
 
 
 @pytest.mark.parametrize("topic", [topics.RECOVER, topics.GUIDE])
-def test_an_arm_that_moves_or_turns_back_does_not_recover_and_is_not_guided(topic: topics.Query):
+def test_recover_and_guide_are_refused_while_the_arm_moves_or_turns_back(topic: topics.Query):
     """Where it turns back its velocity is 0, but its acceleration would drop within a tick."""
     loop = loop_of(Stoppable(ROBOT))
     for k, acceleration in enumerate([10.0] * 20 + [-10.0] * 20 + [-20.0]):
