@@ -88,7 +88,7 @@ def _passed(request: MotionRequest) -> tuple[list[float], np.ndarray, tuple[floa
     velocities = np.where(turning & np.isnan(given), 0.0, given)
     fastest = _touches(velocities, ranges[:, 1])
     values = np.stack([positions, velocities, np.where(fastest, 0.0, np.nan)], axis=1)
-    touched = (turning | fastest).any(axis=1).nonzero()[0].tolist()
+    touched = np.flatnonzero(np.any(turning | fastest, axis=1)).tolist()
     return s, values.reshape(-1, request.joint_count), tuple(s[k] for k in touched)
 
 
