@@ -85,11 +85,11 @@ def test_every_motion_keeps_its_own_means() -> None:
         p = np.polynomial.Polynomial(rng.normal(size=8))
         v, a, j = p.deriv(), p.deriv(2), p.deriv(3)
         extremes = [np.abs(each(t)).max() * (1 + 1e-6) for each in (v, a, j)]
-        ends = [Boundary(*(np.array([each(at)]) for each in (p, v, a))) for at in (0.0, 1.0)]
+        start, goal = (Boundary(*(np.array([each(at)]) for each in (p, v, a))) for at in (0.0, 1.0))
         times = np.sort(rng.choice(np.arange(2, 99), 5, replace=False)) / 100
         given = rng.random(5) < 0.5
         waypoints = tuple(waypoint(at, p(at), v(at) if know else np.nan) for at, know in zip(times, given, strict=True))
-        request = MotionRequest(*ends, 1.0, limits_of(*extremes), waypoints)
+        request = MotionRequest(start, goal, 1.0, limits_of(*extremes), waypoints)
         assert check(request, request.limits) is None
 
 
