@@ -97,7 +97,9 @@ def test_goals_are_refused_as_soon_as_the_condition_is_published(condition: m.Co
 def test_with_the_stepped_clock_a_condition_at_tick_0_begins_no_run():
     """Another state of tick 0 begins a run with the same number, unless the arm is no longer ready."""
     arm = PerfectArm(Controller(ROBOT))
-    arm.controller.meet(msgspec.structs.replace(EXAMPLES["Description"], clock="stepped"))
+    description = EXAMPLES["Description"]
+    assert isinstance(description, m.Description)
+    arm.controller.meet(msgspec.structs.replace(description, clock="stepped"))
     arm.turn(1)
     arm.tick = 0
     assert arm.controller.answer(arm.state(condition="guiding"), 0) is None
