@@ -201,12 +201,22 @@ def _cut(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]
     return _rows(recording, rows), None
 
 
+def _in_turn(rng: np.random.Generator, clean: Clean) -> tuple[Recording, str | None]:
+    """Samples of the arm and of another one with the same movement elsewhere, in turn."""
+    values = clean.recording.values.copy()
+    values[int(rng.integers(2)) :: 2] += rng.uniform(0.1, 1.0, values.shape[1]) * rng.choice(
+        (-1.0, 1.0), values.shape[1]
+    )
+    return replace(clean.recording, values=values), None
+
+
 MUTATIONS: tuple[Mutation, ...] = (
     Mutation("idle", "idle for 0.2 to 2 times the movement, before it, after it or both", _idle, repaired=True),
     Mutation("duplicates", "5 % of the samples twice, with one stamp", _same_stamp, repaired=True),
     Mutation("duplicates", "5 % of the samples repeat the one before", _repeated, base="quiet", repaired=True),
     Mutation("backwards", "samples exchanged with the next", _backwards, repaired=True),
     Mutation("backwards", "two recordings in one file", _twice),
+    Mutation("interleaved", "samples of two arms in turn, 0.1 to 1 rad apart", _in_turn),
     Mutation("jitter", "even samples, stamps off by up to 0.4 of a step", _jitter, base="quiet", repaired=True),
     Mutation("gap", "3 to 20 % of the time without samples", _gap),
     Mutation("wraps", "one joint wrapped at ±π or ±180°", _wrap, repaired=True),
