@@ -5,11 +5,13 @@ import threading
 import zenoh
 
 from protocol import messages as m
+from protocol import topics
 from protocol.codec import ENCODING, decode
 from protocol.errors import Refusal
 from tools.drill.harness.cell import ACCEPTED
 
-ANSWER_S = 20.0
+ANSWER_S = max(query.timeout_s for query in topics.QUERIES)
+"""Timeout of every reply, s: the longest one of the contract, because the machine may be busy."""
 NO_REPLY = "no reply"
 
 
