@@ -5,7 +5,9 @@ The full run writes the tables into docs/recordings.md, between the marks.
 
 import re
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -27,17 +29,18 @@ NEAR = 0.01
 
 
 def main(files: int = FILES, seed: int = 1, only: str = "") -> int:
-    """Put each fault into recordings, and print how often the doctor finds and repairs it.
+    """Put each fault into recordings, on all cores, and print how often the doctor finds and repairs it.
 
     Args:
         files: Recordings for each fault; with 1000 the page is written.
         seed: Of all random numbers.
         only: Only the faults with this code.
     """
+    chosen = {mutation: seed + 1000 * k for k, mutation in enumerate(MUTATIONS) if only in ("", mutation.code)}
     rows = []
-    for number, mutation in enumerate(MUTATIONS):
-        if only in ("", mutation.code):
-            caught, repaired = measure(mutation, files, seed + 1000 * number)
+    with ProcessPoolExecutor() as pool:
+        for mutation, counts in zip(chosen, pool.map(measure, chosen, repeat(files), chosen.values()), strict=True):
+            caught, repaired = counts
             rows.append((mutation, caught, repaired))
             print(f"{mutation.code:12} {mutation.words:60} {caught:5} {'' if repaired is None else repaired:>5}")
     alarms = false_alarms(seed)
