@@ -231,7 +231,7 @@ def test_an_unexpected_error_fails_only_its_request_and_is_logged(
         ({"waypoints": [(2.0 * (k + 1) / 52, [0.0] * 6, None) for k in range(51)]}, "infeasible", None),
         ({"waypoints": [(2.0 * (k + 1) / 25, [0.0] * 6, [0.0] * 6) for k in range(24)]}, "infeasible", None),
         ({"method": "dmp", "limits": {"jerks": [1e-4] * 6}}, "invalid_goal", "duration"),
-        ({"method": "dmp", "limits": {"jerks": [1e-8] * 6}}, "invalid_goal", "duration"),
+        ({"method": "dmp", "limits": {"jerks": [1e-8] * 6}}, "invalid_goal", "limits.jerks"),
     ],
 )
 def test_extreme_goals_are_refused(harness: PlannerHarness, change: dict[str, Any], code: str, field: str | None):

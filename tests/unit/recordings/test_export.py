@@ -68,7 +68,7 @@ def test_an_interrupted_export_leaves_nothing(tmp_path: Path, monkeypatch: pytes
     ("name", "writer", "said"),
     [
         ("log.rrd", others.write_rrd, "log.rrd is not a trace of Volley's recorder; learn it with volley learn"),
-        ("driver.csv", others.write_csv, "driver.csv is no .rrd file; name a trace that the recorder wrote"),
+        ("driver.csv", others.write_csv, "driver.csv is not an .rrd file; name a trace of Volley's recorder"),
     ],
 )
 def test_what_was_not_played_is_not_exported(tmp_path: Path, capsys, name: str, writer, said: str):
