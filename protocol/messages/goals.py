@@ -41,9 +41,9 @@ class GoalLimits(Struct, forbid_unknown_fields=True, kw_only=True):
 
     Attributes:
         positions: [low, high] of each joint
-        velocities: largest of either sign, > 0
-        accelerations: largest of either sign, > 0
-        jerks: largest of either sign, > 0
+        velocities: largest of either sign, at least 1e-6
+        accelerations: largest of either sign, at least 1e-6
+        jerks: largest of either sign, at least 1e-6
     """
 
     positions: list[Range | None] | None = None
