@@ -19,15 +19,16 @@ class States:
 
     def admits(self, state: m.State) -> bool:
         """Return whether `state` fits the arm and is newer than the newest one."""
-        truth = state.truth or state
-        if self._lengths != (len(state.positions), len(state.velocities), len(truth.positions), len(truth.velocities)):
-            return False
-        again = self.stepped and state.tick == 0 and not self._reports_condition(state)
-        return state.tick >= 0 and (again or not self.has_seen(state.run, state.tick))
+        again = self.stepped and state.tick == 0 and not (state.condition != "ready" and self.repeats(state))
+        return self._fits(state) and (again or not self.has_seen(state.run, state.tick))
 
     def repeats(self, state: m.State) -> bool:
-        """Return whether `state` is of the newest state's tick: the arm publishes again when its condition changes."""
-        return self.newest is not None and (state.run, state.tick) == (self.newest.run, self.newest.tick)
+        """Return whether `state` fits the arm and is of the newest state's tick.
+
+        The arm publishes a tick again when its condition changes.
+        """
+        same = self.newest is not None and (state.run, state.tick) == (self.newest.run, self.newest.tick)
+        return same and self._fits(state)
 
     def opens_run(self, state: m.State) -> bool:
         """Return whether `state`, which must be admitted, is the first of a run."""
@@ -37,9 +38,11 @@ class States:
         """Return whether the newest state is that of `tick` in `run`, or a later one."""
         return self.newest is not None and self.newest.run == run and tick <= self.newest.tick
 
-    def _reports_condition(self, state: m.State) -> bool:
-        """Return whether `state` only reports that the arm is no longer ready; an arm that was reset is."""
-        return state.condition != "ready" and self.repeats(state)
+    def _fits(self, state: m.State) -> bool:
+        """Return whether `state` has a tick, and values for each joint."""
+        truth = state.truth or state
+        given = len(state.positions), len(state.velocities), len(truth.positions), len(truth.velocities)
+        return state.tick >= 0 and given == self._lengths
 
     def require(self) -> m.State:
         """Return the newest state.

@@ -94,6 +94,18 @@ def test_goals_are_refused_as_soon_as_the_condition_is_published(condition: m.Co
     assert refused(arm, planned).code == "fault"
 
 
+@pytest.mark.parametrize("condition", OTHERS)
+def test_a_malformed_state_of_the_present_tick_is_ignored(condition: m.Condition):
+    """It has too few joints for the reference to follow it; it must not end the controller."""
+    arm = an_arm()
+    arm.tick -= 1
+    short = arm.state(condition=condition, positions=[0.0], velocities=[0.0])
+    assert arm.controller.answer(short, 0) is None
+    assert arm.controller.fault is None
+    arm.tick += 1
+    arm.turn(1)
+
+
 def test_with_the_stepped_clock_a_condition_at_tick_0_begins_no_run():
     """Another state of tick 0 begins a run with the same number, unless the arm is no longer ready."""
     arm = an_arm(clock="stepped")

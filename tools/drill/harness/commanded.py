@@ -35,7 +35,7 @@ class CommandedMotion:
         self.accelerations = np.diff(self.velocities, axis=0) * config.rate_hz
 
     def jerk_used(self) -> float:
-        """Return the largest change of acceleration in a tick, as a fraction of what the jerk limit allows."""
+        """Return the largest change of acceleration in a tick, as a fraction of the jerk limit."""
         steps = np.abs(np.diff(self.accelerations, axis=0))
         return float((steps / (self._config.limits.jerks * self._config.tick)).max())
 
