@@ -1,7 +1,5 @@
 """Decisions on several durations of one motion."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -13,9 +11,7 @@ from motion.program.effort import Effort
 from motion.program.judge import Judge
 from motion.program.min_duration import stretched
 from motion.program.terminal_set import final_accelerations
-from motion.request import MotionRequest
-
-Ask = Callable[..., MotionRequest]
+from tests.unit.motion.asking import Ask
 
 
 def test_a_contradiction_refutes_other_durations_without_a_program(
