@@ -161,13 +161,11 @@ class Bus:
     def ask_later(self, topic: Query[RequestT, ReplyT], request: RequestT, callback: Callable[[bytes], object]) -> None:
         """Send `request` and return at once; the body of a reply goes to `callback`, in Zenoh's thread."""
 
-        def receive(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
+        def receive(reply: zenoh.Reply | None) -> None:
+            if reply is not None and reply.ok is not None:
                 callback(reply.ok.payload.to_bytes())
 
-        self.session.get(
-            self.key(topic.key), receive, payload=encode(request), encoding=ENCODING, timeout=topic.timeout_s
-        )
+        self.send_to(topic, request, receive)
 
     def ask(self, topic: Query[RequestT, ReplyT], request: RequestT, timeout: float | None = None) -> ReplyT:
         """Send `request` and return the reply, waiting up to `timeout` s (the topic's own by default).

@@ -5,6 +5,8 @@ import math
 import time
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
@@ -16,7 +18,6 @@ from robot.striking.scoring import Score, score
 from tools.rally.latency import Latency, latencies
 from tools.rally.limit_monitor import LimitMonitor, LimitReport
 from tools.rally.received import Messages, forbidden_contact
-from tools.rally.targets import Targets
 
 AFTER_ARRIVAL_S = 2.0
 """Longest wait after a ball's arrival until it has landed, s of robot time."""
@@ -27,6 +28,31 @@ REST_S = 4.0
 JUMPS_AT = 0.5
 """Fraction of a ball's flight after which a moving target jumps."""
 TOPICS = (topics.BALL, topics.CONTACT, topics.STRIKES, topics.ENDED)
+
+
+Place = tuple[float, float, float]
+
+
+class Targets:
+    """Positions of a target that jumps within `wander`, m, of `middle` along x and y, or stays there if that is 0."""
+
+    def __init__(self, middle: Place, wander: float, seed: int) -> None:
+        self._middle = middle
+        self._wander = wander
+        self._random = np.random.default_rng([seed, 1])
+
+    @property
+    def move(self) -> bool:
+        """Whether the target moves."""
+        return self._wander > 0
+
+    def next(self) -> Place:
+        """Return the next position, m."""
+        x, y, z = self._middle
+        if not self.move:
+            return self._middle
+        offset = self._wander * self._random.uniform(-1, 1, 2)
+        return x + float(offset[0]), y + float(offset[1]), z
 
 
 @dataclass(slots=True, eq=False)

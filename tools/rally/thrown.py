@@ -12,10 +12,9 @@ from services.common.cell import running_cell
 from tools.progress import progress
 from tools.rally.ending import play_to_end, print_report
 from tools.rally.flags import Flags
-from tools.rally.play import Player, Stroke
+from tools.rally.play import Player, Stroke, Targets
 from tools.rally.report import reasons, sentence, summary, table
 from tools.rally.striker_model import striker_description
-from tools.rally.targets import Targets
 
 
 def play_thrown(flags: Flags, console: Console) -> int:

@@ -13,8 +13,8 @@ from protocol.codec import encode
 from tools.shell import joints
 from tools.shell.flags import Coordinates, File, Identifier, Name, Number, Points, Seconds, Switch, ToolPoints, Words
 from tools.shell.following import follow
+from tools.shell.joints import tool, tool_waypoint
 from tools.shell.shell import Shared, Shell, UsageError, reach
-from tools.shell.tool import tool, tool_waypoint
 
 Parsed = TypeVar("Parsed")
 

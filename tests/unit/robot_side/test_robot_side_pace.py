@@ -5,7 +5,7 @@ import logging
 import pytest
 
 from services.common.robot_side import pace
-from services.common.robot_side.pace import REPORT_S, Pace
+from services.common.robot_side.clocks import REPORT_S, Pace
 
 
 @pytest.mark.parametrize(("tick_s", "said"), [(0.001, []), (0.00104, []), (0.00125, ["0.80"]), (0.01, ["0.10"])])
