@@ -4,6 +4,7 @@ import threading
 import uuid
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -61,7 +62,7 @@ class Link:
             with self._lease_lock:
                 self._leases -= 1
                 if not self._leases and self._token is not None:
-                    self._token.undeclare()
+                    self.bus.withdraw(self._token)
 
     def close(self) -> None:
         """End the streams and leave the bus."""
@@ -88,16 +89,17 @@ class Link:
 
     def subscribe(self, topic: Publication, put: Callable[[bytes], object]) -> Callable[[], None]:
         """Call `put` with the body of every publication on `topic`, in another thread; return what stops it."""
-        return self.bus.listen(topic, put).undeclare
+        return partial(self.bus.withdraw, self.bus.listen(topic, put))
 
     def stream(self, topic: Publication, box: Mailbox[bytes | None]) -> Callable[[], None]:
         """Put the body of every publication on `topic` into `box`, then None; return a function that stops it."""
         undeclare = self.subscribe(topic, box.put)
 
         def end() -> None:
-            self._streams.discard(end)
-            undeclare()
-            box.put(None)
+            if end in self._streams:
+                self._streams.discard(end)
+                undeclare()
+                box.put(None)
 
         self._streams.add(end)
         return end

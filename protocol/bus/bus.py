@@ -205,8 +205,14 @@ class Bus:
         raise NoAnswer(topic.owner, self.key(topic.key))
 
     def announce(self, service: str) -> zenoh.LivelinessToken:
-        """Declare the liveliness token of `service`, which is then ready for requests, until it is undeclared."""
+        """Declare the liveliness token of `service`, which is then ready for requests, until it is withdrawn."""
         return self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
+
+    def withdraw(self, declared: zenoh.LivelinessToken | zenoh.Subscriber) -> None:
+        """Undeclare a token that was announced, or a subscriber, unless the session is closed."""
+        self._kept.remove(declared)
+        if not self.session.is_closed():
+            declared.undeclare()
 
     def claim(self, service: str, timeout: float = CLAIM_TIMEOUT_S) -> bool:
         """Claim to be the only instance of `service` while the session lives; return whether it is the only one.
@@ -223,7 +229,7 @@ class Bus:
         deadline = time.monotonic() + timeout
         while others := self.rivals(service):
             if min(others) < own or time.monotonic() > deadline:
-                token.undeclare()  # so that the other does not wait for this process to end
+                self.withdraw(token)  # so that the other does not wait for this process to end
                 return not self.rivals(service) and self.claim(service, timeout)
             time.sleep(CLAIM_PERIOD_S)
         return True
