@@ -12,7 +12,8 @@ from tools.recordings.recording import Recording, Unreadable
 from tools.shell.flags import File, Name, Seconds, Switch
 from tools.shell.following import follow
 from tools.shell.guiding import guided
-from tools.shell.recordings import check_plot, learnable
+from tools.shell.reading import check_plot
+from tools.shell.recordings import learnable
 from tools.shell.shell import Shared, Shell, UsageError, reach
 
 
