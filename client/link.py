@@ -53,9 +53,9 @@ class Link:
         """
         with self._lease_lock:
             self.client_id = self.client_id or f"client-{uuid.uuid4().hex[:8]}"
-            self._leases += 1
-            if self._leases == 1:
+            if not self._leases:
                 self._token = self.bus.announce(f"client/{self.client_id}")
+            self._leases += 1
         try:
             yield self.client_id
         finally:
@@ -96,10 +96,12 @@ class Link:
         undeclare = self.subscribe(topic, box.put)
 
         def end() -> None:
-            if end in self._streams:
-                self._streams.discard(end)
-                undeclare()
-                box.put(None)
+            try:
+                self._streams.remove(end)
+            except KeyError:  # ended already, perhaps by another thread
+                return
+            undeclare()
+            box.put(None)
 
         self._streams.add(end)
         return end
