@@ -1,12 +1,10 @@
-"""Detect contacts and tracking errors during a motion, and missed hits."""
-
-from dataclasses import dataclass
+"""Detect contacts and tracking errors during a motion."""
 
 import numpy as np
 
 from protocol import messages as m
 from robot.conversions import unit_of
-from robot.description import RobotConfig, Tolerance
+from robot.description import RobotConfig
 
 
 def touch_of(contact: m.Contact, config: RobotConfig) -> m.FirstContact | None:
@@ -35,34 +33,3 @@ def lost_track(errors: np.ndarray, result: m.Result | None, config: RobotConfig,
         + (f" and beyond the recoil of {recoil.positions:g} rad and {recoil.velocities:g} rad/s" if recoil else "")
         + (f"; {touch.body} touched {touch.other} at {touch.time:.3f} s" if touch else "")
     )
-
-
-@dataclass(frozen=True, slots=True)
-class Judge:
-    """The largest allowed errors at a goal's hit, and the arm."""
-
-    tolerance: Tolerance
-    config: RobotConfig
-
-    def miss(self, hit: m.Hit) -> str:
-        """Return a sentence about the error that made it a miss, or "". The true state is used if it is known."""
-        errors = hit.truth_error or m.Point(positions=hit.position_error, velocities=hit.velocity_error)
-        for values, bound, quantity in (
-            (errors.positions, self.tolerance.positions, "position"),
-            (errors.velocities, self.tolerance.velocities, "velocity"),
-        ):
-            error, joint = max((abs(value), joint) for joint, value in enumerate(values))
-            if error > bound:
-                name, unit = self.config.joint_names[joint], unit_of(quantity, self.config.slides[joint])
-                return f"{name} was {error:.3g} {unit} off at the hit, more than {bound:g} {unit}"
-        return ""
-
-
-def judge_of(trajectory: m.Trajectory, config: RobotConfig) -> Judge:
-    """Return the judge of a goal, with the goal's tolerance or by default the robot's."""
-    own, asked = config.tolerance, trajectory.tolerance
-    if not isinstance(asked, m.Tolerance):
-        return Judge(own, config)
-    positions = own.positions if asked.positions is None else asked.positions
-    velocities = own.velocities if asked.velocities is None else asked.velocities
-    return Judge(Tolerance(positions, velocities), config)

@@ -12,7 +12,7 @@ from protocol.errors import Refusal
 from robot.description import RobotConfig
 from robot.surroundings import BALL
 from services.controller.checks import Checked
-from services.controller.incidents import Judge, judge_of
+from services.controller.judgement import Judge, judge_of
 
 KEPT = 1000
 
