@@ -111,8 +111,10 @@ class Timeline:
         """Tick from which the reference is at rest for good."""
         return self._segments[-1].end
 
-    def _stop_from(self, tick: int, *state: np.ndarray) -> Segment:
-        """Return the stop that starts at `tick` from positions, velocities and accelerations (J,)."""
-        halt = stop(*state, self._limits)
+    def _stop_from(
+        self, tick: int, positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray
+    ) -> Segment:
+        """Return the stop that starts at `tick` from a state (J,)."""
+        halt = stop(positions, velocities, accelerations, self._limits)
         count = math.ceil(halt.duration / self._length - 1e-9) + 1
         return Segment(tick, halt.sample(np.arange(count) * self._length))
