@@ -1,7 +1,6 @@
 """Check polynomial trajectories exactly, for all times, and sample them for the loop."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -101,38 +100,34 @@ def _check_limits(motion: Trajectory, hit_index: int, config: RobotConfig) -> No
         inside_from = led_back_ticks(hit_index) * config.tick
         led_back = ranges.copy()
         led_back[:, 0] = np.stack(led_back_ranges(first, config.limits), axis=1)
-        _check_ranges(motion, Span(begins < inside_from, begins, np.minimum(ends, inside_from)), led_back, config)
-    _check_ranges(motion, Span(ends >= inside_from, np.maximum(begins, inside_from), ends), ranges, config)
+        _check_ranges(motion, begins, np.minimum(ends, inside_from), led_back, config)
+    _check_ranges(motion, np.maximum(begins, inside_from), ends, ranges, config)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Span:
-    """Return the pieces (m,) to check, and the begin and end (m,) of each check, s from the motion's start."""
+def _check_ranges(
+    motion: Trajectory, begins: np.ndarray, ends: np.ndarray, ranges: np.ndarray, config: RobotConfig
+) -> None:
+    """Check that all quantities are inside their `ranges` (J, 4, 2).
 
-    pieces: np.ndarray
-    begins: np.ndarray
-    ends: np.ndarray
-
-
-def _check_ranges(motion: Trajectory, span: Span, ranges: np.ndarray, config: RobotConfig) -> None:
-    """Check that all quantities are inside their `ranges` (J, 4, 2)."""
+    Each piece is checked from its time in `begins` to that in `ends` (m,), s; not at all if it ends before it begins.
+    """
     low, high = ranges.transpose(2, 1, 0)
-    margin, chosen = slack(low, high), np.flatnonzero(span.pieces)
+    margin, chosen = slack(low, high), np.flatnonzero(begins <= ends)
     bounds = np.stack([low - margin, high + margin])[:, :, None]
     size = max(1, NUMBERS_AT_ONCE // (motion.coefficients[0].size * len(QUANTITIES)))
     for start in range(0, len(chosen), size):
         some = chosen[start : start + size]
-        begins, ends = span.begins[some], span.ends[some]
+        first, last = begins[some], ends[some]
         quantities = np.zeros((len(QUANTITIES), len(some), *motion.coefficients.shape[1:]))
         quantities[0] = motion.coefficients[some]
         for order in range(1, len(QUANTITIES)):
             quantities[order, ..., :-1] = derivative(quantities[order - 1])
-        curves = bernstein(quantities, *((times - motion.breaks[some])[:, None] for times in (begins, ends)))
+        curves = bernstein(quantities, *((times - motion.breaks[some])[:, None] for times in (first, last)))
         each = np.broadcast_to(bounds, (2, *curves.shape[:-1])).reshape(2, -1)
         found = first_outside(curves.reshape(-1, m.COEFFICIENTS), *each)
         if found is not None:
             order, piece, joint = np.unravel_index(found.curve, curves.shape[:-1])
-            when = begins[piece] + found.at * (ends[piece] - begins[piece])
+            when = first[piece] + found.at * (last[piece] - first[piece])
             passed = float(low[order, joint]), float(high[order, joint])
             raise limit_refusal(QUANTITIES[order], int(joint), found.value, passed, f"{when:.6g} s", config)
 

@@ -192,7 +192,7 @@ class Library:
     def _sweep(self) -> None:
         """Remove the files of interrupted writes."""
         for leftover in self._directory.glob(".*.tmp"):
-            leftover.unlink()
+            leftover.unlink(missing_ok=True)  # the thread that writes may have removed it
 
     def _write(self, name: str, kept: Kept) -> Written:
         arm = {"robot": kept.arm.robot, "joint_names": np.array(kept.arm.joint_names, dtype=np.str_)}

@@ -1,4 +1,4 @@
-"""Plan a goal from its origin, by the requested method."""
+"""Plan a goal from its origin, by the requested method, and check the plan."""
 
 import math
 import time
@@ -20,10 +20,10 @@ from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
 from robot.motion_check import Findings, MotionCheck
 from robot.torque_check import TorqueExceeded
+from services.planner.goal_checks import too_long
 from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import joints_of, none_of, refusal_of
 from services.planner.tool_goals import ToolSpace, is_in_tool_space
-from services.planner.verifier import Verifier
 from services.planner.worker import Task
 
 ELSEWHERE = frozenset({"gaussian"})
@@ -43,6 +43,34 @@ def effort_of(goal: m.Goal) -> str:
 ResultT = TypeVar("ResultT")
 Steps = Generator[Task | None, SampledPlan, ResultT]
 """Generator of a goal in progress: yields a task for the worker process, and receives its plan."""
+
+
+class Verifier:
+    """Checks the plans of one goal, and keeps the findings of the last valid plan.
+
+    findings: empty before a plan has passed.
+    """
+
+    def __init__(self, motions: MotionCheck, goal: m.Goal, begin: float | None) -> None:
+        """Prepare for plans of `goal` that start at `begin`, s on the robot's clock; None: at an unknown time."""
+        self.findings = Findings()
+        self._motions = motions
+        self._goal = goal
+        self._begin = begin
+
+    def __call__(self, plan: Plan) -> None:
+        """Check a plan.
+
+        Raises:
+            Refusal: the plan is too long.
+            MotionError: Collides or TorqueExceeded.
+        """
+        if plan.total_duration > MAX_PLAN_S + plan.tick / 2:
+            raise too_long(self._goal, plan.duration, plan.total_duration)
+        checks = self._goal.checks
+        self.findings = self._motions.check(
+            plan.trajectory, plan.total_duration, checks.collision, checks.torque, self._begin
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,9 +12,8 @@ from protocol import messages as m
 from protocol.codec import encode
 from tools.shell import joints
 from tools.shell.flags import Coordinates, File, Identifier, Name, Number, Points, Seconds, Switch, ToolPoints, Words
-from tools.shell.following import follow
+from tools.shell.joints import tool, tool_waypoint
 from tools.shell.shell import Shared, Shell, UsageError, reach
-from tools.shell.tool import tool, tool_waypoint
 
 Parsed = TypeVar("Parsed")
 
@@ -126,7 +125,7 @@ def goal(flags: Annotated[GoalFlags, arg(name="")], *, shell: Shared) -> int:
         motion = link.arm.goal(flags.primitive, **fields)
         _save(flags, motion.reply, link)
         link.print(motion.reply)
-        return follow(link, motion) if flags.wait or flags.lease else 0
+        return link.follow(motion) if flags.wait or flags.lease else 0
 
 
 def check(flags: GoalFlags) -> None:

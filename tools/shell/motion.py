@@ -9,7 +9,6 @@ from protocol import messages as m
 from protocol.codec import check_request_size, decode
 from protocol.topics import EXECUTE
 from tools.shell.flags import AnyGoal, NamedGoal, Seconds, Source, Switch
-from tools.shell.following import follow
 from tools.shell.shell import Shared, UsageError, reach
 
 
@@ -35,7 +34,7 @@ def execute(file: Source, *, lead: Seconds = None, wait: Switch = False, shell: 
     with reach(shell) as link:
         motion: MotionHandle = link.arm.execute(trajectory, lead)
         link.print(m.Accepted(goal_id=motion.goal_id, start_time=motion.start_time))
-        return follow(link, motion) if wait else 0
+        return link.follow(motion) if wait else 0
 
 
 def reference(*, lead: Annotated[float, arg(metavar="S")] = 0.0, shell: Shared) -> None:
