@@ -19,8 +19,12 @@ from rerun.experimental import ViewerClient
 
 from services.common.cli import free_endpoint
 
-LOAD_TIMEOUT_S = 60.0
-"""Timeout of the viewer's start and its loading of the trace."""
+LOAD_TIMEOUT_S = 240.0
+"""Timeout of the viewer's start and its loading of the trace; a busy machine needs more than a minute."""
+NO_DRIVER = "Failed to get render context"
+"""Part of the viewer's output on a machine without a graphics driver."""
+LAST = 400
+"""Number of characters of the viewer's output that an error repeats."""
 SETTLE_S = 2.0
 """Time from the end of loading until the viewer has drawn all views."""
 
@@ -46,8 +50,8 @@ def take_screenshot(flags: Flags) -> None:
     """Start a viewer, wait until it has loaded the trace, and save a screenshot.
 
     Raises:
-        RuntimeError: the viewer did not start or did not load the trace; the sentence ends with the viewer's last
-            output.
+        RuntimeError: the viewer did not start or did not load the trace; the sentence ends with the cause, or with the
+            viewer's last output.
     """
     viewer = Path(rerun_cli.__file__).parent / "rerun"
     port = free_endpoint().rpartition(":")[2]
@@ -66,7 +70,7 @@ def take_screenshot(flags: Flags) -> None:
                 client.save_screenshot(str(flags.image.resolve()))
             except TimeoutError as error:
                 output.seek(0)
-                raise RuntimeError(f"{error}; its last output: {output.read()[-400:]}") from None
+                raise RuntimeError(f"{error}; {_cause(output.read())}") from None
             finally:
                 process.kill()  # it has nothing to save, and an orderly exit is slow on a busy machine
                 process.wait()
@@ -84,7 +88,15 @@ def _wait_for_trace(process: subprocess.Popen, url: str) -> ViewerClient:
             continue  # the viewer is still starting
         if state.recordings and state.recordings[0].timelines and not state.loading:
             return client
+    if process.poll() is not None:
+        raise TimeoutError("the viewer ended before it showed the trace")
     raise TimeoutError(f"the viewer did not show the trace within {LOAD_TIMEOUT_S:g} s")
+
+
+def _cause(output: str) -> str:
+    if NO_DRIVER in output:
+        return "this machine has no graphics driver; install one, on Debian: apt install mesa-vulkan-drivers"
+    return f"its last output: {output[-LAST:]}"
 
 
 if __name__ == "__main__":

@@ -138,7 +138,7 @@ def export(
 
 def way_to_begin(name: str, positions: Sequence[float], flags: Flags) -> str:
     """Return a sentence with the commands that move an arm to the start of a primitive, `positions` (J,), rad."""
-    begin = " ".join(f"{value:.6f}" for value in positions) + flags.way
+    begin = " ".join(f"{round(value, 6) + 0.0:.6f}" for value in positions) + flags.way
     return (
         f"to play it as recorded, first bring the arm to its start: volley goal {name} --wait --positions {begin}, or "
         f"for a simulated arm volley reset-sim --positions {begin}"
