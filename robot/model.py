@@ -109,6 +109,13 @@ def addresses(found: np.ndarray) -> slice | np.ndarray:
     return slice(first, first + len(found)) if (np.diff(found) == 1).all() else found.astype(np.intp)
 
 
+def rotation_matrix(quaternion: np.ndarray) -> np.ndarray:
+    """Return the rotation matrix (3, 3) of a unit quaternion (4,) w, x, y, z."""
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
+
+
 def body_name(model: mujoco.MjModel, body: int) -> str:
     """Return the name of a body, or its number if it has none."""
     return model.body(body).name or f"body {body}"

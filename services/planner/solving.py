@@ -11,7 +11,6 @@ from motion.dmp_plan import plan_dmp
 from motion.errors import MotionError, OutOfTime
 from motion.plan import Plan, SplinePlan, Warm, plan, plan_fastest
 from motion.primitive import Primitive
-from motion.program.min_duration import stretched
 from motion.request import MotionRequest
 from motion.sampled import SampledPlan, check_limits
 from protocol import messages as m
@@ -211,7 +210,10 @@ class Solver:
             case.verify(made)
         except TorqueExceeded as error:
             slower = self._slower(case, case.request) if remedy else None
-            raise error if slower is None else error.with_remedy(slower.request) from None
+            if slower is None:
+                raise
+            works = slower.request
+            raise replace(error, min_duration=works.duration, waypoint_times=works.waypoint_times) from None
         return made
 
     def _fastest(self, case: _Case) -> SplinePlan:
@@ -232,7 +234,7 @@ class Solver:
             if duration > MAX_PLAN_S:
                 break
             try:
-                slow = stretched(request, duration)
+                slow = request.stretched(duration)
                 made = plan(case.primitive, slow, self._config.tick, remedy=False, thorough=False)
                 case.verify(made)
             except MotionError:

@@ -10,7 +10,7 @@ from msgspec import UNSET, UnsetType
 from protocol import messages as m
 from protocol.codec import matrix, matrix_bytes
 from protocol.errors import Refusal
-from robot.description import Tolerance
+from robot.schema import Tolerance
 from services.controller.core import Controller
 from services.controller.incidents import touch_of
 from services.controller.modes import Mode
