@@ -1,5 +1,7 @@
 """The robot, simulated or real: state, description, recovery, held joints, guiding."""
 
+from typing import ClassVar
+
 from msgspec import Struct, field
 
 from protocol.messages.base import (
@@ -117,9 +119,13 @@ class Recovered(Message, kw_only=True):
 class Hold(Request, kw_only=True):
     """Move held joints, for example those of a gripper, to new values.
 
+    The body may also be the map of joints itself, {joint: value}.
+
     Attributes:
         joints: rad or m by name; the others keep their values
     """
+
+    BARE: ClassVar[str] = "joints"
 
     joints: Joints
 
