@@ -229,7 +229,7 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
     if named:
         known = "" if path else f"; {kind.__name__} has {', '.join(kind.__struct_fields__)}"
         return bad_message(field, f"{_short(field, MAX_FIELD)} is not a known field{known}")
-    sentence = what.replace("`object", "`map").replace("`", "")
+    sentence = what.replace("`object", "`map").replace("`None`", "null").replace("`", "")
     if sentence.startswith("Invalid enum value"):
         choices = _choices(get_type_hints(kind).get(field))
         sentence += f"; choose from {', '.join(repr(choice) for choice in choices)}" if choices else ""

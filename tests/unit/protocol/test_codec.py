@@ -27,6 +27,7 @@ def refusal(body: Any, kind: type = m.Goal) -> Refusal:
     [
         ({"positions": [0.5, "one"]}, "positions[1]", "positions[1]: expected float, got str"),
         ({"lease": 1}, "lease", "lease: expected bool, got int"),
+        ({"lease": None}, "lease", "lease: expected bool, got null"),
         ({"duration": True}, "duration", "duration: expected float | null, got bool"),
         ({"start": [1.0]}, "start", "start: expected map | null, got array"),
         ({"tail": "fly"}, "tail", "tail: invalid enum value 'fly'; choose from 'stop', 'coast'"),
