@@ -1,7 +1,5 @@
 """The robot, simulated or real: state, description, recovery, held joints, guiding."""
 
-from typing import ClassVar
-
 from msgspec import Struct, field
 
 from protocol.messages.base import (
@@ -125,7 +123,8 @@ class Hold(Request, kw_only=True):
         joints: rad or m by name; the others keep their values
     """
 
-    BARE: ClassVar[str] = "joints"
+    BARE = "joints"
+    """Name of the field that may be the whole body; not annotated, because it is not a field itself."""
 
     joints: Joints
 

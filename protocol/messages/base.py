@@ -1,7 +1,7 @@
 """Types and messages that several messages share."""
 
 import sys
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
@@ -34,9 +34,6 @@ class Message(Struct, kw_only=True):
 
 class Request(Message, forbid_unknown_fields=True):
     """Base of every request; unknown fields are refused."""
-
-    BARE: ClassVar[str] = ""
-    """Name of a field that may be the whole body, a map of numbers; empty for none."""
 
 
 class Empty(Request, kw_only=True):
