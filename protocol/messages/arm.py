@@ -109,9 +109,14 @@ class Recovered(Message, kw_only=True):
 class Hold(Request, kw_only=True):
     """Move held joints, for example those of a gripper, to new values.
 
+    The body may also be the map of joints itself, {joint: value}.
+
     Attributes:
         joints: rad or m by name; the others keep their values
     """
+
+    BARE = "joints"
+    """Name of the field that may be the whole body; not annotated, because it is not a field itself."""
 
     joints: Joints
 

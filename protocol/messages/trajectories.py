@@ -77,8 +77,8 @@ class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):
     """A motion from `start_time` through the goal to rest.
 
     A request has either the three matrices or `pieces`. Pieces are smaller, and the controller checks them for all
-    times instead of at samples: inside the limits; positions, velocities and accelerations continuous at the breaks;
-    the last piece constant, of any length, zero included.
+    times instead of at samples: inside the limits; positions, velocities and accelerations continuous at the breaks.
+    Samples and pieces end at rest.
 
     Attributes:
         positions: matrix of `count` × joints

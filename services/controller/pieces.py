@@ -9,12 +9,12 @@ from motion.limits import QUANTITIES
 from motion.trajectory import Samples, Trajectory
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
-from robot.conversions import unit_of
+from robot.conversions import QUANTITY_OF, unit_of
 from robot.description import RobotConfig
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
 
 JUMPS = ("positions", 1e-8), ("velocities", 1e-6), ("accelerations", 1e-4)
-"""Tolerance for rounding: largest jump (rad, rad/s, rad/s²) between two pieces."""
+"""Tolerance for rounding: largest jump (rad, rad/s, rad/s²) between two pieces, or between the end and rest."""
 
 ROUNDING = 1e-9
 """Tolerance for the rounding of a duration, ticks."""
@@ -32,8 +32,8 @@ def check_pieces(trajectory: m.Trajectory, pieces: m.Pieces, config: RobotConfig
     """
     motion = _read(pieces, config)
     _check_count(trajectory, motion, config)
-    _check_end(motion)
     with np.errstate(over="ignore", invalid="ignore"):  # an overflow is outside all limits
+        motion = _with_rest(motion, config)
         _check_joints(motion, config)
         _check_limits(motion, trajectory.hit_index, config)
     return _sample(motion, trajectory.count, config)
@@ -62,19 +62,35 @@ def _check_count(trajectory: m.Trajectory, motion: Trajectory, config: RobotConf
         raise bad_message("count", f"count is {trajectory.count}; {wanted}, the last one at or after their end")
 
 
-def _check_end(motion: Trajectory) -> None:
-    if motion.coefficients[-1, :, 1:].any():
-        sentence = "the last piece must be constant, for the arm stays where it ends; it may have no length"
-        raise bad_message("pieces.coefficients", sentence)
+def _with_rest(motion: Trajectory, config: RobotConfig) -> Trajectory:
+    """Return the motion with a constant last piece, which is added if the last one ends at rest."""
+    if not motion.coefficients[-1, :, 1:].any():
+        return motion
+    positions, *rates = np.matmul(motion.coefficients[-1], _rows(np.diff(motion.breaks)[-1:])[0]).T
+    for (name, tolerance), ends in zip(JUMPS[1:], rates, strict=True):
+        moving = ~(np.abs(ends) <= tolerance)
+        if moving.any():
+            joint = int(moving.argmax())
+            unit = unit_of(QUANTITY_OF[name], config.slides[joint])
+            sentence = f"{name} of {config.joint_names[joint]} end at {ends[joint]:.3g} {unit}"
+            raise bad_message("pieces.coefficients", f"{sentence}; the motion must end at rest, its stop included")
+    rest = np.zeros((1, *motion.coefficients.shape[1:]))
+    rest[0, :, 0] = positions
+    return Trajectory(np.append(motion.breaks, motion.breaks[-1]), np.concatenate([motion.coefficients, rest]))
+
+
+def _rows(lengths: np.ndarray) -> np.ndarray:
+    """Return the rows that give the states at the ends of pieces of these `lengths` (n,), s, for each derivative."""
+    powers = lengths[:, None] ** np.arange(m.COEFFICIENTS)
+    rows = np.zeros((len(powers), m.COEFFICIENTS, len(JUMPS)))
+    for order in range(len(JUMPS)):
+        rows[:, order:, order] = powers[:, : m.COEFFICIENTS - order] * _FACTORS[order, order:]
+    return rows
 
 
 def _check_joints(motion: Trajectory, config: RobotConfig) -> None:
     """Check that positions, velocities and accelerations are continuous where two pieces meet."""
-    # States at the ends of all pieces but the last, by a row of powers of their lengths for each derivative.
-    powers = np.diff(motion.breaks)[:-1, None] ** np.arange(m.COEFFICIENTS)
-    rows = np.zeros((len(powers), m.COEFFICIENTS, len(JUMPS)))
-    for order in range(len(JUMPS)):
-        rows[:, order:, order] = powers[:, : m.COEFFICIENTS - order] * _FACTORS[order, order:]
+    rows = _rows(np.diff(motion.breaks)[:-1])
     gaps = motion.coefficients[1:, :, : len(JUMPS)] * np.diagonal(_FACTORS) - np.matmul(motion.coefficients[:-1], rows)
     jumps = ~(np.abs(gaps) <= [tolerance for _, tolerance in JUMPS])
     if jumps.any():

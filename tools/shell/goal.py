@@ -64,7 +64,7 @@ class GoalFlags:
         lease: Stop the arm if this command ends early, and refuse other clients until the motion has ended.
         plan_only: Plan without moving the arm.
         no_preempt: Refuse the goal if another motion runs, instead of replacing that motion.
-        wait: Follow the motion to its end and print the result.
+        wait: Follow the motion to its end and print the result; with --json it is a second line.
         save: Write the planned trajectory to this .msgpack file; with --plan-only, `volley execute` plays it.
     """
 

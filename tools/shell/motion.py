@@ -20,7 +20,7 @@ def execute(file: Source, *, lead: Seconds = None, wait: Switch = False, shell: 
     Args:
         file: File with one Trajectory message.
         lead: Start this long from now, s, in the controller's present epoch, instead of at the file's time and epoch.
-        wait: Follow the motion to its end and print the result.
+        wait: Follow the motion to its end and print the result; with --json it is a second line.
         shell: How to reach the robot.
     """
     try:
